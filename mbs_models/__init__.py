@@ -1,0 +1,1 @@
+"""Reference systems built with exudyn; recipes name them as ``"mbs_models.oscillators:Class"``."""

@@ -1,0 +1,296 @@
+"""The console script ``slide-fmu``: verbs only, no logic."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from slide_fmu import pipeline
+from slide_fmu.fmu.check import check_fmu
+from slide_fmu.fmu.export import read_fmu
+from slide_fmu.surrogate import Surrogate
+from slide_fmu.validation import Task
+
+TRACEBACK = "SLIDE_FMU_TRACEBACK"
+"""Environment variable: if set, errors show where they come from."""
+
+app = typer.Typer(
+    name="slide-fmu",
+    help="Fast, trustworthy stand-ins for slow multibody models, as FMUs that load anywhere.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+)
+console = Console(stderr=True)
+
+RecipeArgument = Annotated[Path, typer.Argument(help="Recipe, for example training/duffing.toml.")]
+FmuArgument = Annotated[Path, typer.Argument(help="FMU made by slide-fmu.")]
+JsonOption = Annotated[
+    str | None, typer.Option("--json", metavar="PATH", help="Write the figures here; - is stdout.")
+]
+RunsOption = Annotated[Path, typer.Option("--runs", help="Folder that holds the work.")]
+WorkersOption = Annotated[
+    int | None, typer.Option("--workers", min=1, help="Processes; one per core if not given.")
+]
+OverwriteOption = Annotated[
+    bool, typer.Option("--overwrite", help="Generate again data made from other values.")
+]
+UNSEEN_SEED = 20_260_000
+"""Default seed of validation trajectories; their stream of seeds is used for nothing else."""
+
+
+@app.command()
+def run(
+    recipe: RecipeArgument,
+    json_path: JsonOption = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the training.")] = None,
+    trajectories: Annotated[int, typer.Option(min=1, help="Unseen trajectories.")] = 50,
+    runs: RunsOption = Path("runs"),
+    workers: WorkersOption = None,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Everything: window, data, training, FMU, validation, report."""
+    with _progress() as bar:
+        job = pipeline.open_job(recipe, runs, bar, seed)
+        sizing = pipeline.check_window(job)
+        pipeline.generate_data(job, workers, overwrite)
+        pipeline.train_surrogate(job)
+        fmu, page = pipeline.finish(job, sizing, trajectories, UNSEEN_SEED)
+    figures = json.loads((page.parent / "report.json").read_text(encoding="utf-8"))
+    for name, validation in figures["validation"].items():
+        _show_validation(validation, name)
+    _write_json(json_path, figures)
+    console.print(f"FMU     {fmu}\nreport  {page}", highlight=False)
+
+
+@app.command()
+def window(
+    recipe: RecipeArgument,
+    json_path: JsonOption = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the motions.")] = None,
+    runs: RunsOption = Path("runs"),
+) -> None:
+    """Decay times of the system, linearized and measured, and the window they ask for."""
+    with _progress() as bar:
+        job = pipeline.open_job(recipe, runs, bar)
+        sizing = pipeline.size_recipe(job, seed)
+    figures = sizing.figures()
+    table = Table("decay time", "mean", "worst")
+    for name, key in (("linearized", "decay_time_s"), ("measured", "measured_decay_time_s")):
+        table.add_row(name, f"{figures[key]['mean']:.4g} s", f"{figures[key]['worst']:.4g} s")
+    console.print(table)
+    _write_json(json_path, figures)
+    pipeline.require_window(job.recipe, sizing)
+
+
+@app.command()
+def generate(
+    recipe: RecipeArgument,
+    json_path: JsonOption = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the data.")] = None,
+    runs: RunsOption = Path("runs"),
+    workers: WorkersOption = None,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Make the recipe's trajectories; goes on where it was stopped."""
+    with _progress() as bar:
+        job = pipeline.open_job(recipe, runs, bar, data_seed=seed)
+        pipeline.check_window(job)
+        figures = pipeline.generate_data(job, workers, overwrite)
+    _write_json(json_path, figures)
+    console.print(f"data    {job.workplace.store}", highlight=False)
+
+
+@app.command()
+def train(
+    recipe: RecipeArgument,
+    json_path: JsonOption = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the training.")] = None,
+    runs: RunsOption = Path("runs"),
+) -> None:
+    """Train surrogate and error estimator; goes on where it was stopped."""
+    with _progress() as bar:
+        job = pipeline.open_job(recipe, runs, bar, seed)
+        figures = pipeline.train_surrogate(job)
+    _write_json(json_path, figures)
+    console.print(f"surrogate  {job.workplace.surrogate}", highlight=False)
+
+
+@app.command()
+def export(
+    source: Annotated[Path, typer.Argument(help="Recipe that was trained, or an FMU.")],
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="FMU to write.")] = None,
+    runs: RunsOption = Path("runs"),
+) -> None:
+    """Write the FMU of a trained recipe, or an FMU again with this version's runtime."""
+    with _progress() as bar:
+        path = pipeline.export(source, output, runs, bar)
+    console.print(f"FMU     {path}", highlight=False)
+
+
+@app.command()
+def reference(
+    recipe: RecipeArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="FMU to write.")],
+) -> None:
+    """Write the reference system of a recipe as FMU (it needs this Python environment)."""
+    with _progress() as bar:
+        path = pipeline.write_reference(pipeline.open_job(recipe, Path("runs"), bar), output)
+    console.print(f"FMU     {path}", highlight=False)
+
+
+@app.command()
+def validate(
+    fmu: FmuArgument,
+    json_path: JsonOption = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the trajectories.")] = UNSEEN_SEED,
+    trajectories: Annotated[int, typer.Option(min=1, help="Unseen trajectories.")] = 50,
+    duration: Annotated[
+        float | None, typer.Option(min=0.0, help="Length in s; the recipe's if not given.")
+    ] = None,
+    amplitude: Annotated[
+        tuple[float, float], typer.Option(help="Range of a factor on the excitation.")
+    ] = (1.0, 1.0),
+    report: Annotated[
+        Path | None, typer.Option("--report", help="Folder for report.html and report.json.")
+    ] = None,
+) -> None:
+    """Run an FMU beside its reference system on unseen inputs and measure the error."""
+    with _progress() as bar:
+        task = Task(trajectories, seed, amplitude, duration)
+        result = pipeline.validate_fmu_file(fmu, task, bar)
+        figures = result.figures()
+        folder = report or Path("runs") / result.surrogate.name / "validation"
+        page = pipeline.validation_report(result).write(folder)
+    _show_validation(figures, "validation")
+    _write_json(json_path, figures)
+    console.print(f"report  {page}", highlight=False)
+
+
+@app.command()
+def check(fmu: FmuArgument, json_path: JsonOption = None) -> None:
+    """List the problems of an FMU; an empty list and exit code 0 when it is fine."""
+    with _errors():
+        problems = check_fmu(fmu)
+        _write_json(json_path, {"fmu": str(fmu), "problems": problems})
+    for problem in problems:
+        console.print(problem, style="red", highlight=False)
+    if problems:
+        raise typer.Exit(1)
+    console.print(f"{fmu}: no problems", highlight=False)
+
+
+@app.command()
+def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
+    """What an FMU is: signals, window, network, measured error, provenance."""
+    with _errors():
+        surrogate, provenance = read_fmu(fmu)
+        figures = _describe(surrogate, provenance)
+        _write_json(json_path, figures)
+    if json_path != "-":
+        Console().print_json(json.dumps(figures))
+
+
+def main() -> None:
+    """Entry point of the console script."""
+    app()
+
+
+def _describe(surrogate: Surrogate, provenance: dict[str, Any] | None) -> dict[str, Any]:
+    estimator = surrogate.estimator
+    return {
+        "name": surrogate.name,
+        "inputs": [vars(signal) for signal in surrogate.inputs],
+        "outputs": [vars(signal) for signal in surrogate.outputs],
+        "hold": surrogate.hold,
+        "window": vars(surrogate.window),
+        "parameters": surrogate.network.count_parameters(),
+        "estimator_parameters": None
+        if estimator is None
+        else estimator.network.count_parameters(),
+        "provenance": provenance,
+    }
+
+
+def _show_validation(figures: dict[str, Any], title: str) -> None:
+    table = Table("output", "RMS of the reference", "RMSE", "relative RMSE", "largest error")
+    table.title = f"{title}: {figures['trajectories']} trajectories, seed {figures['seed']}"
+    for output in figures["outputs"]:
+        unit = output["unit"]
+        table.add_row(
+            output["name"],
+            f"{output['rms_reference']:.4g} {unit}",
+            f"{output['rmse']:.4g} {unit}",
+            f"{100 * output['relative_rmse']:.3g} %",
+            f"{output['max_error']:.4g} {unit}",
+        )
+    console.print(table)
+    estimate = figures["error_estimate"]
+    if estimate is not None:
+        console.print(
+            f"error estimate: mean relative deviation "
+            f"{100 * estimate['mean_relative_deviation']:.3g} %, 95 % within "
+            f"{100 * estimate['p95_relative_deviation']:.3g} %",
+            highlight=False,
+        )
+
+
+def _write_json(path: str | None, figures: Any) -> None:
+    if path is None:
+        return
+    text = json.dumps(figures, indent=2) + "\n"
+    if path == "-":
+        sys.stdout.write(text)
+    else:
+        Path(path).write_text(text, encoding="utf-8")
+
+
+@contextmanager
+def _progress() -> Iterator[pipeline.Bar]:
+    """Progress bars on the terminal, and errors as messages."""
+    columns = (
+        TextColumn("{task.description:>24}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[remark]}"),
+    )
+    with _errors(), Progress(*columns, console=console) as progress:
+
+        def bar(stage: str) -> pipeline.Advance:
+            task = progress.add_task(stage, total=None, remark="")
+
+            def advance(done: int, total: int, remark: str) -> None:
+                progress.update(task, completed=done, total=total, remark=remark)
+
+            return advance
+
+        yield bar
+
+
+@contextmanager
+def _errors() -> Iterator[None]:
+    """Turn a user's mistakes into one message and exit code 1."""
+    try:
+        yield
+    except ImportError as error:
+        _fail(error, f"{error}; this verb needs more packages: pip install 'slide-fmu[train]'")
+    except (ValueError, RuntimeError, OSError) as error:
+        _fail(error, str(error))
+
+
+def _fail(error: Exception, message: str) -> None:
+    if os.environ.get(TRACEBACK):
+        raise error
+    console.print(f"error: {message}", style="red", highlight=False, markup=False)
+    raise typer.Exit(1) from None

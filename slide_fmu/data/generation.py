@@ -1,0 +1,85 @@
+"""Generation of trajectories on any executor, resumable at any moment."""
+
+from __future__ import annotations
+
+import functools
+import json
+import multiprocessing
+import os
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from pathlib import Path
+
+from slide_fmu.data.sampling import draw, recipe_system, simulate_draw, split_stream
+from slide_fmu.data.store import Layout, missing_trajectories, open_store, write_trajectory
+from slide_fmu.recipe import SPLITS, Recipe
+from slide_fmu.systems.base import System
+
+Progress = Callable[[int, int], None]
+"""Called with the number of trajectories done and to do."""
+
+
+def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress) -> None:
+    """Make all trajectories of a recipe that its store does not hold yet.
+
+    Args:
+        path: the Zarr store.
+        executor: where to simulate; see ``process_pool``.
+        progress: told at the start and after every trajectory.
+
+    Raises:
+        StoreError: the store belongs to another recipe.
+        SimulationError: the system could not be simulated; what is done stays done.
+    """
+    system = recipe_system(recipe)
+    n_samples = round(recipe.data.duration / recipe.window.step)
+    layout = Layout(n_samples, len(system.inputs), len(system.outputs))
+    open_store(path, recipe, layout)
+    jobs = [(split, index) for split in SPLITS for index in missing_trajectories(path, split)]
+    total = sum(recipe.data.count(split) for split in SPLITS)
+    done = total - len(jobs)
+    progress(done, total)
+    text = json.dumps(recipe.model_dump(mode="json"), sort_keys=True)
+    futures = [executor.submit(_generate_one, text, str(path), *job) for job in jobs]
+    try:
+        for future in as_completed(futures):
+            future.result()
+            done += 1
+            progress(done, total)
+    finally:
+        for future in futures:
+            future.cancel()
+
+
+@contextmanager
+def process_pool(workers: int | None = None) -> Iterator[Executor]:
+    """A process pool whose workers end with their parent, however it ends."""
+    context = multiprocessing.get_context("spawn")
+    count = workers or os.cpu_count() or 1
+    with ProcessPoolExecutor(count, mp_context=context, initializer=_end_with_parent) as pool:
+        yield pool
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+
+    def wait() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
+
+
+@functools.lru_cache(maxsize=2)
+def _recipe_and_system(text: str) -> tuple[Recipe, System]:
+    recipe = Recipe.model_validate_json(text)
+    return recipe, recipe_system(recipe)
+
+
+def _generate_one(text: str, path: str, split: str, index: int) -> None:
+    recipe, system = _recipe_and_system(text)
+    drawn = draw(recipe, system, split_stream(recipe, split, index), index)
+    write_trajectory(Path(path), split, index, simulate_draw(system, drawn), drawn.kind)

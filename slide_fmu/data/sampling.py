@@ -1,0 +1,100 @@
+"""Drawing one trajectory from a recipe: reproducible alone, by stream and index of its seed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slide_fmu.excitation import choose_kind, draw_inputs
+from slide_fmu.recipe import SPLITS, Recipe
+from slide_fmu.signals import FloatArray, Trajectory
+from slide_fmu.systems.base import State, System, simulate
+from slide_fmu.systems.loading import load_system
+
+UNSEEN = len(SPLITS)
+"""Stream of seeds that no split uses: trajectories for validation runs."""
+
+
+@dataclass(frozen=True, eq=False)
+class Draw:
+    """What one trajectory starts from and is driven by.
+
+    Attributes:
+        kind: index of its excitation in the recipe.
+        factor: factor on the excitation's amplitude.
+        initial: state at the start of the burn-in.
+        inputs: shape (burn_in + N, n_inputs), in the inputs' units.
+        burn_in: number of leading samples that are not to be used.
+    """
+
+    kind: int
+    factor: float
+    initial: State
+    inputs: FloatArray
+    burn_in: int
+
+
+@dataclass(frozen=True)
+class Stream:
+    """A stream of trajectory seeds and what its trajectories have in common.
+
+    Attributes:
+        number: index of the split in ``SPLITS``, or ``UNSEEN``.
+        seed: entropy.
+        factors: the amplitude factor is drawn uniformly from this range.
+        duration: length of the trajectories in s, without the burn-in.
+    """
+
+    number: int
+    seed: int
+    factors: tuple[float, float]
+    duration: float
+
+
+def recipe_system(recipe: Recipe) -> System:
+    """The reference system of a recipe, at the recipe's sample step.
+
+    Raises:
+        LoadError: model, class or parameters are not there.
+    """
+    return load_system(recipe.system.model, system_parameters(recipe))
+
+
+def system_parameters(recipe: Recipe) -> dict[str, float | int | str | bool]:
+    """Keyword arguments of the recipe's system."""
+    return {**recipe.system.parameters, "step": recipe.window.step}
+
+
+def split_stream(recipe: Recipe, split: str, index: int) -> Stream:
+    """The stream that trajectory ``index`` of a split belongs to."""
+    factors = (1.0, 1.0)
+    if recipe.estimator is not None and split.startswith("estimator"):
+        in_range = round(recipe.estimator.in_range * recipe.data.count(split))
+        factors = recipe.estimator.amplitude_factor if index >= in_range else factors
+    return Stream(SPLITS.index(split), recipe.data.seed, factors, recipe.data.duration)
+
+
+def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:
+    """Draw trajectory ``index`` of a stream; depends on nothing but the arguments."""
+    seeds = np.random.SeedSequence(stream.seed, spawn_key=(stream.number, index))
+    rng = np.random.default_rng(seeds)
+    step = recipe.window.step
+    burn_in, count = round(recipe.data.burn_in / step), round(stream.duration / step)
+    factor = float(rng.uniform(*stream.factors))
+    kind = choose_kind(recipe.data.excitation, rng)
+    time = step * np.arange(burn_in + count)
+    excitation = recipe.data.excitation[kind]
+    inputs = draw_inputs(excitation, system.inputs, time, factor, rng)
+    return Draw(kind, factor, system.random_state(rng), inputs, burn_in)
+
+
+def simulate_draw(system: System, drawn: Draw) -> Trajectory:
+    """Simulate a drawn trajectory; its burn-in is left out.
+
+    Raises:
+        SimulationError: the system could not be simulated.
+    """
+    trajectory = simulate(system, drawn.inputs, drawn.initial)
+    first = drawn.burn_in
+    return Trajectory(system.step, trajectory.inputs[first:], trajectory.outputs[first:])

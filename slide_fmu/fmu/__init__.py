@@ -1,0 +1,1 @@
+"""Everything that turns a surrogate into an FMU."""

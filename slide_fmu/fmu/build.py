@@ -1,0 +1,110 @@
+"""Compile the C runtime for all platforms with the compiler of the PyPI package ``ziglang``.
+
+``python -m slide_fmu.fmu.build`` by hand; ``hatch_build.py`` calls it when a wheel is built.
+Nothing but the standard library is imported, so that it runs before the package is installed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+RUNTIME = Path(__file__).parent / "runtime"
+BINARIES = Path(__file__).parent / "binaries"
+BUILD = Path(__file__).parents[2] / "build" / "runtime"
+STAMP = "sources.sha256"
+
+TARGETS = {
+    "linux64/slide.so": "x86_64-linux-gnu.2.17",
+    "win64/slide.dll": "x86_64-windows-gnu",
+}
+"""Library, as below ``binaries``, and the target it is compiled for."""
+
+BASELINE = "x86_64_v2"
+KERNELS = {"slide_kernel_baseline": BASELINE, "slide_kernel_avx2": f"{BASELINE}+avx2+fma"}
+"""Kernel table and the instruction set it is compiled for."""
+
+WARNINGS = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wmissing-prototypes", "-Werror"]
+CODE = ["-O3", "-fvisibility=hidden", "-fno-math-errno", "-DNDEBUG"]
+LINK = ["-shared", "-s", "-Wl,-Bsymbolic"]
+
+
+class BuildError(RuntimeError):
+    """The compiler is missing or refused the sources."""
+
+
+def digest() -> str:
+    """SHA-256 over all that decides what the libraries are: sources and this file."""
+    total = hashlib.sha256()
+    for path in [*sorted(RUNTIME.glob("*.[ch]")), Path(__file__)]:
+        total.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return total.hexdigest()
+
+
+def build_all(force: bool = False) -> list[Path]:
+    """Compile all libraries, unless those of the present sources are there.
+
+    Args:
+        force: compile in any case.
+
+    Returns:
+        Paths of the libraries.
+
+    Raises:
+        BuildError: with what the compiler said.
+    """
+    libraries = [BINARIES / name for name in TARGETS]
+    stamp = BINARIES / STAMP
+    present = stamp.is_file() and all(library.is_file() for library in libraries)
+    if not force and present and stamp.read_text() == digest():
+        return libraries
+    for name, target in TARGETS.items():
+        _build_library(name, target)
+    stamp.write_text(digest())
+    return libraries
+
+
+def _build_library(name: str, target: str) -> None:
+    folder = BUILD / target
+    folder.mkdir(parents=True, exist_ok=True)
+    position = ["-fPIC"] if "linux" in target else []
+    common = ["-target", target, *WARNINGS, *CODE, *position]
+    objects = []
+    for source in sorted(RUNTIME.glob("*.c")):
+        if source.name != "kernel.c":
+            objects.append(folder / f"{source.stem}.o")
+            flags = ["-mcpu=" + BASELINE, "-ffp-contract=off"]
+            _compile([*common, *flags, "-c", source.name, "-o", str(objects[-1])])
+    for table, processor in KERNELS.items():
+        objects.append(folder / f"{table}.o")
+        flags = ["-mcpu=" + processor, "-ffp-contract=on", f"-DSLIDE_KERNEL={table}"]
+        _compile([*common, *flags, "-c", "kernel.c", "-o", str(objects[-1])])
+    library = folder / Path(name).name
+    _compile(["-target", target, *LINK, *map(str, objects), "-lm", "-o", str(library)])
+    final = BINARIES / name
+    final.parent.mkdir(parents=True, exist_ok=True)
+    staged = Path(shutil.copyfile(library, f"{final}.{os.getpid()}"))
+    staged.replace(final)  # never write into a library that some process has loaded
+
+
+def _compile(arguments: list[str]) -> None:
+    cache = str(BUILD / "cache")
+    environment = {**os.environ, "ZIG_LOCAL_CACHE_DIR": cache, "ZIG_GLOBAL_CACHE_DIR": cache}
+    command = [sys.executable, "-m", "ziglang", "cc", *arguments]
+    result = subprocess.run(
+        command, cwd=RUNTIME, env=environment, capture_output=True, text=True, check=False
+    )
+    if result.returncode != 0:
+        raise BuildError(
+            f"compiling the FMU runtime failed: {' '.join(arguments)}\n{result.stderr}\n"
+            "If the module ziglang is missing: pip install ziglang"
+        )
+
+
+if __name__ == "__main__":
+    for built in build_all(force="--force" in sys.argv[1:]):
+        print(built)

@@ -1,0 +1,144 @@
+"""Check an FMU file: a list of problems, empty when it is fine."""
+
+from __future__ import annotations
+
+import contextlib
+import tempfile
+from pathlib import Path
+
+import fmpy
+import numpy as np
+from fmpy.fmi2 import FMU2Slave
+from fmpy.model_description import ModelDescription
+from fmpy.validation import validate_fmu
+
+from slide_fmu.fmu.export import SURROGATE, FmuError, library_members, read_fmu, read_member
+from slide_fmu.fmu.model_description import fmu_variables, guid_of
+from slide_fmu.signals import FloatArray
+from slide_fmu.surrogate import Surrogate
+
+OUTPUT_TOLERANCE = 2e-6
+"""Native against numpy, relative to the output's range: rounding of single precision."""
+
+ERROR_TOLERANCE = 1e-4
+"""The same for error estimates, relative to themselves: the exponential magnifies rounding."""
+
+
+def check_fmu(path: Path) -> list[str]:
+    """Check that an FMU is whole, consistent, and gives what its surrogate gives.
+
+    Args:
+        path: the FMU file.
+
+    Returns:
+        Problems, each one sentence with its remedy where there is one.
+    """
+    try:
+        surrogate, _ = read_fmu(path)
+    except (FmuError, OSError) as error:
+        return [str(error)]
+    problems = [f"binary {name} is missing; export again" for name in _missing(path, surrogate)]
+    try:
+        problems += [f"fmpy: {problem}" for problem in validate_fmu(str(path))]
+        description = fmpy.read_model_description(str(path))
+        problems += _compare_description(path, surrogate, description)
+    except Exception as error:  # fmpy raises bare Exception for invalid XML
+        problems.append(f"modelDescription.xml: {error}")
+    if not problems:
+        problems = _compare_run(path, surrogate, description)
+    return problems
+
+
+def _missing(path: Path, surrogate: Surrogate) -> list[str]:
+    return [name for name in library_members(surrogate.name) if read_member(path, name) is None]
+
+
+def _compare_description(
+    path: Path, surrogate: Surrogate, description: ModelDescription
+) -> list[str]:
+    problems = []
+    guid = guid_of(read_member(path, SURROGATE) or b"")
+    if description.guid != guid:
+        problems.append(f"GUID {description.guid}; expected {guid}, derived from {SURROGATE}")
+    if description.coSimulation is None:
+        return [*problems, "no co-simulation interface; expected one"]
+    if description.coSimulation.modelIdentifier != surrogate.name:
+        problems.append(
+            f"model identifier {description.coSimulation.modelIdentifier!r}; "
+            f"expected {surrogate.name!r}"
+        )
+    expected = [(v.name, i, v.unit, v.causality) for i, v in enumerate(fmu_variables(surrogate))]
+    found = [(v.name, v.valueReference, v.unit, v.causality) for v in description.modelVariables]
+    if found != expected:
+        problems.append(f"variables {found}; expected {expected}")
+    return problems
+
+
+def _compare_run(path: Path, surrogate: Surrogate, description: ModelDescription) -> list[str]:
+    """Run the native library of this platform against numpy, on inputs within their ranges."""
+    if not any(fmpy.platform in name for name in library_members(surrogate.name)):
+        return []
+    low = np.array([signal.low for signal in surrogate.inputs])
+    high = np.array([signal.high for signal in surrogate.inputs])
+    steps = surrogate.window.n_in + 10
+    inputs = np.random.default_rng(0).uniform(low, high, (steps, len(low)))
+    with tempfile.TemporaryDirectory(prefix="slide_fmu_check_") as folder:
+        fmpy.extract(str(path), folder)
+        try:
+            with contextlib.chdir(Path.cwd()):  # fmpy stays in its folder when loading fails
+                native = _run_native(folder, surrogate, description, inputs)
+        except Exception as error:  # fmpy raises bare Exception when a call fails
+            return [f"the native library failed: {error}"]
+    stream = surrogate.stream()
+    results = [stream.step(row) for row in inputs]
+    outputs = np.array([output for output, _ in results])
+    count = len(surrogate.outputs)
+    ranges = np.array([signal.high - signal.low for signal in surrogate.outputs])
+    allowed = OUTPUT_TOLERANCE * np.maximum(ranges, np.abs(outputs).max(axis=0))
+    problems = _compare(surrogate, "output", native[:, :count], outputs, allowed)
+    if surrogate.estimator is not None:
+        errors = np.array([error for _, error in results])
+        allowed = ERROR_TOLERANCE * errors.max(axis=0)
+        problems += _compare(surrogate, "error estimate", native[:, count:], errors, allowed)
+    return problems
+
+
+def _compare(
+    surrogate: Surrogate, what: str, native: FloatArray, numpy: FloatArray, allowed: FloatArray
+) -> list[str]:
+    problems = []
+    for column, signal in enumerate(surrogate.outputs):
+        deviation = np.abs(native[:, column] - numpy[:, column]).max()
+        if not deviation <= allowed[column]:
+            problems.append(
+                f"{what} of {signal.name!r}: native library and numpy differ by {deviation:.3g} "
+                f"{signal.unit}; expected at most {allowed[column]:.3g} {signal.unit}"
+            )
+    return problems
+
+
+def _run_native(
+    folder: str, surrogate: Surrogate, description: ModelDescription, inputs: FloatArray
+) -> FloatArray:
+    """Outputs and error estimates after every step, shape (steps, variables)."""
+    n_inputs, step = len(surrogate.inputs), surrogate.window.step
+    wanted = list(range(n_inputs, len(fmu_variables(surrogate)) - 1))
+    slave = FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=folder,
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="check",
+    )
+    slave.instantiate()
+    try:
+        slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+        slave.exitInitializationMode()
+        rows = []
+        for index, row in enumerate(inputs):
+            slave.setReal(list(range(n_inputs)), row.tolist())
+            slave.doStep(index * step, step)
+            rows.append(slave.getReal(wanted))
+        return np.array(rows)
+    finally:
+        slave.freeInstance()

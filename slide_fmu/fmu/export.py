@@ -1,0 +1,148 @@
+"""From a surrogate to an FMU file and back."""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+import zlib
+from collections.abc import Mapping
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from slide_fmu.fmu.build import BINARIES, TARGETS
+from slide_fmu.fmu.model_description import guid_of, model_description
+from slide_fmu.payload import PayloadError
+from slide_fmu.surrogate import Surrogate
+
+DESCRIPTION = "modelDescription.xml"
+SURROGATE = "resources/surrogate.slide"
+PROVENANCE = "resources/provenance.json"
+
+
+class FmuError(ValueError):
+    """A file is no FMU, no FMU of slide-fmu, or damaged."""
+
+
+def export_fmu(
+    surrogate: Surrogate,
+    path: Path,
+    *,
+    provenance: dict[str, object] | None = None,
+    documentation: Mapping[str, bytes] | None = None,
+) -> Path:
+    """Write a surrogate as FMI 2.0 co-simulation FMU; the same arguments give the same bytes.
+
+    Args:
+        surrogate: its name becomes the model identifier.
+        path: the FMU file; replaced as a whole when it is there.
+        provenance: where the surrogate comes from, as JSON values.
+        documentation: files of the documentation folder, by name, ``index.html`` first of all.
+
+    Returns:
+        The path.
+
+    Raises:
+        ValueError: names of variables or documentation files are not usable.
+        FileNotFoundError: the runtime has not been compiled.
+    """
+    payload = surrogate.to_bytes()
+    members = {
+        DESCRIPTION: model_description(surrogate, guid_of(payload)),
+        SURROGATE: payload,
+        **_libraries(surrogate.name),
+    }
+    if provenance is not None:
+        text = json.dumps(provenance, sort_keys=True, indent=2, ensure_ascii=False)
+        members[PROVENANCE] = text.encode("utf-8")
+    for name, content in (documentation or {}).items():
+        members[f"documentation/{_checked_name(name)}"] = content
+    _write_zip(path, members)
+    return path
+
+
+def read_fmu(path: Path) -> tuple[Surrogate, dict[str, Any] | None]:
+    """Read the surrogate and its provenance from an FMU.
+
+    Raises:
+        FmuError: the file is no FMU, no FMU of slide-fmu, or damaged.
+        OSError: the file cannot be read.
+    """
+    payload = read_member(path, SURROGATE)
+    if payload is None:
+        if read_member(path, DESCRIPTION) is None:
+            raise FmuError(f"{path} is no FMU: expected {DESCRIPTION} in it")
+        raise FmuError(f"{path} was not made by slide-fmu: expected {SURROGATE} in it")
+    try:
+        surrogate = Surrogate.from_bytes(payload)
+        text = read_member(path, PROVENANCE)
+        provenance = None if text is None else json.loads(text)
+    except PayloadError as error:
+        raise FmuError(f"{path}: {error}") from error
+    except ValueError as error:
+        raise FmuError(f"{path}: {PROVENANCE} is no JSON: {error}") from error
+    if provenance is not None and not isinstance(provenance, dict):
+        raise FmuError(f"{path}: {PROVENANCE} holds no JSON object")
+    return surrogate, provenance
+
+
+def read_member(path: Path, name: str) -> bytes | None:
+    """Content of one file of an FMU, or None when it has no such file.
+
+    Raises:
+        FmuError: the file is no zip archive or is damaged.
+        OSError: the file cannot be read.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return archive.read(name) if name in archive.namelist() else None
+    except (zipfile.BadZipFile, zlib.error, EOFError) as error:
+        raise FmuError(f"{path} is no FMU or is damaged: {error}") from error
+    except (NotImplementedError, RuntimeError) as error:
+        raise FmuError(f"{path}: cannot unpack {name}: {error}") from error
+
+
+def library_members(name: str) -> dict[str, Path]:
+    """Libraries in an FMU with this model identifier, and the compiled files they come from."""
+    members = {}
+    for target in TARGETS:
+        source = PurePosixPath(target)
+        members[f"binaries/{source.parent}/{name}{source.suffix}"] = BINARIES / source
+    return members
+
+
+def _libraries(name: str) -> dict[str, bytes]:
+    contents = {}
+    for member, source in library_members(name).items():
+        if not source.is_file():
+            raise FileNotFoundError(
+                f"the compiled runtime {source} is missing; run: python -m slide_fmu.fmu.build"
+            )
+        contents[member] = source.read_bytes()
+    return contents
+
+
+def _checked_name(name: str) -> str:
+    path = PurePosixPath(name)
+    if path.is_absolute() or not path.parts or ".." in path.parts or "\\" in name:
+        raise ValueError(
+            f"documentation file {name!r}; expected a relative name inside the folder, with /"
+        )
+    return str(path)
+
+
+def _write_zip(path: Path, members: Mapping[str, bytes]) -> None:
+    """Write beside the target and rename, so that no half-written FMU is ever seen."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    staged = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        with zipfile.ZipFile(staged, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name in sorted(members):
+                info = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
+                info.compress_type = zipfile.ZIP_DEFLATED
+                info.create_system = 3  # Unix, whatever machine writes
+                info.external_attr = 0o644 << 16
+                archive.writestr(info, members[name])
+        staged.replace(path)
+    finally:
+        staged.unlink(missing_ok=True)

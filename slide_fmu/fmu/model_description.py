@@ -1,0 +1,202 @@
+"""The modelDescription.xml (FMI 2.0.4) of a surrogate's FMU.
+
+Value references, which ``runtime/fmi2_values.c`` counts in the same way: inputs, outputs, error
+estimates (only with an estimator), ``window_filled``.
+"""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+from xml.etree import ElementTree
+
+from slide_fmu.signals import Signal
+from slide_fmu.surrogate import Surrogate
+
+BASE_UNITS: dict[str, dict[str, str]] = {
+    "1": {},
+    "m": {"m": "1"},
+    "mm": {"m": "1", "factor": "0.001"},
+    "s": {"s": "1"},
+    "kg": {"kg": "1"},
+    "rad": {"rad": "1"},
+    "deg": {"rad": "1", "factor": "0.017453292519943295"},
+    "N": {"kg": "1", "m": "1", "s": "-2"},
+    "kN": {"kg": "1", "m": "1", "s": "-2", "factor": "1000"},
+    "N.m": {"kg": "1", "m": "2", "s": "-2"},
+    "m/s": {"m": "1", "s": "-1"},
+    "rad/s": {"rad": "1", "s": "-1"},
+    "m/s2": {"m": "1", "s": "-2"},
+    "rad/s2": {"rad": "1", "s": "-2"},
+    "Pa": {"kg": "1", "m": "-1", "s": "-2"},
+}
+"""SI exponents and factor of common units; others are declared by name alone."""
+
+CAPABILITIES = {
+    "needsExecutionTool": "false",
+    "canHandleVariableCommunicationStepSize": "false",
+    "canInterpolateInputs": "false",
+    "maxOutputDerivativeOrder": "0",
+    "canRunAsynchronuously": "false",
+    "canBeInstantiatedOnlyOncePerProcess": "false",
+    "canNotUseMemoryManagementFunctions": "true",
+    "canGetAndSetFMUstate": "true",
+    "canSerializeFMUstate": "true",
+    "providesDirectionalDerivative": "false",
+}
+
+LOG_CATEGORIES = {
+    "logAll": "everything",
+    "logEvents": "changes of state",
+    "logStatusDiscard": "refused values and steps, nothing was changed (always logged)",
+    "logStatusError": "wrong calls and damaged files (always logged)",
+}
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of the FMU; its value reference is its position. Bounds None: not given."""
+
+    name: str
+    unit: str
+    causality: str
+    description: str
+    low: float | None
+    high: float | None
+    start: float | None = None
+
+
+def guid_of(payload: bytes) -> str:
+    """Identity of a surrogate file, derived from its bytes as in ``runtime/payload.c``."""
+    stored_crc = int.from_bytes(payload[-4:], "little")
+    return f"slide-{stored_crc:08x}-{zlib.adler32(payload):08x}-{len(payload):x}"
+
+
+def fmu_variables(surrogate: Surrogate) -> list[Variable]:
+    """All variables in the order of their value references.
+
+    Raises:
+        ValueError: two variables would have the same name.
+    """
+    variables = [_input(signal) for signal in surrogate.inputs]
+    variables += [_output(signal) for signal in surrogate.outputs]
+    if surrogate.estimator is not None:
+        variables += [_error_estimate(signal) for signal in surrogate.outputs]
+    text = "Part of the window that holds inputs of this run; below 1 the first input fills it"
+    variables.append(Variable("window_filled", "1", "output", text, 0.0, 1.0))
+    names = [variable.name for variable in variables]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(
+            f"surrogate {surrogate.name!r}: two variables of its FMU have the name {twice[0]!r}; "
+            "expected unique names, rename the signal"
+        )
+    return variables
+
+
+def model_description(surrogate: Surrogate, guid: str) -> bytes:
+    """The XML document of a surrogate's FMU; the same surrogate gives the same bytes.
+
+    Raises:
+        ValueError: two variables would have the same name.
+    """
+    variables = fmu_variables(surrogate)
+    root = ElementTree.Element(
+        "fmiModelDescription",
+        fmiVersion="2.0",
+        modelName=surrogate.name,
+        guid=guid,
+        description=_summary(surrogate),
+        generationTool="slide-fmu",
+        variableNamingConvention="flat",
+        numberOfEventIndicators="0",
+    )
+    ElementTree.SubElement(
+        root, "CoSimulation", {"modelIdentifier": surrogate.name, **CAPABILITIES}
+    )
+    _add_units(root, variables)
+    categories = ElementTree.SubElement(root, "LogCategories")
+    for name, text in LOG_CATEGORIES.items():
+        ElementTree.SubElement(categories, "Category", name=name, description=text)
+    ElementTree.SubElement(
+        root, "DefaultExperiment", startTime="0", stepSize=repr(surrogate.window.step)
+    )
+    _add_variables(root, variables)
+    _add_structure(root, variables)
+    ElementTree.indent(root)
+    text = ElementTree.tostring(root, encoding="unicode")
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + text.encode("utf-8") + b"\n"
+
+
+def _input(signal: Signal) -> Variable:
+    start = min(max(0.0, signal.low), signal.high)
+    return Variable(
+        signal.name,
+        signal.unit,
+        "input",
+        signal.description or "Input; its range is that of the training",
+        signal.low,
+        signal.high,
+        start,
+    )
+
+
+def _output(signal: Signal) -> Variable:
+    text = signal.description or "Output, predicted for the end of the communication step"
+    return Variable(signal.name, signal.unit, "output", text, signal.low, signal.high)
+
+
+def _error_estimate(signal: Signal) -> Variable:
+    text = f"Estimated root mean square error of {signal.name} over the output window"
+    return Variable(f"{signal.name}_error_estimate", signal.unit, "output", text, 0.0, None)
+
+
+def _summary(surrogate: Surrogate) -> str:
+    window = surrogate.window
+    return (
+        f"SLIDE surrogate: a network that sees the last {surrogate.network.n_samples} samples of "
+        f"the inputs, {window.step:g} s apart, and gives the outputs one step later"
+    )
+
+
+def _add_units(root: ElementTree.Element, variables: list[Variable]) -> None:
+    definitions = ElementTree.SubElement(root, "UnitDefinitions")
+    for name in sorted({variable.unit for variable in variables}):
+        unit = ElementTree.SubElement(definitions, "Unit", name=name)
+        if name in BASE_UNITS:
+            ElementTree.SubElement(unit, "BaseUnit", BASE_UNITS[name])
+
+
+def _add_variables(root: ElementTree.Element, variables: list[Variable]) -> None:
+    parent = ElementTree.SubElement(root, "ModelVariables")
+    for reference, variable in enumerate(variables):
+        scalar = ElementTree.SubElement(
+            parent,
+            "ScalarVariable",
+            name=variable.name,
+            valueReference=str(reference),
+            description=variable.description,
+            causality=variable.causality,
+            variability="continuous",
+        )
+        if variable.causality == "output":
+            scalar.set("initial", "calculated")
+        limits = {"min": variable.low, "max": variable.high, "start": variable.start}
+        given = {key: repr(float(value)) for key, value in limits.items() if value is not None}
+        ElementTree.SubElement(scalar, "Real", {"unit": variable.unit, **given})
+
+
+def _add_structure(root: ElementTree.Element, variables: list[Variable]) -> None:
+    """Outputs follow from past inputs alone, but before the first step from the start inputs."""
+    indices = {
+        causality: [i for i, v in enumerate(variables, start=1) if v.causality == causality]
+        for causality in ("input", "output")
+    }
+    structure = ElementTree.SubElement(root, "ModelStructure")
+    outputs = ElementTree.SubElement(structure, "Outputs")
+    unknowns = ElementTree.SubElement(structure, "InitialUnknowns")
+    all_inputs = " ".join(map(str, indices["input"]))
+    for index in indices["output"]:
+        ElementTree.SubElement(outputs, "Unknown", index=str(index), dependencies="")
+        initial = "" if index == len(variables) else all_inputs
+        ElementTree.SubElement(unknowns, "Unknown", index=str(index), dependencies=initial)

@@ -1,0 +1,78 @@
+/* FMI 2.0: functions that this FMU exports, because masters look them up, but does not offer. */
+#include "instance.h"
+
+static fmi2Status refuse(fmi2Component c, const char *function, const char *reason) {
+    SlideInstance *instance = slide_enter(c, SLIDE_ANY_MODE, function);
+    return instance == NULL ? fmi2Error
+                            : slide_report(instance, fmi2Error, "%s: %s; nothing was changed",
+                                           function, reason);
+}
+
+static const char *const NO_DERIVATIVES = "derivatives are not offered, as modelDescription.xml "
+                                          "says";
+static const char *const NO_EXCHANGE = "this FMU is for co-simulation, not for model exchange";
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[],
+                                        size_t n_unknown, const fmi2ValueReference known[],
+                                        size_t n_known, const fmi2Real d_known[],
+                                        fmi2Real d_unknown[]) {
+    (void)unknown, (void)n_unknown, (void)known, (void)n_known, (void)d_known, (void)d_unknown;
+    return refuse(c, __func__, NO_DERIVATIVES);
+}
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                       const fmi2Integer order[], const fmi2Real value[]) {
+    (void)vr, (void)nvr, (void)order, (void)value;
+    return refuse(c, __func__, NO_DERIVATIVES);
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                        const fmi2Integer order[], fmi2Real value[]) {
+    (void)vr, (void)nvr, (void)order, (void)value;
+    return refuse(c, __func__, NO_DERIVATIVES);
+}
+
+fmi2Status fmi2EnterEventMode(fmi2Component c) { return refuse(c, __func__, NO_EXCHANGE); }
+
+fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
+    (void)info;
+    return refuse(c, __func__, NO_EXCHANGE);
+}
+
+fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) { return refuse(c, __func__, NO_EXCHANGE); }
+
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_state,
+                                       fmi2Boolean *enter_event_mode, fmi2Boolean *terminate) {
+    (void)no_set_state, (void)enter_event_mode, (void)terminate;
+    return refuse(c, __func__, NO_EXCHANGE);
+}
+
+fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) {
+    (void)time;
+    return refuse(c, __func__, NO_EXCHANGE);
+}
+
+fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t nx) {
+    (void)x, (void)nx;
+    return refuse(c, __func__, NO_EXCHANGE);
+}
+
+fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx) {
+    (void)derivatives, (void)nx;
+    return refuse(c, __func__, NO_EXCHANGE);
+}
+
+fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t ni) {
+    (void)indicators, (void)ni;
+    return refuse(c, __func__, NO_EXCHANGE);
+}
+
+fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx) {
+    (void)x, (void)nx;
+    return refuse(c, __func__, NO_EXCHANGE);
+}
+
+fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[], size_t nx) {
+    (void)nominals, (void)nx;
+    return refuse(c, __func__, NO_EXCHANGE);
+}

@@ -1,0 +1,171 @@
+/* FMI 2.0: save, restore and serialise the state. A saved state and its serialised form are the
+ * same bytes: a header, then the flat state block. */
+#include "instance.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STATE_VERSION = 1 };
+
+typedef struct {
+    char magic[8];
+    uint32_t version;
+    uint32_t checksum; /* CRC-32 of the state block; 0 unless serialised */
+    uint64_t size;     /* of the state block, bytes */
+    char guid[48];     /* of the surrogate; its rest is zero */
+} StateHeader;
+
+static const char MAGIC[8] = "SLIDEST";
+
+static StateHeader header_of(const SlideInstance *instance) {
+    StateHeader header = {{0}, STATE_VERSION, 0, instance->state.size, {0}};
+    memcpy(header.magic, MAGIC, sizeof header.magic);
+    strcpy(header.guid, instance->model.guid);
+    return header;
+}
+
+static size_t saved_size(const SlideInstance *instance) {
+    return sizeof(StateHeader) + instance->state.size;
+}
+
+/* Does a saved state belong to this surrogate? The bytes may be at any alignment. */
+static bool belongs(const SlideInstance *instance, const void *saved, const char *function) {
+    StateHeader expected = header_of(instance), found;
+    memcpy(&found, saved, sizeof found);
+    const char *fault = NULL;
+    if (memcmp(found.magic, expected.magic, sizeof found.magic) != 0) {
+        fault = "this is no state of a SLIDE FMU";
+    } else if (found.version != expected.version) {
+        fault = "the state is of another version of the runtime";
+    } else if (memcmp(found.guid, expected.guid, sizeof found.guid) != 0) {
+        fault = "the state belongs to another FMU (other GUID)";
+    } else if (found.size != expected.size) {
+        fault = "the state has another size than this FMU's";
+    }
+    if (fault != NULL) {
+        slide_report(instance, fmi2Error, "%s: %s; nothing was changed", function, fault);
+    }
+    return fault == NULL;
+}
+
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
+    SlideInstance *instance = slide_enter(c, SLIDE_ANY_MODE, __func__);
+    if (instance == NULL || state == NULL) {
+        return instance == NULL ? fmi2Error : slide_null(instance, __func__);
+    }
+    if (*state != NULL && !belongs(instance, *state, __func__)) {
+        return fmi2Error;
+    }
+    unsigned char *saved = *state != NULL ? *state : malloc(saved_size(instance));
+    if (saved == NULL) {
+        return slide_report(instance, fmi2Error, "fmi2GetFMUstate: out of memory");
+    }
+    StateHeader header = header_of(instance);
+    memcpy(saved, &header, sizeof header);
+    memcpy(saved + sizeof header, instance->state.head, instance->state.size);
+    *state = saved;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
+    SlideInstance *instance = slide_enter(c, SLIDE_ANY_MODE, __func__);
+    if (instance == NULL || state == NULL) {
+        return instance == NULL ? fmi2Error : slide_null(instance, __func__);
+    }
+    if (!belongs(instance, state, __func__)) {
+        return fmi2Error;
+    }
+    const unsigned char *saved = state;
+    memcpy(instance->state.head, saved + sizeof(StateHeader), instance->state.size);
+    return fmi2OK;
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
+    SlideInstance *instance = slide_enter(c, SLIDE_ANY_MODE, __func__);
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    if (state != NULL) {
+        free(*state);
+        *state = NULL;
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
+    SlideInstance *instance = slide_enter(c, SLIDE_ANY_MODE, __func__);
+    if (instance == NULL || state == NULL || size == NULL) {
+        return instance == NULL ? fmi2Error : slide_null(instance, __func__);
+    }
+    if (!belongs(instance, state, __func__)) {
+        return fmi2Error;
+    }
+    *size = saved_size(instance);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[],
+                                 size_t size) {
+    SlideInstance *instance = slide_enter(c, SLIDE_ANY_MODE, __func__);
+    if (instance == NULL || state == NULL || bytes == NULL) {
+        return instance == NULL ? fmi2Error : slide_null(instance, __func__);
+    }
+    if (!belongs(instance, state, __func__)) {
+        return fmi2Error;
+    }
+    if (size < saved_size(instance)) {
+        return slide_report(instance, fmi2Error,
+                            "fmi2SerializeFMUstate: room for %llu bytes; expected %llu, the "
+                            "answer of fmi2SerializedFMUstateSize",
+                            (unsigned long long)size, (unsigned long long)saved_size(instance));
+    }
+    const unsigned char *block = (const unsigned char *)state + sizeof(StateHeader);
+    StateHeader header = header_of(instance);
+    header.checksum = slide_crc32(block, instance->state.size);
+    memcpy(bytes, &header, sizeof header);
+    memcpy(bytes + sizeof header, block, instance->state.size);
+    return fmi2OK;
+}
+
+/* Check the content of a serialised state of the right size. */
+static bool is_intact(const SlideInstance *instance, const fmi2Byte bytes[]) {
+    StateHeader header;
+    SlideHead head;
+    memcpy(&header, bytes, sizeof header);
+    memcpy(&head, bytes + sizeof header, sizeof head);
+    bool known_mode = head.mode == SLIDE_INSTANTIATED || head.mode == SLIDE_INITIALIZATION ||
+                      head.mode == SLIDE_STEPPING || head.mode == SLIDE_TERMINATED;
+    const unsigned char *block = (const unsigned char *)bytes + sizeof header;
+    return known_mode && isfinite(head.start_time) &&
+           header.checksum == slide_crc32(block, instance->state.size);
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
+                                   fmi2FMUstate *state) {
+    SlideInstance *instance = slide_enter(c, SLIDE_ANY_MODE, __func__);
+    if (instance == NULL || bytes == NULL || state == NULL) {
+        return instance == NULL ? fmi2Error : slide_null(instance, __func__);
+    }
+    if (size != saved_size(instance)) {
+        return slide_report(instance, fmi2Error,
+                            "fmi2DeSerializeFMUstate: %llu bytes; expected %llu; is the state of "
+                            "another FMU, or cut off?",
+                            (unsigned long long)size, (unsigned long long)saved_size(instance));
+    }
+    if (!belongs(instance, bytes, __func__)) {
+        return fmi2Error;
+    }
+    if (!is_intact(instance, bytes)) {
+        return slide_report(instance, fmi2Error,
+                            "fmi2DeSerializeFMUstate: the state is damaged: its checksum does not "
+                            "match its content");
+    }
+    void *saved = malloc(size);
+    if (saved == NULL) {
+        return slide_report(instance, fmi2Error, "fmi2DeSerializeFMUstate: out of memory");
+    }
+    memcpy(saved, bytes, size);
+    *state = saved;
+    return fmi2OK;
+}

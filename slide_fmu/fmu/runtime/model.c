@@ -1,0 +1,35 @@
+#include "model.h"
+
+#include <string.h>
+
+static SlideScaling *place_scaling(const unsigned char *pairs, uint32_t channels,
+                                   SlideArena *arena) {
+    SlideScaling *scaling = slide_place(arena, channels, sizeof *scaling);
+    for (size_t i = 0; arena->base != NULL && i < channels; ++i) {
+        scaling[i].offset = slide_f64(pairs + 16 * i);
+        scaling[i].scale = slide_f64(pairs + 16 * i + 8);
+    }
+    return scaling;
+}
+
+void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideArena *arena) {
+    model->step = payload->step;
+    model->n_inputs = payload->n_inputs;
+    model->n_outputs = payload->n_outputs;
+    model->capacity = payload->predictor.n_samples;
+    model->positions = 0;
+    model->input_scaling = place_scaling(payload->input_scaling, payload->n_inputs, arena);
+    model->output_scaling = place_scaling(payload->output_scaling, payload->n_outputs, arena);
+    slide_network_place(&model->predictor, &payload->predictor, payload->n_outputs, arena);
+    if (payload->has_estimator) {
+        const SlideNetworkView *view = &payload->estimator;
+        slide_network_place(&model->estimator, view, payload->n_outputs, arena);
+        model->capacity = view->n_samples > model->capacity ? view->n_samples : model->capacity;
+        model->positions = payload->positions;
+        model->log_middle = 0.5 * (payload->high + payload->low);
+        model->log_half_range = 0.5 * (payload->high - payload->low);
+    }
+    model->candidate = slide_place(arena, (size_t)payload->n_outputs * 2, sizeof(double));
+    model->kernel = slide_kernel_choose();
+    memcpy(model->guid, payload->guid, sizeof model->guid);
+}

@@ -1,0 +1,27 @@
+/* What does not change while an FMU instance runs: sizes, scalings, networks. */
+#ifndef SLIDE_MODEL_H
+#define SLIDE_MODEL_H
+
+#include "network.h"
+
+typedef struct {
+    double offset, scale;
+} SlideScaling;
+
+typedef struct {
+    double step; /* s */
+    uint32_t n_inputs, n_outputs;
+    uint32_t capacity;  /* input samples that must be kept */
+    uint32_t positions; /* positions of the error estimator; 0 without one */
+    double log_middle, log_half_range;
+    SlideScaling *input_scaling, *output_scaling;
+    SlideNetwork predictor, estimator;
+    double *candidate; /* [outputs, squared errors]: a result before it is accepted */
+    const SlideKernel *kernel;
+    char guid[48];
+} SlideModel;
+
+/* Place a checked payload in the arena. While the arena measures, the model is not usable. */
+void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideArena *arena);
+
+#endif

@@ -1,0 +1,81 @@
+"""The paper's feed-forward network: module, initialisation, freezing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import torch
+
+from slide_fmu.network import FeedForward, Float32Array, Layer
+from slide_fmu.recipe import FeedForwardRecipe
+
+ACTIVATION_MODULES: dict[str, Callable[[], torch.nn.Module]] = {
+    "identity": torch.nn.Identity,
+    "relu": torch.nn.ReLU,
+    "elu": torch.nn.ELU,
+    "tanh": torch.nn.Tanh,
+    "gelu": lambda: torch.nn.GELU(approximate="tanh"),
+}
+
+
+class FeedForwardModule(torch.nn.Module):
+    """Trainable feed-forward network on a flattened window. Final.
+
+    Args:
+        recipe: hidden widths, activation, bias, linear skip.
+        n_samples: length of the input sequence.
+        n_channels: number of input channels.
+        n_values: number of values it gives.
+    """
+
+    def __init__(
+        self, recipe: FeedForwardRecipe, n_samples: int, n_channels: int, n_values: int
+    ) -> None:
+        super().__init__()
+        self.recipe = recipe
+        self.n_samples, self.n_channels = n_samples, n_channels
+        first = n_samples * n_channels
+        widths = (first, *recipe.hidden, n_values)
+        self.linear = torch.nn.ModuleList(
+            torch.nn.Linear(n_in, n_out, bias=recipe.bias)
+            for n_in, n_out in zip(widths[:-1], widths[1:], strict=True)
+        )
+        self.activation = ACTIVATION_MODULES[recipe.activation]()
+        self.skip = torch.nn.Linear(first, n_values, bias=False) if recipe.linear_skip else None
+
+    def initialise(self, generator: torch.Generator) -> None:
+        """Xavier uniform weights, zero biases (paper, section on training)."""
+        modules = [*self.linear, *([] if self.skip is None else [self.skip])]
+        for module in modules:
+            torch.nn.init.xavier_uniform_(module.weight, generator=generator)
+            if module.bias is not None:
+                torch.nn.init.zeros_(module.bias)
+
+    def forward(self, windows: torch.Tensor) -> torch.Tensor:
+        """Windows (B, n_samples, n_channels) to values (B, n_values)."""
+        flat = windows.flatten(1)
+        hidden = flat
+        for index, linear in enumerate(self.linear):
+            hidden = linear(hidden)
+            if index < len(self.linear) - 1:
+                hidden = self.activation(hidden)
+        return hidden if self.skip is None else hidden + self.skip(flat)
+
+    def freeze(self) -> FeedForward:
+        """The trained network as data.
+
+        Raises:
+            ValueError: a weight is not finite.
+        """
+        names = [self.recipe.activation] * (len(self.linear) - 1) + ["identity"]
+        layers = []
+        for linear, name in zip(self.linear, names, strict=True):
+            weights = _array(linear.weight)
+            bias = torch.zeros(len(weights)) if linear.bias is None else linear.bias
+            layers.append(Layer(weights, _array(bias), name))
+        skip = None if self.skip is None else _array(self.skip.weight)
+        return FeedForward(tuple(layers), self.n_samples, self.n_channels, skip)
+
+
+def _array(tensor: torch.Tensor) -> Float32Array:
+    return tensor.detach().to("cpu", torch.float32).numpy().copy()

@@ -1,0 +1,133 @@
+"""From a recipe and its trajectories to a surrogate with its error estimator."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from slide_fmu.data.store import Split, data_fingerprint, read_split
+from slide_fmu.learn.estimator import fit_estimator
+from slide_fmu.learn.family import FAMILIES, Problem
+from slide_fmu.learn.training import History, TrainingProgress
+from slide_fmu.network import Network
+from slide_fmu.recipe import Recipe
+from slide_fmu.scaling import Affine
+from slide_fmu.signals import Signal
+from slide_fmu.surrogate import Surrogate
+from slide_fmu.systems.base import System
+from slide_fmu.window import Window
+
+ProgressOf = Callable[[str], TrainingProgress]
+"""Gives the progress callback of a named stage."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fitted surrogate and how the trainings went, by stage."""
+
+    surrogate: Surrogate
+    histories: dict[str, History]
+
+
+def fit_surrogate(
+    recipe: Recipe, system: System, store: Path, checkpoints: Path, progress: ProgressOf
+) -> Fit:
+    """Train the surrogate of a recipe, then its error estimator.
+
+    Args:
+        system: names, units and ranges of the signals.
+        store: the recipe's trajectories.
+        checkpoints: folder for the states of interrupted trainings.
+
+    Raises:
+        StoreError: trajectories are missing.
+        TrainingError: a training diverged.
+    """
+    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    splits = read_split(store, "train"), read_split(store, "validation")
+    input_scaling = range_scaling(system.inputs)
+    output_scaling = spread_scaling(system.outputs, splits[0])
+    dtype = getattr(torch, recipe.training.precision)
+
+    def scaled(split: Split) -> tuple[torch.Tensor, torch.Tensor]:
+        inputs, outputs = input_scaling.apply(split.inputs), output_scaling.apply(split.outputs)
+        return (
+            torch.as_tensor(inputs, dtype=dtype).to(device),
+            torch.as_tensor(outputs, dtype=dtype).to(device),
+        )
+
+    window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
+    key = _digest(
+        data_fingerprint(recipe),
+        recipe.window.model_dump(mode="json"),
+        recipe.network.model_dump(mode="json"),
+        recipe.training.model_dump(mode="json"),
+    )
+    problem = Problem(
+        window, scaled(splits[0]), scaled(splits[1]), checkpoints / f"surrogate-{key}.pt"
+    )
+    family = FAMILIES[recipe.network.family]
+    network, history = family.fit(problem, recipe.network, recipe.training, progress("surrogate"))
+    surrogate = _assemble(recipe, system, window, (input_scaling, output_scaling), network)
+    if recipe.estimator is None:
+        return Fit(surrogate, {"surrogate": history})
+    key = _digest(surrogate.to_bytes().hex(), recipe.estimator.model_dump(mode="json"))
+    estimator, estimator_history = fit_estimator(
+        surrogate,
+        (read_split(store, "estimator"), read_split(store, "estimator_validation")),
+        recipe.estimator,
+        checkpoints / f"estimator-{key}.pt",
+        device,
+        progress("error estimator"),
+    )
+    histories = {"surrogate": history, "error estimator": estimator_history}
+    return Fit(dataclasses.replace(surrogate, estimator=estimator), histories)
+
+
+def range_scaling(signals: tuple[Signal, ...]) -> Affine:
+    """Scaling that maps the signals' ranges to [-1, 1]."""
+    return Affine.of_channels(
+        [0.5 * (signal.high + signal.low) for signal in signals],
+        [0.5 * (signal.high - signal.low) for signal in signals],
+    )
+
+
+def spread_scaling(signals: tuple[Signal, ...], split: Split) -> Affine:
+    """Scaling by the middle of the signals' ranges and the standard deviation in the data.
+
+    Raises:
+        ValueError: an output never moves.
+    """
+    middle = np.array([0.5 * (signal.high + signal.low) for signal in signals])
+    spread = split.outputs.reshape(-1, len(signals)).std(axis=0)
+    for signal, value in zip(signals, spread, strict=True):
+        if not value > 0:
+            raise ValueError(
+                f"output {signal.name!r} is constant in the training data; "
+                "expected it to move; check the excitation"
+            )
+    return Affine(middle, spread)
+
+
+def _assemble(
+    recipe: Recipe,
+    system: System,
+    window: Window,
+    scalings: tuple[Affine, Affine],
+    network: Network,
+) -> Surrogate:
+    return Surrogate(
+        recipe.name, window, system.inputs, system.outputs, system.hold, *scalings, network
+    )
+
+
+def _digest(*parts: Any) -> str:
+    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]

@@ -1,0 +1,180 @@
+"""The training loop: Adam with a schedule, best validation weights, checkpoints."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from slide_fmu.learn.windows import WindowData
+from slide_fmu.recipe import TrainingRecipe
+
+TrainingProgress = Callable[[int, int, float], None]
+"""Called with steps done, steps to do, and the best validation RMSE so far (scaled units)."""
+
+VALIDATION_WINDOWS = 20_000
+"""Windows of one validation: enough for a stable figure, few enough to be cheap."""
+
+VALIDATION_BATCH = 4096
+
+
+@dataclass(frozen=True)
+class History:
+    """Course of a training, one entry per validation.
+
+    Attributes:
+        step: optimizer steps done.
+        training_rmse: RMSE of the batches since the last entry, scaled units.
+        validation_rmse: RMSE on the validation windows, scaled units.
+    """
+
+    step: tuple[int, ...]
+    training_rmse: tuple[float, ...]
+    validation_rmse: tuple[float, ...]
+
+
+class TrainingError(RuntimeError):
+    """The training diverged."""
+
+
+def train(
+    model: torch.nn.Module,
+    training: WindowData,
+    validation: WindowData,
+    recipe: TrainingRecipe,
+    checkpoint: Path,
+    progress: TrainingProgress,
+) -> History:
+    """Train a model in place; it ends with the weights of the best validation.
+
+    A training that was killed goes on from its checkpoint and ends with the same weights as an
+    unbroken one: the order of the windows depends on seed and step number alone.
+
+    Args:
+        model: maps input windows (B, n_in, n_inputs) to targets (B, n_out * n_targets).
+        training: windows to learn from.
+        validation: windows to choose the weights by.
+        recipe: optimizer and schedule.
+        checkpoint: file that holds the state between validations.
+        progress: told after every validation.
+
+    Raises:
+        TrainingError: the loss is not finite.
+    """
+    optimizer = torch.optim.AdamW(
+        model.parameters(), lr=recipe.learning_rate, weight_decay=recipe.weight_decay
+    )
+    state = _restore(checkpoint, model, optimizer)
+    generator = torch.Generator(device=training.inputs.device)
+    loss_sum = 0.0
+    for step in range(state["step"], recipe.steps):
+        generator.manual_seed(recipe.seed * 2**32 + step)
+        loss = _optimize(model, optimizer, training, recipe, step, generator)
+        loss_sum += loss
+        if (step + 1) % recipe.validate_every == 0 or step + 1 == recipe.steps:
+            steps_since = step + 1 - (state["history"][-1][0] if state["history"] else 0)
+            error = evaluate(model, validation)
+            state["history"].append((step + 1, math.sqrt(loss_sum / steps_since), error))
+            if error < state["best_error"]:
+                state["best_error"] = error
+                state["best"] = {k: v.detach().clone() for k, v in model.state_dict().items()}
+            state["step"], loss_sum = step + 1, 0.0
+            _save(checkpoint, state, model, optimizer)
+            progress(step + 1, recipe.steps, state["best_error"])
+    model.load_state_dict(state["best"])
+    steps, losses, errors = zip(*state["history"], strict=True)
+    return History(steps, losses, errors)
+
+
+def evaluate(model: torch.nn.Module, data: WindowData) -> float:
+    """RMSE over windows spread evenly over all trajectories, scaled units.
+
+    Raises:
+        TrainingError: the model gives values that are not finite.
+    """
+    total, count = 0.0, 0
+    with torch.no_grad():
+        for numbers in data.spread(VALIDATION_WINDOWS).split(VALIDATION_BATCH):
+            windows, targets = data.cut(numbers)
+            total += float((model(windows) - targets).double().square().sum())
+            count += targets.numel()
+    if not math.isfinite(total):
+        raise TrainingError(_divergence("validation error"))
+    return math.sqrt(total / count)
+
+
+def learning_rate(recipe: TrainingRecipe, step: int) -> float:
+    """Learning rate at a step: linear warm-up, then cosine down to the final rate."""
+    warm_up = recipe.warm_up * recipe.steps
+    if step < warm_up:
+        return recipe.learning_rate * (step + 1) / (warm_up + 1)
+    progress = (step - warm_up) / max(1.0, recipe.steps - warm_up)
+    cosine = 0.5 * (1 + math.cos(math.pi * progress))
+    last = recipe.final_learning_rate
+    return recipe.learning_rate * (last + (1 - last) * cosine)
+
+
+def _optimize(
+    model: torch.nn.Module,
+    optimizer: torch.optim.Optimizer,
+    data: WindowData,
+    recipe: TrainingRecipe,
+    step: int,
+    generator: torch.Generator,
+) -> float:
+    device = data.inputs.device
+    numbers = torch.randint(data.n_windows, (recipe.batch,), generator=generator, device=device)
+    windows, targets = data.cut(numbers)
+    if recipe.input_jitter > 0:
+        noise = torch.randn(
+            windows.shape, generator=generator, device=device, dtype=windows.dtype
+        )
+        windows = windows + recipe.input_jitter * noise
+    if recipe.flip_signs:
+        signs = torch.randint(2, (recipe.batch,), generator=generator, device=device) * 2 - 1
+        windows, targets = windows * signs[:, None, None], targets * signs[:, None]
+    for group in optimizer.param_groups:
+        group["lr"] = learning_rate(recipe, step)
+    optimizer.zero_grad(set_to_none=True)
+    loss = (model(windows) - targets).square().mean()
+    value = float(loss.detach())
+    if not math.isfinite(value):
+        raise TrainingError(_divergence(f"loss at step {step}"))
+    loss.backward()
+    optimizer.step()
+    return value
+
+
+def _divergence(what: str) -> str:
+    return f"training diverged: {what} is not finite; lower training.learning_rate"
+
+
+def _restore(
+    checkpoint: Path, model: torch.nn.Module, optimizer: torch.optim.Optimizer
+) -> dict[str, Any]:
+    if not checkpoint.exists():
+        return {"step": 0, "history": [], "best_error": math.inf, "best": None}
+    device = next(model.parameters()).device
+    saved: dict[str, Any] = torch.load(checkpoint, map_location=device, weights_only=True)
+    model.load_state_dict(saved["model"])
+    optimizer.load_state_dict(saved["optimizer"])
+    return {key: saved[key] for key in ("step", "history", "best_error", "best")}
+
+
+def _save(
+    checkpoint: Path,
+    state: dict[str, Any],
+    model: torch.nn.Module,
+    optimizer: torch.optim.Optimizer,
+) -> None:
+    checkpoint.parent.mkdir(parents=True, exist_ok=True)
+    temporary = checkpoint.with_suffix(".new")
+    torch.save(
+        {**state, "model": model.state_dict(), "optimizer": optimizer.state_dict()}, temporary
+    )
+    os.replace(temporary, checkpoint)

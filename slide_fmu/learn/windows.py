@@ -1,0 +1,60 @@
+"""Windows cut on the fly, at every phase, on the training device."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+
+from slide_fmu.window import Window
+
+
+@dataclass(frozen=True, eq=False)
+class WindowData:
+    """Trajectories of one split, from which windows are cut.
+
+    Attributes:
+        inputs: scaled inputs, shape (n_trajectories, N, n_inputs).
+        targets: scaled targets, shape (n_trajectories, N + 1, n_targets).
+        window: which inputs and targets belong together.
+    """
+
+    inputs: torch.Tensor
+    targets: torch.Tensor
+    window: Window
+
+    def __post_init__(self) -> None:
+        if self.inputs.shape[1] < self.window.n_in:
+            raise ValueError(
+                f"trajectories of {self.inputs.shape[1]} samples; expected at least n_in = "
+                f"{self.window.n_in}; make data.duration longer"
+            )
+
+    @property
+    def n_windows(self) -> int:
+        """Number of windows, all phases of all trajectories."""
+        return len(self.inputs) * (self.inputs.shape[1] - self.window.n_in + 1)
+
+    def cut(self, numbers: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Cut windows by their number.
+
+        Args:
+            numbers: shape (B,), each in 0 .. n_windows - 1.
+
+        Returns:
+            Inputs (B, n_in, n_inputs) and targets (B, n_out * n_targets), sample by sample.
+        """
+        per_trajectory = self.inputs.shape[1] - self.window.n_in + 1
+        trajectory = (numbers // per_trajectory)[:, None]
+        start = (numbers % per_trajectory)[:, None]
+        ahead = torch.arange(self.window.n_in, device=numbers.device)
+        outputs = torch.arange(
+            self.window.n_truncated + 1, self.window.n_in + 1, device=numbers.device
+        )
+        targets = self.targets[trajectory, start + outputs]
+        return self.inputs[trajectory, start + ahead], targets.flatten(1)
+
+    def spread(self, count: int) -> torch.Tensor:
+        """Numbers of about ``count`` windows, evenly spread over all."""
+        stride = max(1, self.n_windows // count)
+        return torch.arange(0, self.n_windows, stride, device=self.inputs.device)

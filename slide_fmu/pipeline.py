@@ -1,0 +1,290 @@
+"""The stages from a recipe to an FMU with a report, each usable alone."""
+
+from __future__ import annotations
+
+import platform
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from slide_fmu import report as reports
+from slide_fmu.data.sampling import recipe_system, system_parameters
+from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
+from slide_fmu.recipe import SPLITS, Recipe, load_recipe, read_recipe_text
+from slide_fmu.report import Report
+from slide_fmu.response import is_affine
+from slide_fmu.sizing import Sizing, require_window, size_window
+from slide_fmu.surrogate import Surrogate
+from slide_fmu.validation import Task, Validation, validate
+from slide_fmu.workplace import StageError, Workplace, recipe_of_provenance
+
+Advance = Callable[[int, int, str], None]
+"""Called with the work done, the work to do, and a remark."""
+
+Bar = Callable[[str], Advance]
+"""Opens the progress bar of a named stage."""
+
+VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "fmpy", "torch", "exudyn", "pythonfmu")
+IN_RANGE, BEYOND = "in range", "beyond the range"
+
+
+@dataclass(frozen=True)
+class Job:
+    """A recipe on its way through the stages.
+
+    Attributes:
+        recipe_path: the TOML file.
+        recipe: what it says, seeds of the command line included.
+        workplace: where its files lie.
+        bar: opens progress bars.
+    """
+
+    recipe_path: Path
+    recipe: Recipe
+    workplace: Workplace
+    bar: Bar = field(repr=False)
+
+
+def open_job(
+    recipe_path: Path,
+    runs: Path,
+    bar: Bar,
+    training_seed: int | None = None,
+    data_seed: int | None = None,
+) -> Job:
+    """Read a recipe and find its workplace.
+
+    Args:
+        training_seed: replaces the recipe's seeds of initialisation and order of windows.
+        data_seed: replaces the recipe's seed of the trajectories.
+
+    Raises:
+        RecipeError: the recipe cannot be used.
+    """
+    recipe = load_recipe(recipe_path)
+    if training_seed is not None:
+        recipe = with_training_seed(recipe, training_seed)
+    if data_seed is not None:
+        data = recipe.data.model_copy(update={"seed": data_seed})
+        recipe = recipe.model_copy(update={"data": data})
+    return Job(recipe_path, recipe, Workplace(runs / recipe.name), bar)
+
+
+def with_training_seed(recipe: Recipe, seed: int) -> Recipe:
+    """The recipe with another seed for initialisation and order of windows."""
+    values = recipe.model_dump()
+    values["training"]["seed"] = seed
+    if values["estimator"] is not None:
+        values["estimator"]["training"]["seed"] = seed
+    return Recipe.model_validate(values)
+
+
+def size_recipe(job: Job, seed: int | None = None) -> Sizing:
+    """Decay times of the recipe's system along its motions.
+
+    Args:
+        seed: of the motions; the recipe's data seed if None.
+    """
+    return size_window(job.recipe, recipe_system(job.recipe), seed)
+
+
+def check_window(job: Job) -> Sizing:
+    """Compute the decay times; refuse a window that is too short.
+
+    Raises:
+        ShortWindowError: the window is too short for the system.
+    """
+    sizing = size_recipe(job)
+    require_window(job.recipe, sizing)
+    return sizing
+
+
+def generate_data(job: Job, workers: int | None, overwrite: bool) -> dict[str, Any]:
+    """Make all trajectories that are not in the store yet.
+
+    Returns:
+        Numbers of trajectories by split, and the simulated time in s.
+
+    Raises:
+        StoreError: the store was made from other values.
+    """
+    from slide_fmu.data.generation import generate, process_pool
+
+    if overwrite and job.workplace.store.exists():
+        shutil.rmtree(job.workplace.store)
+    job.workplace.folder.mkdir(parents=True, exist_ok=True)
+    advance = job.bar("trajectories")
+    with process_pool(workers) as pool:
+        generate(job.recipe, job.workplace.store, pool, lambda done, n: advance(done, n, ""))
+    counts = {split: job.recipe.data.count(split) for split in SPLITS}
+    time = sum(counts.values()) * (job.recipe.data.duration + job.recipe.data.burn_in)
+    return {"trajectories": counts, "simulated_time_s": time, "seed": job.recipe.data.seed}
+
+
+def train_surrogate(job: Job) -> dict[str, Any]:
+    """Train surrogate and error estimator; keep them in the workplace.
+
+    Returns:
+        Best validation RMSE by stage (scaled units), parameters, seed.
+
+    Raises:
+        StoreError: trajectories are missing.
+        TrainingError: a training diverged.
+    """
+    from slide_fmu.learn.fit import fit_surrogate
+
+    system = recipe_system(job.recipe)
+    workplace = job.workplace
+
+    def progress(stage: str) -> Callable[[int, int, float], None]:
+        advance = job.bar(stage)
+
+        def tell(done: int, total: int, best: float) -> None:
+            advance(done, total, f"validation RMSE {best:.3g}")
+
+        return tell
+
+    fit = fit_surrogate(job.recipe, system, workplace.store, workplace.checkpoints, progress)
+    workplace.save_surrogate(fit.surrogate, job.recipe, fit.histories)
+    return {
+        "validation_rmse": {n: min(h.validation_rmse) for n, h in fit.histories.items()},
+        "parameters": fit.surrogate.network.count_parameters(),
+        "seed": job.recipe.training.seed,
+    }
+
+
+def export(source: Path, path: Path | None, runs: Path, bar: Bar) -> Path:
+    """Write the FMU of a trained recipe, or an FMU again with this version's runtime.
+
+    Args:
+        source: a recipe (``.toml``) or an FMU.
+        path: the FMU to write; if None, that of the recipe's workplace.
+
+    Raises:
+        StageError: nothing was trained, or no path was given for an FMU.
+        FmuError: the source is no FMU of slide-fmu.
+    """
+    if source.suffix == ".toml":
+        job = open_job(source, runs, bar)
+        surrogate, _ = job.workplace.load_surrogate(job.recipe)
+        path = path or job.workplace.fmu(job.recipe)
+        return export_fmu(surrogate, path, provenance=provenance(job))
+    if path is None:
+        raise StageError("export of an FMU: where to? give the FMU to write with -o PATH")
+    surrogate, found = read_fmu(source)
+    page = read_member(source, "documentation/index.html")
+    documentation = {} if page is None else {"index.html": page}
+    return export_fmu(surrogate, path, provenance=found, documentation=documentation)
+
+
+def write_reference(job: Job, path: Path) -> Path:
+    """Write the reference system of a recipe as FMU."""
+    from slide_fmu.systems.reference_fmu import write_reference_fmu
+
+    return write_reference_fmu(job.recipe.system.model, system_parameters(job.recipe), path)
+
+
+def validate_fmu_file(fmu: Path, task: Task, bar: Bar) -> Validation:
+    """Run an FMU beside the reference system that its provenance names.
+
+    Raises:
+        FmuError: the file is no FMU of slide-fmu.
+        CoSimulationError: an FMU reports an error.
+    """
+    surrogate, found = read_fmu(fmu)
+    recipe = recipe_of_provenance(found, str(fmu))
+    advance = bar(_title(task))
+    return validate(fmu, surrogate, recipe, task, lambda done, n: advance(done, n, ""))
+
+
+def validation_report(validation: Validation) -> Report:
+    """The report of one validation."""
+    name = _title(validation.task)
+    return Report(
+        f"Validation of {validation.surrogate.name}",
+        validation.recipe.description,
+        validation.figures(),
+        reports.validation_sections({name: validation}),
+    )
+
+
+def finish(job: Job, sizing: Sizing, trajectories: int, seed: int) -> tuple[Path, Path]:
+    """Export, validate, and write the FMU that carries its report and its measured error.
+
+    Args:
+        trajectories: number of unseen trajectories.
+        seed: of the unseen trajectories.
+
+    Returns:
+        Paths of the FMU and of the report.
+    """
+    recipe, fmu = job.recipe, job.workplace.fmu(job.recipe)
+    surrogate, histories = job.workplace.load_surrogate(recipe)
+    export_fmu(surrogate, fmu, provenance=provenance(job))
+    tasks = {IN_RANGE: Task(trajectories, seed)}
+    if recipe.estimator is not None:
+        tasks[BEYOND] = Task(trajectories, seed + 1, recipe.estimator.amplitude_factor)
+    validations = {n: validate_fmu_file(fmu, task, job.bar) for n, task in tasks.items()}
+    report = _full_report(surrogate, recipe, sizing, histories, validations)
+    page = report.write(job.workplace.folder)
+    released = {**provenance(job), "measured": report.data}
+    export_fmu(
+        surrogate, fmu, provenance=released, documentation={"index.html": page.read_bytes()}
+    )
+    return fmu, page
+
+
+def provenance(job: Job) -> dict[str, object]:
+    """Where a surrogate comes from: recipe, seeds, versions."""
+    recipe = job.recipe
+    estimator = recipe.estimator
+    return {
+        "recipe": read_recipe_text(job.recipe_path),
+        "seeds": {
+            "data": recipe.data.seed,
+            "training": recipe.training.seed,
+            "estimator_training": None if estimator is None else estimator.training.seed,
+        },
+        "versions": {"python": platform.python_version(), **_versions()},
+    }
+
+
+def _full_report(
+    surrogate: Surrogate,
+    recipe: Recipe,
+    sizing: Sizing,
+    histories: dict[str, Any],
+    validations: dict[str, Validation],
+) -> Report:
+    data: dict[str, Any] = {
+        "name": recipe.name,
+        "validation": {name: v.figures() for name, v in validations.items()},
+        "window": sizing.figures(),
+        "parameters": surrogate.network.count_parameters(),
+    }
+    sections = reports.validation_sections(validations)
+    if is_affine(surrogate):
+        section, data["response_matrix"] = reports.response_section(
+            surrogate, recipe_system(recipe)
+        )
+        sections.append(section)
+    sections += [reports.sizing_section(sizing), reports.training_section(histories)]
+    return Report(f"{recipe.name}: surrogate FMU", recipe.description, data, sections)
+
+
+def _title(task: Task) -> str:
+    low, high = task.amplitude
+    return "validation" if low == high == 1 else f"validation at {low:g} to {high:g} x amplitude"
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for name in VERSIONS_OF:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = "not installed"
+    return found

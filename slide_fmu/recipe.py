@@ -1,0 +1,236 @@
+"""Typed recipes: what to simulate, learn and release, read from a TOML file."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from slide_fmu.excitation import Excitation
+
+PositiveInt = Annotated[int, Field(gt=0)]
+PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+SPLITS = ("train", "validation", "estimator", "estimator_validation", "test")
+
+
+class RecipeError(ValueError):
+    """A recipe cannot be used; the message holds one line per mistake."""
+
+
+class Table(BaseModel):
+    """A table of the recipe: unknown keys are mistakes, values do not change."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class SystemRecipe(Table):
+    """The reference system.
+
+    Attributes:
+        model: ``"module:Class"`` of a ``slide_fmu.systems.base.System``.
+        parameters: keyword arguments of the class beside ``step``.
+    """
+
+    model: str = Field(pattern=r"^[\w.]+:\w+$")
+    parameters: dict[str, float | int | str | bool] = {}
+
+
+class WindowRecipe(Table):
+    """The window.
+
+    Attributes:
+        step: sample step h in s.
+        n_in: number of input samples.
+        n_out: number of output samples.
+        remaining_amplitude: initial effects must have decayed to this fraction.
+        allow_short: accept a window that is too short for the system.
+    """
+
+    step: PositiveFloat
+    n_in: PositiveInt
+    n_out: PositiveInt
+    remaining_amplitude: float = Field(0.01, gt=0, lt=1)
+    allow_short: bool = False
+
+    @model_validator(mode="after")
+    def _fits(self) -> WindowRecipe:
+        if self.n_out > self.n_in:
+            raise ValueError(f"n_out = {self.n_out}; expected at most n_in = {self.n_in}")
+        return self
+
+
+class DataRecipe(Table):
+    """Trajectories and their excitation.
+
+    Attributes:
+        seed: entropy of every trajectory's own seed.
+        duration: length of a trajectory in s, after the burn-in.
+        burn_in: time in s that a random initial state is given to decay; not stored.
+        train, validation, estimator, estimator_validation, test: numbers of trajectories.
+        excitation: kinds of excitation with their weights.
+    """
+
+    seed: int = Field(ge=0)
+    duration: PositiveFloat
+    burn_in: float = Field(ge=0, allow_inf_nan=False)
+    train: PositiveInt
+    validation: PositiveInt
+    estimator: int = Field(0, ge=0)
+    estimator_validation: int = Field(0, ge=0)
+    test: int = Field(0, ge=0)
+    excitation: tuple[Excitation, ...] = Field(min_length=1)
+
+    def count(self, split: str) -> int:
+        """Number of trajectories of a split."""
+        return int(getattr(self, split))
+
+
+class FeedForwardRecipe(Table):
+    """The paper's feed-forward network.
+
+    Attributes:
+        family: names the network family.
+        hidden: widths of the hidden layers; empty for one affine map.
+        activation: activation of the hidden layers.
+        bias: whether layers have biases; without, odd activations give an odd network.
+        linear_skip: whether a linear path leads from the inputs to the outputs.
+        time_invariant: one network for every position of the output window, which sees the
+            n_in - n_out + 1 inputs before it; else one network gives the whole block.
+    """
+
+    family: Literal["feed_forward"]
+    hidden: tuple[PositiveInt, ...]
+    activation: Literal["identity", "relu", "elu", "tanh", "gelu"] = "relu"
+    bias: bool = True
+    linear_skip: bool = False
+    time_invariant: bool = False
+
+
+class TrainingRecipe(Table):
+    """Adam with a warm-up and a cosine schedule.
+
+    Attributes:
+        seed: of initialisation and of the order of the windows.
+        steps: optimizer steps.
+        batch: windows per step.
+        learning_rate: highest learning rate.
+        final_learning_rate: fraction of ``learning_rate`` that is left at the end.
+        warm_up: fraction of the steps in which the learning rate rises.
+        weight_decay: decoupled weight decay.
+        flip_signs: show windows with both signs, for systems that answer -u with -y.
+        input_jitter: standard deviation of noise on the scaled inputs.
+        validate_every: steps between validations and checkpoints.
+        precision: floating point format of the training.
+    """
+
+    seed: int = Field(0, ge=0)
+    steps: PositiveInt
+    batch: PositiveInt
+    learning_rate: PositiveFloat
+    final_learning_rate: float = Field(0.0, ge=0, le=1)
+    warm_up: float = Field(0.05, ge=0, lt=1)
+    weight_decay: float = Field(0.0, ge=0, allow_inf_nan=False)
+    flip_signs: bool = False
+    input_jitter: float = Field(0.0, ge=0, allow_inf_nan=False)
+    validate_every: PositiveInt = 500
+    precision: Literal["float32", "float64"] = "float32"
+
+
+class EstimatorRecipe(Table):
+    """The error estimator.
+
+    Attributes:
+        network: its network; ``time_invariant`` here means the root of the mean square of one
+            network's estimates at every position of the output window.
+        training: its training.
+        amplitude_factor: range of the factor on the excitation beyond the trained range.
+        in_range: fraction of its trajectories with factor 1.
+        resolution: errors below this fraction of the output's scale are not told apart.
+    """
+
+    network: FeedForwardRecipe
+    training: TrainingRecipe
+    amplitude_factor: tuple[PositiveFloat, PositiveFloat] = (1.0, 3.0)
+    in_range: float = Field(0.5, ge=0, le=1)
+    resolution: float = Field(1e-3, gt=0, lt=1)
+
+
+class Recipe(Table):
+    """Everything that makes a surrogate.
+
+    Attributes:
+        name: C identifier; names the run, the surrogate and the FMU.
+        description: one line for people.
+    """
+
+    name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
+    description: str
+    system: SystemRecipe
+    window: WindowRecipe
+    data: DataRecipe
+    network: FeedForwardRecipe
+    training: TrainingRecipe
+    estimator: EstimatorRecipe | None = None
+
+    @model_validator(mode="after")
+    def _estimator_has_data(self) -> Recipe:
+        counts = (self.data.estimator, self.data.estimator_validation)
+        if self.estimator is not None and min(counts) < 1:
+            raise ValueError(
+                f"data.estimator = {counts[0]}, data.estimator_validation = {counts[1]}; "
+                "the error estimator needs trajectories of its own, at least one each"
+            )
+        return self
+
+
+def parse_recipe(text: str, source: str) -> Recipe:
+    """Read a recipe from TOML text.
+
+    Args:
+        source: what the text is called in messages.
+
+    Raises:
+        RecipeError: the text is no TOML or no recipe; one line per mistake.
+    """
+    try:
+        return Recipe.model_validate(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise RecipeError(f"{source}: not valid TOML: {error}") from error
+    except ValidationError as error:
+        lines = [f"{source}: {_describe(item)}" for item in error.errors()]
+        raise RecipeError("\n".join(lines)) from error
+
+
+def load_recipe(path: Path) -> Recipe:
+    """Read a recipe file.
+
+    Raises:
+        RecipeError: the file cannot be read or is no recipe.
+    """
+    return parse_recipe(read_recipe_text(path), str(path))
+
+
+def read_recipe_text(path: Path) -> str:
+    """The text of a recipe file.
+
+    Raises:
+        RecipeError: the file cannot be read.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise RecipeError(
+            f"recipe {str(path)!r} cannot be read ({error}); expected a TOML file such as "
+            "training/duffing.toml"
+        ) from error
+
+
+def _describe(item: Any) -> str:
+    place = ".".join(str(part) for part in item["loc"]) or "recipe"
+    if item["type"] == "missing":
+        return f"{place} is missing"
+    if item["type"] == "extra_forbidden":
+        return f"{place} is not a known key; remove it or correct its spelling"
+    return f"{place} = {item['input']!r}: {item['msg']}"

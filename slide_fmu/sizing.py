@@ -1,0 +1,129 @@
+"""Window sizing for a recipe: decay along its own motions, linearized and measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.data.sampling import Stream, draw, split_stream
+from slide_fmu.decay import Decay, decay_along, measured_decay, recommend_window, too_short
+from slide_fmu.modes import Spectrum, spectrum
+from slide_fmu.recipe import Recipe
+from slide_fmu.signals import FloatArray
+from slide_fmu.systems.base import State, System
+from slide_fmu.window import Window
+
+MOTIONS = 20
+"""Motions along which is linearized, and pairs of motions whose meeting is measured."""
+POINTS_PER_MOTION = 10
+MEASURED_DECAYS = 3.0
+"""Length of the measured motions, in decay times."""
+
+
+class ShortWindowError(ValueError):
+    """The recipe's window is too short for its system."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sizing:
+    """What the window of a recipe must hold, and what it holds.
+
+    Attributes:
+        window: the recipe's window.
+        remaining_amplitude: fraction to which initial effects shall decay.
+        modes: of the system at rest.
+        linearized: decay times at many states along the recipe's motions.
+        measured: decay times of the difference of two motions under the same input.
+    """
+
+    window: Window
+    remaining_amplitude: float
+    modes: Spectrum
+    linearized: Decay
+    measured: Decay
+
+    @property
+    def problem(self) -> str | None:
+        """Why the window is too short; None if it is long enough."""
+        return too_short(self.window, self.linearized.worst)
+
+    def figures(self) -> dict[str, Any]:
+        """The figures as plain values, as written to JSON."""
+        recommended = recommend_window(
+            self.linearized.worst, self.window.step, self.window.n_out
+        )
+        return {
+            "remaining_amplitude": self.remaining_amplitude,
+            "decay_time_s": {"mean": self.linearized.mean, "worst": self.linearized.worst},
+            "measured_decay_time_s": {"mean": self.measured.mean, "worst": self.measured.worst},
+            "modes_at_rest": [
+                {
+                    "frequency_rad_s": mode.natural_frequency,
+                    "damping_ratio": mode.damping_ratio,
+                    "decay_time_s": mode.decay_time,
+                }
+                for mode in self.modes.modes
+            ],
+            "rigid_body_eigenvalues": len(self.modes.rigid),
+            "window": {
+                "step_s": self.window.step,
+                "n_in": self.window.n_in,
+                "n_out": self.window.n_out,
+                "truncation_time_s": self.window.truncation_time,
+            },
+            "recommended_n_in": recommended.n_in,
+            "sufficient": self.problem is None,
+        }
+
+
+def size_window(recipe: Recipe, system: System, seed: int | None = None) -> Sizing:
+    """Compute and measure the decay times of a recipe's system along its motions.
+
+    Args:
+        seed: of the motions; the recipe's data seed if None.
+
+    Raises:
+        UnstableModeError: a mode of the linearized system grows.
+        SimulationError: a motion could not be simulated.
+    """
+    amplitude = recipe.window.remaining_amplitude
+    window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
+    training = split_stream(recipe, "train", 0)
+    entropy = recipe.data.seed if seed is None else seed
+    stream = Stream(training.number, entropy, (1.0, 1.0), training.duration)
+    draws = [draw(recipe, system, stream, index) for index in range(MOTIONS)]
+    states = [state for d in draws for state in _states_along(system, d.initial, d.inputs)]
+    linearized = decay_along(system, states, amplitude)
+    count = int(np.ceil(MEASURED_DECAYS * linearized.worst / window.step))
+    records = [np.resize(d.inputs, (count, d.inputs.shape[1])) for d in draws]
+    rng = np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=(stream.number,)))
+    measured = measured_decay(system, records, rng, amplitude)
+    rest = system.rest_state(np.array([0.5 * (s.low + s.high) for s in system.inputs]))
+    modes = spectrum(system.linearize(rest), amplitude)
+    return Sizing(window, amplitude, modes, linearized, measured)
+
+
+def require_window(recipe: Recipe, sizing: Sizing) -> None:
+    """Refuse a recipe whose window is too short, unless it says ``allow_short``.
+
+    Raises:
+        ShortWindowError: with the numbers and the remedy.
+    """
+    if sizing.problem is not None and not recipe.window.allow_short:
+        raise ShortWindowError(
+            f"recipe {recipe.name!r}: {sizing.problem}; or set window.allow_short = true"
+        )
+
+
+def _states_along(system: System, initial: State, inputs: FloatArray) -> list[State]:
+    """States at evenly spread samples of a motion."""
+    stride = max(1, len(inputs) // POINTS_PER_MOTION)
+    system.set_state(initial)
+    states = []
+    for k, row in enumerate(inputs[: stride * POINTS_PER_MOTION]):
+        system.advance(row)
+        if (k + 1) % stride == 0:
+            states.append(system.get_state())
+    return states

@@ -1,0 +1,329 @@
+"""The surrogate: the only thing that crosses from learning to export. Needs numpy alone."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.network import Float32Array, Network
+from slide_fmu.payload import (
+    EstimatorPayload,
+    Payload,
+    PayloadError,
+    check_block_sizes,
+    check_estimator_sizes,
+    decode,
+    encode,
+)
+from slide_fmu.scaling import Affine, LogError
+from slide_fmu.signals import FloatArray, Hold, Signal
+from slide_fmu.window import Window
+
+BATCH = 4096
+"""Windows evaluated at once: bounds the memory of a long prediction."""
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorEstimator:
+    """The second network: estimates the RMSE of the surrogate over its output window.
+
+    Attributes:
+        network: gives the logarithmic error eps of every output, in one or several positions.
+        log_error: map between eps and the error relative to the scale of the output.
+        positions: number of consecutive evaluations whose mean square is taken; 1 if the network
+            sees the whole window and estimates the block's error directly.
+    """
+
+    network: Network
+    log_error: LogError
+    positions: int
+
+
+@dataclass(frozen=True, eq=False)
+class Surrogate:
+    """A trained stand-in for a system: window, scalings, network, error estimator.
+
+    Attributes:
+        name: C identifier; name of the FMU.
+        window: the index law.
+        inputs: input signals, in channel order; their ranges are those of the training.
+        outputs: output signals, in channel order.
+        hold: how an input acts between samples, as in the training data.
+        input_scaling: physical inputs to network inputs.
+        output_scaling: physical outputs to network outputs.
+        network: scaled input window to scaled outputs.
+        estimator: error estimator, or None.
+
+    Raises:
+        ValueError: the parts do not fit together.
+    """
+
+    name: str
+    window: Window
+    inputs: tuple[Signal, ...]
+    outputs: tuple[Signal, ...]
+    hold: Hold
+    input_scaling: Affine
+    output_scaling: Affine
+    network: Network
+    estimator: ErrorEstimator | None = None
+
+    def __post_init__(self) -> None:
+        if not (self.name.isascii() and self.name.isidentifier()):
+            raise ValueError(
+                f"surrogate name {self.name!r}; expected letters, digits and underscores, "
+                "not beginning with a digit (it becomes the FMU's model identifier)"
+            )
+        check_block_sizes(self.window, self.network, len(self.outputs))
+        if self.estimator is not None:
+            check_estimator_sizes(
+                self.window, self.estimator.positions, self.estimator.network, len(self.outputs)
+            )
+
+    @property
+    def gives_blocks(self) -> bool:
+        """Whether one evaluation gives the whole output window (else one sample)."""
+        return self.network.n_values != len(self.outputs)
+
+    def predict_windows(self, windows: NDArray[Any]) -> FloatArray:
+        """Outputs of single windows.
+
+        Args:
+            windows: physical inputs, shape (B, n_in, n_inputs).
+
+        Returns:
+            Outputs, shape (B, n_out, n_outputs), in the outputs' units.
+        """
+        scaled = self.input_scaling.apply(windows).astype(np.float32)
+        n_outputs = len(self.outputs)
+        if self.gives_blocks:
+            values = self.network.evaluate(scaled).reshape(len(windows), -1, n_outputs)
+        else:
+            values = _slide(self.network, scaled, self.window.n_out)
+        return self.output_scaling.invert(values.astype(np.float64))
+
+    def predict(self, inputs: NDArray[Any]) -> FloatArray:
+        """Predict over a long record in blocks of n_out samples (paper: stride n_out).
+
+        Before the record the first input is taken as held.
+
+        Args:
+            inputs: shape (N, n_inputs), N >= 1, in the inputs' units.
+
+        Returns:
+            Outputs at samples 1 .. N, shape (N, n_outputs).
+
+        Raises:
+            ValueError: wrong number of channels, no samples, or values that are not finite.
+        """
+        checked = self._checked(inputs)
+        n_out, count = self.window.n_out, len(checked)
+        blocks = -(-count // n_out)
+        lead = blocks * n_out - count
+        prehistory = np.repeat(checked[:1], lead + self.window.n_truncated, axis=0)
+        padded = np.concatenate([prehistory, checked])
+        starts = np.arange(blocks) * n_out
+        parts = [
+            self.predict_windows(padded[self.window.input_indices(part)])
+            for part in _batches(starts)
+        ]
+        return np.concatenate(parts).reshape(blocks * n_out, -1)[lead:]
+
+    def predict_newest(self, inputs: NDArray[Any]) -> FloatArray:
+        """Predict a long record as a co-simulation does: the newest output of every step.
+
+        Args:
+            inputs: as for ``predict``.
+
+        Returns:
+            Outputs at samples 1 .. N, shape (N, n_outputs).
+
+        Raises:
+            ValueError: as for ``predict``.
+        """
+        values = self._slide_over(self.network, self._checked(inputs))
+        return self.output_scaling.invert(values[:, -len(self.outputs) :])
+
+    def estimate_error(self, inputs: NDArray[Any]) -> FloatArray:
+        """Estimated RMSE over the output window that ends at each sample.
+
+        Args:
+            inputs: shape (N, n_inputs), N >= 1, in the inputs' units.
+
+        Returns:
+            Estimates at samples 1 .. N, shape (N, n_outputs), in the outputs' units.
+
+        Raises:
+            ValueError: there is no estimator, or bad inputs as in ``predict``.
+        """
+        if self.estimator is None:
+            raise ValueError(f"surrogate {self.name!r} has no error estimator; train one")
+        estimator, checked = self.estimator, self._checked(inputs)
+        lead = np.repeat(checked[:1], estimator.positions - 1, axis=0)
+        eps = self._slide_over(estimator.network, np.concatenate([lead, checked]))
+        squares = estimator.log_error.invert(eps) ** 2
+        views = np.lib.stride_tricks.sliding_window_view(squares, estimator.positions, axis=0)
+        return np.sqrt(views.mean(axis=-1)) * self.output_scaling.scale
+
+    def stream(self) -> Stream:
+        """Start a step-by-step evaluation, as in a co-simulation."""
+        return Stream(self)
+
+    def _slide_over(self, network: Network, inputs: FloatArray) -> FloatArray:
+        """Evaluate a network at every sample of a record whose first input was held before."""
+        scaled = self.input_scaling.apply(inputs).astype(np.float32)
+        lead = np.repeat(scaled[:1], network.n_samples - 1, axis=0)
+        padded = np.concatenate([lead, scaled])
+        columns = np.arange(network.n_samples)
+        parts = [
+            network.evaluate(padded[part[:, None] + columns])
+            for part in _batches(np.arange(len(inputs)))
+        ]
+        return np.concatenate(parts).astype(np.float64)
+
+    def _checked(self, inputs: NDArray[Any]) -> FloatArray:
+        array = np.asarray(inputs, dtype=np.float64)
+        if array.ndim != 2 or array.shape[1] != len(self.inputs) or len(array) == 0:
+            names = [signal.name for signal in self.inputs]
+            raise ValueError(
+                f"inputs of shape {array.shape}; expected (samples, {len(names)}) for {names}, "
+                "at least one sample"
+            )
+        if not np.all(np.isfinite(array)):
+            row, column = np.argwhere(~np.isfinite(array))[0]
+            raise ValueError(
+                f"input {self.inputs[column].name!r} at sample {row} is {array[row, column]}; "
+                "expected finite values"
+            )
+        return array
+
+    def to_bytes(self) -> bytes:
+        """The surrogate file (``payload.py``); the same surrogate gives the same bytes."""
+        estimator = self.estimator
+        metadata = {
+            "name": self.name,
+            "hold": self.hold,
+            "inputs": [asdict(signal) for signal in self.inputs],
+            "outputs": [asdict(signal) for signal in self.outputs],
+        }
+        return encode(
+            Payload(
+                self.window,
+                self.input_scaling,
+                self.output_scaling,
+                self.network,
+                None
+                if estimator is None
+                else EstimatorPayload(
+                    estimator.log_error, estimator.positions, estimator.network
+                ),
+                json.dumps(metadata, sort_keys=True, ensure_ascii=False),
+            )
+        )
+
+    @staticmethod
+    def from_bytes(data: bytes) -> Surrogate:
+        """Read a surrogate file's bytes.
+
+        Raises:
+            PayloadError: the bytes are damaged or of another version.
+        """
+        payload = decode(data)
+        estimator = payload.estimator
+        try:
+            metadata = json.loads(payload.metadata)
+            return Surrogate(
+                metadata["name"],
+                payload.window,
+                tuple(Signal(**signal) for signal in metadata["inputs"]),
+                tuple(Signal(**signal) for signal in metadata["outputs"]),
+                metadata["hold"],
+                payload.input_scaling,
+                payload.output_scaling,
+                payload.network,
+                None
+                if estimator is None
+                else ErrorEstimator(
+                    estimator.network, estimator.log_error, estimator.positions
+                ),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            raise PayloadError(f"surrogate file: metadata is damaged: {error!r}") from error
+
+    def save(self, path: Path) -> None:
+        """Write the surrogate file."""
+        path.write_bytes(self.to_bytes())
+
+    @staticmethod
+    def load(path: Path) -> Surrogate:
+        """Read a surrogate file.
+
+        Raises:
+            PayloadError: the file is damaged or of another version.
+            OSError: the file cannot be read.
+        """
+        return Surrogate.from_bytes(path.read_bytes())
+
+
+class Stream:
+    """Step-by-step evaluation of a surrogate: newest output only, as the FMU does. Final."""
+
+    def __init__(self, surrogate: Surrogate) -> None:
+        self.surrogate = surrogate
+        self._window: Float32Array | None = None
+        self._squares: FloatArray | None = None
+
+    def step(self, inputs: NDArray[Any]) -> tuple[FloatArray, FloatArray | None]:
+        """Take the input of one communication step.
+
+        Args:
+            inputs: shape (n_inputs,), in the inputs' units.
+
+        Returns:
+            Outputs at the end of the step, shape (n_outputs,), and the error estimate of the
+            same shape, or None without an estimator.
+
+        Raises:
+            ValueError: wrong number of inputs or values that are not finite.
+        """
+        surrogate = self.surrogate
+        row = surrogate._checked(np.asarray(inputs, dtype=np.float64)[None, :])
+        scaled = surrogate.input_scaling.apply(row).astype(np.float32)
+        if self._window is None:
+            self._window = np.repeat(scaled, surrogate.window.n_in, axis=0)
+        else:
+            self._window = np.concatenate([self._window[1:], scaled])
+        newest = self._window[None, -surrogate.network.n_samples :]
+        values = surrogate.network.evaluate(newest)[0, -len(surrogate.outputs) :]
+        return surrogate.output_scaling.invert(values.astype(np.float64)), self._estimate()
+
+    def _estimate(self) -> FloatArray | None:
+        estimator = self.surrogate.estimator
+        if estimator is None or self._window is None:
+            return None
+        eps = estimator.network.evaluate(self._window[None, -estimator.network.n_samples :])
+        square = estimator.log_error.invert(eps.astype(np.float64)) ** 2
+        if self._squares is None:
+            self._squares = np.repeat(square, estimator.positions, axis=0)
+        else:
+            self._squares = np.concatenate([self._squares[1:], square])
+        scale = self.surrogate.output_scaling.scale
+        return np.asarray(np.sqrt(self._squares.mean(axis=0)) * scale)
+
+
+def _slide(network: Network, scaled: Float32Array, positions: int) -> Float32Array:
+    """Evaluate a one-sample network at every position: (B, n_in, c) -> (B, positions, values)."""
+    views = np.lib.stride_tricks.sliding_window_view(scaled, network.n_samples, axis=1)
+    flat = np.moveaxis(views[:, :positions], -1, 2).reshape(
+        -1, network.n_samples, scaled.shape[-1]
+    )
+    return network.evaluate(flat).reshape(len(scaled), positions, -1)
+
+
+def _batches(starts: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+    return [starts[first : first + BATCH] for first in range(0, len(starts), BATCH)]

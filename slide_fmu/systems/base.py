@@ -1,0 +1,117 @@
+"""What a reference system is: signals, simulation from a state, stepping, linearization."""
+
+from __future__ import annotations
+
+import abc
+from dataclasses import dataclass
+
+import numpy as np
+
+from slide_fmu.signals import FloatArray, Hold, Signal, Trajectory
+
+@dataclass(frozen=True, eq=False)
+class Linearization:
+    """Tangent matrices of M q'' + D q' + K q + G^T lambda = 0, G q = 0 at one state.
+
+    Attributes:
+        mass: M, shape (n, n).
+        damping: D = -df/dq', shape (n, n).
+        stiffness: K = -df/dq, shape (n, n).
+        constraints: Jacobian G of the constraints, shape (n_constraints, n), may have no rows.
+    """
+
+    mass: FloatArray
+    damping: FloatArray
+    stiffness: FloatArray
+    constraints: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Full state of a system at one sample: everything the future depends on beside the inputs.
+
+    Attributes:
+        coordinates: generalized coordinates q, shape (n,).
+        velocities: their rates q', shape (n,).
+        last_input: the input that acted last, shape (n_inputs,); a ramp starts from it.
+    """
+
+    coordinates: FloatArray
+    velocities: FloatArray
+    last_input: FloatArray
+
+
+class System(abc.ABC):
+    """A reference system that is sampled with the step h. Interface: never instantiated.
+
+    Implementations are final, cheap to construct (heavy work on first use) and are made again
+    in every worker process from their dotted name and parameters.
+    """
+
+    step: float
+    inputs: tuple[Signal, ...]
+    outputs: tuple[Signal, ...]
+    hold: Hold
+
+    @abc.abstractmethod
+    def random_state(self, rng: np.random.Generator) -> State:
+        """A random initial state from the range in which the system is used."""
+
+    @abc.abstractmethod
+    def rest_state(self, held_input: FloatArray) -> State:
+        """The static equilibrium under a constant input, shape (n_inputs,)."""
+
+    @abc.abstractmethod
+    def set_state(self, state: State) -> None:
+        """Continue from this state with the next ``advance``."""
+
+    @abc.abstractmethod
+    def get_state(self) -> State:
+        """The current state."""
+
+    @abc.abstractmethod
+    def output(self) -> FloatArray:
+        """Outputs at the current state, shape (n_outputs,)."""
+
+    @abc.abstractmethod
+    def advance(self, inputs: FloatArray) -> FloatArray:
+        """Go on by one sample step under ``inputs``, shape (n_inputs,); give the new outputs.
+
+        Raises:
+            SimulationError: the solver did not converge.
+        """
+
+    @abc.abstractmethod
+    def linearize(self, state: State) -> Linearization:
+        """Linearize the equations of motion at a state (paper, section on decay times)."""
+
+
+class SimulationError(RuntimeError):
+    """A reference system could not be simulated."""
+
+
+def simulate(system: System, inputs: FloatArray, initial: State) -> Trajectory:
+    """Simulate a system over a whole input record from a given initial state.
+
+    Args:
+        inputs: shape (N, n_inputs), in the units of ``system.inputs``.
+        initial: the state at sample 0.
+
+    Returns:
+        The trajectory: N inputs and N + 1 outputs.
+
+    Raises:
+        SimulationError: the solver did not converge.
+        ValueError: the inputs have the wrong number of channels.
+    """
+    if inputs.ndim != 2 or inputs.shape[1] != len(system.inputs):
+        names = [signal.name for signal in system.inputs]
+        raise ValueError(
+            f"inputs of shape {inputs.shape}; expected (samples, {len(names)}) for {names}"
+        )
+    system.set_state(initial)
+    outputs = np.empty((len(inputs) + 1, len(system.outputs)))
+    outputs[0] = system.output()
+    for k, row in enumerate(inputs):
+        outputs[k + 1] = system.advance(row)
+    return Trajectory(system.step, inputs, outputs)

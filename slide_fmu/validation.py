@@ -1,0 +1,268 @@
+"""Run a surrogate FMU beside its reference FMU on unseen inputs and measure the error."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.cosim import UnpackedFmu, run_fmu, unpacked
+from slide_fmu.data.sampling import (
+    UNSEEN,
+    Draw,
+    Stream,
+    draw,
+    recipe_system,
+    system_parameters,
+)
+from slide_fmu.errors import moving_rms, relative_deviation, rms
+from slide_fmu.recipe import Recipe
+from slide_fmu.signals import FloatArray
+from slide_fmu.surrogate import Surrogate
+from slide_fmu.systems.base import System
+from slide_fmu.systems.reference_fmu import write_reference_fmu
+from slide_fmu.systems.reference_slave import FROM_STATE
+
+Progress = Callable[[int, int], None]
+"""Called with the number of trajectories done and to do."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is to be validated.
+
+    Attributes:
+        trajectories: number of unseen trajectories.
+        seed: their entropy; no training, tuning or selection uses this stream of seeds.
+        amplitude: range of the factor on the excitation's amplitude; (1, 1) is in range.
+        duration: length of a trajectory in s; the recipe's if None.
+    """
+
+    trajectories: int
+    seed: int
+    amplitude: tuple[float, float] = (1.0, 1.0)
+    duration: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.trajectories < 1:
+            raise ValueError(f"trajectories = {self.trajectories}; expected at least 1")
+        if not 0 < self.amplitude[0] <= self.amplitude[1]:
+            raise ValueError(
+                f"amplitude = {self.amplitude}; expected two positive factors, smaller one first"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """One trajectory, both FMUs.
+
+    Attributes:
+        kind: index of the excitation in the recipe.
+        time: of the samples that are scored, in s, shape (N,).
+        inputs: that led to them, shape (N, n_inputs).
+        reference: outputs of the reference FMU, shape (N, n_outputs).
+        surrogate: outputs of the surrogate FMU, same shape.
+        estimate: its error estimates, same shape, or None.
+        true_error: RMSE over the output window that ends at each sample, same shape; NaN where
+            the output window reaches before the first scored sample.
+        step_seconds: wall time per step of surrogate and reference, shapes (steps,).
+    """
+
+    kind: int
+    time: FloatArray
+    inputs: FloatArray
+    reference: FloatArray
+    surrogate: FloatArray
+    estimate: FloatArray | None
+    true_error: FloatArray
+    step_seconds: tuple[FloatArray, FloatArray]
+
+    @property
+    def error(self) -> FloatArray:
+        """Surrogate minus reference, shape (N, n_outputs)."""
+        return self.surrogate - self.reference
+
+
+@dataclass(frozen=True, eq=False)
+class Validation:
+    """All compared trajectories of one task."""
+
+    task: Task
+    surrogate: Surrogate
+    recipe: Recipe
+    comparisons: tuple[Comparison, ...]
+
+    def figures(self) -> dict[str, Any]:
+        """The figures as plain values, as written to JSON."""
+        return {
+            "fmu": self.surrogate.name,
+            "trajectories": self.task.trajectories,
+            "seed": self.task.seed,
+            "amplitude": list(self.task.amplitude),
+            "outputs": [self._output(index) for index in range(len(self.surrogate.outputs))],
+            "excitations": self._excitations(),
+            "error_estimate": self._estimate(),
+            "timing": self._timing(),
+        }
+
+    def relative_deviations(self) -> FloatArray:
+        """Relative deviations of the error estimates, all samples and outputs in one vector."""
+        assert self.recipe.estimator is not None
+        resolution = self.recipe.estimator.resolution * self.surrogate.output_scaling.scale
+        parts = [
+            relative_deviation(c.estimate, c.true_error, resolution)[~np.isnan(c.true_error)]
+            for c in self.comparisons
+            if c.estimate is not None
+        ]
+        return np.concatenate(parts)
+
+    def _output(self, index: int) -> dict[str, Any]:
+        signal = self.surrogate.outputs[index]
+        reference = np.concatenate([c.reference for c in self.comparisons])
+        error = np.concatenate([c.error for c in self.comparisons])
+        single = [float(rms(c.error)[index] / _rms(c.reference, index)) for c in self.comparisons]
+        return {
+            "name": signal.name,
+            "unit": signal.unit,
+            "rms_reference": float(rms(reference)[index]),
+            "rmse": float(rms(error)[index]),
+            "relative_rmse": float(rms(error)[index] / _rms(reference, index)),
+            "max_error": float(np.max(np.abs(error[:, index]))),
+            "relative_rmse_of_trajectories": _quantiles(single),
+        }
+
+    def _excitations(self) -> list[dict[str, Any]]:
+        rows = []
+        for index, excitation in enumerate(self.recipe.data.excitation):
+            chosen = [c for c in self.comparisons if c.kind == index]
+            if chosen:
+                reference = np.concatenate([c.reference for c in chosen])
+                error = np.concatenate([c.error for c in chosen])
+                relative = [
+                    float(rms(error)[i] / _rms(reference, i)) for i in range(error.shape[1])
+                ]
+                rows.append(
+                    {
+                        "kind": excitation.kind,
+                        "trajectories": len(chosen),
+                        "relative_rmse": relative,
+                    }
+                )
+        return rows
+
+    def _estimate(self) -> dict[str, Any] | None:
+        if self.surrogate.estimator is None:
+            return None
+        deviations = self.relative_deviations()
+        return {
+            "mean_relative_deviation": float(np.mean(deviations)),
+            "p95_relative_deviation": float(np.quantile(deviations, 0.95)),
+            "window_samples": self.surrogate.window.n_out,
+        }
+
+    def _timing(self) -> dict[str, float]:
+        fmu, reference = (
+            float(np.median(np.concatenate([c.step_seconds[i] for c in self.comparisons])))
+            for i in (0, 1)
+        )
+        return {
+            "fmu_step_us": 1e6 * fmu,
+            "reference_step_us": 1e6 * reference,
+            "speedup": reference / fmu,
+        }
+
+
+def validate(
+    fmu: Path, surrogate: Surrogate, recipe: Recipe, task: Task, progress: Progress
+) -> Validation:
+    """Run an FMU and the reference FMU of its recipe side by side on unseen trajectories.
+
+    Samples are scored from the end of the burn-in on, and not before the input window is filled
+    with inputs of the trajectory. Where the estimate is scored, its output window is filled too.
+
+    Args:
+        fmu: the surrogate FMU.
+        surrogate: what is in it.
+        recipe: what it was made from.
+
+    Raises:
+        CoSimulationError: an FMU reports an error.
+        LoadError: the reference system is not installed here.
+        ValueError: the trajectories are too short to score anything.
+    """
+    system = recipe_system(recipe)
+    duration = recipe.data.duration if task.duration is None else task.duration
+    stream = Stream(UNSEEN, task.seed, task.amplitude, duration)
+    needed = surrogate.window.n_in * surrogate.window.step
+    if duration + recipe.data.burn_in < needed:
+        raise ValueError(
+            f"duration = {duration} s with a burn-in of {recipe.data.burn_in} s; expected at "
+            f"least {needed} s in all, the length of the input window"
+        )
+    comparisons = []
+    progress(0, task.trajectories)
+    with tempfile.TemporaryDirectory() as folder:
+        reference_path = Path(folder) / "reference.fmu"
+        write_reference_fmu(recipe.system.model, system_parameters(recipe), reference_path)
+        with unpacked(fmu) as fmu_files, unpacked(reference_path) as reference_files:
+            for index in range(task.trajectories):
+                drawn = draw(recipe, system, stream, index)
+                comparisons.append(compare(fmu_files, reference_files, surrogate, system, drawn))
+                progress(index + 1, task.trajectories)
+    return Validation(task, surrogate, recipe, tuple(comparisons))
+
+
+def compare(
+    fmu: UnpackedFmu, reference: UnpackedFmu, surrogate: Surrogate, system: System, drawn: Draw
+) -> Comparison:
+    """Run both FMUs on one drawn trajectory.
+
+    Raises:
+        CoSimulationError: an FMU reports an error.
+    """
+    names = [signal.name for signal in surrogate.outputs]
+    inputs = {s.name: drawn.inputs[:, i] for i, s in enumerate(surrogate.inputs)}
+    step, window = surrogate.window.step, surrogate.window
+    true = run_fmu(reference, inputs, names, _initial_parameters(system, drawn), step)
+    estimates = [] if surrogate.estimator is None else [f"{n}_error_estimate" for n in names]
+    own = run_fmu(fmu, inputs, [*names, *estimates], step=step)
+    first = max(drawn.burn_in + 1, surrogate.network.n_samples)
+    error = own.values[first:, : len(names)] - true.values[first:]
+    true_error = np.full_like(error, np.nan)
+    if len(error) >= window.n_out:
+        true_error[window.n_out - 1 :] = moving_rms(error, window.n_out)
+    return Comparison(
+        drawn.kind,
+        step * np.arange(first, len(true.values)),
+        drawn.inputs[first - 1 :],
+        true.values[first:],
+        own.values[first:, : len(names)],
+        own.values[first:, len(names) :] if estimates else None,
+        true_error,
+        (own.seconds, true.seconds),
+    )
+
+
+def _initial_parameters(system: System, drawn: Draw) -> dict[str, float | bool]:
+    """Parameters that start the reference FMU in the drawn state."""
+    parts = {"coordinates": drawn.initial.coordinates, "velocities": drawn.initial.velocities}
+    if system.hold == "ramp":
+        parts["last_input"] = drawn.initial.last_input
+    values: dict[str, float | bool] = {FROM_STATE: True}
+    for part, vector in parts.items():
+        values.update({f"initial_{part}[{i}]": float(v) for i, v in enumerate(vector)})
+    return values
+
+
+def _rms(values: FloatArray, index: int) -> float:
+    """RMS of one channel; a channel that is zero throughout counts as tiny, not as zero."""
+    return max(float(rms(values)[index]), np.finfo(np.float64).tiny)
+
+
+def _quantiles(values: list[float]) -> dict[str, float]:
+    median, low, high = np.quantile(values, [0.5, 0.1, 0.9])
+    return {"median": float(median), "p10": float(low), "p90": float(high)}

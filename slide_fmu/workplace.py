@@ -1,0 +1,97 @@
+"""Where the work on a recipe lies on disk: one folder per recipe, resumable stage by stage."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slide_fmu.recipe import Recipe, parse_recipe
+from slide_fmu.surrogate import Surrogate
+
+if TYPE_CHECKING:
+    from slide_fmu.learn.training import History
+
+
+class StageError(ValueError):
+    """A stage is asked for before the one it builds on."""
+
+
+@dataclass(frozen=True)
+class Workplace:
+    """Files of one recipe's run.
+
+    Attributes:
+        folder: ``runs/<name>``.
+    """
+
+    folder: Path
+
+    @property
+    def store(self) -> Path:
+        """The trajectories."""
+        return self.folder / "data.zarr"
+
+    @property
+    def checkpoints(self) -> Path:
+        """States of interrupted trainings."""
+        return self.folder / "checkpoints"
+
+    @property
+    def surrogate(self) -> Path:
+        """The trained surrogate."""
+        return self.folder / "surrogate.slide"
+
+    @property
+    def training(self) -> Path:
+        """What the surrogate was trained from, and how that went."""
+        return self.folder / "training.json"
+
+    def fmu(self, recipe: Recipe) -> Path:
+        """The FMU."""
+        return self.folder / f"{recipe.name}.fmu"
+
+    def save_surrogate(
+        self, surrogate: Surrogate, recipe: Recipe, histories: dict[str, History]
+    ) -> None:
+        """Keep a trained surrogate and where it comes from."""
+        record = {
+            "recipe": recipe.model_dump(mode="json"),
+            "histories": {stage: asdict(history) for stage, history in histories.items()},
+        }
+        surrogate.save(self.surrogate)
+        self.training.write_text(json.dumps(record), encoding="utf-8")
+
+    def load_surrogate(self, recipe: Recipe) -> tuple[Surrogate, dict[str, Any]]:
+        """The trained surrogate of a recipe and its training histories.
+
+        Raises:
+            StageError: nothing was trained here, or it was trained from another recipe.
+        """
+        if not (self.surrogate.exists() and self.training.exists()):
+            raise StageError(
+                f"no trained surrogate in {self.folder}; train it first (slide-fmu train RECIPE)"
+            )
+        record = json.loads(self.training.read_text(encoding="utf-8"))
+        if record["recipe"] != recipe.model_dump(mode="json"):
+            raise StageError(
+                f"{self.surrogate} was trained from other values than recipe {recipe.name!r} "
+                "holds now; train again (slide-fmu train RECIPE) or restore the recipe"
+            )
+        return Surrogate.load(self.surrogate), record["histories"]
+
+
+def recipe_of_provenance(provenance: dict[str, Any] | None, source: str) -> Recipe:
+    """The recipe that a released FMU carries.
+
+    Raises:
+        StageError: it carries none.
+        RecipeError: it is no valid recipe.
+    """
+    if not provenance or not isinstance(provenance.get("recipe"), str):
+        raise StageError(
+            f"{source} carries no recipe, so its reference system is unknown; expected an FMU "
+            "made by slide-fmu run or slide-fmu export"
+        )
+    return parse_recipe(provenance["recipe"], f"recipe in {source}")

@@ -1,0 +1,219 @@
+/* Test driver, built together with the runtime's sources under sanitizers.
+ *
+ *   driver read FILE...       one line per file: "ok", or why the payload is refused; an accepted
+ *                             payload is also placed and stepped once
+ *   driver kernels            largest errors of the kernels against double precision
+ *   driver calls URI GUID     a life of two instances with good and bad calls
+ *   driver run URI GUID N     outputs of N steps on a made-up input, for comparison of platforms
+ */
+#include "instance.h"
+#include "resource.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const size_t LARGEST_BLOCK = (size_t)1 << 26;
+
+static void step_once(const SlidePayload *payload) {
+    SlideModel model;
+    SlideState state;
+    SlideArena arena = {NULL, 0};
+    slide_model_place(&model, payload, &arena);
+    slide_state_place(&state, &model, &arena);
+    unsigned char *block = arena.used > LARGEST_BLOCK ? NULL : calloc(arena.used + 1, 1);
+    if (block != NULL) {
+        arena = (SlideArena){block, 0};
+        slide_model_place(&model, payload, &arena);
+        slide_state_place(&state, &model, &arena);
+        slide_stream_step(&model, &state);
+        slide_stream_step(&model, &state);
+        free(block);
+    }
+}
+
+static int read_files(int count, char **paths) {
+    for (int i = 0; i < count; ++i) {
+        SlideMessage message;
+        SlidePayload payload;
+        size_t size;
+        unsigned char *data = slide_read_file(paths[i], &size, &message);
+        if (data == NULL) {
+            return 1;
+        }
+        bool good = slide_payload_read(&payload, data, size, &message);
+        puts(good ? "ok" : message.text);
+        if (good) {
+            step_once(&payload);
+        }
+        free(data);
+    }
+    return 0;
+}
+
+static double larger(double a, double b) { return a > b ? a : b; }
+
+static void report_activation(const SlideKernel *kernel, uint32_t activation, const char *name) {
+    enum { COUNT = 1 << 16 };
+    static float values[COUNT];
+    double worst = 0, worst_relative = 0;
+    for (int i = 0; i < COUNT; ++i) {
+        values[i] = (float)(i - COUNT / 2) / 1500.0f;
+    }
+    kernel->activate(activation, values, COUNT);
+    for (int i = 0; i < COUNT; ++i) {
+        double x = (float)(i - COUNT / 2) / 1500.0f;
+        double exact = activation == 3 ? tanh(x) : (x > 0 ? x : expm1(x));
+        double error = fabs(values[i] - exact);
+        worst = larger(worst, error / larger(1, fabs(exact)));
+        worst_relative = larger(worst_relative, error == 0 ? 0 : error / fabs(exact));
+    }
+    float special[SLIDE_PANEL] = {NAN, INFINITY, -INFINITY, 1e30f, -1e30f, 1e-30f, -1e-30f};
+    kernel->activate(activation, special, SLIDE_PANEL);
+    bool kept = isnan(special[0]) && special[2] == -1 && special[4] == -1 && special[5] == 1e-30f;
+    printf("%s %s %.3g %.3g %d\n", kernel->name, name, worst, worst_relative, kept);
+}
+
+static void report_affine(const SlideKernel *kernel) {
+    enum { N_IN = 50, N_PANELS = 3, N_OUT = N_PANELS * SLIDE_PANEL };
+    static float weights[N_PANELS][N_IN][SLIDE_PANEL], start[N_OUT], x[N_IN], y[N_OUT];
+    double worst = 0;
+    for (int i = 0; i < N_IN; ++i) {
+        x[i] = (float)sin(i);
+        for (int row = 0; row < N_OUT; ++row) {
+            weights[row / SLIDE_PANEL][i][row % SLIDE_PANEL] = (float)cos(row + 7 * i);
+            start[row] = (float)row;
+        }
+    }
+    kernel->affine(&weights[0][0][0], start, x, N_IN, N_PANELS, y);
+    for (int row = 0; row < N_OUT; ++row) {
+        double sum = start[row];
+        for (int i = 0; i < N_IN; ++i) {
+            sum += (double)x[i] * weights[row / SLIDE_PANEL][i][row % SLIDE_PANEL];
+        }
+        worst = larger(worst, fabs(y[row] - sum) / N_OUT);
+    }
+    printf("%s affine %.3g %.3g 1\n", kernel->name, worst, worst);
+}
+
+static int report_kernels(void) {
+    const SlideKernel *kernels[2] = {&slide_kernel_baseline, slide_kernel_choose()};
+    for (int i = 0; i < (kernels[0] == kernels[1] ? 1 : 2); ++i) {
+        report_activation(kernels[i], 2, "elu");
+        report_activation(kernels[i], 3, "tanh");
+        report_affine(kernels[i]);
+    }
+    return 0;
+}
+
+static void log_to_nowhere(fmi2ComponentEnvironment environment, fmi2String instance,
+                           fmi2Status status, fmi2String category, fmi2String message, ...) {
+    (void)environment, (void)instance, (void)status, (void)category, (void)message;
+}
+
+static fmi2Component start(const char *uri, const char *guid) {
+    static const fmi2CallbackFunctions callbacks = {log_to_nowhere, NULL, NULL, NULL, NULL};
+    fmi2Component c = fmi2Instantiate("driver", fmi2CoSimulation, guid, uri, &callbacks, 0, 1);
+    if (c != NULL) {
+        fmi2SetupExperiment(c, fmi2False, 0, 0, fmi2False, 0);
+        fmi2EnterInitializationMode(c);
+        fmi2ExitInitializationMode(c);
+    }
+    return c;
+}
+
+static void bad_calls(fmi2Component c) {
+    fmi2ValueReference references[2] = {0, 4000000000u};
+    double values[2] = {NAN, 1e300};
+    fmi2SetReal(c, references, 2, values);
+    fmi2SetReal(c, references, 1, values);
+    fmi2GetReal(c, references, 2, values);
+    fmi2GetReal(c, NULL, 2, NULL);
+    fmi2DoStep(c, NAN, NAN, 0);
+    fmi2DoStep(c, 0, INFINITY, 0);
+    fmi2SetFMUstate(c, NULL);
+    fmi2DeSerializeFMUstate(c, "", 0, NULL);
+    fmi2GetDerivatives(c, NULL, 3);
+    fmi2CancelStep(c);
+}
+
+static int roll_back(fmi2Component from, fmi2Component to) {
+    fmi2FMUstate state = NULL, copy = NULL;
+    size_t size = 0;
+    fmi2GetFMUstate(from, &state);
+    fmi2GetFMUstate(from, &state);
+    fmi2SerializedFMUstateSize(from, state, &size);
+    char *bytes = malloc(size + 1);
+    fmi2Status status = fmi2SerializeFMUstate(from, state, bytes + 1, size);
+    if (status == fmi2OK) { /* not aligned, on purpose */
+        status = fmi2DeSerializeFMUstate(to, bytes + 1, size, &copy);
+    }
+    if (status == fmi2OK) {
+        status = fmi2SetFMUstate(to, copy);
+    }
+    for (size_t i = 0; i < size; ++i) {
+        fmi2FMUstate damaged = NULL;
+        bytes[1 + i] ^= 0x10;
+        fmi2DeSerializeFMUstate(to, bytes + 1, size, &damaged);
+        fmi2FreeFMUstate(to, &damaged);
+        bytes[1 + i] ^= 0x10;
+    }
+    free(bytes);
+    fmi2FreeFMUstate(from, &state);
+    fmi2FreeFMUstate(to, &copy);
+    return status == fmi2OK ? 0 : 1;
+}
+
+static int make_calls(const char *uri, const char *guid) {
+    fmi2Component one = start(uri, guid), two = start(uri, guid);
+    if (one == NULL || two == NULL || start(uri, "other") != NULL ||
+        start("file:///nowhere", guid) != NULL) {
+        return 1;
+    }
+    bad_calls(one);
+    int failed = roll_back(one, two);
+    fmi2Reset(one);
+    bad_calls(one);
+    fmi2Terminate(two);
+    bad_calls(two);
+    fmi2FreeInstance(one);
+    fmi2FreeInstance(two);
+    fmi2FreeInstance(NULL);
+    return failed;
+}
+
+/* Input 0 follows a triangle; the step is 5 ms, as in samples.py. */
+static int run(const char *uri, const char *guid, int steps) {
+    fmi2Component c = start(uri, guid);
+    fmi2ValueReference input = 0, output = 1;
+    for (int k = 0; c != NULL && k < steps; ++k) {
+        double value = (k % 21 - 10) / 10.0;
+        if (fmi2SetReal(c, &input, 1, &value) != fmi2OK ||
+            fmi2DoStep(c, k * 0.005, 0.005, fmi2True) != fmi2OK ||
+            fmi2GetReal(c, &output, 1, &value) != fmi2OK) {
+            return 1;
+        }
+        printf("%.9g\n", value);
+    }
+    fmi2FreeInstance(c);
+    return c == NULL ? 1 : 0;
+}
+
+int main(int count, char **arguments) {
+    const char *verb = count > 1 ? arguments[1] : "";
+    if (strcmp(verb, "read") == 0) {
+        return read_files(count - 2, arguments + 2);
+    }
+    if (strcmp(verb, "kernels") == 0) {
+        return report_kernels();
+    }
+    if (strcmp(verb, "calls") == 0 && count == 4) {
+        return make_calls(arguments[2], arguments[3]);
+    }
+    if (strcmp(verb, "run") == 0 && count == 5) {
+        return run(arguments[2], arguments[3], atoi(arguments[4]));
+    }
+    fputs("driver read|kernels|calls|run ...\n", stderr);
+    return 2;
+}

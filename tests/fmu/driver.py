@@ -1,0 +1,65 @@
+"""Build the C driver together with the runtime's sources."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from slide_fmu.fmu.build import BUILD, RUNTIME, WARNINGS
+
+DRIVER = Path(__file__).parent / "c" / "driver.c"
+SANITIZE = ["-g", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
+
+
+def host_compilers() -> list[tuple[list[str], list[str]]]:
+    """Compilers of this machine, best first, each with its sanitizer flags."""
+    both = ["-fsanitize=address,undefined", *SANITIZE]
+    found = [([path], both) for name in ("gcc", "clang") if (path := shutil.which(name))]
+    return [*found, ([sys.executable, "-m", "ziglang", "cc"], ["-fsanitize=undefined", *SANITIZE])]
+
+
+def run_compiler(command: list[str], arguments: list[str]) -> subprocess.CompletedProcess[str]:
+    cache = str(BUILD / "cache")
+    environment = {**os.environ, "ZIG_LOCAL_CACHE_DIR": cache, "ZIG_GLOBAL_CACHE_DIR": cache}
+    return subprocess.run(
+        [*command, *arguments], env=environment, capture_output=True, text=True, check=False
+    )
+
+
+def sanitizing_compiler(folder: Path) -> tuple[list[str], list[str]] | None:
+    """The first compiler whose sanitized programs run, or None."""
+    source, program = folder / "probe.c", folder / "probe"
+    source.write_text("int main(void) { return 0; }\n")
+    for command, flags in host_compilers():
+        built = run_compiler(command, [*flags, str(source), "-o", str(program)])
+        if built.returncode == 0 and subprocess.run([program], check=False).returncode == 0:
+            return command, flags
+    return None
+
+
+def build_driver(command: list[str], flags: list[str], program: Path) -> Path:
+    """Compile and link; all warnings are errors.
+
+    Args:
+        command: the compiler.
+        flags: for compiling and linking.
+        program: the file to write; object files go beside it.
+    """
+    sources = [path for path in sorted(RUNTIME.glob("*.c")) if path.name != "kernel.c"]
+    units = [(path, path.stem, []) for path in [*sources, DRIVER]]
+    kernel = RUNTIME / "kernel.c"
+    units.append((kernel, "baseline", ["-DSLIDE_KERNEL=slide_kernel_baseline"]))
+    avx2 = ["-DSLIDE_KERNEL=slide_kernel_avx2", "-mavx2", "-mfma", "-ffp-contract=fast"]
+    units.append((kernel, "avx2", avx2))
+    objects = []
+    for source, stem, extra in units:
+        objects.append(str(program.with_name(f"{stem}.o")))
+        arguments = [*WARNINGS, *flags, "-O1", "-msse4.2", *extra, f"-I{RUNTIME}", "-c"]
+        built = run_compiler(command, [*arguments, str(source), "-o", objects[-1]])
+        assert built.returncode == 0, built.stderr
+    linked = run_compiler(command, [*flags, *objects, "-lm", "-o", str(program)])
+    assert linked.returncode == 0, linked.stderr
+    return program

@@ -1,0 +1,177 @@
+"""FMU files: reproducible, valid, readable, and checked."""
+
+from __future__ import annotations
+
+import dataclasses
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import fmpy
+import pytest
+from fmpy.validation import validate_fmu
+
+from slide_fmu.fmu import build, export
+from slide_fmu.fmu.check import check_fmu
+from slide_fmu.fmu.export import FmuError, export_fmu, read_fmu
+from slide_fmu.signals import Signal
+from slide_fmu.surrogate import Surrogate
+
+from .samples import STEP, Shape, random_surrogate
+
+SHAPE = Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3, name="two_masses")
+
+
+@pytest.fixture
+def surrogate() -> Surrogate:
+    return random_surrogate(SHAPE)
+
+
+@pytest.fixture
+def fmu(surrogate: Surrogate, tmp_path: Path) -> Path:
+    pages = {"index.html": b"<p>card</p>", "figures/error.svg": b"<svg/>"}
+    provenance = {"seed": 3, "recipe": "größer"}
+    return export_fmu(
+        surrogate, tmp_path / "new" / "m.fmu", provenance=provenance, documentation=pages
+    )
+
+
+def _changed(fmu: Path, replaced: dict[str, bytes | None]) -> Path:
+    """A copy with members replaced, or left out when None."""
+    copy = fmu.with_name("changed.fmu")
+    with zipfile.ZipFile(fmu) as source, zipfile.ZipFile(copy, "w") as target:
+        for name in source.namelist():
+            content = replaced.get(name, source.read(name))
+            if content is not None:
+                target.writestr(name, content)
+    return copy
+
+
+@pytest.mark.parametrize("positions", [0, 3])
+def test_validates(tmp_path: Path, positions: int) -> None:
+    surrogate = random_surrogate(dataclasses.replace(SHAPE, positions=positions))
+    path = export_fmu(surrogate, tmp_path / "m.fmu")
+    assert validate_fmu(str(path)) == []
+    assert check_fmu(path) == []
+
+
+def test_same_surrogate_same_bytes(fmu: Path, surrogate: Surrogate, tmp_path: Path) -> None:
+    again, provenance = read_fmu(fmu)
+    assert again.to_bytes() == surrogate.to_bytes()
+    assert provenance == {"seed": 3, "recipe": "größer"}
+    pages = {"figures/error.svg": b"<svg/>", "index.html": b"<p>card</p>"}
+    other = export_fmu(again, tmp_path / "b.fmu", provenance=provenance, documentation=pages)
+    assert other.read_bytes() == fmu.read_bytes()
+
+
+def test_content(fmu: Path) -> None:
+    with zipfile.ZipFile(fmu) as archive:
+        assert archive.namelist() == [
+            "binaries/linux64/two_masses.so",
+            "binaries/win64/two_masses.dll",
+            "documentation/figures/error.svg",
+            "documentation/index.html",
+            "modelDescription.xml",
+            "resources/provenance.json",
+            "resources/surrogate.slide",
+        ]
+    assert [path.name for path in fmu.parent.iterdir()] == ["m.fmu"]
+
+
+def test_description(fmu: Path) -> None:
+    description = fmpy.read_model_description(str(fmu))
+    variables = {variable.name: variable for variable in description.modelVariables}
+    assert list(variables) == [
+        *("u0", "u1", "y0", "y1", "y0_error_estimate", "y1_error_estimate"),
+        "window_filled",
+    ]
+    assert (variables["u0"].min, variables["u0"].max, variables["u0"].start) == ("-2.0", "3.0", "0.0")
+    assert variables["y0_error_estimate"].unit == "m"
+    assert description.defaultExperiment.stepSize == str(STEP)
+    assert description.coSimulation.canSerializeFMUstate
+    assert not description.coSimulation.canHandleVariableCommunicationStepSize
+    assert all(not unknown.dependencies for unknown in description.outputs)
+    initial = [[v.name for v in u.dependencies] for u in description.initialUnknowns]
+    assert initial == [["u0", "u1"]] * 4 + [[]]
+
+
+def test_start_values_lie_in_the_range(surrogate: Surrogate, tmp_path: Path) -> None:
+    signals = (Signal("u0", "kN", 2.0, 3.0), Signal("u1", "furlong", -3.0, -2.0))
+    path = export_fmu(dataclasses.replace(surrogate, inputs=signals), tmp_path / "m.fmu")
+    variables = fmpy.read_model_description(str(path)).modelVariables
+    assert [variable.start for variable in variables[:2]] == ["2.0", "-2.0"]
+    assert check_fmu(path) == []
+
+
+def test_clashing_names_are_refused(surrogate: Surrogate, tmp_path: Path) -> None:
+    signals = (Signal("window_filled", "N", 0.0, 1.0), surrogate.inputs[1])
+    with pytest.raises(ValueError, match="two variables of its FMU have the name 'window_filled'"):
+        export_fmu(dataclasses.replace(surrogate, inputs=signals), tmp_path / "m.fmu")
+
+
+@pytest.mark.parametrize("name", ["../index.html", "/index.html", "", "a\\b"])
+def test_documentation_stays_in_its_folder(
+    surrogate: Surrogate, tmp_path: Path, name: str
+) -> None:
+    with pytest.raises(ValueError, match="documentation file"):
+        export_fmu(surrogate, tmp_path / "m.fmu", documentation={name: b""})
+
+
+def test_missing_runtime(
+    surrogate: Surrogate, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(export, "BINARIES", tmp_path)
+    with pytest.raises(FileNotFoundError, match=r"python -m slide_fmu\.fmu\.build"):
+        export_fmu(surrogate, tmp_path / "m.fmu")
+
+
+def test_files_that_are_no_fmu(fmu: Path, tmp_path: Path) -> None:
+    text = tmp_path / "text.fmu"
+    text.write_text("hello")
+    data = fmu.read_bytes()
+    cut, flipped = tmp_path / "cut.fmu", tmp_path / "flipped.fmu"
+    cut.write_bytes(data[: len(data) // 2])
+    with zipfile.ZipFile(fmu) as archive:
+        at = archive.getinfo("resources/surrogate.slide").header_offset + 200
+    flipped.write_bytes(data[:at] + bytes([data[at] ^ 0xFF]) + data[at + 1 :])
+    foreign = _changed(fmu, {"resources/surrogate.slide": None})
+    for path in (text, cut, flipped, foreign):
+        with pytest.raises(FmuError):
+            read_fmu(path)
+        assert len(check_fmu(path)) == 1
+    with pytest.raises(FmuError, match="not made by slide-fmu"):
+        read_fmu(foreign)
+    assert "No such file" in check_fmu(tmp_path / "absent.fmu")[0]
+
+
+def test_check_finds_faults(fmu: Path) -> None:
+    with zipfile.ZipFile(fmu) as archive:
+        xml = archive.read("modelDescription.xml")
+    description = "modelDescription.xml"
+    faults: list[tuple[dict[str, bytes | None], str]] = [
+        ({"binaries/win64/two_masses.dll": None}, "two_masses.dll is missing"),
+        ({description: xml.replace(b'guid="slide', b'guid="other')}, "GUID other"),
+        ({description: xml.replace(b'name="u0"', b'name="u7"')}, "u7"),
+        ({description: xml.replace(b"</ModelVariables>", b"")}, description),
+        ({description: None}, description),
+        ({"resources/surrogate.slide": b"SLIDEFMU"}, "surrogate file"),
+        ({"binaries/linux64/two_masses.so": b"no library"}, "native library failed"),
+    ]
+    for replaced, expected in faults:
+        if "linux64" in next(iter(replaced)) and fmpy.platform != "linux64":
+            continue
+        problems = check_fmu(_changed(fmu, replaced))
+        assert any(expected in problem for problem in problems), (expected, problems)
+
+
+def test_unchanged_sources_are_not_compiled_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    libraries = build.build_all()
+    monkeypatch.setattr(build, "_compile", lambda arguments: pytest.fail("compiled"))
+    assert build.build_all() == libraries
+
+
+def test_build_needs_the_standard_library_alone() -> None:
+    code = "import runpy, sys; runpy.run_path(sys.argv[1]); assert 'numpy' not in sys.modules"
+    script = str(Path(build.__file__))
+    assert subprocess.run([sys.executable, "-c", code, script], check=False).returncode == 0

@@ -1,0 +1,80 @@
+"""numpy = C through fmpy, for all kinds of networks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+
+from slide_fmu.fmu.check import ERROR_TOLERANCE, OUTPUT_TOLERANCE
+from slide_fmu.fmu.export import export_fmu
+from slide_fmu.signals import FloatArray
+from slide_fmu.surrogate import Surrogate
+
+from .native import Loaded
+from .samples import STEP, Shape, random_surrogate, sum_surrogate
+
+SHAPES = [
+    Shape(activation="identity", hidden=()),
+    Shape(activation="relu", hidden=(40, 33), skip=True),
+    Shape(activation="elu", n_inputs=3, n_outputs=2, positions=4),
+    Shape(activation="tanh", n_inputs=2, n_outputs=3, block=False, positions=1),
+    Shape(activation="elu", block=False, skip=True, n_inputs=2, positions=9, n_out=9),
+    Shape(activation="relu", n_in=1, n_out=1, n_outputs=33, positions=1),
+    Shape(activation="tanh", n_in=100, n_out=30, hidden=(200, 200), positions=30),
+]
+
+
+def _simulate(path: Path, surrogate: Surrogate, inputs: FloatArray) -> dict[str, FloatArray]:
+    """Outputs after each step, by variable name."""
+    names = [signal.name for signal in surrogate.inputs]
+    time = STEP * np.arange(len(inputs))
+    table = np.array(
+        [(t, *row) for t, row in zip(time, inputs, strict=True)],
+        dtype=[("time", float), *((name, float) for name in names)],
+    )
+    stop = len(inputs) * STEP
+    result = fmpy.simulate_fmu(
+        str(path), stop_time=stop, step_size=STEP, output_interval=STEP, input=table
+    )
+    assert len(result) == len(inputs) + 1
+    return {name: result[name][1:] for name in result.dtype.names}
+
+
+@pytest.mark.parametrize("shape", SHAPES, ids=str)
+def test_fmpy_gives_what_numpy_gives(tmp_path: Path, shape: Shape) -> None:
+    surrogate = random_surrogate(shape)
+    path = export_fmu(surrogate, tmp_path / "sample.fmu")
+    rng = np.random.default_rng(4)
+    inputs = rng.uniform(-2, 3, (2 * shape.n_in + 20, shape.n_inputs))
+    results = _simulate(path, surrogate, inputs)
+    outputs = surrogate.predict_newest(inputs)
+    for column, signal in enumerate(surrogate.outputs):
+        allowed = OUTPUT_TOLERANCE * (signal.high - signal.low)
+        np.testing.assert_allclose(results[signal.name], outputs[:, column], rtol=0, atol=allowed)
+    if surrogate.estimator is not None:
+        errors = surrogate.estimate_error(inputs)
+        for column, signal in enumerate(surrogate.outputs):
+            estimate = results[f"{signal.name}_error_estimate"]
+            np.testing.assert_allclose(estimate, errors[:, column], rtol=ERROR_TOLERANCE)
+    filled = np.minimum(1, np.arange(1, len(inputs) + 1) / surrogate.network.n_samples)
+    np.testing.assert_allclose(results["window_filled"], filled)
+
+
+def test_linear_sums_are_exact(tmp_path: Path) -> None:
+    surrogate = sum_surrogate(7)
+    path = export_fmu(surrogate, tmp_path / "sum.fmu")
+    inputs = np.arange(30.0)[:, None]
+    expected = surrogate.predict_newest(inputs)[:, 0]
+    np.testing.assert_array_equal(_simulate(path, surrogate, inputs)["y"], expected)
+
+
+def test_huge_error_exponents_stay_finite(load: Callable[[Surrogate], Loaded]) -> None:
+    """Far out of range the estimate saturates instead of overflowing."""
+    loaded = load(random_surrogate(Shape(activation="identity", positions=2)))
+    native = loaded.instance().start()
+    native.step(1e9)
+    assert 1e100 < native.get(2)[0] < 1e200 or native.get(2)[0] < 1e-100

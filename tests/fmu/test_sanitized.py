@@ -1,0 +1,120 @@
+"""The C runtime under address and undefined-behaviour sanitizers; its reader under damage."""
+
+from __future__ import annotations
+
+import shutil
+import struct
+import subprocess
+import zlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+
+from slide_fmu.fmu.build import RUNTIME, WARNINGS
+from slide_fmu.payload import PayloadError, decode
+from slide_fmu.surrogate import Surrogate
+
+from .driver import build_driver, host_compilers, run_compiler, sanitizing_compiler
+from .native import Loaded
+from .samples import Shape, random_surrogate
+
+SMALL = Shape(n_in=3, n_out=2, n_inputs=2, hidden=(3,), skip=True, positions=2)
+ONE_SAMPLE = Shape(n_in=4, n_out=3, hidden=(2,), activation="tanh", block=False)
+TELLING = [0, 1, 2, 3, 0x7F, 0x80000000, 0xFFFFFFFF, 0x7FC00000, 0x7F800000, 0x40000000, 1 << 20]
+"""Words that hurt readers: off by one, signs, NaN, infinity, sizes that overflow."""
+
+
+@pytest.fixture(scope="module")
+def driver(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("driver")
+    compiler = sanitizing_compiler(folder)
+    if compiler is None:
+        pytest.skip("no compiler here can run sanitized programs")
+    return build_driver(*compiler, folder / "driver")
+
+
+def _run(driver: Path, *arguments: str) -> list[str]:
+    result = subprocess.run(
+        [driver, *arguments], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert result.returncode == 0, result.stderr
+    return result.stdout.splitlines()
+
+
+def _sealed(body: bytes) -> bytes:
+    """With a checksum that fits, so that the damage gets past it."""
+    return body + struct.pack("<I", zlib.crc32(body))
+
+
+def _damaged(data: bytes, rng: np.random.Generator) -> Iterator[bytes]:
+    body = data[:-4]
+    yield data
+    yield from (data[:length] for length in (0, 7, 11, 15, 16, 40, len(data) - 1))
+    yield data + b"more"
+    yield bytes([data[0] ^ 1]) + data[1:]
+    for length in rng.integers(12, len(body), 40):
+        yield _sealed(body[:length])
+    for position in range(8, len(body) - 3, 4):
+        word = struct.pack("<I", TELLING[rng.integers(len(TELLING))])
+        yield _sealed(body[:position] + word + body[position + 4 :])
+    for position in rng.integers(8, len(body), 200):
+        changed = bytearray(body)
+        changed[position] ^= 1 << int(rng.integers(8))
+        yield _sealed(bytes(changed))
+    for start, length in zip(rng.integers(12, len(body), 40), rng.integers(1, 60, 40), strict=True):
+        yield _sealed(body[:start] + body[start + length :])
+        yield _sealed(body[: start + length] + body[start:])
+
+
+def _python_accepts(data: bytes) -> bool | None:
+    """None when only the metadata's text is bad: the C reader skips it."""
+    try:
+        decode(data)
+    except PayloadError as error:
+        return None if "utf-8" in str(error) else False
+    return True
+
+
+@pytest.mark.parametrize("shape", [SMALL, ONE_SAMPLE])
+def test_damaged_payloads(driver: Path, tmp_path: Path, shape: Shape) -> None:
+    rng = np.random.default_rng(5)
+    contents = list(_damaged(random_surrogate(shape).to_bytes(), rng))
+    paths = [tmp_path / str(index) for index in range(len(contents))]
+    for path, content in zip(paths, contents, strict=True):
+        path.write_bytes(content)
+    lines = _run(driver, "read", *map(str, paths))
+    verdicts = [line == "ok" for line in lines]
+    for line, verdict, content in zip(lines, verdicts, contents, strict=True):
+        assert _python_accepts(content) in (verdict, None), (line, content)
+    assert 20 < verdicts.count(False) < len(verdicts) - 20
+    assert all(line == "ok" or "surrogate file" in line for line in lines)
+
+
+def test_kernels_are_accurate(driver: Path) -> None:
+    for line in _run(driver, "kernels"):
+        kernel, what, error, relative, special = line.split()
+        assert float(error) < (1e-6 if what == "affine" else 1.5e-7), (kernel, what)
+        assert float(relative) < (1e-6 if what == "affine" else 3e-7), (kernel, what)
+        assert special == "1"
+
+
+def test_calls(driver: Path, load: Callable[[Surrogate], Loaded]) -> None:
+    loaded = load(random_surrogate(SMALL))
+    _run(driver, "calls", loaded.uri, loaded.guid)
+    assert len(_run(driver, "run", loaded.uri, loaded.guid, "10")) == 10
+
+
+def test_official_headers_agree(tmp_path: Path) -> None:
+    """The sources compile against the FMI project's own declarations in place of ours."""
+    for path in RUNTIME.glob("*.[ch]"):
+        shutil.copy(path, tmp_path)
+    (tmp_path / "fmi2.h").write_text('#include "fmi2Functions.h"\n')
+    include = Path(fmpy.__file__).parent / "c-code"
+    command, _ = host_compilers()[0]
+    for source in sorted(tmp_path.glob("fmi2_*.c")):
+        arguments = [*WARNINGS, "-fsyntax-only", f"-I{include}", str(source)]
+        built = run_compiler(command, arguments)
+        assert built.returncode == 0, built.stderr

@@ -1,0 +1,33 @@
+"""Systems by name."""
+
+from __future__ import annotations
+
+import pytest
+
+from mbs_models.oscillators import DuffingOscillator
+from slide_fmu.systems.loading import LoadError, load_system
+
+
+def test_load_by_name_with_parameters() -> None:
+    system = load_system("mbs_models.oscillators:DuffingOscillator", {"step": 0.01, "mass": 2})
+    assert isinstance(system, DuffingOscillator)
+    assert system.step == 0.01
+
+
+@pytest.mark.parametrize(
+    ("model", "parameters", "message"),
+    [
+        ("mbs_models.oscillators", {}, "expected 'package.module:Class'"),
+        (":DuffingOscillator", {}, "expected 'package.module:Class'"),
+        ("mbs_models.missing:Model", {}, "'mbs_models.missing' cannot be imported"),
+        ("mbs_models.oscillators:Missing", {}, "expected one of .*'LinearOscillator'"),
+        ("mbs_models.oscillators:System", {}, "not a reference system"),
+        ("mbs_models.oscillators:Signal", {}, "not a reference system"),
+        ("mbs_models.oscillators:LinearOscillator", {"alpha": 1.0}, "unknown parameters"),
+        ("mbs_models.oscillators:LinearOscillator", {"mass": -1.0}, "mass = -1.0; expected"),
+        ("mbs_models.oscillators:LinearOscillator", {"mass": "one"}, "mass"),
+    ],
+)
+def test_mistakes_are_named(model: str, parameters: dict[str, float], message: str) -> None:
+    with pytest.raises(LoadError, match=message):
+        load_system(model, parameters)

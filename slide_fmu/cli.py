@@ -18,6 +18,8 @@ from rich.table import Table
 from slide_fmu import pipeline
 from slide_fmu.fmu.check import check_fmu
 from slide_fmu.fmu.export import read_fmu
+from slide_fmu.recipe import load_recipe
+from slide_fmu.sizing import require_window
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.validation import Task
 
@@ -90,7 +92,8 @@ def window(
         table.add_row(name, f"{figures[key]['mean']:.4g} s", f"{figures[key]['worst']:.4g} s")
     console.print(table)
     _write_json(json_path, figures)
-    pipeline.require_window(job.recipe, sizing)
+    with _errors():
+        require_window(job.recipe, sizing)
 
 
 @app.command()
@@ -144,8 +147,8 @@ def reference(
     output: Annotated[Path, typer.Option("-o", "--output", help="FMU to write.")],
 ) -> None:
     """Write the reference system of a recipe as FMU (it needs this Python environment)."""
-    with _progress() as bar:
-        path = pipeline.write_reference(pipeline.open_job(recipe, Path("runs"), bar), output)
+    with _errors():
+        path = pipeline.write_reference(load_recipe(recipe), output)
     console.print(f"FMU     {path}", highlight=False)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from slide_fmu.signals import FloatArray
 
@@ -35,7 +36,9 @@ def moving_rms(errors: FloatArray, length: int) -> FloatArray:
     return np.asarray(np.sqrt(views.mean(axis=-1)))
 
 
-def relative_deviation(estimate: FloatArray, true: FloatArray, resolution: float) -> FloatArray:
+def relative_deviation(
+    estimate: FloatArray, true: FloatArray, resolution: ArrayLike
+) -> FloatArray:
     """Deviation of an error estimate from the true error, relative to the true error.
 
     Errors below the resolution count as the resolution, in both.
@@ -43,10 +46,10 @@ def relative_deviation(estimate: FloatArray, true: FloatArray, resolution: float
     Args:
         estimate: estimated errors, any shape, not negative.
         true: true errors, same shape.
-        resolution: smallest error that is told apart, same units.
+        resolution: smallest error that is told apart, same units; broadcast.
 
     Returns:
         |estimate - true| / true, same shape.
     """
     floor_true = np.maximum(true, resolution)
-    return np.abs(np.maximum(estimate, resolution) - floor_true) / floor_true
+    return np.asarray(np.abs(np.maximum(estimate, resolution) - floor_true) / floor_true)

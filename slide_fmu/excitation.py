@@ -71,7 +71,7 @@ class Harmonic(_Kind):
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         """One channel at the sample times."""
         frequency = rng.uniform(*self.angular_frequency)
-        return np.sin(frequency * time + rng.uniform(-np.pi, np.pi))
+        return np.asarray(np.sin(frequency * time + rng.uniform(-np.pi, np.pi)))
 
 
 class Sweep(_Kind):
@@ -86,7 +86,7 @@ class Sweep(_Kind):
         rate = (last - first) / (time[-1] - time[0] + 1e-12)
         elapsed = time - time[0]
         phase = rng.uniform(-np.pi, np.pi) + first * elapsed + 0.5 * rate * elapsed**2
-        return np.sin(phase)
+        return np.asarray(np.sin(phase))
 
 
 class Multisine(_Kind):
@@ -172,4 +172,4 @@ def _edges(
 ) -> FloatArray:
     """Random switching times from the first sample time on, durations uniform in a range."""
     count = int((time[-1] - time[0]) / duration[0]) + 1
-    return time[0] + np.cumsum(rng.uniform(*duration, count))
+    return np.asarray(time[0] + np.cumsum(rng.uniform(*duration, count)))

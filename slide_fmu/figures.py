@@ -41,9 +41,7 @@ def side_by_side(validation: Validation, output: int) -> bytes:
         lower.plot(
             time, np.abs(comparison.error[shown, output]), color=ERROR, lw=0.8, label="|error|"
         )
-        lower.plot(
-            time, comparison.true_error[shown, output], color=REFERENCE, label="RMSE, true"
-        )
+        lower.plot(time, comparison.true_error[shown, output], color=REFERENCE, label="RMSE, true")
         if comparison.estimate is not None:
             lower.plot(
                 time, comparison.estimate[shown, output], color=ESTIMATE, label="RMSE, estimated"
@@ -117,6 +115,8 @@ def decay_times(linearized: Decay, measured: Decay, truncation_time: float) -> b
         rotation=90,
         ha="right",
         va="center",
+        xytext=(-4, 0),
+        textcoords="offset points",
         fontsize=8,
     )
     ax.set_yticks([0, 1], ["linearized\n(eigenvalues)", "measured\n(two initial states)"])

@@ -53,7 +53,7 @@ def _elu(values: Float32Array) -> Float32Array:
 
 def _gelu(values: Float32Array) -> Float32Array:
     inner = np.float32(math.sqrt(2 / math.pi)) * (values + np.float32(0.044715) * values**3)
-    return np.float32(0.5) * values * (1 + np.tanh(inner))
+    return np.asarray(np.float32(0.5) * values * (1 + np.tanh(inner)))
 
 
 ACTIVATIONS: dict[str, Callable[[Float32Array], Float32Array]] = {

@@ -18,6 +18,7 @@ from slide_fmu.report import Report
 from slide_fmu.response import is_affine
 from slide_fmu.sizing import Sizing, require_window, size_window
 from slide_fmu.surrogate import Surrogate
+from slide_fmu.systems.reference_fmu import write_reference_fmu
 from slide_fmu.validation import Task, Validation, validate
 from slide_fmu.workplace import StageError, Workplace, recipe_of_provenance
 
@@ -180,11 +181,14 @@ def export(source: Path, path: Path | None, runs: Path, bar: Bar) -> Path:
     return export_fmu(surrogate, path, provenance=found, documentation=documentation)
 
 
-def write_reference(job: Job, path: Path) -> Path:
-    """Write the reference system of a recipe as FMU."""
-    from slide_fmu.systems.reference_fmu import write_reference_fmu
+def write_reference(recipe: Recipe, path: Path) -> Path:
+    """Write the reference system of a recipe as FMU.
 
-    return write_reference_fmu(job.recipe.system.model, system_parameters(job.recipe), path)
+    Raises:
+        LoadError: the system cannot be made.
+        ValueError: the path does not end in ``.fmu``.
+    """
+    return write_reference_fmu(recipe.system.model, system_parameters(recipe), path)
 
 
 def validate_fmu_file(fmu: Path, task: Task, bar: Bar) -> Validation:

@@ -71,9 +71,7 @@ class Report:
 def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
     """Sections on the accuracy; the first validation is the one in range."""
     main = next(iter(validations.values()))
-    pictures = [
-        figures.side_by_side(main, index) for index in range(len(main.surrogate.outputs))
-    ]
+    pictures = [figures.side_by_side(main, index) for index in range(len(main.surrogate.outputs))]
     sections = [
         Section(
             "Side by side with the reference",

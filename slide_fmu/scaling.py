@@ -91,8 +91,8 @@ class LogError:
 
     def apply(self, error: NDArray[Any]) -> NDArray[Any]:
         """Errors (positive, any shape) to logarithmic errors eps of the same shape."""
-        return (np.log10(error) - self.middle) / self.half_range
+        return np.asarray((np.log10(error) - self.middle) / self.half_range)
 
     def invert(self, eps: NDArray[Any]) -> NDArray[Any]:
         """Logarithmic errors eps to errors of the same shape."""
-        return np.power(10.0, self.middle + self.half_range * eps)
+        return np.asarray(np.power(10.0, self.middle + self.half_range * eps))

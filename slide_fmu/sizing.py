@@ -15,7 +15,7 @@ from slide_fmu.signals import FloatArray
 from slide_fmu.systems.base import State, System
 from slide_fmu.window import Window
 
-MOTIONS = 20
+MOTIONS = 40
 """Motions along which is linearized, and pairs of motions whose meeting is measured."""
 POINTS_PER_MOTION = 10
 MEASURED_DECAYS = 3.0
@@ -51,9 +51,7 @@ class Sizing:
 
     def figures(self) -> dict[str, Any]:
         """The figures as plain values, as written to JSON."""
-        recommended = recommend_window(
-            self.linearized.worst, self.window.step, self.window.n_out
-        )
+        recommended = recommend_window(self.linearized.worst, self.window.step, self.window.n_out)
         return {
             "remaining_amplitude": self.remaining_amplitude,
             "decay_time_s": {"mean": self.linearized.mean, "worst": self.linearized.worst},

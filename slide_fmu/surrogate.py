@@ -168,7 +168,7 @@ class Surrogate:
         eps = self._slide_over(estimator.network, np.concatenate([lead, checked]))
         squares = estimator.log_error.invert(eps) ** 2
         views = np.lib.stride_tricks.sliding_window_view(squares, estimator.positions, axis=0)
-        return np.sqrt(views.mean(axis=-1)) * self.output_scaling.scale
+        return np.asarray(np.sqrt(views.mean(axis=-1)) * self.output_scaling.scale)
 
     def stream(self) -> Stream:
         """Start a step-by-step evaluation, as in a co-simulation."""
@@ -219,9 +219,7 @@ class Surrogate:
                 self.network,
                 None
                 if estimator is None
-                else EstimatorPayload(
-                    estimator.log_error, estimator.positions, estimator.network
-                ),
+                else EstimatorPayload(estimator.log_error, estimator.positions, estimator.network),
                 json.dumps(metadata, sort_keys=True, ensure_ascii=False),
             )
         )
@@ -248,9 +246,7 @@ class Surrogate:
                 payload.network,
                 None
                 if estimator is None
-                else ErrorEstimator(
-                    estimator.network, estimator.log_error, estimator.positions
-                ),
+                else ErrorEstimator(estimator.network, estimator.log_error, estimator.positions),
             )
         except (KeyError, TypeError, ValueError) as error:
             raise PayloadError(f"surrogate file: metadata is damaged: {error!r}") from error

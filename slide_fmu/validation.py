@@ -237,7 +237,7 @@ def compare(
         true_error[window.n_out - 1 :] = moving_rms(error, window.n_out)
     return Comparison(
         drawn.kind,
-        step * np.arange(first, len(true.values)),
+        step * np.arange(first, len(true.values), dtype=np.float64),
         drawn.inputs[first - 1 :],
         true.values[first:],
         own.values[first:, : len(names)],

@@ -83,7 +83,7 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:
     burn_in, count = round(recipe.data.burn_in / step), round(stream.duration / step)
     factor = float(rng.uniform(*stream.factors))
     kind = choose_kind(recipe.data.excitation, rng)
-    time = step * np.arange(burn_in + count)
+    time = step * np.arange(burn_in + count, dtype=np.float64)
     excitation = recipe.data.excitation[kind]
     inputs = draw_inputs(excitation, system.inputs, time, factor, rng)
     return Draw(kind, factor, system.random_state(rng), inputs, burn_in)

@@ -82,9 +82,9 @@ def fit_estimator(
     data = [
         WindowData(
             torch.as_tensor(surrogate.input_scaling.apply(split.inputs), dtype=dtype).to(device),
-            torch.as_tensor(
-                log_error.apply(np.maximum(error, recipe.resolution)), dtype=dtype
-            ).to(device),
+            torch.as_tensor(log_error.apply(np.maximum(error, recipe.resolution)), dtype=dtype).to(
+                device
+            ),
             Window(window.step, window.n_in, 1),
         )
         for split, error in zip(splits, errors, strict=True)

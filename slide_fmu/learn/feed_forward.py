@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 
+import numpy as np
 import torch
 
 from slide_fmu.network import FeedForward, Float32Array, Layer
@@ -38,7 +40,7 @@ class FeedForwardModule(torch.nn.Module):
         widths = (first, *recipe.hidden, n_values)
         self.linear = torch.nn.ModuleList(
             torch.nn.Linear(n_in, n_out, bias=recipe.bias)
-            for n_in, n_out in zip(widths[:-1], widths[1:], strict=True)
+            for n_in, n_out in itertools.pairwise(widths)
         )
         self.activation = ACTIVATION_MODULES[recipe.activation]()
         self.skip = torch.nn.Linear(first, n_values, bias=False) if recipe.linear_skip else None
@@ -68,14 +70,16 @@ class FeedForwardModule(torch.nn.Module):
             ValueError: a weight is not finite.
         """
         names = [self.recipe.activation] * (len(self.linear) - 1) + ["identity"]
+        state = {name: _array(tensor) for name, tensor in self.state_dict().items()}
         layers = []
-        for linear, name in zip(self.linear, names, strict=True):
-            weights = _array(linear.weight)
-            bias = torch.zeros(len(weights)) if linear.bias is None else linear.bias
-            layers.append(Layer(weights, _array(bias), name))
-        skip = None if self.skip is None else _array(self.skip.weight)
-        return FeedForward(tuple(layers), self.n_samples, self.n_channels, skip)
+        for index, name in enumerate(names):
+            weights = state[f"linear.{index}.weight"]
+            bias = state.get(f"linear.{index}.bias", np.zeros(len(weights), np.float32))
+            layers.append(Layer(weights, bias, name))
+        return FeedForward(
+            tuple(layers), self.n_samples, self.n_channels, state.get("skip.weight")
+        )
 
 
 def _array(tensor: torch.Tensor) -> Float32Array:
-    return tensor.detach().to("cpu", torch.float32).numpy().copy()
+    return np.asarray(tensor.detach().to("cpu", torch.float32).numpy()).copy()

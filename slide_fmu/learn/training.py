@@ -61,7 +61,7 @@ def train(
         validation: windows to choose the weights by.
         recipe: optimizer and schedule.
         checkpoint: file that holds the state between validations.
-        progress: told after every validation.
+        progress: told at the start and after every validation.
 
     Raises:
         TrainingError: the loss is not finite.
@@ -72,6 +72,7 @@ def train(
     state = _restore(checkpoint, model, optimizer)
     generator = torch.Generator(device=training.inputs.device)
     loss_sum = 0.0
+    progress(state["step"], recipe.steps, state["best_error"])
     for step in range(state["step"], recipe.steps):
         generator.manual_seed(recipe.seed * 2**32 + step)
         loss = _optimize(model, optimizer, training, recipe, step, generator)
@@ -99,7 +100,7 @@ def evaluate(model: torch.nn.Module, data: WindowData) -> float:
     """
     total, count = 0.0, 0
     with torch.no_grad():
-        for numbers in data.spread(VALIDATION_WINDOWS).split(VALIDATION_BATCH):
+        for numbers in torch.split(data.spread(VALIDATION_WINDOWS), VALIDATION_BATCH):
             windows, targets = data.cut(numbers)
             total += float((model(windows) - targets).double().square().sum())
             count += targets.numel()
@@ -131,9 +132,7 @@ def _optimize(
     numbers = torch.randint(data.n_windows, (recipe.batch,), generator=generator, device=device)
     windows, targets = data.cut(numbers)
     if recipe.input_jitter > 0:
-        noise = torch.randn(
-            windows.shape, generator=generator, device=device, dtype=windows.dtype
-        )
+        noise = torch.randn(windows.shape, generator=generator, device=device, dtype=windows.dtype)
         windows = windows + recipe.input_jitter * noise
     if recipe.flip_signs:
         signs = torch.randint(2, (recipe.batch,), generator=generator, device=device) * 2 - 1

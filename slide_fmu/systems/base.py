@@ -9,6 +9,7 @@ import numpy as np
 
 from slide_fmu.signals import FloatArray, Hold, Signal, Trajectory
 
+
 @dataclass(frozen=True, eq=False)
 class Linearization:
     """Tangent matrices of M q'' + D q' + K q + G^T lambda = 0, G q = 0 at one state.

@@ -49,7 +49,9 @@ def build_driver(command: list[str], flags: list[str], program: Path) -> Path:
         program: the file to write; object files go beside it.
     """
     sources = [path for path in sorted(RUNTIME.glob("*.c")) if path.name != "kernel.c"]
-    units = [(path, path.stem, []) for path in [*sources, DRIVER]]
+    units: list[tuple[Path, str, list[str]]] = [
+        (path, path.stem, []) for path in [*sources, DRIVER]
+    ]
     kernel = RUNTIME / "kernel.c"
     units.append((kernel, "baseline", ["-DSLIDE_KERNEL=slide_kernel_baseline"]))
     avx2 = ["-DSLIDE_KERNEL=slide_kernel_avx2", "-mavx2", "-mfma", "-ffp-contract=fast"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -40,7 +41,7 @@ def _network(shape: Shape, n_samples: int, n_values: int, seed: int) -> FeedForw
 
     sizes = [n_samples * shape.n_inputs, *shape.hidden, n_values]
     layers = []
-    for index, (n_in, n_out) in enumerate(zip(sizes, sizes[1:], strict=False)):
+    for index, (n_in, n_out) in enumerate(pairwise(sizes)):
         activation = "identity" if index == len(sizes) - 2 else shape.activation
         bias = rng.normal(0, 0.1, n_out).astype(np.float32)
         layers.append(Layer(weights(n_out, n_in), bias, activation))

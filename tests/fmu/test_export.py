@@ -86,7 +86,11 @@ def test_description(fmu: Path) -> None:
         *("u0", "u1", "y0", "y1", "y0_error_estimate", "y1_error_estimate"),
         "window_filled",
     ]
-    assert (variables["u0"].min, variables["u0"].max, variables["u0"].start) == ("-2.0", "3.0", "0.0")
+    assert (variables["u0"].min, variables["u0"].max, variables["u0"].start) == (
+        "-2.0",
+        "3.0",
+        "0.0",
+    )
     assert variables["y0_error_estimate"].unit == "m"
     assert description.defaultExperiment.stepSize == str(STEP)
     assert description.coSimulation.canSerializeFMUstate

@@ -65,12 +65,24 @@ static void elu(float *values, size_t count) {
 }
 
 /* tanh |x| = -t / (2 + t) with t = exp(-2 |x|) - 1 */
-static void tanh_of(float *values, size_t count) {
+static inline float tanh_of(float x) {
+    float t = expm1_of_negative(-2.0f * fabsf(x));
+    float size = -t / (2.0f + t);
+    return x > 0 ? size : (x <= 0 ? -size : x);
+}
+
+static void tanh_each(float *values, size_t count) {
+    for (size_t i = 0; i < count; ++i) {
+        values[i] = tanh_of(values[i]);
+    }
+}
+
+/* The form with tanh: x / 2 (1 + tanh(sqrt(2 / pi) (x + 0.044715 x^3))) */
+static void gelu(float *values, size_t count) {
     for (size_t i = 0; i < count; ++i) {
         float x = values[i];
-        float t = expm1_of_negative(-2.0f * fabsf(x));
-        float size = -t / (2.0f + t);
-        values[i] = x > 0 ? size : (x <= 0 ? -size : x);
+        float inner = 0.797884561f * (x + 0.044715f * (x * x * x));
+        values[i] = 0.5f * x * (1.0f + tanh_of(inner));
     }
 }
 
@@ -83,7 +95,10 @@ static void activate(uint32_t activation, float *values, size_t count) {
         elu(values, count);
         break;
     case 3:
-        tanh_of(values, count);
+        tanh_each(values, count);
+        break;
+    case 4:
+        gelu(values, count);
         break;
     default:
         break;

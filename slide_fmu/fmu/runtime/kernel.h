@@ -14,7 +14,7 @@ typedef struct {
      * outputs j; start may be y. */
     void (*affine)(const float *weights, const float *start, const float *x, size_t n_in,
                    size_t n_panels, float *y);
-    /* Apply activation 0 identity, 1 relu, 2 elu, 3 tanh in place; count: a multiple of
+    /* Apply activation 0 identity, 1 relu, 2 elu, 3 tanh, 4 gelu in place; count: a multiple of
      * SLIDE_PANEL. What is not a number stays so. */
     void (*activate)(uint32_t activation, float *values, size_t count);
 } SlideKernel;

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { VERSION = 1, FEED_FORWARD = 1, N_ACTIVATIONS = 4, MAX_WINDOW = 1 << 20 };
+enum { VERSION = 1, FEED_FORWARD = 1, N_ACTIVATIONS = 5, MAX_WINDOW = 1 << 20 };
 
 static bool too_short(SlideMessage *message, const char *what) {
     return slide_say(message, "surrogate file is damaged: %s ends too early", what);

@@ -20,16 +20,26 @@ def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
     return pair
 
 
+def _ordered_counts(pair: tuple[int, int]) -> tuple[int, int]:
+    if pair[0] > pair[1]:
+        raise ValueError("expected two numbers, the smaller one first")
+    return pair
+
+
 Range = Annotated[tuple[float, float], AfterValidator(_ordered)]
 PositiveRange = Annotated[
     tuple[Annotated[float, Field(gt=0)], Annotated[float, Field(gt=0)]], AfterValidator(_ordered)
+]
+CountRange = Annotated[
+    tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]],
+    AfterValidator(_ordered_counts),
 ]
 
 
 class _Kind(BaseModel):
     """What all kinds share: a weight in the mix and the range of the amplitude."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
     weight: float = Field(gt=0)
     amplitude: Range = (1.0, 1.0)
 
@@ -38,7 +48,7 @@ class HeldRandom(_Kind):
     """Independent uniform values, each held for a random number of samples."""
 
     kind: Literal["held_random"]
-    samples: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]] = (1, 1)
+    samples: CountRange = (1, 1)
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         """One channel at the sample times."""
@@ -94,7 +104,7 @@ class Multisine(_Kind):
 
     kind: Literal["multisine"]
     angular_frequency: PositiveRange
-    components: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]] = (8, 20)
+    components: CountRange = (8, 20)
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         """One channel at the sample times."""

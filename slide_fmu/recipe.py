@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from slide_fmu.excitation import Excitation
+from slide_fmu.excitation import Excitation, PositiveRange
 
 PositiveInt = Annotated[int, Field(gt=0)]
 PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -22,7 +22,7 @@ class RecipeError(ValueError):
 class Table(BaseModel):
     """A table of the recipe: unknown keys are mistakes, values do not change."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class SystemRecipe(Table):
@@ -125,7 +125,7 @@ class TrainingRecipe(Table):
         precision: floating point format of the training.
     """
 
-    seed: int = Field(0, ge=0)
+    seed: int = Field(0, ge=0, lt=2**31)
     steps: PositiveInt
     batch: PositiveInt
     learning_rate: PositiveFloat
@@ -152,7 +152,7 @@ class EstimatorRecipe(Table):
 
     network: FeedForwardRecipe
     training: TrainingRecipe
-    amplitude_factor: tuple[PositiveFloat, PositiveFloat] = (1.0, 3.0)
+    amplitude_factor: PositiveRange = (1.0, 3.0)
     in_range: float = Field(0.5, ge=0, le=1)
     resolution: float = Field(1e-3, gt=0, lt=1)
 
@@ -233,4 +233,7 @@ def _describe(item: Any) -> str:
         return f"{place} is missing"
     if item["type"] == "extra_forbidden":
         return f"{place} is not a known key; remove it or correct its spelling"
-    return f"{place} = {item['input']!r}: {item['msg']}"
+    message = item["msg"].removeprefix("Value error, ")
+    if isinstance(item["input"], dict):  # a whole table: the message names its values
+        return f"{place}: {message}"
+    return f"{place} = {item['input']!r}: {message}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,10 +79,24 @@ class Surrogate:
                 f"surrogate name {self.name!r}; expected letters, digits and underscores, "
                 "not beginning with a digit (it becomes the FMU's model identifier)"
             )
+        if self.hold not in get_args(Hold):
+            raise ValueError(
+                f"surrogate hold {self.hold!r}; expected one of {list(get_args(Hold))}"
+            )
+        self._check_channels()
         check_block_sizes(self.window, self.network, len(self.outputs))
         if self.estimator is not None:
             check_estimator_sizes(
                 self.window, self.estimator.positions, self.estimator.network, len(self.outputs)
+            )
+
+    def _check_channels(self) -> None:
+        networks = [self.network, *([] if self.estimator is None else [self.estimator.network])]
+        inputs = {len(self.input_scaling.scale), *(network.n_channels for network in networks)}
+        if inputs != {len(self.inputs)} or len(self.output_scaling.scale) != len(self.outputs):
+            raise ValueError(
+                f"{len(self.inputs)} inputs and {len(self.outputs)} outputs, but networks and "
+                f"scaling for {sorted(inputs)} inputs and {len(self.output_scaling.scale)} outputs"
             )
 
     @property
@@ -248,7 +262,7 @@ class Surrogate:
                 if estimator is None
                 else ErrorEstimator(estimator.network, estimator.log_error, estimator.positions),
             )
-        except (KeyError, TypeError, ValueError) as error:
+        except (AttributeError, KeyError, OverflowError, TypeError, ValueError) as error:
             raise PayloadError(f"surrogate file: metadata is damaged: {error!r}") from error
 
     def save(self, path: Path) -> None:

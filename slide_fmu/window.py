@@ -86,4 +86,6 @@ class Window:
         Raises:
             IndexError: a window reaches beyond the trajectory.
         """
+        if np.any(starts < 0):
+            raise IndexError(f"window starts at sample {np.min(starts)}; expected 0 or later")
         return inputs[self.input_indices(starts)], outputs[self.output_indices(starts)]

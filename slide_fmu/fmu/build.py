@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -87,8 +86,17 @@ def _build_library(name: str, target: str) -> None:
     _compile(["-target", target, *LINK, *map(str, objects), "-lm", "-o", str(library)])
     final = BINARIES / name
     final.parent.mkdir(parents=True, exist_ok=True)
-    staged = Path(shutil.copyfile(library, f"{final}.{os.getpid()}"))
+    staged = final.with_name(f"{final.name}.{os.getpid()}")
+    staged.write_bytes(_without_time(library.read_bytes()))
     staged.replace(final)  # never write into a library that some process has loaded
+
+
+def _without_time(library: bytes) -> bytes:
+    """Zero the time of linking in the header of a Windows library: same sources, same bytes."""
+    if library[:2] != b"MZ":
+        return library
+    at = int.from_bytes(library[0x3C:0x40], "little") + 8
+    return library[:at] + bytes(4) + library[at + 4 :]
 
 
 def _compile(arguments: list[str]) -> None:

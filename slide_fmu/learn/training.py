@@ -22,6 +22,9 @@ VALIDATION_WINDOWS = 20_000
 
 VALIDATION_BATCH = 4096
 
+ADAM_EPSILON = {"float32": 1e-8, "float64": 1e-16}
+"""Guard of Adam's denominator: far below the gradients that each precision can tell from zero."""
+
 
 @dataclass(frozen=True)
 class History:
@@ -67,7 +70,10 @@ def train(
         TrainingError: the loss is not finite.
     """
     optimizer = torch.optim.AdamW(
-        model.parameters(), lr=recipe.learning_rate, weight_decay=recipe.weight_decay
+        model.parameters(),
+        lr=recipe.learning_rate,
+        weight_decay=recipe.weight_decay,
+        eps=ADAM_EPSILON[recipe.precision],
     )
     state = _restore(checkpoint, model, optimizer)
     generator = torch.Generator(device=training.inputs.device)

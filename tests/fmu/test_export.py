@@ -15,9 +15,11 @@ from fmpy.validation import validate_fmu
 from slide_fmu.fmu import build, export
 from slide_fmu.fmu.check import check_fmu
 from slide_fmu.fmu.export import FmuError, export_fmu, read_fmu
+from slide_fmu.scaling import Affine
 from slide_fmu.signals import Signal
 from slide_fmu.surrogate import Surrogate
 
+from .native import OK, Loaded
 from .samples import STEP, Shape, random_surrogate
 
 SHAPE = Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3, name="two_masses")
@@ -102,10 +104,20 @@ def test_description(fmu: Path) -> None:
 
 def test_start_values_lie_in_the_range(surrogate: Surrogate, tmp_path: Path) -> None:
     signals = (Signal("u0", "kN", 2.0, 3.0), Signal("u1", "furlong", -3.0, -2.0))
-    path = export_fmu(dataclasses.replace(surrogate, inputs=signals), tmp_path / "m.fmu")
+    with pytest.raises(ValueError, match="scale the input by its range"):
+        export_fmu(dataclasses.replace(surrogate, inputs=signals), tmp_path / "m.fmu")
+    scaling = Affine.of_channels([2.5, -2.5], [0.5, 0.5])
+    surrogate = dataclasses.replace(surrogate, inputs=signals, input_scaling=scaling)
+    path = export_fmu(surrogate, tmp_path / "m.fmu")
     variables = fmpy.read_model_description(str(path)).modelVariables
     assert [variable.start for variable in variables[:2]] == ["2.0", "-2.0"]
     assert check_fmu(path) == []
+    folder = Path(fmpy.extract(str(path), str(tmp_path / "unpacked")))
+    native = Loaded(surrogate, path, folder).instance().start()
+    assert native.get(0, 2) == [2.0, -2.0]
+    native.set(2.5, -2.5)
+    assert native.call("fmi2Reset") == OK
+    assert native.start().get(0, 2) == [2.0, -2.0]
 
 
 def test_clashing_names_are_refused(surrogate: Surrogate, tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import math
 import re
 import shutil
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import fmpy
@@ -164,6 +165,23 @@ def test_instances_and_fmus_are_independent(load: Load) -> None:
             assert native.get(1)[0] == pytest.approx(expected[0], abs=2e-6 * 8)
     for native in natives:
         native.free()
+
+
+def test_instances_in_threads(rich: Loaded) -> None:
+    """Eight instances stepped at the same time give what one gives alone."""
+    inputs = np.random.default_rng(6).uniform(-1, 1, (2000, 2))
+
+    def results(native: Native) -> list[list[float]]:
+        rows = []
+        for row in inputs:
+            native.step(*row)
+            rows.append(native.get(2, 4))
+        return rows
+
+    alone = results(rich.instance().start())
+    with ThreadPoolExecutor(8) as pool:
+        natives = [rich.instance().start() for _ in range(8)]
+        assert all(rows == alone for rows in pool.map(results, natives))
 
 
 def test_steps_other_than_h_are_discarded(rich: Loaded) -> None:

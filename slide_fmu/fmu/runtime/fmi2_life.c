@@ -38,6 +38,7 @@ static SlideInstance *build_instance(const SlidePayload *payload, fmi2String nam
     arena = (SlideArena){block + (SLIDE_ALIGNMENT - misaligned), 0};
     SlideInstance *instance = place_instance(payload, name, &arena);
     instance->block = block;
+    slide_state_reset(&instance->model, &instance->state);
     instance->state.head->mode = SLIDE_INSTANTIATED;
     return instance;
 }
@@ -174,7 +175,7 @@ fmi2Status fmi2Reset(fmi2Component c) {
     if (instance == NULL) {
         return fmi2Error;
     }
-    memset(instance->state.head, 0, instance->state.size);
+    slide_state_reset(&instance->model, &instance->state);
     instance->state.head->mode = SLIDE_INSTANTIATED;
     return slide_report(instance, fmi2OK, "fmi2Reset");
 }

@@ -16,6 +16,15 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
     state->size = arena->used - start;
 }
 
+void slide_state_reset(const SlideModel *model, SlideState *state) {
+    memset(state->head, 0, state->size);
+    for (size_t i = 0; i < model->n_inputs; ++i) {
+        double low = model->input_scaling[i].offset - model->input_scaling[i].scale;
+        double high = model->input_scaling[i].offset + model->input_scaling[i].scale;
+        state->inputs[i] = low > 0 ? low : (high < 0 ? high : 0);
+    }
+}
+
 static float scaled(const SlideModel *model, size_t input, double value) {
     const SlideScaling *scaling = &model->input_scaling[input];
     return (float)((value - scaling->offset) / scaling->scale);

@@ -1,0 +1,65 @@
+"""A small recipe that simulates and learns in seconds, and changes of it."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Any
+
+from slide_fmu.recipe import Recipe
+
+TINY = """
+name = "tiny"
+description = "strongly damped oscillator"
+
+[system]
+model = "mbs_models.oscillators:LinearOscillator"
+parameters = { damping = 40.0, substeps = 6 }
+
+[window]
+step = 0.015625
+n_in = 48
+n_out = 8
+
+[data]
+seed = 7
+duration = 2.0
+burn_in = 0.25
+train = 4
+validation = 2
+test = 1
+
+[[data.excitation]]
+kind = "held_random"
+weight = 1.0
+
+[network]
+family = "feed_forward"
+hidden = []
+bias = false
+
+[training]
+steps = 40
+batch = 32
+learning_rate = 3e-3
+validate_every = 10
+"""
+
+ESTIMATOR: dict[str, Any] = {
+    "resolution": 1e-6,
+    "network": {"family": "feed_forward", "hidden": [8], "activation": "tanh"},
+    "training": {"steps": 20, "batch": 16, "learning_rate": 1e-3, "validate_every": 10},
+}
+
+
+def tiny_recipe(**changes: Any) -> Recipe:
+    """The tiny recipe; tables given as keyword arguments are merged into it."""
+    return Recipe.model_validate(merged(tomllib.loads(TINY), changes))
+
+
+def merged(table: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    """A table with nested changes."""
+    result = dict(table)
+    for key, value in changes.items():
+        both = isinstance(value, dict) and isinstance(result.get(key), dict)
+        result[key] = merged(result[key], value) if both else value
+    return result

@@ -1,0 +1,63 @@
+"""Hypothesis strategies, all of them."""
+
+from __future__ import annotations
+
+import numpy as np
+from fmu.samples import Shape
+from hypothesis import strategies as st
+
+from slide_fmu.network import ACTIVATIONS
+from slide_fmu.scaling import Affine, LogError
+from slide_fmu.window import Window
+
+numbers = st.floats(-1e6, 1e6)
+scales = st.floats(1e-6, 1e6)
+
+
+@st.composite
+def windows(draw: st.DrawFn) -> Window:
+    """Windows of up to 12 samples."""
+    n_in = draw(st.integers(1, 12))
+    return Window(0.1, n_in, draw(st.integers(1, n_in)))
+
+
+@st.composite
+def affines(draw: st.DrawFn) -> Affine:
+    """Affine maps of up to three channels."""
+    count = draw(st.integers(1, 3))
+    values = [draw(st.lists(kind, min_size=count, max_size=count)) for kind in (numbers, scales)]
+    return Affine.of_channels(*values)
+
+
+@st.composite
+def log_errors(draw: st.DrawFn) -> LogError:
+    """Logarithmic maps between 0.1 and 10 decades wide, of small and large errors."""
+    low = draw(st.floats(-10, 5))
+    return LogError(low, low + draw(st.floats(0.1, 10)))
+
+
+@st.composite
+def surrogate_shapes(draw: st.DrawFn) -> Shape:
+    """Shapes of small surrogates: one-sample or block, with and without skip and estimator."""
+    n_in = draw(st.integers(1, 10))
+    return Shape(
+        n_in=n_in,
+        n_out=draw(st.integers(1, n_in)),
+        n_inputs=draw(st.integers(1, 3)),
+        n_outputs=draw(st.integers(1, 3)),
+        hidden=tuple(draw(st.lists(st.integers(1, 6), max_size=2))),
+        activation=draw(st.sampled_from(list(ACTIVATIONS))),
+        block=draw(st.booleans()),
+        skip=draw(st.booleans()),
+        positions=draw(st.integers(0, n_in)),
+        seed=draw(st.integers(0, 1000)),
+    )
+
+
+def records(n_channels: int, max_samples: int = 40) -> st.SearchStrategy[np.ndarray]:
+    """Random input records of shape (samples, n_channels), at least one sample."""
+    return st.builds(
+        lambda seed, count: np.random.default_rng(seed).uniform(-2, 3, (count, n_channels)),
+        st.integers(0, 1000),
+        st.integers(1, max_samples),
+    )

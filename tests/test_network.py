@@ -1,0 +1,120 @@
+"""Networks against a loop in plain Python, and against torch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import torch
+from fmu.samples import Shape, random_surrogate
+from hypothesis import given
+from strategies import surrogate_shapes
+from torch.nn import functional
+
+from slide_fmu.network import ACTIVATIONS, FeedForward, Layer
+
+ROUNDING = 1e-5
+"""Sums of up to 30 float32 products of order 1, three layers deep."""
+
+PLAIN: dict[str, Callable[[float], float]] = {
+    "identity": lambda x: x,
+    "relu": lambda x: x if x > 0 else 0.0,
+    "elu": lambda x: x if x > 0 else math.exp(x) - 1.0,
+    "tanh": math.tanh,
+    "gelu": lambda x: 0.5 * x * (1 + math.tanh(math.sqrt(2 / math.pi) * (x + 0.044715 * x**3))),
+}
+
+TORCH: dict[str, Callable[[torch.Tensor], torch.Tensor]] = {
+    "identity": lambda x: x,
+    "relu": functional.relu,
+    "elu": functional.elu,
+    "tanh": torch.tanh,
+    "gelu": lambda x: functional.gelu(x, approximate="tanh"),
+}
+
+
+def plain_evaluation(network: FeedForward, sequence: np.ndarray) -> list[float]:
+    first = [float(value) for row in sequence for value in row]
+    hidden = first
+    for layer in network.layers:
+        hidden = [
+            PLAIN[layer.activation](
+                sum(float(w) * x for w, x in zip(row, hidden, strict=True)) + float(bias)
+            )
+            for row, bias in zip(layer.weights, layer.bias, strict=True)
+        ]
+    if network.skip is None:
+        return hidden
+    extra = [sum(float(w) * x for w, x in zip(row, first, strict=True)) for row in network.skip]
+    return [a + b for a, b in zip(hidden, extra, strict=True)]
+
+
+@given(surrogate_shapes())
+def test_evaluation_is_the_plain_loop(shape: Shape) -> None:
+    network = random_surrogate(shape).network
+    assert isinstance(network, FeedForward)
+    rng = np.random.default_rng(shape.seed)
+    batch = rng.normal(size=(3, network.n_samples, network.n_channels)).astype(np.float32)
+    found = network.evaluate(batch)
+    assert found.dtype == np.float32
+    assert found.shape == (3, network.n_values)
+    for row, sequence in zip(found, batch, strict=True):
+        expected = plain_evaluation(network, sequence)
+        assert row == pytest.approx(expected, abs=ROUNDING, rel=ROUNDING)
+
+
+@pytest.mark.parametrize("name", ACTIVATIONS)
+def test_activation_is_that_of_torch(name: str) -> None:
+    values = np.linspace(-20, 20, 4001, dtype=np.float32)
+    expected = TORCH[name](torch.from_numpy(values)).numpy()
+    assert ACTIVATIONS[name](values) == pytest.approx(expected, abs=1e-6, rel=1e-6)
+    assert ACTIVATIONS[name](values).dtype == np.float32
+
+
+def test_activations_keep_their_numbers() -> None:
+    """The payload stores their order."""
+    assert list(ACTIVATIONS) == ["identity", "relu", "elu", "tanh", "gelu"]
+
+
+def layer(n_in: int, n_out: int) -> Layer:
+    return Layer(np.zeros((n_out, n_in), np.float32), np.zeros(n_out, np.float32), "relu")
+
+
+def test_parameters_are_counted() -> None:
+    skip = np.zeros((2, 6), np.float32)
+    assert FeedForward((layer(6, 4), layer(4, 2)), 3, 2).count_parameters() == 28 + 10
+    assert FeedForward((layer(6, 4), layer(4, 2)), 3, 2, skip).count_parameters() == 50
+
+
+def test_sizes_that_do_not_fit_are_refused() -> None:
+    with pytest.raises(ValueError, match="without layers"):
+        FeedForward((), 3, 2)
+    with pytest.raises(ValueError, match="layer 0 takes 5 values; expected 6"):
+        FeedForward((layer(5, 4),), 3, 2)
+    with pytest.raises(ValueError, match="layer 1 takes 3 values; expected 4"):
+        FeedForward((layer(6, 4), layer(3, 2)), 3, 2)
+    with pytest.raises(ValueError, match=r"linear skip of shape \(4, 5\); expected \(4, 6\)"):
+        FeedForward((layer(6, 4),), 3, 2, np.zeros((4, 5), np.float32))
+    with pytest.raises(ValueError, match="on 0 samples"):
+        FeedForward((layer(0, 4),), 0, 2)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_weights_are_finite(value: float) -> None:
+    bad, good = np.array([[value]], np.float32), np.ones((1, 1), np.float32)
+    with pytest.raises(ValueError, match="not finite"):
+        Layer(bad, np.zeros(1, np.float32), "relu")
+    with pytest.raises(ValueError, match="not finite"):
+        Layer(good, bad[0], "relu")
+    with pytest.raises(ValueError, match="skip.*not finite"):
+        FeedForward((layer(1, 1),), 1, 1, bad)
+
+
+def test_layer_needs_a_known_activation_and_fitting_bias() -> None:
+    weights = np.zeros((2, 3), np.float32)
+    with pytest.raises(ValueError, match="'sigmoid'; expected one of"):
+        Layer(weights, np.zeros(2, np.float32), "sigmoid")
+    with pytest.raises(ValueError, match=r"bias of shape \(3,\)"):
+        Layer(weights, np.zeros(3, np.float32), "relu")

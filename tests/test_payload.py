@@ -1,0 +1,158 @@
+"""The byte contract: round trips, and damaged files that end in PayloadError or nothing else."""
+
+from __future__ import annotations
+
+import json
+import struct
+import zlib
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from fmu.samples import Shape, random_surrogate
+from hypothesis import given
+from strategies import surrogate_shapes
+
+from slide_fmu.network import FeedForward, Network
+from slide_fmu.payload import PayloadError, decode, encode
+from slide_fmu.surrogate import Surrogate
+
+SMALL = random_surrogate(
+    Shape(n_in=3, n_out=2, n_inputs=2, hidden=(2,), activation="gelu", skip=True, positions=2)
+).to_bytes()
+"""About a thousand bytes with every kind of section, so that each of them can be damaged."""
+
+
+def with_checksum(body: bytes) -> bytes:
+    return body + struct.pack("<I", zlib.crc32(body))
+
+
+def refused_or_read(data: bytes) -> bool:
+    """Whether a file is refused; any exception but PayloadError fails the test."""
+    try:
+        Surrogate.from_bytes(data)
+    except PayloadError:
+        return True
+    return False
+
+
+def same_network(one: Network, other: Network) -> bool:
+    assert isinstance(one, FeedForward)
+    assert isinstance(other, FeedForward)
+    skips = (one.skip is None, other.skip is None)
+    return (
+        (one.n_samples, one.n_channels) == (other.n_samples, other.n_channels)
+        and (all(skips) or (not any(skips) and np.array_equal(one.skip, other.skip)))
+        and all(
+            a.activation == b.activation
+            and np.array_equal(a.weights, b.weights)
+            and np.array_equal(a.bias, b.bias)
+            for a, b in zip(one.layers, other.layers, strict=True)
+        )
+    )
+
+
+@given(surrogate_shapes())
+def test_round_trip(shape: Shape) -> None:
+    surrogate = random_surrogate(shape)
+    data = surrogate.to_bytes()
+    assert encode(decode(data)) == data
+    again = Surrogate.from_bytes(data)
+    assert again.to_bytes() == data
+    for name in ("name", "window", "inputs", "outputs", "hold"):
+        assert getattr(again, name) == getattr(surrogate, name)
+    assert same_network(again.network, surrogate.network)
+    assert (again.estimator is None) == (surrogate.estimator is None)
+    if again.estimator is not None and surrogate.estimator is not None:
+        assert again.estimator.log_error == surrogate.estimator.log_error
+        assert again.estimator.positions == surrogate.estimator.positions
+        assert same_network(again.estimator.network, surrogate.estimator.network)
+
+
+def test_every_truncation_is_refused() -> None:
+    for length in range(len(SMALL)):
+        assert refused_or_read(SMALL[:length]), length
+    for length in range(len(SMALL) - 4):
+        assert refused_or_read(with_checksum(SMALL[:length])), length
+
+
+def single_byte_damages() -> Iterator[bytearray]:
+    for place in range(len(SMALL) - 4):
+        for flip in (1, 2, 4, 8, 16, 32, 64, 128, 255):
+            damaged = bytearray(SMALL[:-4])
+            damaged[place] ^= flip
+            yield damaged
+
+
+def test_every_flipped_byte_is_refused() -> None:
+    for damaged in single_byte_damages():
+        assert refused_or_read(bytes(damaged) + SMALL[-4:])
+    for place in range(len(SMALL) - 4, len(SMALL)):
+        damaged = bytearray(SMALL)
+        damaged[place] ^= 1
+        assert refused_or_read(bytes(damaged))
+
+
+def test_flipped_bytes_with_a_right_checksum_are_refused_or_read() -> None:
+    """Weights may change unseen, sizes and tags may not."""
+    refused = [refused_or_read(with_checksum(bytes(body))) for body in single_byte_damages()]
+    assert any(refused)
+    assert not all(refused)
+
+
+@pytest.mark.parametrize("value", [0, 1, 2**30 + 1, 2**31 - 1, 2**31, 2**32 - 1])
+def test_no_size_is_believed(value: int) -> None:
+    """Every aligned number in turn, also products that overflow 32 and 64 bits."""
+    for place in range(12, len(SMALL) - 4, 4):
+        body = SMALL[:place] + struct.pack("<I", value) + SMALL[place + 4 : -4]
+        refused_or_read(with_checksum(body))
+
+
+def test_huge_layer_is_refused_before_it_is_allocated() -> None:
+    place = SMALL.index(b"PRED") + 8 + 12
+    sizes = struct.pack("<II", 2**32 - 1, 2**32 - 1)
+    with pytest.raises(PayloadError, match="bytes expected"):
+        decode(with_checksum(SMALL[:place] + sizes + SMALL[place + 8 : -4]))
+
+
+def test_messages_name_what_is_wrong() -> None:
+    with pytest.raises(PayloadError, match="expected it to begin with 'SLIDEFMU'"):
+        decode(b"PK\x03\x04" + bytes(100))
+    with pytest.raises(PayloadError, match="version 2; expected version 1"):
+        decode(with_checksum(SMALL[:8] + struct.pack("<I", 2) + SMALL[12:-4]))
+    with pytest.raises(PayloadError, match="checksum does not match"):
+        decode(SMALL[:-4] + bytes(4))
+    with pytest.raises(PayloadError, match="unexpected bytes"):
+        decode(with_checksum(SMALL[:-4] + bytes(4)))
+    with pytest.raises(PayloadError, match=r"near byte \d+: section b'XXXX'; expected b'SCIN'"):
+        decode(with_checksum(SMALL[:-4].replace(b"SCIN", b"XXXX")))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"name": 5},
+        {"name": "2nd"},
+        {"hold": "sometimes"},
+        {"inputs": []},
+        {"inputs": 3},
+        {"outputs": [{"name": "y0", "unit": "m", "low": 1, "high": 0}]},
+        {"outputs": [{"name": "y0", "unit": "m", "low": 0, "high": 10**400}]},
+    ],
+    ids=["name", "identifier", "hold", "no_inputs", "inputs", "range", "overflow"],
+)
+def test_damaged_metadata_is_refused(change: dict[str, object]) -> None:
+    place = SMALL.index(b"META")
+    metadata = json.loads(SMALL[place + 8 : -4])
+    content = json.dumps({**metadata, **change}).encode()
+    content += b" " * (-len(content) % 4)
+    body = SMALL[:place] + b"META" + struct.pack("<I", len(content)) + content
+    assert refused_or_read(with_checksum(body))
+
+
+@pytest.mark.parametrize("text", ["[]", "3", "{", "null", '"x"', "{}"])
+def test_metadata_of_another_kind_is_refused(text: str) -> None:
+    place = SMALL.index(b"META")
+    content = text.ljust(8).encode()
+    body = SMALL[:place] + b"META" + struct.pack("<I", len(content)) + content
+    assert refused_or_read(with_checksum(body))

@@ -1,0 +1,145 @@
+"""Recipes: the ones of the project load, and every mistake gives one clear line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from recipes import ESTIMATOR, TINY, tiny_recipe
+
+from slide_fmu.data.sampling import recipe_system
+from slide_fmu.recipe import Recipe, RecipeError, load_recipe, parse_recipe
+
+TRAINING = Path(__file__).parents[1] / "training"
+
+
+@pytest.mark.parametrize("path", sorted(TRAINING.glob("*.toml")), ids=lambda path: path.stem)
+def test_recipe_of_the_project_loads(path: Path) -> None:
+    recipe = load_recipe(path)
+    assert recipe.name == path.stem
+    assert recipe_system(recipe).step == recipe.window.step
+    assert Recipe.model_validate_json(recipe.model_dump_json()) == recipe
+
+
+def test_there_are_recipes() -> None:
+    assert {"duffing", "linear"} <= {path.stem for path in TRAINING.glob("*.toml")}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        ("n_in = 48", "n_in = 48\nn_inn = 3", "window.n_inn is not a known key"),
+        ("[data]", "[date]\nx = 1\n[data]", "date is not a known key"),
+        ("n_in = 48\n", "", "window.n_in is missing"),
+        ("seed = 7\n", "", "data.seed is missing"),
+        ("n_in = 48", 'n_in = "many"', "window.n_in = 'many': Input should be a valid integer"),
+        ("n_in = 48", "n_in = 4.5", "window.n_in = 4.5: Input should be a valid integer"),
+        ("n_in = 48", "n_in = -48", "window.n_in = -48: Input should be greater than 0"),
+        ("step = 0.015625", "step = 0.0", "window.step = 0.0: Input should be greater than 0"),
+        ("step = 0.015625", "step = inf", "window.step = inf: Input should be a finite number"),
+        ("duration = 2.0", "duration = nan", "data.duration = nan: Input should be "),
+        ("n_out = 8", "n_out = 49", "window: n_out = 49; expected at most n_in = 48"),
+        ("train = 4", "train = 0", "data.train = 0: Input should be greater than 0"),
+        ("steps = 40", "steps = 40\nseed = 4294967296", "training.seed = 4294967296: Input"),
+        ('name = "tiny"', 'name = "ti ny"', "name = 'ti ny': String should match"),
+        (":LinearOscillator", "/LinearOscillator", "system.model = 'mbs_models.oscillators/Lin"),
+        ("hidden = []", "hidden = [8, 0]", "network.hidden.1 = 0: Input should be greater"),
+        ('"feed_forward"', '"transformer"', "network.family = 'transformer': Input should be"),
+        ("weight = 1.0", "weight = 0.0", "data.excitation.0.held_random.weight = 0.0: Input"),
+        ("weight = 1.0", "weight = inf", "data.excitation.0.held_random.weight = inf: Input"),
+        (
+            "weight = 1.0",
+            "weight = 1.0\namplitude = [0.5, 0.1]",
+            "data.excitation.0.held_random.amplitude = (0.5, 0.1): expected two numbers, not neg",
+        ),
+        (
+            "weight = 1.0",
+            "weight = 1.0\nsamples = [3, 1]",
+            "data.excitation.0.held_random.samples = (3, 1): expected two numbers, the smaller",
+        ),
+        ('kind = "held_random"', 'kind = "noise"', "data.excitation.0: Input tag 'noise' found"),
+        ('kind = "held_random"\n', "", "data.excitation.0: Unable to extract tag"),
+        (
+            '[[data.excitation]]\nkind = "held_random"\nweight = 1.0',
+            "excitation = []",
+            "data.excitation = []: ",
+        ),
+    ],
+)
+def test_each_mistake_gives_one_line_with_key_and_value(old: str, new: str, line: str) -> None:
+    text = TINY.replace(old, new, 1)
+    assert text != TINY
+    with pytest.raises(RecipeError) as caught:
+        parse_recipe(text, "mine.toml")
+    message = str(caught.value)
+    assert message.count("\n") == 0
+    assert message.startswith(f"mine.toml: {line}")
+    assert len(message) < 250
+
+
+def test_several_mistakes_give_several_lines() -> None:
+    text = TINY.replace("n_in = 48\n", "").replace("steps = 40", "steps = 0\nstop = 1")
+    with pytest.raises(RecipeError) as caught:
+        parse_recipe(text, "mine.toml")
+    lines = str(caught.value).splitlines()
+    assert sorted(line.split(" ")[1] for line in lines) == [
+        "training.steps",
+        "training.stop",
+        "window.n_in",
+    ]
+
+
+@pytest.mark.parametrize("counts", [{}, {"estimator": 3}, {"estimator_validation": 3}])
+def test_estimator_needs_trajectories_of_its_own(counts: dict[str, int]) -> None:
+    text = TINY.replace("train = 4", "\n".join(f"{k} = {v}" for k, v in counts.items()) + "\ntrain = 4")
+    text += """
+[estimator.network]
+family = "feed_forward"
+hidden = [8]
+[estimator.training]
+steps = 1
+batch = 1
+learning_rate = 1.0
+"""
+    with pytest.raises(RecipeError) as caught:
+        parse_recipe(text, "mine.toml")
+    numbers = (counts.get("estimator", 0), counts.get("estimator_validation", 0))
+    assert str(caught.value) == (
+        f"mine.toml: recipe: data.estimator = {numbers[0]}, data.estimator_validation = "
+        f"{numbers[1]}; the error estimator needs trajectories of its own, at least one each"
+    )
+
+
+@pytest.mark.parametrize("factors", [(3.0, 1.0), (0.0, 1.0), (1.0, float("inf"))])
+def test_amplitude_factors_are_ordered_positive_and_finite(factors: Any) -> None:
+    data = {"estimator": 2, "estimator_validation": 1}
+    estimator = {**ESTIMATOR, "amplitude_factor": factors}
+    with pytest.raises(ValueError, match="amplitude_factor"):
+        tiny_recipe(data=data, estimator=estimator)
+    tiny_recipe(data=data, estimator={**ESTIMATOR, "amplitude_factor": (1.0, 1.0)})
+
+
+def test_broken_toml_names_line_and_source() -> None:
+    with pytest.raises(RecipeError, match=r"^mine.toml: not valid TOML: .*line 2"):
+        parse_recipe("name = 'x'\nstep = =", "mine.toml")
+
+
+def test_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    for path in (tmp_path / "none.toml", tmp_path):
+        with pytest.raises(RecipeError, match=r"recipe '.*' cannot be read") as caught:
+            load_recipe(path)
+        assert str(path) in str(caught.value)
+    latin = tmp_path / "latin.toml"
+    latin.write_bytes("# ü".encode("latin-1"))
+    with pytest.raises(RecipeError, match=r"latin.toml' cannot be read"):
+        load_recipe(latin)
+
+
+def test_values_keep_their_types() -> None:
+    parameters = tiny_recipe(system={"parameters": {"a": True, "b": 2, "c": 2.0, "d": "2"}})
+    again = Recipe.model_validate_json(parameters.model_dump_json())
+    for recipe in (parameters, again):
+        found = recipe.system.parameters
+        kinds = {key: type(found[key]) for key in "abcd"}
+        assert kinds == {"a": bool, "b": int, "c": float, "d": str}

@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
 
-.PHONY: setup demo test lint types contract lock clean
+.PHONY: setup demo test release lint types contract lock clean
 .DEFAULT_GOAL := demo
 
 setup: $(READY)
@@ -18,6 +18,13 @@ $(READY): requirements.lock pyproject.toml
 
 demo: setup
 	$(BIN)/slide-fmu run training/duffing.toml
+
+# make release NAME=duffing: build a released FMU again, with its card.
+release: setup
+	$(BIN)/slide-fmu run training/$(NAME).toml
+	mkdir -p fmus/$(NAME)
+	cp runs/$(NAME)/$(NAME).fmu runs/$(NAME)/side_by_side.png fmus/$(NAME)/
+	cp runs/$(NAME)/card.md fmus/$(NAME)/README.md
 
 test: setup
 	$(BIN)/python -m pytest
@@ -35,7 +42,9 @@ contract: setup
 lock:
 	$(PYTHON) -m venv build/lock
 	build/lock/bin/python -m pip install --quiet pip-tools
-	build/lock/bin/pip-compile --quiet --extra dev --all-build-deps --no-emit-find-links --no-emit-index-url --strip-extras --pip-args "--constraint constraints.txt" -o requirements.lock pyproject.toml
+	build/lock/bin/pip-compile --quiet --extra dev --all-build-deps --no-emit-find-links \
+		--no-emit-index-url --strip-extras -o requirements.lock pyproject.toml
+	sed -i 's/+cpu$$//' requirements.lock
 
 clean:
 	rm -rf $(VENV) build runs

@@ -62,7 +62,7 @@ def run(
     overwrite: OverwriteOption = False,
 ) -> None:
     """Everything: window, data, training, FMU, validation, report."""
-    with _progress() as bar:
+    with progress_bars() as bar:
         job = pipeline.open_job(recipe, runs, bar, seed)
         sizing = pipeline.check_window(job)
         pipeline.generate_data(job, workers, overwrite)
@@ -83,7 +83,7 @@ def window(
     runs: RunsOption = Path("runs"),
 ) -> None:
     """Decay times of the system, linearized and measured, and the window they ask for."""
-    with _progress() as bar:
+    with progress_bars() as bar:
         job = pipeline.open_job(recipe, runs, bar)
         sizing = pipeline.size_recipe(job, seed)
     figures = sizing.figures()
@@ -106,7 +106,7 @@ def generate(
     overwrite: OverwriteOption = False,
 ) -> None:
     """Make the recipe's trajectories; goes on where it was stopped."""
-    with _progress() as bar:
+    with progress_bars() as bar:
         job = pipeline.open_job(recipe, runs, bar, data_seed=seed)
         pipeline.check_window(job)
         figures = pipeline.generate_data(job, workers, overwrite)
@@ -122,7 +122,7 @@ def train(
     runs: RunsOption = Path("runs"),
 ) -> None:
     """Train surrogate and error estimator; goes on where it was stopped."""
-    with _progress() as bar:
+    with progress_bars() as bar:
         job = pipeline.open_job(recipe, runs, bar, seed)
         figures = pipeline.train_surrogate(job)
     _write_json(json_path, figures)
@@ -136,7 +136,7 @@ def export(
     runs: RunsOption = Path("runs"),
 ) -> None:
     """Write the FMU of a trained recipe, or an FMU again with this version's runtime."""
-    with _progress() as bar:
+    with progress_bars() as bar:
         path = pipeline.export(source, output, runs, bar)
     console.print(f"FMU     {path}", highlight=False)
 
@@ -169,7 +169,7 @@ def validate(
     ] = None,
 ) -> None:
     """Run an FMU beside its reference system on unseen inputs and measure the error."""
-    with _progress() as bar:
+    with progress_bars() as bar:
         task = Task(trajectories, seed, amplitude, duration)
         result = pipeline.validate_fmu_file(fmu, task, bar)
         figures = result.figures()
@@ -259,7 +259,7 @@ def _write_json(path: str | None, figures: Any) -> None:
 
 
 @contextmanager
-def _progress() -> Iterator[pipeline.Bar]:
+def progress_bars() -> Iterator[pipeline.Bar]:
     """Progress bars on the terminal, and errors as messages."""
     columns = (
         TextColumn("{task.description:>24}"),

@@ -11,7 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu import report as reports
+from slide_fmu.card import card
 from slide_fmu.data.sampling import recipe_system, system_parameters
+from slide_fmu.figures import side_by_side
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
 from slide_fmu.recipe import SPLITS, Recipe, load_recipe, read_recipe_text
 from slide_fmu.report import Report
@@ -30,6 +32,7 @@ Bar = Callable[[str], Advance]
 
 VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "fmpy", "torch", "exudyn", "pythonfmu")
 IN_RANGE, BEYOND = "in range", "beyond the range"
+PICTURE = "side_by_side.png"
 
 
 @dataclass(frozen=True)
@@ -234,6 +237,9 @@ def finish(job: Job, sizing: Sizing, trajectories: int, seed: int) -> tuple[Path
     validations = {n: validate_fmu_file(fmu, task, job.bar) for n, task in tasks.items()}
     report = _full_report(surrogate, recipe, sizing, histories, validations)
     page = report.write(job.workplace.folder)
+    (job.workplace.folder / PICTURE).write_bytes(side_by_side(validations[IN_RANGE], 0))
+    text = card(surrogate, recipe, report.data, PICTURE)
+    (job.workplace.folder / "card.md").write_text(text, encoding="utf-8")
     released = {**provenance(job), "measured": report.data}
     export_fmu(
         surrogate, fmu, provenance=released, documentation={"index.html": page.read_bytes()}
@@ -252,7 +258,7 @@ def provenance(job: Job) -> dict[str, object]:
             "training": recipe.training.seed,
             "estimator_training": None if estimator is None else estimator.training.seed,
         },
-        "versions": {"python": platform.python_version(), **_versions()},
+        "versions": _versions(),
     }
 
 
@@ -265,6 +271,7 @@ def _full_report(
 ) -> Report:
     data: dict[str, Any] = {
         "name": recipe.name,
+        "versions": _versions(),
         "validation": {name: v.figures() for name, v in validations.items()},
         "window": sizing.figures(),
         "parameters": surrogate.network.count_parameters(),
@@ -285,7 +292,7 @@ def _title(task: Task) -> str:
 
 
 def _versions() -> dict[str, str]:
-    found = {}
+    found = {"python": platform.python_version()}
     for name in VERSIONS_OF:
         try:
             found[name] = metadata.version(name)

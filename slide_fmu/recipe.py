@@ -163,10 +163,12 @@ class Recipe(Table):
     Attributes:
         name: C identifier; names the run, the surrogate and the FMU.
         description: one line for people.
+        equations: equations of motion and parameters, for the card.
     """
 
     name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
     description: str
+    equations: str = ""
     system: SystemRecipe
     window: WindowRecipe
     data: DataRecipe
@@ -199,7 +201,7 @@ def parse_recipe(text: str, source: str) -> Recipe:
     except tomllib.TOMLDecodeError as error:
         raise RecipeError(f"{source}: not valid TOML: {error}") from error
     except ValidationError as error:
-        lines = [f"{source}: {_describe(item)}" for item in error.errors()]
+        lines = [f"{source}: {_describe(item)}" for item in error.errors() if _is_cause(item)]
         raise RecipeError("\n".join(lines)) from error
 
 
@@ -225,6 +227,11 @@ def read_recipe_text(path: Path) -> str:
             f"recipe {str(path)!r} cannot be read ({error}); expected a TOML file such as "
             "training/duffing.toml"
         ) from error
+
+
+def _is_cause(item: Any) -> bool:
+    """Whether it is a mistake of its own; a list left empty by mistakes in its items is none."""
+    return not (item["type"] == "too_short" and item["input"])
 
 
 def _describe(item: Any) -> str:

@@ -85,6 +85,7 @@ def size_window(recipe: Recipe, system: System, seed: int | None = None) -> Sizi
     Raises:
         UnstableModeError: a mode of the linearized system grows.
         SimulationError: a motion could not be simulated.
+        ValueError: the system has no damping, so that its motions never meet.
     """
     amplitude = recipe.window.remaining_amplitude
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
@@ -94,6 +95,7 @@ def size_window(recipe: Recipe, system: System, seed: int | None = None) -> Sizi
     draws = [draw(recipe, system, stream, index) for index in range(MOTIONS)]
     states = [state for d in draws for state in _states_along(system, d.initial, d.inputs)]
     linearized = decay_along(system, states, amplitude)
+    recommend_window(linearized.worst, window.step, window.n_out)  # refuses a lasting motion
     count = int(np.ceil(MEASURED_DECAYS * linearized.worst / window.step))
     records = [np.resize(d.inputs, (count, d.inputs.shape[1])) for d in draws]
     rng = np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=(stream.number,)))

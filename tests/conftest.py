@@ -1,8 +1,14 @@
-"""Shared fixtures and settings of all tests."""
+"""Shared settings of all tests."""
 
 from __future__ import annotations
 
+import os
+
 from hypothesis import settings
+
+# One thread each: small matrices gain nothing from more, and lose much on a busy machine.
+# Set before torch is loaded; subprocesses inherit it.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 # The same examples in every run: a failure comes back. No deadline: machines are shared.
 settings.register_profile("slide", deadline=None, derandomize=True, max_examples=60)

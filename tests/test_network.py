@@ -108,7 +108,7 @@ def test_weights_are_finite(value: float) -> None:
         Layer(bad, np.zeros(1, np.float32), "relu")
     with pytest.raises(ValueError, match="not finite"):
         Layer(good, bad[0], "relu")
-    with pytest.raises(ValueError, match="skip.*not finite"):
+    with pytest.raises(ValueError, match=r"skip.*not finite"):
         FeedForward((layer(1, 1),), 1, 1, bad)
 
 

@@ -51,12 +51,12 @@ def test_there_are_recipes() -> None:
         (
             "weight = 1.0",
             "weight = 1.0\namplitude = [0.5, 0.1]",
-            "data.excitation.0.held_random.amplitude = (0.5, 0.1): expected two numbers, not neg",
+            "data.excitation.0.held_random.amplitude = [0.5, 0.1]: expected two numbers, not neg",
         ),
         (
             "weight = 1.0",
             "weight = 1.0\nsamples = [3, 1]",
-            "data.excitation.0.held_random.samples = (3, 1): expected two numbers, the smaller",
+            "data.excitation.0.held_random.samples = [3, 1]: expected two numbers, the smaller",
         ),
         ('kind = "held_random"', 'kind = "noise"', "data.excitation.0: Input tag 'noise' found"),
         ('kind = "held_random"\n', "", "data.excitation.0: Unable to extract tag"),
@@ -92,7 +92,9 @@ def test_several_mistakes_give_several_lines() -> None:
 
 @pytest.mark.parametrize("counts", [{}, {"estimator": 3}, {"estimator_validation": 3}])
 def test_estimator_needs_trajectories_of_its_own(counts: dict[str, int]) -> None:
-    text = TINY.replace("train = 4", "\n".join(f"{k} = {v}" for k, v in counts.items()) + "\ntrain = 4")
+    text = TINY.replace(
+        "train = 4", "\n".join(f"{k} = {v}" for k, v in counts.items()) + "\ntrain = 4"
+    )
     text += """
 [estimator.network]
 family = "feed_forward"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import json
 import multiprocessing
 import os
@@ -73,10 +72,20 @@ def _end_with_parent() -> None:
     threading.Thread(target=wait, daemon=True).start()
 
 
-@functools.lru_cache(maxsize=2)
+class _Workplace(threading.local):
+    """The recipe and the system that a worker made last: a thread steps no other's system."""
+
+    made: tuple[str, Recipe, System] | None = None
+
+
+_workplace = _Workplace()
+
+
 def _recipe_and_system(text: str) -> tuple[Recipe, System]:
-    recipe = Recipe.model_validate_json(text)
-    return recipe, recipe_system(recipe)
+    if _workplace.made is None or _workplace.made[0] != text:
+        recipe = Recipe.model_validate_json(text)
+        _workplace.made = text, recipe, recipe_system(recipe)
+    return _workplace.made[1:]
 
 
 def _generate_one(text: str, path: str, split: str, index: int) -> None:

@@ -69,10 +69,7 @@ def open_store(path: Path, recipe: Recipe, layout: Layout) -> None:
     """
     fingerprint = data_fingerprint(recipe)
     if path.exists():
-        found = _group(path, "r").attrs.asdict().get("fingerprint")
-        if found is None:
-            raise StoreError(f"{path} is not a trajectory store; remove it and generate again")
-        difference = _first_difference(found, fingerprint)
+        difference = _first_difference(_read_fingerprint(path), fingerprint)
         if difference is not None:
             raise StoreError(
                 f"{path} was generated from other values: {difference}; restore the recipe, or "
@@ -128,6 +125,15 @@ def read_split(path: Path, split: str) -> Split:
 
 def _group(path: Path, mode: Any) -> Any:
     return zarr.open_group(path, mode=mode)
+
+
+def _read_fingerprint(path: Path) -> Any:
+    try:
+        return _group(path, "r").attrs.asdict()["fingerprint"]
+    except (FileNotFoundError, KeyError) as error:
+        raise StoreError(
+            f"{path} is not a trajectory store; remove it and generate again"
+        ) from error
 
 
 def _create_split(group: Any, count: int, layout: Layout) -> None:

@@ -22,6 +22,9 @@ VALIDATION_WINDOWS = 20_000
 
 VALIDATION_BATCH = 4096
 
+SEED_STRIDE = 1_000_003
+"""Steps between the random numbers of two seeds. torch's CPU generator uses 32 bits of a seed."""
+
 ADAM_EPSILON = {"float32": 1e-8, "float64": 1e-16}
 """Guard of Adam's denominator: far below the gradients that each precision can tell from zero."""
 
@@ -74,13 +77,14 @@ def train(
         lr=recipe.learning_rate,
         weight_decay=recipe.weight_decay,
         eps=ADAM_EPSILON[recipe.precision],
+        fused=True,
     )
     state = _restore(checkpoint, model, optimizer)
     generator = torch.Generator(device=training.inputs.device)
     loss_sum = 0.0
     progress(state["step"], recipe.steps, state["best_error"])
     for step in range(state["step"], recipe.steps):
-        generator.manual_seed(recipe.seed * 2**32 + step)
+        generator.manual_seed((recipe.seed * SEED_STRIDE + step) % 2**32)
         loss = _optimize(model, optimizer, training, recipe, step, generator)
         loss_sum += loss
         if (step + 1) % recipe.validate_every == 0 or step + 1 == recipe.steps:

@@ -45,16 +45,26 @@ class WindowData:
             Inputs (B, n_in, n_inputs) and targets (B, n_out * n_targets), sample by sample.
         """
         per_trajectory = self.inputs.shape[1] - self.window.n_in + 1
-        trajectory = (numbers // per_trajectory)[:, None]
-        start = (numbers % per_trajectory)[:, None]
-        ahead = torch.arange(self.window.n_in, device=numbers.device)
-        outputs = torch.arange(
-            self.window.n_truncated + 1, self.window.n_in + 1, device=numbers.device
-        )
-        targets = self.targets[trajectory, start + outputs]
-        return self.inputs[trajectory, start + ahead], targets.flatten(1)
+        trajectory, start = numbers // per_trajectory, numbers % per_trajectory
+        inputs = _cut(self.inputs, trajectory, start, self.window.n_in)
+        first = start + self.window.n_truncated + 1
+        return inputs, _cut(self.targets, trajectory, first, self.window.n_out).flatten(1)
 
     def spread(self, count: int) -> torch.Tensor:
         """Numbers of about ``count`` windows, evenly spread over all."""
         stride = max(1, self.n_windows // count)
         return torch.arange(0, self.n_windows, stride, device=self.inputs.device)
+
+
+def _cut(
+    values: torch.Tensor, trajectory: torch.Tensor, first: torch.Tensor, length: int
+) -> torch.Tensor:
+    """Stretches of trajectories: (n_trajectories, samples, channels) to (B, length, channels).
+
+    All stretches are one strided view of the memory, so that taking some is one copy.
+    """
+    n_trajectories, samples, channels = values.shape
+    flat = values.contiguous().view(-1)
+    count = n_trajectories * samples - length + 1
+    views = flat.as_strided((count, length * channels), (channels, 1))
+    return views.index_select(0, trajectory * samples + first).unflatten(1, (length, channels))

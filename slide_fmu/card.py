@@ -1,0 +1,34 @@
+"""The card of a released FMU: what it is, how wrong it is, how it was made."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jinja2
+
+from slide_fmu.recipe import Recipe
+from slide_fmu.surrogate import Surrogate
+
+
+def card(surrogate: Surrogate, recipe: Recipe, measured: dict[str, Any], picture: str) -> str:
+    """Write the card as Markdown.
+
+    Args:
+        measured: the figures of the report.
+        picture: file name of the picture beside the card.
+    """
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("slide_fmu"),
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters["percent"] = lambda value: f"{100 * value:.3g} %"
+    return environment.get_template("card.md").render(
+        surrogate=surrogate,
+        recipe=recipe,
+        measured=measured,
+        main=next(iter(measured["validation"].values())),
+        picture=picture,
+    )

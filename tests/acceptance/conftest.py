@@ -1,0 +1,157 @@
+"""Fixtures: small recipes, taken the whole way through the console script."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from slide_fmu.cli import app
+
+SMALL_DUFFING = """
+name = "small_duffing"
+description = "Duffing oscillator, small enough for a test"
+equations = "m x'' + d x' + k x + alpha k x^3 = F"
+
+[system]
+model = "mbs_models.oscillators:DuffingOscillator"
+parameters = { substeps = 12 }
+
+[window]
+step = 0.03
+n_in = 72
+n_out = 32
+
+[data]
+seed = 7
+duration = 12.0
+burn_in = 1.5
+train = 24
+validation = 4
+estimator = 12
+estimator_validation = 4
+
+[[data.excitation]]
+kind = "held_random"
+weight = 3.0
+
+[[data.excitation]]
+kind = "multisine"
+weight = 1.0
+amplitude = [0.05, 0.3]
+angular_frequency = [2.0, 60.0]
+
+[network]
+family = "feed_forward"
+hidden = [32]
+activation = "tanh"
+linear_skip = true
+time_invariant = true
+
+[training]
+steps = 800
+batch = 256
+learning_rate = 5e-3
+flip_signs = true
+validate_every = 200
+
+[estimator]
+amplitude_factor = [1.0, 3.0]
+
+[estimator.network]
+family = "feed_forward"
+hidden = [24]
+activation = "elu"
+time_invariant = true
+
+[estimator.training]
+steps = 300
+batch = 64
+learning_rate = 5e-3
+validate_every = 100
+"""
+
+SMALL_LINEAR = """
+name = "small_linear"
+description = "Linear oscillator, small enough for a test"
+
+[system]
+model = "mbs_models.oscillators:LinearOscillator"
+
+[window]
+step = 0.03125
+n_in = 72
+n_out = 8
+remaining_amplitude = 1e-3
+
+[data]
+seed = 8
+duration = 20.0
+burn_in = 3.0
+train = 8
+validation = 2
+
+[[data.excitation]]
+kind = "held_random"
+weight = 1.0
+
+[network]
+family = "feed_forward"
+hidden = []
+bias = false
+
+[training]
+steps = 1200
+batch = 256
+learning_rate = 1e-2
+precision = "float64"
+validate_every = 300
+"""
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A recipe after ``slide-fmu run``: where its files lie and what it printed as JSON."""
+
+    recipe: Path
+    runs: Path
+    name: str
+    figures: dict[str, Any]
+
+    @property
+    def fmu(self) -> Path:
+        """The FMU of the run."""
+        return self.runs / self.name / f"{self.name}.fmu"
+
+
+def invoke(*arguments: object) -> Result:
+    """Call the console script in this process; errors stay visible."""
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def run_recipe(folder: Path, name: str, text: str) -> Finished:
+    """Take a recipe the whole way."""
+    recipe, runs = folder / f"{name}.toml", folder / "runs"
+    recipe.write_text(text, encoding="utf-8")
+    figures = folder / f"{name}.json"
+    result = invoke(
+        "run", recipe, "--runs", runs, "--trajectories", 4, "--workers", 2, "--json", figures
+    )
+    assert result.exit_code == 0, result.output
+    return Finished(recipe, runs, name, json.loads(figures.read_text(encoding="utf-8")))
+
+
+@pytest.fixture(scope="session")
+def duffing(tmp_path_factory: pytest.TempPathFactory) -> Finished:
+    """The small Duffing recipe, finished."""
+    return run_recipe(tmp_path_factory.mktemp("duffing"), "small_duffing", SMALL_DUFFING)
+
+
+@pytest.fixture(scope="session")
+def linear(tmp_path_factory: pytest.TempPathFactory) -> Finished:
+    """The small linear recipe, finished."""
+    return run_recipe(tmp_path_factory.mktemp("linear"), "small_linear", SMALL_LINEAR)

@@ -1,0 +1,234 @@
+"""The whole way: recipe to FMU to report, by the console script, with real models throughout."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+
+from slide_fmu.cosim import run_fmu, unpacked
+from slide_fmu.fmu.export import read_fmu
+
+from .conftest import SMALL_DUFFING, Finished, invoke
+
+FMU_TOLERANCE = 2e-6
+"""FMU against numpy, relative to the output's range: rounding of single precision."""
+
+
+def test_the_surrogate_learnt_something(duffing: Finished) -> None:
+    output = duffing.figures["validation"]["in range"]["outputs"][0]
+    assert output["name"] == "position"
+    assert output["unit"] == "m"
+    # without learning the error would be the signal itself: relative RMSE 1
+    assert output["relative_rmse"] < 0.5
+    assert output["rmse"] == pytest.approx(output["relative_rmse"] * output["rms_reference"])
+    assert output["max_error"] > output["rmse"]
+
+
+def test_beyond_the_range_the_error_and_its_estimate_grow(duffing: Finished) -> None:
+    inside, beyond = (duffing.figures["validation"][n] for n in ("in range", "beyond the range"))
+    assert beyond["outputs"][0]["rmse"] > inside["outputs"][0]["rmse"]
+    assert inside["error_estimate"]["mean_relative_deviation"] < 1.0
+    assert beyond["error_estimate"]["p95_relative_deviation"] > 0
+
+
+def test_the_linear_recipe_finds_the_exact_response(linear: Finished) -> None:
+    # the window truncates 2 s: initial effects of exp(-4 * 2) = 3e-4 remain
+    assert linear.figures["validation"]["in range"]["outputs"][0]["relative_rmse"] < 1e-3
+    assert linear.figures["response_matrix"]["max_deviation_relative"] < 1e-3
+
+
+def test_run_leaves_report_card_and_picture(duffing: Finished) -> None:
+    folder = duffing.fmu.parent
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert page.count("data:image/png;base64,") >= 5
+    for heading in ("Side by side", "Error estimate", "Window", "Training", "Time per step"):
+        assert heading in page
+    assert json.loads((folder / "report.json").read_text()) == duffing.figures
+    card = (folder / "card.md").read_text(encoding="utf-8")
+    percent = 100 * duffing.figures["validation"]["in range"]["outputs"][0]["relative_rmse"]
+    assert f"{percent:.3g} %" in card
+    assert (folder / "side_by_side.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_check_finds_nothing(duffing: Finished, linear: Finished) -> None:
+    for finished in (duffing, linear):
+        result = invoke("check", finished.fmu, "--json", "-")
+        assert result.exit_code == 0, result.output
+        assert json.loads(result.stdout)["problems"] == []
+
+
+def test_check_lists_the_problems_of_a_damaged_fmu(duffing: Finished, tmp_path: Path) -> None:
+    damaged = tmp_path / "damaged.fmu"
+    content = bytearray(duffing.fmu.read_bytes())
+    content[len(content) // 2] ^= 0xFF
+    damaged.write_bytes(content)
+    result = invoke("check", damaged)
+    assert result.exit_code == 1
+    assert "Traceback" not in result.output
+
+
+def test_info_shows_signals_provenance_and_measured_error(duffing: Finished) -> None:
+    result = invoke("info", duffing.fmu, "--json", "-")
+    info = json.loads(result.stdout)
+    assert [signal["name"] for signal in info["inputs"]] == ["force"]
+    assert info["provenance"]["recipe"] == SMALL_DUFFING
+    assert info["provenance"]["measured"] == duffing.figures
+    assert info["provenance"]["seeds"]["data"] == 7
+    assert {"torch", "exudyn", "numpy"} <= set(info["provenance"]["versions"])
+
+
+def test_validate_finds_the_reference_from_the_fmu_alone(
+    duffing: Finished, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    alone = tmp_path / "alone.fmu"
+    shutil.copy(duffing.fmu, alone)
+    monkeypatch.chdir(tmp_path)
+    call = ("validate", alone, "--trajectories", 3, "--seed", 5, "--duration", 4, "--json", "-")
+    result = invoke(*call)
+    assert result.exit_code == 0, result.output
+    figures = json.loads(result.stdout)
+    assert {"name", "unit", "rms_reference", "rmse", "relative_rmse", "max_error"} <= set(
+        figures["outputs"][0]
+    )
+    assert set(figures["timing"]) == {"fmu_step_us", "reference_step_us", "speedup"}
+    assert figures["trajectories"] == 3
+    assert figures["seed"] == 5
+    again = json.loads(invoke(*call).stdout)
+    assert again["outputs"] == figures["outputs"]
+    other = json.loads(invoke(*call[:5], 6, *call[6:]).stdout)
+    assert other["outputs"] != figures["outputs"]
+
+
+def test_validate_measures_what_the_trajectories_say(duffing: Finished) -> None:
+    """The JSON's figures against a computation from the models themselves, without FMUs."""
+    from slide_fmu.data.sampling import UNSEEN, Stream, draw, recipe_system
+    from slide_fmu.recipe import load_recipe
+    from slide_fmu.systems.base import simulate
+
+    result = invoke("validate", duffing.fmu, "--trajectories", 2, "--seed", 11, "--json", "-")
+    figures = json.loads(result.stdout)
+    recipe = load_recipe(duffing.recipe)
+    system, surrogate = recipe_system(recipe), read_fmu(duffing.fmu)[0]
+    stream = Stream(UNSEEN, 11, (1.0, 1.0), recipe.data.duration)
+    errors, references = [], []
+    for index in range(2):
+        drawn = draw(recipe, system, stream, index)
+        outputs = simulate(system, drawn.inputs, drawn.initial).outputs[1:]
+        first = drawn.burn_in
+        errors.append((surrogate.predict_newest(drawn.inputs) - outputs)[first:])
+        references.append(outputs[first:])
+    rmse = float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+    rms = float(np.sqrt(np.mean(np.concatenate(references) ** 2)))
+    assert figures["outputs"][0]["rmse"] == pytest.approx(rmse, rel=1e-4)
+    assert figures["outputs"][0]["rms_reference"] == pytest.approx(rms, rel=1e-9)
+
+
+def test_fmu_equals_numpy_through_fmpy(duffing: Finished) -> None:
+    surrogate, _ = read_fmu(duffing.fmu)
+    inputs = np.random.default_rng(3).uniform(-1000, 1000, (300, 1))
+    with unpacked(duffing.fmu) as fmu:
+        names = ["position", "position_error_estimate", "window_filled"]
+        run = run_fmu(fmu, {"force": inputs[:, 0]}, names)
+    signal = surrogate.outputs[0]
+    allowed = FMU_TOLERANCE * (signal.high - signal.low)
+    assert np.max(np.abs(run.values[1:, :1] - surrogate.predict_newest(inputs))) < allowed
+    np.testing.assert_allclose(run.values[1:, 1:2], surrogate.estimate_error(inputs), rtol=1e-4)
+    filled = np.minimum(1, np.arange(301) / surrogate.network.n_samples)
+    np.testing.assert_allclose(run.values[:, 2], filled)
+
+
+def test_simulate_fmu_needs_nothing_but_the_file(duffing: Finished) -> None:
+    result = fmpy.simulate_fmu(str(duffing.fmu), stop_time=3.0, start_values={"force": 200.0})
+    # a held force of 200 N: static equilibrium k x (1 + alpha x^2) = F at 0.124 m
+    assert result["position"][-1] == pytest.approx(0.124, abs=0.1)
+    assert result["window_filled"][-1] == 1.0
+
+
+def test_export_again_gives_the_same_surrogate_and_the_same_bytes(
+    duffing: Finished, tmp_path: Path
+) -> None:
+    first, second = tmp_path / "first.fmu", tmp_path / "second.fmu"
+    assert invoke("export", duffing.fmu, "-o", first).exit_code == 0
+    assert invoke("export", first, "-o", second).exit_code == 0
+    assert first.read_bytes() == second.read_bytes() == duffing.fmu.read_bytes()
+    from_recipe = tmp_path / "from_recipe.fmu"
+    call = ("export", duffing.recipe, "--runs", duffing.runs, "-o", from_recipe)
+    assert invoke(*call).exit_code == 0
+    assert read_fmu(from_recipe)[0].to_bytes() == read_fmu(duffing.fmu)[0].to_bytes()
+
+
+def test_reference_fmu_of_a_recipe_is_valid(linear: Finished, tmp_path: Path) -> None:
+    from fmpy.validation import validate_fmu
+
+    path = tmp_path / "reference.fmu"
+    assert invoke("reference", linear.recipe, "-o", path).exit_code == 0
+    assert validate_fmu(str(path)) == []
+
+
+def test_a_finished_run_is_not_done_again(duffing: Finished) -> None:
+    before = (duffing.runs / duffing.name / "data.zarr" / "zarr.json").stat().st_mtime_ns
+    result = invoke("train", duffing.recipe, "--runs", duffing.runs, "--json", "-")
+    assert result.exit_code == 0
+    surrogate = duffing.runs / duffing.name / "surrogate.slide"
+    assert surrogate.read_bytes() == read_fmu(duffing.fmu)[0].to_bytes()
+    after = (duffing.runs / duffing.name / "data.zarr" / "zarr.json").stat().st_mtime_ns
+    assert before == after
+
+
+def test_window_prints_both_decay_times(duffing: Finished) -> None:
+    result = invoke("window", duffing.recipe, "--json", "-")
+    figures = json.loads(result.stdout)
+    assert figures["decay_time_s"]["worst"] == pytest.approx(1.1513, rel=0.01)
+    ratio = figures["measured_decay_time_s"]["mean"] / figures["decay_time_s"]["mean"]
+    assert 0.85 < ratio < 1.15
+    assert figures["sufficient"] is True
+
+
+MISTAKES = {
+    "short window": ("window", ("n_in = 72", "n_in = 40"), r"n_in >= 71"),
+    "unknown key": ("window", ("burn_in", "burnin"), r"data\.burnin is not a known key"),
+    "wrong model": ("window", (":Duffing", ":Dufing"), r"DuffingOscillator"),
+    "wrong parameter": ("window", ("substeps = 12", "substep = 12"), r"substeps"),
+    "nothing trained": ("export", ("small_duffing", "never_trained"), r"train it first"),
+    "no data": ("train", ("small_duffing", "never_generated"), r"generate it first"),
+    "other data": ("generate", ("seed = 7", "seed = 9"), r"data\.seed = 7 there, 9"),
+    "other training": ("export", ("steps = 800", "steps = 900"), r"train again"),
+}
+
+
+@pytest.mark.parametrize("case", MISTAKES)
+def test_mistakes_are_answered_with_a_remedy(duffing: Finished, tmp_path: Path, case: str) -> None:
+    verb, (old, new), message = MISTAKES[case]
+    recipe = tmp_path / "mistake.toml"
+    recipe.write_text(SMALL_DUFFING.replace(old, new), encoding="utf-8")
+    result = invoke(verb, recipe, "--runs", duffing.runs)
+    assert result.exit_code == 1
+    assert re.search(message, " ".join(result.output.split()))
+    assert "Traceback" not in result.output
+
+
+def test_a_short_window_can_be_overridden(tmp_path: Path) -> None:
+    recipe = tmp_path / "short.toml"
+    text = SMALL_DUFFING.replace("n_in = 72", "n_in = 40\nallow_short = true")
+    recipe.write_text(text, encoding="utf-8")
+    result = invoke("window", recipe, "--json", "-")
+    assert result.exit_code == 0
+    assert json.loads(result.stdout)["sufficient"] is False
+
+
+@pytest.mark.parametrize("content", [b"", b"no zip", b"PK\x03\x04 broken"])
+@pytest.mark.parametrize("verb", ["info", "check", "validate", "export"])
+def test_files_that_are_no_fmus(tmp_path: Path, verb: str, content: bytes) -> None:
+    path = tmp_path / "bad.fmu"
+    path.write_bytes(content)
+    more = ("-o", tmp_path / "out.fmu") if verb == "export" else ()
+    result = invoke(verb, path, *more)
+    assert result.exit_code == 1
+    assert "bad.fmu" in "".join(result.output.split())
+    assert not (tmp_path / "out.fmu").exists()

@@ -1,0 +1,100 @@
+"""Accuracy of a recipe over several training seeds: every seed, mean and spread.
+
+    python tests/benchmarks/seed_study.py training/duffing_paper_code.toml --seeds 3 --json -
+
+Data are generated once, in ``runs/<name>``. Every seed trains a surrogate (and error estimator) of
+its own, which is exported and run beside the reference FMU on unseen trajectories.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slide_fmu import pipeline
+from slide_fmu.cli import UNSEEN_SEED, progress_bars
+from slide_fmu.data.sampling import recipe_system
+from slide_fmu.fmu.export import export_fmu
+from slide_fmu.learn.fit import fit_surrogate
+from slide_fmu.validation import Task, validate
+
+
+def study(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
+    """Train and validate every seed."""
+    job = pipeline.open_job(arguments.recipe, arguments.runs, bar)
+    pipeline.generate_data(job, None, False)
+    seeds = []
+    for seed in range(arguments.seeds):
+        recipe = pipeline.with_training_seed(job.recipe, seed)
+        fit = fit_surrogate(
+            recipe,
+            recipe_system(recipe),
+            job.workplace.store,
+            job.workplace.checkpoints,
+            lambda stage, seed=seed: stage_progress(bar(f"{stage}, seed {seed}")),
+        )
+        fmu = job.workplace.folder / f"{recipe.name}_seed_{seed}.fmu"
+        export_fmu(fit.surrogate, fmu, provenance=pipeline.provenance(job))
+        task = Task(arguments.trajectories, arguments.seed)
+        advance = bar(f"validation, seed {seed}")
+        figures = validate(
+            fmu, fit.surrogate, recipe, task, lambda done, n, go=advance: go(done, n, "")
+        ).figures()
+        seeds.append({"training_seed": seed, **figures})
+    return {"recipe": job.recipe.name, "summary": summary(seeds), "seeds": seeds}
+
+
+def stage_progress(advance: pipeline.Advance) -> Any:
+    """Progress of a training on a bar."""
+    return lambda done, total, best: advance(done, total, f"validation RMSE {best:.3g}")
+
+
+def summary(seeds: list[dict[str, Any]]) -> dict[str, Any]:
+    """Median, mean, standard deviation and extremes over the seeds, by output."""
+    result: dict[str, Any] = {}
+    for index, output in enumerate(seeds[0]["outputs"]):
+        for key in ("rmse", "relative_rmse"):
+            values = np.array([s["outputs"][index][key] for s in seeds])
+            result[f"{output['name']}_{key}"] = statistics(values)
+    if seeds[0]["error_estimate"] is not None:
+        for key in ("mean_relative_deviation", "p95_relative_deviation"):
+            result[key] = statistics(np.array([s["error_estimate"][key] for s in seeds]))
+    return result
+
+
+def statistics(values: Any) -> dict[str, float]:
+    """Plain statistics of a vector."""
+    return {
+        "median": float(np.median(values)),
+        "mean": float(np.mean(values)),
+        "standard_deviation": float(np.std(values, ddof=1)) if len(values) > 1 else 0.0,
+        "smallest": float(np.min(values)),
+        "largest": float(np.max(values)),
+    }
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("recipe", type=Path)
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--trajectories", type=int, default=512)
+    parser.add_argument("--seed", type=int, default=UNSEEN_SEED, help="of the trajectories")
+    parser.add_argument("--runs", type=Path, default=Path("runs"))
+    parser.add_argument("--json", default="-")
+    arguments = parser.parse_args()
+    with progress_bars() as bar:
+        text = json.dumps(study(arguments, bar), indent=2) + "\n"
+    if arguments.json == "-":
+        sys.stdout.write(text)
+    else:
+        Path(arguments.json).write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

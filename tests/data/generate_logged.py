@@ -1,0 +1,17 @@
+"""Generate a recipe's data with the process pool; a program that tests can kill.
+
+Usage: generate_logged.py RECIPE.json STORE WORKERS
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from slide_fmu.data.generation import generate, process_pool
+from slide_fmu.recipe import Recipe
+
+if __name__ == "__main__":
+    recipe = Recipe.model_validate_json(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    with process_pool(int(sys.argv[3])) as pool:
+        generate(recipe, Path(sys.argv[2]), pool, lambda done, total: None)

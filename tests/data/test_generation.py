@@ -1,0 +1,232 @@
+"""Generation on any executor, broken at any moment."""
+
+from __future__ import annotations
+
+import functools
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from logging_system import LOG, identity
+from recipes import ESTIMATOR, tiny_recipe
+
+from slide_fmu.data.generation import generate, process_pool
+from slide_fmu.data.sampling import draw, recipe_system, simulate_draw, split_stream
+from slide_fmu.data.store import StoreError, missing_trajectories, read_split
+from slide_fmu.recipe import SPLITS, Recipe
+
+WORKERS = 2
+PATIENCE = 30.0
+"""Seconds that a shared machine may need for what takes one."""
+
+SMALL = tiny_recipe(
+    data={"train": 6, "validation": 2, "estimator": 4, "estimator_validation": 2, "test": 2},
+    estimator=ESTIMATOR,
+)
+SMALL_OTHER_SEED = SMALL.model_copy(update={"data": SMALL.data.model_copy(update={"seed": 8})})
+LONG = tiny_recipe(
+    system={"model": "logging_system:LoggingSystem"},
+    data={"train": 60, "validation": 10, "test": 10, "duration": 15.0},
+)
+"""80 trajectories of some 30 ms each: long enough to be killed in their midst."""
+
+
+class Inline(Executor):
+    """Runs everything at once, in the caller."""
+
+    def submit(self, function, /, *args, **kwargs):  # type: ignore[no-untyped-def]
+        future: Future = Future()
+        future.set_result(function(*args, **kwargs))
+        return future
+
+
+def ignore(done: int, total: int) -> None:
+    pass
+
+
+def assert_complete(recipe: Recipe, path: Path) -> None:
+    """The store holds what each trajectory gives when it is made alone."""
+    system = recipe_system(recipe)
+    for name in SPLITS:
+        split = read_split(path, name)
+        assert len(split.inputs) == recipe.data.count(name)
+        for index in range(len(split.inputs)):
+            drawn = draw(recipe, system, split_stream(recipe, name, index), index)
+            expected = simulate_draw(system, drawn)
+            assert np.array_equal(split.inputs[index], expected.inputs), (name, index)
+            assert np.array_equal(split.outputs[index], expected.outputs), (name, index)
+            assert split.kinds[index] == drawn.kind
+
+
+def test_threads_do_not_disturb_each_other(tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    request.addfinalizer(functools.partial(sys.setswitchinterval, sys.getswitchinterval()))
+    sys.setswitchinterval(1e-5)  # threads take turns within every simulation
+    calls: list[tuple[int, int]] = []
+    with ThreadPoolExecutor(4) as pool:
+        generate(SMALL, tmp_path / "s", pool, lambda *numbers: calls.append(numbers))
+    assert calls == [(done, 16) for done in range(17)]
+    assert_complete(SMALL, tmp_path / "s")
+
+
+@pytest.mark.slow
+def test_process_pool(tmp_path: Path) -> None:
+    with process_pool(WORKERS) as pool:
+        generate(SMALL, tmp_path / "s", pool, ignore)
+    assert_complete(SMALL, tmp_path / "s")
+
+
+def test_broken_generation_goes_on_where_it_was(tmp_path: Path) -> None:
+    class Enough(Exception):
+        pass
+
+    def until_five(done: int, total: int) -> None:
+        if done == 5:
+            raise Enough
+
+    path = tmp_path / "s"
+    with ThreadPoolExecutor(1) as pool, pytest.raises(Enough):
+        generate(SMALL, path, pool, until_five)
+    left = sum(len(missing_trajectories(path, split)) for split in SPLITS)
+    assert 0 < left <= 11
+    calls: list[tuple[int, int]] = []
+    generate(SMALL, path, Inline(), lambda *numbers: calls.append(numbers))
+    assert calls == [(done, 16) for done in range(16 - left, 17)]
+    assert_complete(SMALL, path)
+    generate(SMALL, path, Inline(), lambda *numbers: calls.append(numbers))
+    assert calls[-1] == (16, 16)
+
+
+def test_store_of_another_recipe_is_refused(tmp_path: Path) -> None:
+    generate(SMALL, tmp_path / "s", Inline(), ignore)
+    with pytest.raises(StoreError, match=r"data\.seed"):
+        generate(SMALL_OTHER_SEED, tmp_path / "s", Inline(), ignore)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Where the killed generation takes place."""
+
+    folder: Path
+
+    @property
+    def store(self) -> Path:
+        return self.folder / "store"
+
+    @property
+    def log(self) -> Path:
+        return self.folder / "log"
+
+    def lines(self) -> list[str]:
+        return self.log.read_text().splitlines() if self.log.exists() else []
+
+    def start(self) -> subprocess.Popen[bytes]:
+        recipe = self.folder / "recipe.json"
+        recipe.write_text(LONG.model_dump_json())
+        script = str(Path(__file__).with_name("generate_logged.py"))
+        return subprocess.Popen(
+            [sys.executable, script, str(recipe), str(self.store), str(WORKERS)],
+            env={**os.environ, LOG: str(self.log)},
+            stderr=subprocess.DEVNULL,  # of the processes that lose their parent
+        )
+
+    def processes(self) -> list[int]:
+        """Ids of living processes that were started here; they inherit the environment."""
+        mark = f"{LOG}={self.log}".encode()
+        found = []
+        for folder in Path("/proc").iterdir():
+            try:
+                if folder.name.isdigit() and mark in (folder / "environ").read_bytes():
+                    found.append(int(folder.name))
+            except OSError:
+                continue
+        return found
+
+    def done(self) -> set[str]:
+        """Identities of the trajectories that the store holds."""
+        if not self.store.exists():
+            return set()
+        missing = {(s, i) for s in SPLITS for i in missing_trajectories(self.store, s)}
+        return {name for key, name in identities().items() if key not in missing}
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Iterator[Scene]:
+    scene = Scene(tmp_path)
+    yield scene
+    for process in scene.processes():  # of a test that failed
+        os.kill(process, signal.SIGKILL)
+
+
+def identities() -> dict[tuple[str, int], str]:
+    system = recipe_system(LONG)
+    return {
+        (split, index): identity(
+            draw(LONG, system, split_stream(LONG, split, index), index).initial
+        )
+        for split in SPLITS
+        for index in range(LONG.data.count(split))
+    }
+
+
+def wait_until(condition: Callable[[], bool], what: str) -> None:
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end, what
+        time.sleep(0.002)
+
+
+def kill(process: subprocess.Popen[bytes]) -> None:
+    """Kill the parent alone; its workers are to notice."""
+    assert process.poll() is None, "killed too late: the generation had ended"
+    process.send_signal(signal.SIGKILL)
+    assert process.wait() == -signal.SIGKILL
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks for workers in /proc")
+def test_killed_generation_repeats_nothing_that_was_done(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Killed while it starts, and twice in its midst; then left alone."""
+    moments, unbroken = random.Random(), scene.folder / "unbroken"
+    log_before, done_before = 0, set()
+    for kills, new_lines in enumerate((0, 3, 25)):
+        process = scene.start()
+        if new_lines:
+            wanted = log_before + new_lines
+            wait_until(lambda wanted=wanted: len(scene.lines()) >= wanted, "no simulations")
+            time.sleep(moments.uniform(0.0, 0.04))
+        else:
+            time.sleep(moments.uniform(0.0, 1.0))
+        kill(process)
+        wait_until(lambda: not scene.processes(), "workers outlive their parent")
+        lines, done = scene.lines(), scene.done()
+        assert not done_before & set(lines[log_before:]), "a finished trajectory was repeated"
+        assert done_before <= done
+        assert len(set(lines) - done) <= WORKERS * (kills + 1)
+        assert len(lines) - len(set(lines)) <= WORKERS * kills
+        log_before, done_before = len(lines), done
+    assert 0 < len(done_before) < len(identities())
+
+    process = scene.start()
+    assert process.wait(timeout=2 * PATIENCE) == 0
+    assert not done_before & set(scene.lines()[log_before:])
+    assert set(scene.lines()) == set(identities().values())
+    assert len(scene.lines()) - len(identities()) <= WORKERS * 3
+
+    monkeypatch.setenv(LOG, str(scene.folder / "unbroken_log"))
+    generate(LONG, unbroken, Inline(), ignore)
+    for name in SPLITS:
+        broken, whole = (read_split(path, name) for path in (scene.store, unbroken))
+        assert np.array_equal(broken.inputs, whole.inputs)
+        assert np.array_equal(broken.outputs, whole.outputs)
+        assert np.array_equal(broken.kinds, whole.kinds)

@@ -1,0 +1,90 @@
+"""Every trajectory has a seed of its own and can be made again alone."""
+
+from __future__ import annotations
+
+import dataclasses
+from itertools import combinations
+
+import numpy as np
+from recipes import ESTIMATOR, tiny_recipe
+
+from slide_fmu.data.sampling import (
+    UNSEEN,
+    Draw,
+    Stream,
+    draw,
+    recipe_system,
+    simulate_draw,
+    split_stream,
+)
+from slide_fmu.recipe import SPLITS
+
+COUNT = 6
+RECIPE = tiny_recipe(
+    data={
+        **dict.fromkeys(SPLITS, COUNT),
+        "excitation": [
+            {"kind": "held_random", "weight": 1.0},
+            {"kind": "harmonic", "weight": 1.0, "angular_frequency": (5.0, 60.0)},
+        ],
+    },
+    estimator={**ESTIMATOR, "in_range": 0.5, "amplitude_factor": (1.5, 3.0)},
+)
+SYSTEM = recipe_system(RECIPE)
+
+
+def drawn(split: str, index: int) -> Draw:
+    return draw(RECIPE, SYSTEM, split_stream(RECIPE, split, index), index)
+
+
+def unseen(index: int, seed: int) -> Draw:
+    return draw(RECIPE, SYSTEM, Stream(UNSEEN, seed, (1.0, 1.0), 2.0), index)
+
+
+def test_a_trajectory_made_again_alone_is_the_same() -> None:
+    """Whatever was drawn and simulated before it, on this system or on another."""
+    order = [(split, index) for split in SPLITS for index in (0, 3, 5)]
+    first = {key: simulate_draw(SYSTEM, drawn(*key)) for key in order}
+    for key in reversed(order):
+        again = simulate_draw(SYSTEM, drawn(*key))
+        alone = simulate_draw(recipe_system(RECIPE), drawn(*key))
+        for other in (again, alone):
+            assert np.array_equal(other.inputs, first[key].inputs)
+            assert np.array_equal(other.outputs, first[key].outputs)
+
+
+def test_no_two_trajectories_share_inputs_or_states() -> None:
+    draws = [drawn(split, index) for split in SPLITS for index in range(COUNT)]
+    seeds = (RECIPE.data.seed, RECIPE.data.seed + 1)
+    draws += [unseen(index, seed) for index in range(COUNT) for seed in seeds]
+    assert len({one.inputs.tobytes() for one in draws}) == len(draws)
+    assert len({one.initial.coordinates.tobytes() for one in draws}) == len(draws)
+    held = [set(one.inputs.ravel().tolist()) for one in draws if one.kind == 0]
+    assert len(held) > 10
+    assert all(a.isdisjoint(b) for a, b in combinations(held, 2))  # nor parts of them
+
+
+def test_only_the_estimator_leaves_the_range() -> None:
+    limit = SYSTEM.inputs[0].high
+    for split in SPLITS:
+        factors = [drawn(split, index).factor for index in range(COUNT)]
+        if split.startswith("estimator"):
+            assert factors[:3] == [1.0, 1.0, 1.0]
+            assert all(1.5 <= factor <= 3.0 for factor in factors[3:])
+            assert len(set(factors[3:])) == 3
+        else:
+            assert set(factors) == {1.0}
+        for index, factor in enumerate(factors):
+            largest = np.max(np.abs(drawn(split, index).inputs))
+            assert 0.5 * factor * limit < largest <= factor * limit
+
+
+def test_burn_in_is_simulated_and_left_out() -> None:
+    one = drawn("train", 0)
+    trajectory = simulate_draw(SYSTEM, one)
+    assert (one.burn_in, len(one.inputs)) == (16, 16 + 128)
+    assert np.array_equal(trajectory.inputs, one.inputs[16:])
+    assert trajectory.outputs.shape == (129, 1)
+    whole = simulate_draw(SYSTEM, dataclasses.replace(one, burn_in=0))
+    assert np.array_equal(whole.outputs[16:], trajectory.outputs)
+    assert whole.outputs[0] == one.initial.coordinates

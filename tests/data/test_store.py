@@ -1,0 +1,149 @@
+"""The store: what is done stays, what is not done is told, and other recipes are refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import zarr
+from recipes import ESTIMATOR, tiny_recipe
+
+from slide_fmu.data.store import (
+    Layout,
+    StoreError,
+    missing_trajectories,
+    open_store,
+    read_split,
+    write_trajectory,
+)
+from slide_fmu.signals import Trajectory
+
+LAYOUT = Layout(n_samples=5, n_inputs=2, n_outputs=1)
+RECIPE = tiny_recipe(data={"train": 4, "validation": 1, "test": 0})
+
+
+def trajectory(seed: int) -> Trajectory:
+    rng = np.random.default_rng(seed)
+    return Trajectory(RECIPE.window.step, rng.normal(size=(5, 2)), rng.normal(size=(6, 1)))
+
+
+def content(path: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(path)): p.read_bytes() for p in path.rglob("*") if p.is_file()}
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Path:
+    path = tmp_path / "data.zarr"
+    open_store(path, RECIPE, LAYOUT)
+    return path
+
+
+def test_written_trajectories_are_read(store: Path) -> None:
+    for index in (2, 0, 3, 1):
+        write_trajectory(store, "train", index, trajectory(index), kind=index % 2)
+    split = read_split(store, "train")
+    assert split.kinds.tolist() == [0, 1, 0, 1]
+    for index in range(4):
+        assert np.array_equal(split.inputs[index], trajectory(index).inputs)
+        assert np.array_equal(split.outputs[index], trajectory(index).outputs)
+    assert read_split(store, "test").inputs.shape == (0, 5, 2)
+
+
+def test_missing_trajectories_are_reported(store: Path) -> None:
+    assert missing_trajectories(store, "train") == [0, 1, 2, 3]
+    write_trajectory(store, "train", 2, trajectory(2), kind=0)
+    assert missing_trajectories(store, "train") == [0, 1, 3]
+    assert missing_trajectories(store, "validation") == [0]
+    with pytest.raises(StoreError, match="3 of 4 trajectories of split 'train' are missing"):
+        read_split(store, "train")
+
+
+def test_half_written_trajectory_is_missing_and_made_again(store: Path) -> None:
+    """A process that died after the data, before the flag."""
+    zarr.open_group(store, mode="r+")["train/inputs"][1] = np.ones((5, 2))
+    zarr.open_group(store, mode="r+")["train/outputs"][1] = np.ones((6, 1))
+    assert 1 in missing_trajectories(store, "train")
+    for index in range(4):
+        write_trajectory(store, "train", index, trajectory(index), kind=0)
+    assert np.array_equal(read_split(store, "train").outputs[1], trajectory(1).outputs)
+
+
+def test_flag_is_written_last(store: Path) -> None:
+    whole = trajectory(0)
+    outputs_that_do_not_fit = Trajectory(whole.step, whole.inputs[:4], whole.outputs[:5])
+    with pytest.raises(ValueError):  # noqa: PT011 (zarr's own words)
+        write_trajectory(store, "train", 0, outputs_that_do_not_fit, kind=0)
+    assert 0 in missing_trajectories(store, "train")
+
+
+def test_opening_again_keeps_what_is_done(store: Path) -> None:
+    write_trajectory(store, "train", 2, trajectory(2), kind=0)
+    before = content(store)
+    changed_only_in_training = tiny_recipe(
+        data={"train": 4, "validation": 1, "test": 0},
+        training={"steps": 1},
+        network={"hidden": [9]},
+        window={"n_in": 50},
+    )
+    open_store(store, changed_only_in_training, LAYOUT)
+    assert content(store) == before
+
+
+@pytest.mark.parametrize(
+    ("key", "changes"),
+    [
+        ("data.seed = 7 there, 8 in the recipe", {"data": {"seed": 8}}),
+        ("data.train = 4 there, 5 in the recipe", {"data": {"train": 5}}),
+        ("data.burn_in = 0.25 there, 0.5", {"data": {"burn_in": 0.5}}),
+        ("data.excitation = ", {"data": {"excitation": [{"kind": "held_random", "weight": 2.0}]}}),
+        ("step = 0.015625 there, 0.03125", {"window": {"step": 0.03125}}),
+        ("system.parameters.damping = 40.0 there, 8", {"system": {"parameters": {"damping": 8}}}),
+        (
+            r"estimator.amplitude_factor = None there, \[1.0, 3.0\]",
+            {"data": {"estimator": 0, "estimator_validation": 0}, "estimator": ESTIMATOR},
+        ),
+    ],
+)
+def test_other_recipe_is_refused_and_the_store_untouched(
+    store: Path, key: str, changes: dict[str, Any]
+) -> None:
+    write_trajectory(store, "train", 2, trajectory(2), kind=0)
+    before = content(store)
+    data = {"train": 4, "validation": 1, "test": 0, **changes.get("data", {})}
+    if "estimator" in changes:  # the numbers of trajectories would differ first
+        other = RECIPE.model_copy(update={"estimator": _estimator(changes["estimator"])})
+    else:
+        other = tiny_recipe(**{**changes, "data": data})
+    with pytest.raises(StoreError, match=f"generated from other values: {key}") as caught:
+        open_store(store, other, LAYOUT)
+    assert str(store) in str(caught.value)
+    assert content(store) == before
+
+
+def _estimator(table: dict[str, Any]) -> Any:
+    return tiny_recipe(data={"estimator": 1, "estimator_validation": 1}, estimator=table).estimator
+
+
+def test_half_made_store_is_made_again(tmp_path: Path) -> None:
+    """A process that died while it created the store."""
+    path = tmp_path / "data.zarr"
+    (tmp_path / "data.zarr.new").mkdir()
+    (tmp_path / "data.zarr.new" / "zarr.json").write_text("{")
+    open_store(path, RECIPE, LAYOUT)
+    assert missing_trajectories(path, "train") == [0, 1, 2, 3]
+    assert [p.name for p in tmp_path.iterdir()] == ["data.zarr"]
+
+
+@pytest.mark.parametrize("make", [Path.mkdir, Path.touch], ids=["folder", "file"])
+def test_something_else_is_refused(tmp_path: Path, make: Any) -> None:
+    path = tmp_path / "data.zarr"
+    make(path)
+    with pytest.raises(StoreError, match="is not a trajectory store; remove it"):
+        open_store(path, RECIPE, LAYOUT)
+
+
+def test_no_store_is_told(tmp_path: Path) -> None:
+    with pytest.raises(StoreError, match=r"no data at .*generate"):
+        read_split(tmp_path / "data.zarr", "train")

@@ -1,0 +1,151 @@
+"""The error estimator: what it is trained on, and that it is the same in torch and numpy."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from fmu.samples import Shape, random_surrogate
+
+from slide_fmu.data.store import Split
+from slide_fmu.errors import relative_deviation
+from slide_fmu.learn.estimator import EstimatorModule, block_errors, fit_estimator
+from slide_fmu.learn.feed_forward import FeedForwardModule
+from slide_fmu.recipe import EstimatorRecipe, FeedForwardRecipe
+from slide_fmu.scaling import LogError
+from slide_fmu.signals import FloatArray
+from slide_fmu.surrogate import ErrorEstimator, Surrogate
+
+SHAPE = Shape(n_in=12, n_out=4, n_inputs=2, n_outputs=2, block=False)
+
+ROUNDING = 5e-5
+"""float32 roundings of eps, in the exponent of ten."""
+
+LEARNT = 0.1
+"""Mean relative deviation after a second of training on a smooth pattern."""
+
+
+@pytest.mark.parametrize("positions", [1, 4])
+def test_module_is_what_the_surrogate_estimates(positions: int) -> None:
+    surrogate = random_surrogate(SHAPE)
+    n_in = surrogate.window.n_in
+    table = FeedForwardRecipe(family="feed_forward", hidden=(16,), activation="tanh")
+    network = FeedForwardModule(table, n_in - positions + 1, 2, 2)
+    network.initialise(torch.Generator().manual_seed(0))
+    log_error = LogError(-3.0, 0.5)
+    module = EstimatorModule(network, positions, log_error)
+    estimating = dataclasses.replace(
+        surrogate, estimator=ErrorEstimator(network.freeze(), log_error, positions)
+    )
+    inputs = np.random.default_rng(0).uniform(-2, 3, (60, 2))
+    windows = inputs[surrogate.window.input_indices(surrogate.window.starts(60))]
+    scaled = torch.as_tensor(surrogate.input_scaling.apply(windows), dtype=torch.float32)
+    with torch.no_grad():
+        eps = module(scaled).numpy().astype(np.float64)
+    expected = log_error.invert(eps) * surrogate.output_scaling.scale
+    found = estimating.estimate_error(inputs)[n_in - 1 :]
+    assert found == pytest.approx(expected, rel=ROUNDING)
+
+
+def split_of(
+    surrogate: Surrogate, noise: Any, trajectories: int, samples: int, seed: int
+) -> Split:
+    """Trajectories on which the surrogate makes the errors ``noise(inputs, rng)``."""
+    rng = np.random.default_rng(seed)
+    inputs = rng.uniform(-2, 3, (trajectories, samples, len(surrogate.inputs)))
+    outputs = np.zeros((trajectories, samples + 1, len(surrogate.outputs)))
+    for row, given in zip(outputs, inputs, strict=True):
+        row[1:] = surrogate.predict_newest(given) - noise(given, rng)
+    return Split(inputs, outputs, np.zeros(trajectories, np.int64))
+
+
+@pytest.mark.parametrize("block", [True, False])
+def test_block_errors_are_the_explicit_loop(block: bool) -> None:
+    surrogate = random_surrogate(dataclasses.replace(SHAPE, block=block))
+    split = split_of(surrogate, lambda given, rng: rng.normal(size=given.shape), 2, 20, 0)
+    found = block_errors(surrogate, split)
+    assert found.shape == split.outputs.shape
+    assert not found[:, : surrogate.window.n_in].any()
+    for trajectory in range(2):
+        newest = surrogate.predict_newest(split.inputs[trajectory])
+        for sample in range(12, 21):
+            squares = np.zeros(2)
+            for k in range(sample - 3, sample + 1):  # the n_out = 4 samples that end here
+                squares += (newest[k - 1] - split.outputs[trajectory, k]) ** 2
+            expected = np.sqrt(squares / 4) / surrogate.output_scaling.scale
+            assert found[trajectory, sample] == pytest.approx(expected)
+
+
+def estimator_recipe(time_invariant: bool, **changes: Any) -> EstimatorRecipe:
+    network = {"family": "feed_forward", "hidden": (24,), "activation": "tanh"}
+    training = {"steps": 800, "batch": 128, "learning_rate": 0.01, "validate_every": 200}
+    return EstimatorRecipe.model_validate(
+        {
+            "network": {**network, "time_invariant": time_invariant},
+            "training": training,
+            **changes,
+        }
+    )
+
+
+@pytest.mark.parametrize("time_invariant", [True, False])
+def test_estimator_learns_where_the_errors_are_large(time_invariant: bool, tmp_path: Path) -> None:
+    """Errors of random sign, ten times as large at one end of the input's range."""
+    shape = Shape(n_in=6, n_out=2, n_inputs=1, n_outputs=1, block=False)
+    surrogate = random_surrogate(shape)
+
+    def noise(given: FloatArray, rng: np.random.Generator) -> FloatArray:
+        return rng.choice([-1.0, 1.0], given.shape) * 0.01 * 10 ** ((given + 2) / 5)
+
+    splits = split_of(surrogate, noise, 8, 200, 1), split_of(surrogate, noise, 2, 200, 2)
+    estimator, history = fit_estimator(
+        surrogate,
+        splits,
+        estimator_recipe(time_invariant),
+        tmp_path / "c.pt",
+        torch.device("cpu"),
+        lambda done, total, best: None,
+    )
+    assert estimator.positions == (2 if time_invariant else 1)
+    assert estimator.network.n_samples == (5 if time_invariant else 6)
+    assert history.step == (200, 400, 600, 800)
+    estimating = dataclasses.replace(surrogate, estimator=estimator)
+    unseen = split_of(surrogate, noise, 2, 200, 3)
+    true = block_errors(surrogate, unseen)[:, 6:] * surrogate.output_scaling.scale
+    estimate = np.stack([estimating.estimate_error(given)[5:] for given in unseen.inputs])
+    deviation = np.mean(relative_deviation(estimate, true, 1e-3))
+    middle = np.mean(relative_deviation(np.full_like(true, np.median(true)), true, 1e-3))
+    assert deviation < LEARNT < middle / 3
+
+
+def test_range_of_the_map_is_resolution_to_largest_error(tmp_path: Path) -> None:
+    surrogate = random_surrogate(Shape(n_in=6, n_out=2, block=False))
+    splits = tuple(
+        split_of(surrogate, lambda given, rng: np.full(given.shape, 0.5), 2, 30, seed)
+        for seed in (0, 1)
+    )
+    short = {"steps": 1, "batch": 4, "learning_rate": 0.01}
+    recipe = estimator_recipe(False, resolution=1e-2, training=short)
+    arguments = (recipe, tmp_path / "c.pt", torch.device("cpu"), lambda *state: None)
+    estimator, _ = fit_estimator(surrogate, splits, *arguments)
+    relative = 0.5 / float(surrogate.output_scaling.scale[0])
+    assert estimator.log_error.low == pytest.approx(-2.0)
+    assert estimator.log_error.high == pytest.approx(np.log10(relative) + 0.1)
+
+
+def test_surrogate_without_errors_has_nothing_to_estimate(tmp_path: Path) -> None:
+    surrogate = random_surrogate(Shape(block=False))
+    split = split_of(surrogate, lambda given, rng: 1e-9 * given, 2, 30, 0)
+    with pytest.raises(ValueError, match=r"below estimator.resolution = 0.001; lower the resol"):
+        fit_estimator(
+            surrogate,
+            (split, split),
+            estimator_recipe(True),
+            tmp_path / "c.pt",
+            torch.device("cpu"),
+            lambda *state: None,
+        )

@@ -1,0 +1,107 @@
+"""The trainable network is the frozen one, and begins as the paper says."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from slide_fmu.learn.feed_forward import ACTIVATION_MODULES, FeedForwardModule
+from slide_fmu.network import ACTIVATIONS
+from slide_fmu.recipe import FeedForwardRecipe
+
+SAMPLES, CHANNELS, VALUES = 20, 2, 6
+
+TORCH_IS_NUMPY = 2e-6
+"""Of the output's range; the bound of the project for torch = numpy = C = FMU."""
+
+
+def module_of(seed: int = 0, **table: Any) -> FeedForwardModule:
+    recipe = FeedForwardRecipe.model_validate({"family": "feed_forward", "hidden": (16,), **table})
+    module = FeedForwardModule(recipe, SAMPLES, CHANNELS, VALUES)
+    module.initialise(torch.Generator().manual_seed(seed))
+    return module
+
+
+def windows(count: int) -> torch.Tensor:
+    shape = (count, SAMPLES, CHANNELS)
+    return 2 * torch.rand(shape, generator=torch.Generator().manual_seed(1)) - 1
+
+
+def test_every_activation_is_there() -> None:
+    assert ACTIVATION_MODULES.keys() == ACTIVATIONS.keys()
+
+
+@pytest.mark.parametrize("activation", ACTIVATIONS)
+@pytest.mark.parametrize("hidden", [(), (16,), (32, 24, 16)])
+@pytest.mark.parametrize("linear_skip", [True, False])
+def test_frozen_network_is_the_module(
+    activation: str, hidden: tuple[int, ...], linear_skip: bool
+) -> None:
+    module = module_of(activation=activation, hidden=hidden, linear_skip=linear_skip)
+    for linear in module.linear:
+        torch.nn.init.uniform_(linear.bias, -0.5, 0.5)  # biases begin with zeros
+    inputs = windows(200)
+    with torch.no_grad():
+        expected = module(inputs).numpy()
+    network = module.freeze()
+    found = network.evaluate(inputs.numpy())
+    assert np.max(np.abs(found - expected)) <= TORCH_IS_NUMPY * np.ptp(expected)
+    assert network.count_parameters() == sum(p.numel() for p in module.parameters())
+
+
+def test_frozen_network_is_a_copy() -> None:
+    module = module_of(linear_skip=True)
+    network, inputs = module.freeze(), windows(3).numpy()
+    before = network.evaluate(inputs)
+    with torch.no_grad():
+        for parameter in module.parameters():
+            parameter.add_(1.0)
+    assert np.array_equal(network.evaluate(inputs), before)
+
+
+def test_weights_are_xavier_uniform_and_biases_zero() -> None:
+    """U(-a, a) with a = sqrt(6 / (n_in + n_out)): within, and filling it."""
+    module = module_of(hidden=(64, 32), linear_skip=True)
+    assert module.skip is not None
+    for layer in (*module.linear, module.skip):
+        n_out, n_in = layer.weight.shape
+        bound = math.sqrt(6 / (n_in + n_out))
+        weights = layer.weight.detach().numpy()
+        assert 0.95 * bound < np.max(np.abs(weights)) <= bound * (1 + 1e-6)
+        assert np.std(weights) == pytest.approx(bound / math.sqrt(3), rel=0.1)
+        if layer.bias is not None:
+            assert not layer.bias.any()
+
+
+def test_initialisation_depends_on_the_seed_alone() -> None:
+    def weights(seed: int) -> list[np.ndarray]:
+        return [p.detach().numpy() for p in module_of(seed, linear_skip=True).parameters()]
+
+    torch.manual_seed(99)
+    first = weights(5)
+    torch.manual_seed(100)
+    assert all(np.array_equal(a, b) for a, b in zip(first, weights(5), strict=True))
+    assert not np.array_equal(first[0], weights(6)[0])
+
+
+@pytest.mark.parametrize("linear_skip", [True, False])
+def test_without_biases_tanh_gives_an_odd_network(linear_skip: bool) -> None:
+    module = module_of(hidden=(32, 16), activation="tanh", bias=False, linear_skip=linear_skip)
+    inputs = windows(50)
+    assert torch.equal(module(-inputs), -module(inputs))
+    network = module.freeze()
+    values = network.evaluate(inputs.numpy())
+    assert np.array_equal(network.evaluate(-inputs.numpy()), -values)
+    assert not any(layer.bias.any() for layer in network.layers)
+
+
+def test_network_that_diverged_is_not_frozen() -> None:
+    module = module_of()
+    with torch.no_grad():
+        module.linear[0].weight[0, 0] = math.nan
+    with pytest.raises(ValueError, match="not finite"):
+        module.freeze()

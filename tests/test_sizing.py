@@ -1,0 +1,121 @@
+"""The window that a recipe needs, computed and measured, and the refusal of a shorter one."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from recipes import tiny_recipe
+
+from slide_fmu import sizing
+from slide_fmu.data.sampling import recipe_system
+from slide_fmu.recipe import Recipe, load_recipe
+from slide_fmu.sizing import ShortWindowError, require_window, size_window
+
+DECAY = 1.1513
+"""s to 1 %, for m = 1 kg and d = 8 N s/m: ln(100) / 4."""
+
+AGREEMENT = 0.15
+"""Between linearized and measured, as the issue demands."""
+
+
+CLOSE = 0.02
+"""The same for a linear system, where only the samples and zero crossings blur it."""
+
+DUFFING = Path(__file__).parents[1] / "training" / "duffing.toml"
+
+
+@pytest.fixture
+def few_motions(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sizing, "MOTIONS", 10)
+
+
+def duffing() -> Recipe:
+    """The released recipe with its own excitations, but short trajectories."""
+    recipe = load_recipe(DUFFING)
+    return recipe.model_copy(update={"data": recipe.data.model_copy(update={"duration": 4.0})})
+
+
+def oscillator(model: str, **window: Any) -> Recipe:
+    return tiny_recipe(
+        system={"model": f"mbs_models.oscillators:{model}", "parameters": {"damping": 8.0}},
+        window={"step": 0.03, "n_in": 92, "n_out": 53, **window},
+    )
+
+
+@pytest.mark.parametrize(
+    ("recipe", "agreement"),
+    [
+        (oscillator("LinearOscillator"), CLOSE),
+        (oscillator("DuffingBaseMotion"), AGREEMENT),
+        (duffing(), AGREEMENT),
+    ],
+    ids=["linear", "base_motion", "duffing"],
+)
+def test_measured_and_linearized_agree(recipe: Recipe, agreement: float) -> None:
+    found = size_window(recipe, recipe_system(recipe))
+    assert found.linearized.mean == pytest.approx(DECAY, rel=1e-3)
+    assert found.linearized.worst == pytest.approx(DECAY, rel=1e-3)
+    assert found.measured.mean == pytest.approx(found.linearized.mean, rel=agreement)
+    assert found.problem is None
+    require_window(recipe, found)
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_figures() -> None:
+    recipe = oscillator("LinearOscillator")
+    found = size_window(recipe, recipe_system(recipe))
+    assert len(found.linearized.times) == 10 * sizing.POINTS_PER_MOTION
+    assert len(found.measured.times) == 10
+    figures = json.loads(json.dumps(found.figures()))
+    assert figures["recommended_n_in"] == 92
+    assert figures["sufficient"]
+    assert figures["modes_at_rest"][0]["decay_time_s"] == pytest.approx(DECAY, rel=1e-3)
+    assert figures["modes_at_rest"][0]["frequency_rad_s"] == pytest.approx(40.0, rel=1e-3)
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_motions_depend_on_the_seed() -> None:
+    recipe = oscillator("DuffingOscillator")
+    system = recipe_system(recipe)
+    first, again, other = (size_window(recipe, system, seed) for seed in (None, 7, 8))
+    assert first.figures() == again.figures()  # 7 is the recipe's own
+    assert first.measured.mean != other.measured.mean
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_smaller_remaining_amplitude_needs_a_longer_window() -> None:
+    recipe = oscillator("LinearOscillator", remaining_amplitude=1e-4)
+    found = size_window(recipe, recipe_system(recipe))
+    assert found.linearized.mean == pytest.approx(2 * math.log(100) / 4, rel=1e-3)
+    assert found.measured.mean == pytest.approx(found.linearized.mean, rel=CLOSE)
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_too_short_window_is_refused_with_the_numbers() -> None:
+    recipe = oscillator("LinearOscillator", n_in=80)
+    found = size_window(recipe, recipe_system(recipe))
+    with pytest.raises(ShortWindowError) as caught:
+        require_window(recipe, found)
+    parts = ("'tiny'", "80 - 53 = 27 samples", "0.81 s", "39 samples", "1.151 s", "n_in >= 92")
+    for part in (*parts, "window.allow_short = true"):
+        assert part in str(caught.value)
+    assert not found.figures()["sufficient"]
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_allow_short_accepts_it() -> None:
+    recipe = oscillator("LinearOscillator", n_in=80, allow_short=True)
+    found = size_window(recipe, recipe_system(recipe))
+    assert found.problem is not None
+    require_window(recipe, found)
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_motion_that_never_ends_is_told() -> None:
+    recipe = tiny_recipe(system={"parameters": {"damping": 0.0}})
+    with pytest.raises(ValueError, match=r"decay time = inf s; .* give the system damping"):
+        size_window(recipe, recipe_system(recipe))

@@ -92,9 +92,9 @@ def training_history(histories: Mapping[str, Mapping[str, Sequence[float]]]) -> 
     figure = Figure(figsize=(5.5 * len(histories), 3.4), layout="constrained")
     axes = figure.subplots(1, len(histories), squeeze=False)[0]
     for ax, (stage, history) in zip(axes, histories.items(), strict=True):
-        ax.semilogy(history["step"], history["training_rmse"], color=SURROGATE, label="training")
-        ax.semilogy(history["step"], history["validation_rmse"], color=ERROR, label="validation")
-        ax.set(xlabel="optimizer step", ylabel="RMSE, scaled", title=stage)
+        ax.semilogy(history["step"], history["training_error"], color=SURROGATE, label="training")
+        ax.semilogy(history["step"], history["validation_error"], color=ERROR, label="validation")
+        ax.set(xlabel="optimizer step", ylabel="error, scaled", title=stage)
         ax.grid(alpha=0.3)
         ax.legend(fontsize=8)
     return _png(figure)

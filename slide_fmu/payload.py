@@ -20,9 +20,10 @@ The first layer takes n_samples * n_inputs values: the newest n_samples inputs, 
 channels of a sample together. n_samples <= n_in. The surrogate gives n_outputs values per
 evaluation (n_samples = n_in - n_out + 1; a block is n_out evaluations, one per position), or
 n_out * n_outputs values (n_samples = n_in; a block is one evaluation, newest sample last).
-The estimator gives n_outputs values eps per evaluation, with e = scale * 10^(m + r eps), m =
-(high + low)/2, r = (high - low)/2, scale of SCOU; over its last ``positions`` evaluations the
-root of the mean square of e is the estimate; n_samples + positions - 1 <= n_in.
+The estimator gives n_outputs values eps per evaluation, with e = 10^(m + r eps), m = (high +
+low)/2, r = (high - low)/2; or n_outputs expected errors mu followed by n_outputs values eps, with
+e^2 = mu^2 + 10^(2 (m + r eps)). Over its last ``positions`` evaluations the root of the mean
+square of e, times the scale of SCOU, is the estimate; n_samples + positions - 1 <= n_in.
 Activations: 0 identity, 1 relu, 2 elu, 3 tanh, 4 gelu (the form with tanh).
 """
 
@@ -139,8 +140,10 @@ def check_estimator_sizes(
     Raises:
         ValueError: wrong number of values, or it looks further back than the window.
     """
-    if network.n_values != n_outputs:
-        raise ValueError(f"estimator gives {network.n_values} values; expected {n_outputs}")
+    if network.n_values not in (n_outputs, 2 * n_outputs):
+        raise ValueError(
+            f"estimator gives {network.n_values} values; expected {n_outputs} or {2 * n_outputs}"
+        )
     if positions < 1 or network.n_samples + positions - 1 > window.n_in:
         raise ValueError(
             f"estimator sees {network.n_samples} samples at {positions} positions; "

@@ -83,6 +83,8 @@ def with_training_seed(recipe: Recipe, seed: int) -> Recipe:
     values["training"]["seed"] = seed
     if values["estimator"] is not None:
         values["estimator"]["training"]["seed"] = seed
+        if values["estimator"]["pretraining"] is not None:
+            values["estimator"]["pretraining"]["seed"] = seed
     return Recipe.model_validate(values)
 
 
@@ -147,14 +149,14 @@ def train_surrogate(job: Job) -> dict[str, Any]:
         advance = job.bar(stage)
 
         def tell(done: int, total: int, best: float) -> None:
-            advance(done, total, f"validation RMSE {best:.3g}")
+            advance(done, total, f"validation error {best:.3g}")
 
         return tell
 
     fit = fit_surrogate(job.recipe, system, workplace.store, workplace.checkpoints, progress)
     workplace.save_surrogate(fit.surrogate, job.recipe, fit.histories)
     return {
-        "validation_rmse": {n: min(h.validation_rmse) for n, h in fit.histories.items()},
+        "validation_error": {n: min(h.validation_error) for n, h in fit.histories.items()},
         "parameters": fit.surrogate.network.count_parameters(),
         "seed": job.recipe.training.seed,
     }

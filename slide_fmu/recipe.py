@@ -119,6 +119,7 @@ class TrainingRecipe(Table):
         final_learning_rate: fraction of ``learning_rate`` that is left at the end.
         warm_up: fraction of the steps in which the learning rate rises.
         weight_decay: decoupled weight decay.
+        gradient_clip: largest norm of the gradient; longer ones are shortened to it.
         flip_signs: show windows with both signs, for systems that answer -u with -y.
         input_jitter: standard deviation of noise on the scaled inputs.
         validate_every: steps between validations and checkpoints.
@@ -132,6 +133,7 @@ class TrainingRecipe(Table):
     final_learning_rate: float = Field(0.0, ge=0, le=1)
     warm_up: float = Field(0.05, ge=0, lt=1)
     weight_decay: float = Field(0.0, ge=0, allow_inf_nan=False)
+    gradient_clip: PositiveFloat | None = None
     flip_signs: bool = False
     input_jitter: float = Field(0.0, ge=0, allow_inf_nan=False)
     validate_every: PositiveInt = 500
@@ -144,13 +146,16 @@ class EstimatorRecipe(Table):
     Attributes:
         network: its network; ``time_invariant`` here means the root of the mean square of one
             network's estimates at every position of the output window.
-        training: its training.
+        pretraining: of a time-invariant network, at single positions, where it learns mean and
+            spread of the error by maximum likelihood.
+        training: its training on the error over the output window.
         amplitude_factor: range of the factor on the excitation beyond the trained range.
         in_range: fraction of its trajectories with factor 1.
         resolution: errors below this fraction of the output's scale are not told apart.
     """
 
     network: FeedForwardRecipe
+    pretraining: TrainingRecipe | None = None
     training: TrainingRecipe
     amplitude_factor: PositiveRange = (1.0, 3.0)
     in_range: float = Field(0.5, ge=0, le=1)

@@ -112,13 +112,14 @@ def sizing_section(sizing: Sizing) -> Section:
 
 def training_section(histories: Mapping[str, Mapping[str, Sequence[float]]]) -> Section:
     """How the trainings went."""
-    rows = [("stage", "optimizer steps", "best validation RMSE, scaled")]
+    rows = [("stage", "optimizer steps", "best validation error, scaled")]
     for stage, history in histories.items():
-        best = min(history["validation_rmse"])
+        best = min(history["validation_error"])
         rows.append((stage, str(history["step"][-1]), f"{best:.4g}"))
     return Section(
         "Training",
-        "The weights of the best validation are kept.",
+        "The weights of the best validation are kept. Errors are RMSE in scaled units; at single "
+        "samples, where the estimator learns by likelihood, a mean standard deviation.",
         rows,
         [figures.training_history(histories)],
     )

@@ -33,7 +33,8 @@ class ErrorEstimator:
     """The second network: estimates the RMSE of the surrogate over its output window.
 
     Attributes:
-        network: gives the logarithmic error eps of every output, in one or several positions.
+        network: gives the logarithmic error eps of every output, in one or several positions;
+            or first the expected error mu of every output, then the eps of what is around it.
         log_error: map between eps and the error relative to the scale of the output.
         positions: number of consecutive evaluations whose mean square is taken; 1 if the network
             sees the whole window and estimates the block's error directly.
@@ -42,6 +43,19 @@ class ErrorEstimator:
     network: Network
     log_error: LogError
     positions: int
+
+    def squares(self, values: FloatArray, n_outputs: int) -> FloatArray:
+        """Squared errors, relative to the outputs' scales, from what the network gives.
+
+        Args:
+            values: shape (N, n_outputs) or (N, 2 n_outputs).
+
+        Returns:
+            Shape (N, n_outputs): mu^2 + e^2, with mu = 0 where the network gives eps alone.
+        """
+        spread = self.log_error.invert(values[:, -n_outputs:]) ** 2
+        mean = values[:, :-n_outputs]
+        return np.asarray(spread + mean**2 if mean.size else spread)
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,8 +193,8 @@ class Surrogate:
             raise ValueError(f"surrogate {self.name!r} has no error estimator; train one")
         estimator, checked = self.estimator, self._checked(inputs)
         lead = np.repeat(checked[:1], estimator.positions - 1, axis=0)
-        eps = self._slide_over(estimator.network, np.concatenate([lead, checked]))
-        squares = estimator.log_error.invert(eps) ** 2
+        values = self._slide_over(estimator.network, np.concatenate([lead, checked]))
+        squares = estimator.squares(values, len(self.outputs))
         views = np.lib.stride_tricks.sliding_window_view(squares, estimator.positions, axis=0)
         return np.asarray(np.sqrt(views.mean(axis=-1)) * self.output_scaling.scale)
 
@@ -316,8 +330,8 @@ class Stream:
         estimator = self.surrogate.estimator
         if estimator is None or self._window is None:
             return None
-        eps = estimator.network.evaluate(self._window[None, -estimator.network.n_samples :])
-        square = estimator.log_error.invert(eps.astype(np.float64)) ** 2
+        values = estimator.network.evaluate(self._window[None, -estimator.network.n_samples :])
+        square = estimator.squares(values.astype(np.float64), len(self.surrogate.outputs))
         if self._squares is None:
             self._squares = np.repeat(square, estimator.positions, axis=0)
         else:

@@ -50,6 +50,7 @@ def surrogate_shapes(draw: st.DrawFn) -> Shape:
         block=draw(st.booleans()),
         skip=draw(st.booleans()),
         positions=draw(st.integers(0, n_in)),
+        means=draw(st.booleans()),
         seed=draw(st.integers(0, 1000)),
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from slide_fmu.data.store import Split
 from slide_fmu.errors import moving_rms
 from slide_fmu.learn.family import seeded_generator
 from slide_fmu.learn.feed_forward import FeedForwardModule
-from slide_fmu.learn.training import History, TrainingProgress, train
+from slide_fmu.learn.training import MEAN_SQUARE, History, Objective, ProgressOf, train
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.recipe import EstimatorRecipe
 from slide_fmu.scaling import LogError
@@ -20,33 +21,66 @@ from slide_fmu.signals import FloatArray
 from slide_fmu.surrogate import ErrorEstimator, Surrogate
 from slide_fmu.window import Window
 
+POSITIONS, BLOCKS = "error at single samples", "error estimator"
+"""Names of the stages."""
 HEADROOM = 0.1
 """Decades between the largest error seen and the end of the map's range."""
+
+
+LIMIT = 8.0
+"""Largest decimal exponent of a square: keeps single precision finite at the start."""
 
 
 class EstimatorModule(torch.nn.Module):
     """Evaluates one network at several positions of the window; gives the log of the RMS. Final.
 
     Args:
-        network: gives eps of the samples (B, n_samples, n_inputs) it sees.
+        network: gives eps of the samples (B, n_samples, n_inputs) it sees, or mu and eps.
         positions: evaluations, each one sample later; 1: the network sees the whole window.
         log_error: map between eps and relative errors.
+        n_outputs: number of outputs.
     """
 
-    def __init__(self, network: FeedForwardModule, positions: int, log_error: LogError) -> None:
+    def __init__(
+        self, network: FeedForwardModule, positions: int, log_error: LogError, n_outputs: int
+    ) -> None:
         super().__init__()
         self.network, self.positions, self.log_error = network, positions, log_error
+        self.n_outputs = n_outputs
 
     def forward(self, windows: torch.Tensor) -> torch.Tensor:
         """Input windows (B, n_samples + positions - 1, n_inputs) to eps (B, n_outputs)."""
-        if self.positions == 1:
-            return torch.as_tensor(self.network(windows))
         views = windows.unfold(1, self.network.n_samples, 1).transpose(2, 3)
-        eps = self.network(views.flatten(0, 1)).unflatten(0, (len(windows), self.positions))
-        middle, half_range = self.log_error.middle, self.log_error.half_range
-        squares = 2 * math.log(10) * (middle + half_range * eps)
-        mean = torch.logsumexp(squares, dim=1) - math.log(self.positions)
-        return (mean / (2 * math.log(10)) - middle) / half_range
+        values = self.network(views.flatten(0, 1))
+        mean, variance = split_values(values, self.log_error, self.n_outputs)
+        squares = mean.square() + variance
+        blocks = squares.view(len(windows), self.positions, self.n_outputs).mean(dim=1)
+        return (0.5 * blocks.log10() - self.log_error.middle) / self.log_error.half_range
+
+
+def split_values(
+    values: torch.Tensor, log_error: LogError, n_outputs: int
+) -> tuple[torch.Tensor, torch.Tensor]:
+    """Expected error and variance around it, (B, n_outputs) each, from what the network gives."""
+    eps = values[:, -n_outputs:]
+    exponent = 2 * (log_error.middle + log_error.half_range * eps)
+    variance = 10 ** exponent.clamp(-2 * LIMIT, LIMIT)
+    with_mean = values.shape[1] == 2 * n_outputs
+    return values[:, :n_outputs] if with_mean else torch.zeros_like(eps), variance
+
+
+def likelihood(log_error: LogError, resolution: float, n_outputs: int) -> Objective:
+    """Maximum likelihood of single errors, normal with the network's mean and variance.
+
+    Reported as exp(loss - 1/2): the geometric mean of the standard deviations, if they are right.
+    """
+
+    def loss(values: torch.Tensor, targets: torch.Tensor) -> torch.Tensor:
+        mean, spread = split_values(values, log_error, n_outputs)
+        variance = spread + (0.1 * resolution) ** 2
+        return 0.5 * ((targets - mean).square() / variance + variance.log()).mean()
+
+    return Objective(loss, lambda value: math.exp(min(value, 80.0) - 0.5))
 
 
 def fit_estimator(
@@ -55,58 +89,99 @@ def fit_estimator(
     recipe: EstimatorRecipe,
     checkpoint: Path,
     device: torch.device,
-    progress: TrainingProgress,
-) -> tuple[ErrorEstimator, History]:
+    progress: ProgressOf,
+) -> tuple[ErrorEstimator, dict[str, History]]:
     """Train the error estimator of a surrogate.
 
     Args:
         surrogate: stays as it is.
         splits: trajectories to learn from and to validate by; not those of the surrogate.
+        checkpoint: file for the state of an interrupted training; one for the pretraining lies
+            beside it.
 
     Raises:
         TrainingError: the training diverged.
         ValueError: the surrogate makes no error above the resolution.
     """
     window, n_outputs = surrogate.window, len(surrogate.outputs)
-    errors = [block_errors(surrogate, split) for split in splits]
-    largest = float(np.max(errors[0][:, window.n_in :]))
-    if largest <= recipe.resolution:
-        raise ValueError(
-            f"largest relative error of the surrogate is {largest:.2g}, below "
-            f"estimator.resolution = {recipe.resolution:.2g}; lower the resolution"
-        )
-    log_error = LogError(math.log10(recipe.resolution), math.log10(largest) + HEADROOM)
+    dtype = getattr(torch, recipe.training.precision)
+
+    def tensor(values: FloatArray) -> torch.Tensor:
+        return torch.as_tensor(values, dtype=dtype).to(device)
+
+    errors = [streamed_errors(surrogate, split) for split in splits]
+    blocks = [block_errors(surrogate, error) for error in errors]
+    log_error = _log_error(blocks[0][:, window.n_in :], recipe.resolution)
+    inputs = [tensor(surrogate.input_scaling.apply(split.inputs)) for split in splits]
     positions = window.n_out if recipe.network.time_invariant else 1
     n_samples = window.n_in - positions + 1
-    dtype = getattr(torch, recipe.training.precision)
-    data = [
-        WindowData(
-            torch.as_tensor(surrogate.input_scaling.apply(split.inputs), dtype=dtype).to(device),
-            torch.as_tensor(log_error.apply(np.maximum(error, recipe.resolution)), dtype=dtype).to(
-                device
-            ),
-            Window(window.step, window.n_in, 1),
-        )
-        for split, error in zip(splits, errors, strict=True)
-    ]
-    network = FeedForwardModule(recipe.network, n_samples, len(surrogate.inputs), n_outputs)
+    n_values = 2 * n_outputs if recipe.network.time_invariant else n_outputs
+    network = FeedForwardModule(recipe.network, n_samples, len(surrogate.inputs), n_values)
     network.to(device, dtype)
     network.initialise(seeded_generator(recipe.training.seed, device))
-    module = EstimatorModule(network, positions, log_error)
-    history = train(module, data[0], data[1], recipe.training, checkpoint, progress)
-    return ErrorEstimator(network.freeze(), log_error, positions), history
+    histories = {}
+    if recipe.pretraining is not None:
+        single = Window(window.step, n_samples, 1)
+        training, validation = (
+            WindowData(u, tensor(e), single) for u, e in zip(inputs, errors, strict=True)
+        )
+        histories[POSITIONS] = train(
+            network,
+            training,
+            validation,
+            recipe.pretraining,
+            checkpoint.with_name(f"positions-{checkpoint.name}"),
+            progress(POSITIONS),
+            likelihood(log_error, recipe.resolution, n_outputs),
+        )
+    eps = [tensor(log_error.apply(np.maximum(block, recipe.resolution))) for block in blocks]
+    whole = Window(window.step, window.n_in, 1)
+    training, validation = (WindowData(u, e, whole) for u, e in zip(inputs, eps, strict=True))
+    histories[BLOCKS] = train(
+        EstimatorModule(network, positions, log_error, n_outputs),
+        training,
+        validation,
+        recipe.training,
+        checkpoint,
+        progress(BLOCKS),
+        dataclasses.replace(MEAN_SQUARE, odd=False),
+    )
+    return ErrorEstimator(network.freeze(), log_error, positions), histories
 
 
-def block_errors(surrogate: Surrogate, split: Split) -> FloatArray:
-    """RMSE of the streamed outputs over the output window that ends at each sample.
+def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:
+    """Errors of the newest outputs, relative to the outputs' scale.
 
     Returns:
-        Relative to the outputs' scale, shape (n_trajectories, N + 1, n_outputs); entries
-        before sample n_in, where no whole window is there, are zero.
+        Shape (n_trajectories, N + 1, n_outputs); zero at sample 0, where nothing is predicted.
     """
-    window = surrogate.window
     result = np.zeros_like(split.outputs)
     for row, inputs, outputs in zip(result, split.inputs, split.outputs, strict=True):
-        errors = surrogate.predict_newest(inputs) - outputs[1:]
-        row[window.n_in :] = moving_rms(errors[window.n_truncated :], window.n_out)
-    return result / surrogate.output_scaling.scale
+        row[1:] = surrogate.predict_newest(inputs) - outputs[1:]
+    return np.asarray(result / surrogate.output_scaling.scale)
+
+
+def block_errors(surrogate: Surrogate, errors: FloatArray) -> FloatArray:
+    """RMSE over the output window that ends at each sample.
+
+    Args:
+        errors: as from ``streamed_errors``.
+
+    Returns:
+        Same shape; entries before sample n_in, where no whole window is there, are zero.
+    """
+    window, result = surrogate.window, np.zeros_like(errors)
+    for row, error in zip(result, errors, strict=True):
+        row[window.n_in :] = moving_rms(error[window.receptive_field :], window.n_out)
+    return result
+
+
+def _log_error(blocks: FloatArray, resolution: float) -> LogError:
+    """Map whose range holds all errors from the resolution on."""
+    largest = float(np.max(blocks))
+    if largest <= resolution:
+        raise ValueError(
+            f"largest relative error of the surrogate is {largest:.2g}, below "
+            f"estimator.resolution = {resolution:.2g}; lower the resolution"
+        )
+    return LogError(math.log10(resolution), math.log10(largest) + HEADROOM)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ import torch
 from slide_fmu.data.store import Split, data_fingerprint, read_split
 from slide_fmu.learn.estimator import fit_estimator
 from slide_fmu.learn.family import FAMILIES, Problem
-from slide_fmu.learn.training import History, TrainingProgress
+from slide_fmu.learn.training import History, ProgressOf
 from slide_fmu.network import Network
 from slide_fmu.recipe import Recipe
 from slide_fmu.scaling import Affine
@@ -24,9 +23,6 @@ from slide_fmu.signals import Signal
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.window import Window
-
-ProgressOf = Callable[[str], TrainingProgress]
-"""Gives the progress callback of a named stage."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,15 +76,15 @@ def fit_surrogate(
     if recipe.estimator is None:
         return Fit(surrogate, {"surrogate": history})
     key = _digest(surrogate.to_bytes().hex(), recipe.estimator.model_dump(mode="json"))
-    estimator, estimator_history = fit_estimator(
+    estimator, estimator_histories = fit_estimator(
         surrogate,
         (read_split(store, "estimator"), read_split(store, "estimator_validation")),
         recipe.estimator,
         checkpoints / f"estimator-{key}.pt",
         device,
-        progress("error estimator"),
+        progress,
     )
-    histories = {"surrogate": history, "error estimator": estimator_history}
+    histories = {"surrogate": history, **estimator_histories}
     return Fit(dataclasses.replace(surrogate, estimator=estimator), histories)
 
 

@@ -15,7 +15,10 @@ from slide_fmu.learn.windows import WindowData
 from slide_fmu.recipe import TrainingRecipe
 
 TrainingProgress = Callable[[int, int, float], None]
-"""Called with steps done, steps to do, and the best validation RMSE so far (scaled units)."""
+"""Called with steps done, steps to do, and the best validation error so far (scaled units)."""
+
+ProgressOf = Callable[[str], TrainingProgress]
+"""Gives the progress callback of a named stage."""
 
 VALIDATION_WINDOWS = 20_000
 """Windows of one validation: enough for a stable figure, few enough to be cheap."""
@@ -30,18 +33,37 @@ ADAM_EPSILON = {"float32": 1e-8, "float64": 1e-16}
 
 
 @dataclass(frozen=True)
+class Objective:
+    """What a training minimises.
+
+    Attributes:
+        loss: mean loss of a batch, from the model's values (B, n) and the targets (B, m).
+        error: what a mean loss is reported as; rises with it.
+        odd: targets change their sign with the inputs, where the system's outputs do.
+    """
+
+    loss: Callable[[torch.Tensor, torch.Tensor], torch.Tensor]
+    error: Callable[[float], float]
+    odd: bool = True
+
+
+MEAN_SQUARE = Objective(lambda values, targets: (values - targets).square().mean(), math.sqrt)
+"""Mean squared error, reported as RMSE (paper, section on training loss)."""
+
+
+@dataclass(frozen=True)
 class History:
     """Course of a training, one entry per validation.
 
     Attributes:
         step: optimizer steps done.
-        training_rmse: RMSE of the batches since the last entry, scaled units.
-        validation_rmse: RMSE on the validation windows, scaled units.
+        training_error: of the batches since the last entry, as the objective reports it.
+        validation_error: on the validation windows, likewise.
     """
 
     step: tuple[int, ...]
-    training_rmse: tuple[float, ...]
-    validation_rmse: tuple[float, ...]
+    training_error: tuple[float, ...]
+    validation_error: tuple[float, ...]
 
 
 class TrainingError(RuntimeError):
@@ -55,6 +77,7 @@ def train(
     recipe: TrainingRecipe,
     checkpoint: Path,
     progress: TrainingProgress,
+    objective: Objective = MEAN_SQUARE,
 ) -> History:
     """Train a model in place; it ends with the weights of the best validation.
 
@@ -62,12 +85,14 @@ def train(
     unbroken one: the order of the windows depends on seed and step number alone.
 
     Args:
-        model: maps input windows (B, n_in, n_inputs) to targets (B, n_out * n_targets).
+        model: maps input windows (B, n_in, n_inputs) to what the objective compares with the
+            targets (B, n_out * n_targets).
         training: windows to learn from.
         validation: windows to choose the weights by.
         recipe: optimizer and schedule.
         checkpoint: file that holds the state between validations.
         progress: told at the start and after every validation.
+        objective: what is minimised.
 
     Raises:
         TrainingError: the loss is not finite.
@@ -85,12 +110,18 @@ def train(
     progress(state["step"], recipe.steps, state["best_error"])
     for step in range(state["step"], recipe.steps):
         generator.manual_seed((recipe.seed * SEED_STRIDE + step) % 2**32)
-        loss = _optimize(model, optimizer, training, recipe, step, generator)
+        windows, targets = _batch(training, recipe, objective, generator)
+        for group in optimizer.param_groups:
+            group["lr"] = learning_rate(recipe, step)
+        loss = _optimize(model, optimizer, objective.loss, windows, targets, recipe)
+        if not math.isfinite(loss):
+            raise TrainingError(_divergence(f"loss at step {step}"))
         loss_sum += loss
         if (step + 1) % recipe.validate_every == 0 or step + 1 == recipe.steps:
             steps_since = step + 1 - (state["history"][-1][0] if state["history"] else 0)
-            error = evaluate(model, validation)
-            state["history"].append((step + 1, math.sqrt(loss_sum / steps_since), error))
+            error = evaluate(model, validation, objective)
+            training_error = objective.error(loss_sum / steps_since)
+            state["history"].append((step + 1, training_error, error))
             if error < state["best_error"]:
                 state["best_error"] = error
                 state["best"] = {k: v.detach().clone() for k, v in model.state_dict().items()}
@@ -102,21 +133,22 @@ def train(
     return History(steps, losses, errors)
 
 
-def evaluate(model: torch.nn.Module, data: WindowData) -> float:
-    """RMSE over windows spread evenly over all trajectories, scaled units.
+def evaluate(
+    model: torch.nn.Module, data: WindowData, objective: Objective = MEAN_SQUARE
+) -> float:
+    """Error over windows spread evenly over all trajectories, as the objective reports it.
 
     Raises:
         TrainingError: the model gives values that are not finite.
     """
-    total, count = 0.0, 0
+    total, numbers = 0.0, data.spread(VALIDATION_WINDOWS)
     with torch.no_grad():
-        for numbers in torch.split(data.spread(VALIDATION_WINDOWS), VALIDATION_BATCH):
-            windows, targets = data.cut(numbers)
-            total += float((model(windows) - targets).double().square().sum())
-            count += targets.numel()
+        for part in torch.split(numbers, VALIDATION_BATCH):
+            windows, targets = data.cut(part)
+            total += float(objective.loss(model(windows), targets)) * len(part)
     if not math.isfinite(total):
         raise TrainingError(_divergence("validation error"))
-    return math.sqrt(total / count)
+    return objective.error(total / len(numbers))
 
 
 def learning_rate(recipe: TrainingRecipe, step: int) -> float:
@@ -130,14 +162,10 @@ def learning_rate(recipe: TrainingRecipe, step: int) -> float:
     return recipe.learning_rate * (last + (1 - last) * cosine)
 
 
-def _optimize(
-    model: torch.nn.Module,
-    optimizer: torch.optim.Optimizer,
-    data: WindowData,
-    recipe: TrainingRecipe,
-    step: int,
-    generator: torch.Generator,
-) -> float:
+def _batch(
+    data: WindowData, recipe: TrainingRecipe, objective: Objective, generator: torch.Generator
+) -> tuple[torch.Tensor, torch.Tensor]:
+    """Random windows and their targets."""
     device = data.inputs.device
     numbers = torch.randint(data.n_windows, (recipe.batch,), generator=generator, device=device)
     windows, targets = data.cut(numbers)
@@ -146,17 +174,27 @@ def _optimize(
         windows = windows + recipe.input_jitter * noise
     if recipe.flip_signs:
         signs = torch.randint(2, (recipe.batch,), generator=generator, device=device) * 2 - 1
-        windows, targets = windows * signs[:, None, None], targets * signs[:, None]
-    for group in optimizer.param_groups:
-        group["lr"] = learning_rate(recipe, step)
+        windows = windows * signs[:, None, None]
+        targets = targets * signs[:, None] if objective.odd else targets
+    return windows, targets
+
+
+def _optimize(
+    model: torch.nn.Module,
+    optimizer: torch.optim.Optimizer,
+    loss_of: Callable[[torch.Tensor, torch.Tensor], torch.Tensor],
+    windows: torch.Tensor,
+    targets: torch.Tensor,
+    recipe: TrainingRecipe,
+) -> float:
+    """One step down the gradient; gives the loss before it."""
     optimizer.zero_grad(set_to_none=True)
-    loss = (model(windows) - targets).square().mean()
-    value = float(loss.detach())
-    if not math.isfinite(value):
-        raise TrainingError(_divergence(f"loss at step {step}"))
-    loss.backward()
+    loss = loss_of(model(windows), targets)
+    torch.autograd.backward(loss)
+    if recipe.gradient_clip is not None:
+        torch.nn.utils.clip_grad_norm_(model.parameters(), recipe.gradient_clip)
     optimizer.step()
-    return value
+    return float(loss.detach())
 
 
 def _divergence(what: str) -> str:

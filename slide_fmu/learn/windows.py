@@ -67,4 +67,4 @@ def _cut(
     flat = values.contiguous().view(-1)
     count = n_trajectories * samples - length + 1
     views = flat.as_strided((count, length * channels), (channels, 1))
-    return views.index_select(0, trajectory * samples + first).unflatten(1, (length, channels))
+    return views.index_select(0, trajectory * samples + first).view(-1, length, channels)

@@ -29,6 +29,7 @@ class Shape:
     block: bool = True
     skip: bool = False
     positions: int = 0
+    means: bool = False
     name: str = "sample"
     seed: int = 0
 
@@ -58,7 +59,7 @@ def random_surrogate(shape: Shape) -> Surrogate:
     estimator = None
     if shape.positions > 0:
         seen = shape.n_in - shape.positions + 1
-        network = _network(shape, seen, shape.n_outputs, shape.seed + 1)
+        network = _network(shape, seen, shape.n_outputs * (1 + shape.means), shape.seed + 1)
         estimator = ErrorEstimator(network, LogError(-3, 1), shape.positions)
     return Surrogate(
         shape.name,

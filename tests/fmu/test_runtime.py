@@ -24,6 +24,7 @@ SHAPES = [
     Shape(activation="tanh", n_inputs=2, n_outputs=3, block=False, positions=1),
     Shape(activation="elu", block=False, skip=True, n_inputs=2, positions=9, n_out=9),
     Shape(activation="gelu", n_inputs=2, hidden=(40, 33), positions=2),
+    Shape(activation="gelu", n_inputs=2, n_outputs=2, block=False, positions=3, means=True),
     Shape(activation="relu", n_in=1, n_out=1, n_outputs=33, positions=1),
     Shape(activation="tanh", n_in=100, n_out=30, hidden=(200, 200), positions=30),
 ]

@@ -13,7 +13,7 @@ from fmu.samples import Shape, random_surrogate
 
 from slide_fmu.data.store import Split
 from slide_fmu.errors import relative_deviation
-from slide_fmu.learn.estimator import EstimatorModule, block_errors, fit_estimator
+from slide_fmu.learn.estimator import EstimatorModule, block_errors, fit_estimator, streamed_errors
 from slide_fmu.learn.feed_forward import FeedForwardModule
 from slide_fmu.recipe import EstimatorRecipe, FeedForwardRecipe
 from slide_fmu.scaling import LogError
@@ -25,19 +25,21 @@ SHAPE = Shape(n_in=12, n_out=4, n_inputs=2, n_outputs=2, block=False)
 ROUNDING = 5e-5
 """float32 roundings of eps, in the exponent of ten."""
 
+SHORT = {"steps": 400, "batch": 256, "learning_rate": 0.01, "validate_every": 200}
+
 LEARNT = 0.1
 """Mean relative deviation after a second of training on a smooth pattern."""
 
 
-@pytest.mark.parametrize("positions", [1, 4])
-def test_module_is_what_the_surrogate_estimates(positions: int) -> None:
+@pytest.mark.parametrize(("positions", "n_values"), [(1, 2), (4, 2), (4, 4)])
+def test_module_is_what_the_surrogate_estimates(positions: int, n_values: int) -> None:
     surrogate = random_surrogate(SHAPE)
     n_in = surrogate.window.n_in
     table = FeedForwardRecipe(family="feed_forward", hidden=(16,), activation="tanh")
-    network = FeedForwardModule(table, n_in - positions + 1, 2, 2)
+    network = FeedForwardModule(table, n_in - positions + 1, 2, n_values)
     network.initialise(torch.Generator().manual_seed(0))
     log_error = LogError(-3.0, 0.5)
-    module = EstimatorModule(network, positions, log_error)
+    module = EstimatorModule(network, positions, log_error, 2)
     estimating = dataclasses.replace(
         surrogate, estimator=ErrorEstimator(network.freeze(), log_error, positions)
     )
@@ -67,7 +69,7 @@ def split_of(
 def test_block_errors_are_the_explicit_loop(block: bool) -> None:
     surrogate = random_surrogate(dataclasses.replace(SHAPE, block=block))
     split = split_of(surrogate, lambda given, rng: rng.normal(size=given.shape), 2, 20, 0)
-    found = block_errors(surrogate, split)
+    found = block_errors(surrogate, streamed_errors(surrogate, split))
     assert found.shape == split.outputs.shape
     assert not found[:, : surrogate.window.n_in].any()
     for trajectory in range(2):
@@ -92,8 +94,12 @@ def estimator_recipe(time_invariant: bool, **changes: Any) -> EstimatorRecipe:
     )
 
 
-@pytest.mark.parametrize("time_invariant", [True, False])
-def test_estimator_learns_where_the_errors_are_large(time_invariant: bool, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("time_invariant", "pretrained"), [(True, True), (True, False), (False, False)]
+)
+def test_estimator_learns_where_the_errors_are_large(
+    time_invariant: bool, pretrained: bool, tmp_path: Path
+) -> None:
     """Errors of random sign, ten times as large at one end of the input's range."""
     shape = Shape(n_in=6, n_out=2, n_inputs=1, n_outputs=1, block=False)
     surrogate = random_surrogate(shape)
@@ -102,20 +108,24 @@ def test_estimator_learns_where_the_errors_are_large(time_invariant: bool, tmp_p
         return rng.choice([-1.0, 1.0], given.shape) * 0.01 * 10 ** ((given + 2) / 5)
 
     splits = split_of(surrogate, noise, 8, 200, 1), split_of(surrogate, noise, 2, 200, 2)
-    estimator, history = fit_estimator(
+    estimator, histories = fit_estimator(
         surrogate,
         splits,
-        estimator_recipe(time_invariant),
+        estimator_recipe(time_invariant, **({"pretraining": SHORT} if pretrained else {})),
         tmp_path / "c.pt",
         torch.device("cpu"),
-        lambda done, total, best: None,
+        lambda stage: lambda done, total, best: None,
     )
     assert estimator.positions == (2 if time_invariant else 1)
     assert estimator.network.n_samples == (5 if time_invariant else 6)
-    assert history.step == (200, 400, 600, 800)
+    assert histories["error estimator"].step == (200, 400, 600, 800)
+    assert len(histories) == (2 if pretrained else 1)
     estimating = dataclasses.replace(surrogate, estimator=estimator)
     unseen = split_of(surrogate, noise, 2, 200, 3)
-    true = block_errors(surrogate, unseen)[:, 6:] * surrogate.output_scaling.scale
+    true = (
+        block_errors(surrogate, streamed_errors(surrogate, unseen))[:, 6:]
+        * surrogate.output_scaling.scale
+    )
     estimate = np.stack([estimating.estimate_error(given)[5:] for given in unseen.inputs])
     deviation = np.mean(relative_deviation(estimate, true, 1e-3))
     middle = np.mean(relative_deviation(np.full_like(true, np.median(true)), true, 1e-3))
@@ -130,7 +140,7 @@ def test_range_of_the_map_is_resolution_to_largest_error(tmp_path: Path) -> None
     )
     short = {"steps": 1, "batch": 4, "learning_rate": 0.01}
     recipe = estimator_recipe(False, resolution=1e-2, training=short)
-    arguments = (recipe, tmp_path / "c.pt", torch.device("cpu"), lambda *state: None)
+    arguments = (recipe, tmp_path / "c.pt", torch.device("cpu"), lambda stage: lambda *state: None)
     estimator, _ = fit_estimator(surrogate, splits, *arguments)
     relative = 0.5 / float(surrogate.output_scaling.scale[0])
     assert estimator.log_error.low == pytest.approx(-2.0)
@@ -147,5 +157,5 @@ def test_surrogate_without_errors_has_nothing_to_estimate(tmp_path: Path) -> Non
             estimator_recipe(True),
             tmp_path / "c.pt",
             torch.device("cpu"),
-            lambda *state: None,
+            lambda stage: lambda *state: None,
         )

@@ -74,7 +74,7 @@ def test_stopped_training_goes_on_without_a_trace(
     assert all(torch.equal(weights[key], unbroken[key]) for key in unbroken)
     assert history.step == tuple(range(20, 201, 20))
     assert [done for done, _, _ in told] == list(range(stop_at, 201, 20))
-    assert told[-1][2] == min(history.validation_rmse)
+    assert told[-1][2] == min(history.validation_error)
     _, whole = regression.fit(tmp_path / "other.pt")
     assert history == whole
 
@@ -95,10 +95,10 @@ def test_a_least_squares_problem_is_solved(tmp_path: Path) -> None:
     )
     data, other = regression_data(1), regression_data(2)
     history = train(model, data, other, exact, tmp_path / "c.pt", ignore)
-    assert history.validation_rmse[-1] < LEAST_SQUARES
+    assert history.validation_error[-1] < LEAST_SQUARES
     assert torch.allclose(model.linear.weight, EXACT, atol=LEAST_SQUARES)
     assert history.step == (500, 1000, 1500)
-    assert history.training_rmse[0] > history.training_rmse[-1]
+    assert history.training_error[0] > history.training_error[-1]
 
 
 def test_every_step_sees_other_windows_that_the_seed_chooses(tmp_path: Path) -> None:
@@ -130,8 +130,8 @@ def test_best_validation_weights_are_kept(tmp_path: Path) -> None:
     opposite = WindowData(data.inputs, -data.targets, data.window)
     model = Slow()
     history = train(model, data, opposite, RECIPE, tmp_path / "c.pt", ignore)
-    best = min(history.validation_rmse)
-    assert best == history.validation_rmse[0] < history.validation_rmse[-1]
+    best = min(history.validation_error)
+    assert best == history.validation_error[0] < history.validation_error[-1]
     assert evaluate(model, opposite) == pytest.approx(best, rel=1e-12)
 
 

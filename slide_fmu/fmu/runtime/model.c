@@ -23,7 +23,8 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideAren
     slide_network_place(&model->predictor, &payload->predictor, payload->n_outputs, arena);
     if (payload->has_estimator) {
         const SlideNetworkView *view = &payload->estimator;
-        slide_network_place(&model->estimator, view, payload->n_outputs, arena);
+        slide_network_place(&model->estimator, view, view->n_values, arena);
+        model->n_means = view->n_values - payload->n_outputs;
         model->capacity = view->n_samples > model->capacity ? view->n_samples : model->capacity;
         model->positions = payload->positions;
         model->log_middle = 0.5 * (payload->high + payload->low);

@@ -13,6 +13,7 @@ typedef struct {
     uint32_t n_inputs, n_outputs;
     uint32_t capacity;  /* input samples that must be kept */
     uint32_t positions; /* positions of the error estimator; 0 without one */
+    uint32_t n_means;   /* expected errors that the estimator gives before the exponents */
     double log_middle, log_half_range;
     SlideScaling *input_scaling, *output_scaling;
     SlideNetwork predictor, estimator;

@@ -207,7 +207,8 @@ static bool read_estimator(SlidePayload *payload, SlideCursor *file, SlideMessag
         return false;
     }
     uint64_t seen = (uint64_t)payload->estimator.n_samples + payload->positions;
-    return (payload->estimator.n_values == payload->n_outputs && payload->positions >= 1 &&
+    uint64_t n_values = payload->estimator.n_values, n_outputs = payload->n_outputs;
+    return ((n_values == n_outputs || n_values == 2 * n_outputs) && payload->positions >= 1 &&
             seen - 1 <= payload->n_in) ||
            slide_say(message, "surrogate file: the error estimator does not fit the window");
 }

@@ -72,7 +72,9 @@ static bool evaluate(const SlideModel *model, const SlideState *state, size_t sl
     window = window_ending_at(model, state, slot, model->estimator.n_samples);
     values = slide_network_evaluate(&model->estimator, model->kernel, window);
     for (size_t i = 0; i < n_outputs; ++i) {
-        model->candidate[n_outputs + i] = squared_error(model, values[i]);
+        double mean = model->n_means > 0 ? values[i] : 0;
+        double square = mean * mean + squared_error(model, values[model->n_means + i]);
+        model->candidate[n_outputs + i] = square;
         finite = finite && isfinite(model->candidate[n_outputs + i]);
     }
     return finite;

@@ -44,6 +44,10 @@ RunsOption = Annotated[Path, typer.Option("--runs", help="Folder that holds the 
 WorkersOption = Annotated[
     int | None, typer.Option("--workers", min=1, help="Processes; one per core if not given.")
 ]
+ThreadsOption = Annotated[int, typer.Option("--threads", min=1, help="Threads of the training.")]
+TrajectoriesOption = Annotated[
+    int | None, typer.Option(min=1, help="Unseen trajectories; the recipe's if not given.")
+]
 OverwriteOption = Annotated[
     bool, typer.Option("--overwrite", help="Generate again data made from other values.")
 ]
@@ -56,9 +60,10 @@ def run(
     recipe: RecipeArgument,
     json_path: JsonOption = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the training.")] = None,
-    trajectories: Annotated[int, typer.Option(min=1, help="Unseen trajectories.")] = 50,
+    trajectories: TrajectoriesOption = None,
     runs: RunsOption = Path("runs"),
     workers: WorkersOption = None,
+    threads: ThreadsOption = 1,
     overwrite: OverwriteOption = False,
 ) -> None:
     """Everything: window, data, training, FMU, validation, report."""
@@ -66,8 +71,8 @@ def run(
         job = pipeline.open_job(recipe, runs, bar, seed)
         sizing = pipeline.check_window(job)
         pipeline.generate_data(job, workers, overwrite)
-        pipeline.train_surrogate(job)
-        fmu, page = pipeline.finish(job, sizing, trajectories, UNSEEN_SEED)
+        pipeline.train_surrogate(job, threads)
+        fmu, page = pipeline.finish(job, sizing, UNSEEN_SEED, trajectories)
     figures = json.loads((page.parent / "report.json").read_text(encoding="utf-8"))
     for name, validation in figures["validation"].items():
         _show_validation(validation, name)
@@ -120,11 +125,12 @@ def train(
     json_path: JsonOption = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the training.")] = None,
     runs: RunsOption = Path("runs"),
+    threads: ThreadsOption = 1,
 ) -> None:
     """Train surrogate and error estimator; goes on where it was stopped."""
     with progress_bars() as bar:
         job = pipeline.open_job(recipe, runs, bar, seed)
-        figures = pipeline.train_surrogate(job)
+        figures = pipeline.train_surrogate(job, threads)
     _write_json(json_path, figures)
     console.print(f"surrogate  {job.workplace.surrogate}", highlight=False)
 
@@ -157,7 +163,7 @@ def validate(
     fmu: FmuArgument,
     json_path: JsonOption = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the trajectories.")] = UNSEEN_SEED,
-    trajectories: Annotated[int, typer.Option(min=1, help="Unseen trajectories.")] = 50,
+    trajectories: TrajectoriesOption = None,
     duration: Annotated[
         float | None, typer.Option(min=0.0, help="Length in s; the recipe's if not given.")
     ] = None,
@@ -170,7 +176,7 @@ def validate(
 ) -> None:
     """Run an FMU beside its reference system on unseen inputs and measure the error."""
     with progress_bars() as bar:
-        task = Task(trajectories, seed, amplitude, duration)
+        task = Task(seed, trajectories, amplitude, duration)
         result = pipeline.validate_fmu_file(fmu, task, bar)
         figures = result.figures()
         folder = report or Path("runs") / result.surrogate.name / "validation"
@@ -260,7 +266,11 @@ def _write_json(path: str | None, figures: Any) -> None:
 
 @contextmanager
 def progress_bars() -> Iterator[pipeline.Bar]:
-    """Progress bars on the terminal, and errors as messages."""
+    """Progress bars on a terminal, lines elsewhere; and errors as messages."""
+    if not console.is_terminal:
+        with _errors():
+            yield _lines
+        return
     columns = (
         TextColumn("{task.description:>24}"),
         BarColumn(),
@@ -279,6 +289,20 @@ def progress_bars() -> Iterator[pipeline.Bar]:
             return advance
 
         yield bar
+
+
+def _lines(stage: str) -> pipeline.Advance:
+    """Progress as a line for every tenth of the work."""
+    printed = -1
+
+    def advance(done: int, total: int, remark: str) -> None:
+        nonlocal printed
+        tenth = 10 * done // max(1, total)
+        if tenth > printed:
+            printed = tenth
+            console.print(f"{stage}: {done} of {total}  {remark}".rstrip(), highlight=False)
+
+    return advance
 
 
 @contextmanager

@@ -130,8 +130,12 @@ def generate_data(job: Job, workers: int | None, overwrite: bool) -> dict[str, A
     return {"trajectories": counts, "simulated_time_s": time, "seed": job.recipe.data.seed}
 
 
-def train_surrogate(job: Job) -> dict[str, Any]:
+def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
     """Train surrogate and error estimator; keep them in the workplace.
+
+    Args:
+        threads: of the processor. Networks of this size gain little from a second one, and lose
+            much when another program needs it; with one, every machine sums in the same order.
 
     Returns:
         Best validation RMSE by stage (scaled units), parameters, seed.
@@ -140,10 +144,13 @@ def train_surrogate(job: Job) -> dict[str, Any]:
         StoreError: trajectories are missing.
         TrainingError: a training diverged.
     """
+    import torch
+
     from slide_fmu.learn.fit import fit_surrogate
 
     system = recipe_system(job.recipe)
     workplace = job.workplace
+    torch.set_num_threads(threads)
 
     def progress(stage: str) -> Callable[[int, int, float], None]:
         advance = job.bar(stage)
@@ -220,12 +227,14 @@ def validation_report(validation: Validation) -> Report:
     )
 
 
-def finish(job: Job, sizing: Sizing, trajectories: int, seed: int) -> tuple[Path, Path]:
+def finish(
+    job: Job, sizing: Sizing, seed: int, trajectories: int | None = None
+) -> tuple[Path, Path]:
     """Export, validate, and write the FMU that carries its report and its measured error.
 
     Args:
-        trajectories: number of unseen trajectories.
         seed: of the unseen trajectories.
+        trajectories: their number; the recipe's if None.
 
     Returns:
         Paths of the FMU and of the report.
@@ -233,9 +242,9 @@ def finish(job: Job, sizing: Sizing, trajectories: int, seed: int) -> tuple[Path
     recipe, fmu = job.recipe, job.workplace.fmu(job.recipe)
     surrogate, histories = job.workplace.load_surrogate(recipe)
     export_fmu(surrogate, fmu, provenance=provenance(job))
-    tasks = {IN_RANGE: Task(trajectories, seed)}
+    tasks = {IN_RANGE: Task(seed, trajectories)}
     if recipe.estimator is not None:
-        tasks[BEYOND] = Task(trajectories, seed + 1, recipe.estimator.amplitude_factor)
+        tasks[BEYOND] = Task(seed + 1, trajectories, recipe.estimator.amplitude_factor)
     validations = {n: validate_fmu_file(fmu, task, job.bar) for n, task in tasks.items()}
     report = _full_report(surrogate, recipe, sizing, histories, validations)
     page = report.write(job.workplace.folder)

@@ -162,6 +162,18 @@ class EstimatorRecipe(Table):
     resolution: float = Field(1e-3, gt=0, lt=1)
 
 
+class ValidationRecipe(Table):
+    """Unseen trajectories on which an FMU is measured.
+
+    Attributes:
+        trajectories: their number.
+        duration: length of each in s, after the burn-in; as in the training data if not given.
+    """
+
+    trajectories: PositiveInt = 50
+    duration: PositiveFloat | None = None
+
+
 class Recipe(Table):
     """Everything that makes a surrogate.
 
@@ -180,6 +192,7 @@ class Recipe(Table):
     network: FeedForwardRecipe
     training: TrainingRecipe
     estimator: EstimatorRecipe | None = None
+    validation: ValidationRecipe = ValidationRecipe()
 
     @model_validator(mode="after")
     def _estimator_has_data(self) -> Recipe:

@@ -75,7 +75,7 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
     sections = [
         Section(
             "Side by side with the reference",
-            f"{main.task.trajectories} trajectories that no training saw (seed "
+            f"{len(main.comparisons)} trajectories that no training saw (seed "
             f"{main.task.seed}), the FMU and the reference FMU run by the same master.",
             _accuracy_rows(validations),
             pictures,

@@ -36,19 +36,19 @@ class Task:
     """What is to be validated.
 
     Attributes:
-        trajectories: number of unseen trajectories.
-        seed: their entropy; no training, tuning or selection uses this stream of seeds.
+        seed: entropy of the trajectories; no training, tuning or selection uses their stream.
+        trajectories: number of unseen trajectories; the recipe's if None.
         amplitude: range of the factor on the excitation's amplitude; (1, 1) is in range.
         duration: length of a trajectory in s; the recipe's if None.
     """
 
-    trajectories: int
     seed: int
+    trajectories: int | None = None
     amplitude: tuple[float, float] = (1.0, 1.0)
     duration: float | None = None
 
     def __post_init__(self) -> None:
-        if self.trajectories < 1:
+        if self.trajectories is not None and self.trajectories < 1:
             raise ValueError(f"trajectories = {self.trajectories}; expected at least 1")
         if not 0 < self.amplitude[0] <= self.amplitude[1]:
             raise ValueError(
@@ -100,7 +100,7 @@ class Validation:
         """The figures as plain values, as written to JSON."""
         return {
             "fmu": self.surrogate.name,
-            "trajectories": self.task.trajectories,
+            "trajectories": len(self.comparisons),
             "seed": self.task.seed,
             "amplitude": list(self.task.amplitude),
             "outputs": [self._output(index) for index in range(len(self.surrogate.outputs))],
@@ -195,7 +195,8 @@ def validate(
         ValueError: the trajectories are too short to score anything.
     """
     system = recipe_system(recipe)
-    duration = recipe.data.duration if task.duration is None else task.duration
+    count = task.trajectories or recipe.validation.trajectories
+    duration = task.duration or recipe.validation.duration or recipe.data.duration
     stream = Stream(UNSEEN, task.seed, task.amplitude, duration)
     needed = surrogate.window.n_in * surrogate.window.step
     if duration + recipe.data.burn_in < needed:
@@ -204,15 +205,15 @@ def validate(
             f"least {needed} s in all, the length of the input window"
         )
     comparisons = []
-    progress(0, task.trajectories)
+    progress(0, count)
     with tempfile.TemporaryDirectory() as folder:
         reference_path = Path(folder) / "reference.fmu"
         write_reference_fmu(recipe.system.model, system_parameters(recipe), reference_path)
         with unpacked(fmu) as fmu_files, unpacked(reference_path) as reference_files:
-            for index in range(task.trajectories):
+            for index in range(count):
                 drawn = draw(recipe, system, stream, index)
                 comparisons.append(compare(fmu_files, reference_files, surrogate, system, drawn))
-                progress(index + 1, task.trajectories)
+                progress(index + 1, count)
     return Validation(task, surrogate, recipe, tuple(comparisons))
 
 

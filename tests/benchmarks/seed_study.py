@@ -40,7 +40,7 @@ def study(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
         )
         fmu = job.workplace.folder / f"{recipe.name}_seed_{seed}.fmu"
         export_fmu(fit.surrogate, fmu, provenance=pipeline.provenance(job))
-        task = Task(arguments.trajectories, arguments.seed)
+        task = Task(arguments.seed, arguments.trajectories)
         advance = bar(f"validation, seed {seed}")
         figures = validate(
             fmu, fit.surrogate, recipe, task, lambda done, n, go=advance: go(done, n, "")
@@ -83,7 +83,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("recipe", type=Path)
     parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--trajectories", type=int, default=512)
+    parser.add_argument("--trajectories", type=int, help="the recipe's if not given")
     parser.add_argument("--seed", type=int, default=UNSEEN_SEED, help="of the trajectories")
     parser.add_argument("--runs", type=Path, default=Path("runs"))
     parser.add_argument("--json", default="-")

@@ -1,0 +1,58 @@
+"""The released FMUs: whole, made from the recipes that are here, and as accurate as they say."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from slide_fmu.fmu.check import check_fmu
+from slide_fmu.fmu.export import read_fmu
+from slide_fmu.pipeline import validate_fmu_file
+from slide_fmu.validation import Task
+
+from .conftest import invoke
+
+ROOT = Path(__file__).parents[2]
+RELEASED = {"linear": 1e-5, "duffing": 0.08}
+"""Released FMUs and the relative RMSE that their recipes promise."""
+
+FEW = Task(trajectories=12, seed=424_242, duration=30.0)
+"""Enough trajectories to tell the promised accuracy from a broken FMU."""
+
+
+def released(name: str) -> Path:
+    """Path of a released FMU."""
+    return ROOT / "fmus" / name / f"{name}.fmu"
+
+
+def test_every_folder_is_known() -> None:
+    assert {path.parent.name for path in (ROOT / "fmus").glob("*/*.fmu")} == set(RELEASED)
+
+
+@pytest.mark.parametrize("name", RELEASED)
+def test_nothing_is_wrong_with_it(name: str) -> None:
+    assert check_fmu(released(name)) == []
+
+
+@pytest.mark.parametrize("name", RELEASED)
+def test_it_was_made_from_the_recipe(name: str) -> None:
+    _, provenance = read_fmu(released(name))
+    assert provenance is not None
+    assert provenance["recipe"] == (ROOT / "training" / f"{name}.toml").read_text("utf-8")
+
+
+@pytest.mark.parametrize("name", RELEASED)
+def test_it_is_as_accurate_as_promised(name: str) -> None:
+    figures = validate_fmu_file(released(name), FEW, lambda stage: lambda *state: None).figures()
+    assert figures["outputs"][0]["relative_rmse"] < RELEASED[name]
+
+
+@pytest.mark.parametrize("name", RELEASED)
+def test_card_shows_what_the_fmu_carries(name: str) -> None:
+    info = json.loads(invoke("info", released(name), "--json", "-").stdout)
+    output = info["provenance"]["measured"]["validation"]["in range"]["outputs"][0]
+    card = (ROOT / "fmus" / name / "README.md").read_text(encoding="utf-8")
+    assert f"{100 * output['relative_rmse']:.3g} %" in card
+    assert f"{output['rmse']:.4g} m" in card

@@ -19,12 +19,12 @@ from pythonfmu.enums import Fmi2Initial, Fmi2Status, Fmi2Variability
 from slide_fmu.signals import FloatArray, Signal
 from slide_fmu.systems.base import SimulationError, State
 from slide_fmu.systems.loading import Parameter, load_system
+from slide_fmu.units import BASE_UNITS
 
 FROM_STATE = "start_from_state"
 """FMI parameter: start from the ``initial_...`` parameters instead of at rest."""
 STEP_TOLERANCE = 1e-9
 """Relative deviation of a communication step that counts as rounding."""
-_SI = {"N": {"kg": 1, "m": 1, "s": -2}, "m": {"m": 1}, "rad": {"rad": 1}, "m/s": {"m": 1, "s": -1}}
 _SPARE_REFERENCES: list[dict[str, Any]] = []
 
 
@@ -161,8 +161,8 @@ class SystemSlave(Fmi2Slave):  # type: ignore[misc]
         units = Element("UnitDefinitions")
         for name in sorted({signal.unit for signal in signals}):
             unit = SubElement(units, "Unit", name=name)
-            if name in _SI:
-                SubElement(unit, "BaseUnit", {k: str(v) for k, v in _SI[name].items()})
+            if name in BASE_UNITS:
+                SubElement(unit, "BaseUnit", BASE_UNITS[name])
         root.insert(list(root).index(slave) + 1, units)
         by_name = {variable.get("name"): variable for variable in _child(root, "ModelVariables")}
         for signal in signals:

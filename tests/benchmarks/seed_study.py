@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
 
 from slide_fmu import pipeline
 from slide_fmu.cli import UNSEEN_SEED, progress_bars
@@ -26,6 +27,7 @@ from slide_fmu.validation import Task, validate
 
 def study(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
     """Train and validate every seed."""
+    torch.set_num_threads(1)
     job = pipeline.open_job(arguments.recipe, arguments.runs, bar)
     pipeline.generate_data(job, None, False)
     seeds = []

@@ -121,7 +121,8 @@ def decay_times(linearized: Decay, measured: Decay, truncation_time: float) -> b
     )
     ax.set_yticks([0, 1], ["linearized\n(eigenvalues)", "measured\n(two initial states)"])
     ax.set(xlabel="decay time / s   (line: of the mean rate)", ylim=(1.6, -0.6))
-    ax.set_xlim(left=0)
+    shown = np.concatenate([linearized.times, measured.times, [truncation_time]])
+    ax.set_xlim(0, 1.1 * float(np.max(shown[np.isfinite(shown)])))
     return _png(figure)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import jinja2
 
 from slide_fmu.recipe import Recipe
+from slide_fmu.sizing import seconds
 from slide_fmu.surrogate import Surrogate
 
 
@@ -25,6 +26,7 @@ def card(surrogate: Surrogate, recipe: Recipe, measured: dict[str, Any], picture
         undefined=jinja2.StrictUndefined,
     )
     environment.filters["percent"] = lambda value: f"{100 * value:.3g} %"
+    environment.filters["seconds"] = seconds
     return environment.get_template("card.md").render(
         surrogate=surrogate,
         recipe=recipe,

@@ -19,7 +19,7 @@ from slide_fmu import pipeline
 from slide_fmu.fmu.check import check_fmu
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.recipe import load_recipe
-from slide_fmu.sizing import require_window
+from slide_fmu.sizing import require_window, seconds
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.validation import Task
 
@@ -37,8 +37,24 @@ console = Console(stderr=True)
 
 RecipeArgument = Annotated[Path, typer.Argument(help="Recipe, for example training/duffing.toml.")]
 FmuArgument = Annotated[Path, typer.Argument(help="FMU made by slide-fmu.")]
+
+
+def _writable(path: str | None) -> str | None:
+    """Refuse a place for figures before the work begins that they come from."""
+    if path not in (None, "-") and not os.access(Path(path).absolute().parent, os.W_OK):
+        folder = Path(path).absolute().parent
+        raise typer.BadParameter(f"{path}: {folder} is no folder that can be written to")
+    return path
+
+
 JsonOption = Annotated[
-    str | None, typer.Option("--json", metavar="PATH", help="Write the figures here; - is stdout.")
+    str | None,
+    typer.Option(
+        "--json",
+        metavar="PATH",
+        help="Write the figures here; - is stdout.",
+        callback=_writable,
+    ),
 ]
 RunsOption = Annotated[Path, typer.Option("--runs", help="Folder that holds the work.")]
 WorkersOption = Annotated[
@@ -47,6 +63,14 @@ WorkersOption = Annotated[
 ThreadsOption = Annotated[int, typer.Option("--threads", min=1, help="Threads of the training.")]
 TrajectoriesOption = Annotated[
     int | None, typer.Option(min=1, help="Unseen trajectories; the recipe's if not given.")
+]
+TrainingSeedOption = Annotated[
+    int | None,
+    typer.Option("--seed", min=0, help="Seed of the training; the recipe's if not given."),
+]
+DataSeedOption = Annotated[
+    int | None,
+    typer.Option("--data-seed", min=0, help="Seed of the data; the recipe's if not given."),
 ]
 OverwriteOption = Annotated[
     bool, typer.Option("--overwrite", help="Generate again data made from other values.")
@@ -59,7 +83,8 @@ UNSEEN_SEED = 20_260_000
 def run(
     recipe: RecipeArgument,
     json_path: JsonOption = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the training.")] = None,
+    seed: TrainingSeedOption = None,
+    data_seed: DataSeedOption = None,
     trajectories: TrajectoriesOption = None,
     runs: RunsOption = Path("runs"),
     workers: WorkersOption = None,
@@ -68,7 +93,7 @@ def run(
 ) -> None:
     """Everything: window, data, training, FMU, validation, report."""
     with progress_bars() as bar:
-        job = pipeline.open_job(recipe, runs, bar, seed)
+        job = pipeline.open_job(recipe, runs, bar, seed, data_seed)
         sizing = pipeline.check_window(job)
         pipeline.generate_data(job, workers, overwrite)
         pipeline.train_surrogate(job, threads)
@@ -94,7 +119,7 @@ def window(
     figures = sizing.figures()
     table = Table("decay time", "mean", "worst")
     for name, key in (("linearized", "decay_time_s"), ("measured", "measured_decay_time_s")):
-        table.add_row(name, f"{figures[key]['mean']:.4g} s", f"{figures[key]['worst']:.4g} s")
+        table.add_row(name, seconds(figures[key]["mean"]), seconds(figures[key]["worst"]))
     console.print(table)
     _write_json(json_path, figures)
     with _errors():
@@ -115,7 +140,7 @@ def generate(
         job = pipeline.open_job(recipe, runs, bar, data_seed=seed)
         pipeline.check_window(job)
         figures = pipeline.generate_data(job, workers, overwrite)
-    _write_json(json_path, figures)
+        _write_json(json_path, figures)
     console.print(f"data    {job.workplace.store}", highlight=False)
 
 
@@ -123,15 +148,16 @@ def generate(
 def train(
     recipe: RecipeArgument,
     json_path: JsonOption = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the training.")] = None,
+    seed: TrainingSeedOption = None,
+    data_seed: DataSeedOption = None,
     runs: RunsOption = Path("runs"),
     threads: ThreadsOption = 1,
 ) -> None:
     """Train surrogate and error estimator; goes on where it was stopped."""
     with progress_bars() as bar:
-        job = pipeline.open_job(recipe, runs, bar, seed)
+        job = pipeline.open_job(recipe, runs, bar, seed, data_seed)
         figures = pipeline.train_surrogate(job, threads)
-    _write_json(json_path, figures)
+        _write_json(json_path, figures)
     console.print(f"surrogate  {job.workplace.surrogate}", highlight=False)
 
 
@@ -139,11 +165,19 @@ def train(
 def export(
     source: Annotated[Path, typer.Argument(help="Recipe that was trained, or an FMU.")],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="FMU to write.")] = None,
+    seed: TrainingSeedOption = None,
+    data_seed: DataSeedOption = None,
     runs: RunsOption = Path("runs"),
 ) -> None:
     """Write the FMU of a trained recipe, or an FMU again with this version's runtime."""
     with progress_bars() as bar:
-        path = pipeline.export(source, output, runs, bar)
+        if source.suffix == ".toml":
+            job = pipeline.open_job(source, runs, bar, seed, data_seed)
+            path = pipeline.export_recipe(job, output)
+        elif output is None:
+            raise ValueError("export of an FMU: where to? give the FMU to write with -o PATH")
+        else:
+            path = pipeline.export_again(source, output)
     console.print(f"FMU     {path}", highlight=False)
 
 
@@ -154,6 +188,7 @@ def reference(
 ) -> None:
     """Write the reference system of a recipe as FMU (it needs this Python environment)."""
     with _errors():
+        pipeline.make_importable(recipe.parent)
         path = pipeline.write_reference(load_recipe(recipe), output)
     console.print(f"FMU     {path}", highlight=False)
 
@@ -179,10 +214,10 @@ def validate(
         task = Task(seed, trajectories, amplitude, duration)
         result = pipeline.validate_fmu_file(fmu, task, bar)
         figures = result.figures()
+        _write_json(json_path, figures)
         folder = report or Path("runs") / result.surrogate.name / "validation"
         page = pipeline.validation_report(result).write(folder)
     _show_validation(figures, "validation")
-    _write_json(json_path, figures)
     console.print(f"report  {page}", highlight=False)
 
 
@@ -257,7 +292,7 @@ def _show_validation(figures: dict[str, Any], title: str) -> None:
 def _write_json(path: str | None, figures: Any) -> None:
     if path is None:
         return
-    text = json.dumps(figures, indent=2) + "\n"
+    text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
     if path == "-":
         sys.stdout.write(text)
     else:

@@ -6,7 +6,6 @@ import shutil
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from ctypes import byref
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,6 @@ from typing import Any
 import fmpy
 import numpy as np
 from fmpy import fmi2
-from fmpy.logging import addLoggerProxy
 
 from slide_fmu.signals import FloatArray
 
@@ -165,15 +163,18 @@ def _run(
 
 
 def _collecting_callbacks(messages: list[str]) -> Any:
-    """FMI callbacks that keep what the FMU logs as warning or worse."""
+    """FMI callbacks that keep what the FMU logs as warning or worse.
+
+    fmpy's own proxy for printf-like messages is left alone: it serves one logger per process, and
+    would outlive this one. Messages without arguments need it only for their doubled signs.
+    """
 
     def log(_environment: Any, _name: Any, status: int, _category: Any, message: Any) -> None:
         if status > fmi2.fmi2OK and message:
-            messages.append(message.decode("utf-8", "replace"))
+            messages.append(message.decode("utf-8", "replace").replace("%%", "%"))
 
     callbacks = fmi2.fmi2CallbackFunctions()
     callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(log)
     callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
     callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
-    addLoggerProxy(byref(callbacks))  # formats the messages, which are printf-like
     return callbacks

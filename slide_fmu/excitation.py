@@ -158,16 +158,16 @@ def draw_inputs(
     Args:
         signals: the inputs; a normalised value v means middle + half range * v.
         time: sample times in s, shape (N,).
-        factor: multiplies the amplitude; above 1 the inputs leave their range.
+        factor: multiplies what was drawn; above 1 the inputs leave their range.
 
     Returns:
-        Inputs in their units, shape (N, n_inputs).
+        Inputs in their units, shape (N, n_inputs), clipped to ``factor`` times the range.
     """
     columns = []
     for signal in signals:
-        amplitude = factor * rng.uniform(*kind.amplitude)
+        normalised = np.clip(rng.uniform(*kind.amplitude) * kind.signal(time, rng), -1, 1)
         middle, half_range = 0.5 * (signal.high + signal.low), 0.5 * (signal.high - signal.low)
-        columns.append(middle + half_range * amplitude * kind.signal(time, rng))
+        columns.append(middle + half_range * factor * normalised)
     return np.stack(columns, axis=1)
 
 

@@ -103,15 +103,15 @@ def nullspace(constraints: FloatArray, rank_tolerance: float = 1e-10) -> FloatAr
 
 
 def spectrum(
-    linearization: Linearization, remaining_amplitude: float = 0.01, rigid_below: float = 0.02
+    linearization: Linearization, remaining_amplitude: float = 0.01, rigid_below: float = 1e-5
 ) -> Spectrum:
     """Modes of a linearized system in the directions that its constraints leave free.
 
     Args:
         linearization: M, D, K, G at one state.
         remaining_amplitude: fraction A_rel that initial effects decay to.
-        rigid_below: |v| in 1/s under which a mode is a rigid-body mode; numerical
-            differentiation spreads such eigenvalues by about 0.01 1/s.
+        rigid_below: |v| under which a mode is a rigid-body mode, relative to the largest |v|;
+            numerical differentiation spreads the eigenvalues of such modes about zero.
 
     Raises:
         UnstableModeError: a mode has Re(v) > 0.
@@ -123,7 +123,7 @@ def spectrum(
         for matrix in (linearization.mass, linearization.damping, linearization.stiffness)
     )
     values, n_instant = _eigenvalues(mass, damping, stiffness)
-    rigid = np.abs(values) < rigid_below
+    rigid = np.abs(values) <= rigid_below * np.max(np.abs(values), initial=0.0)
     _refuse_growth(values[~rigid])
     one_of_each_pair = values[~rigid & (values.imag >= 0.0)].tolist()
     slowest_first = sorted(one_of_each_pair, key=lambda v: (-v.real, v.imag))

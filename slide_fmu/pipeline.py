@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-import shutil
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import metadata
@@ -15,14 +15,14 @@ from slide_fmu.card import card
 from slide_fmu.data.sampling import recipe_system, system_parameters
 from slide_fmu.figures import side_by_side
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
-from slide_fmu.recipe import SPLITS, Recipe, load_recipe, read_recipe_text
+from slide_fmu.recipe import SPLITS, Recipe, parse_recipe, read_recipe_text
 from slide_fmu.report import Report
 from slide_fmu.response import is_affine
 from slide_fmu.sizing import Sizing, require_window, size_window
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.systems.reference_fmu import write_reference_fmu
 from slide_fmu.validation import Task, Validation, validate
-from slide_fmu.workplace import StageError, Workplace, recipe_of_provenance
+from slide_fmu.workplace import Workplace, recipe_of_provenance
 
 Advance = Callable[[int, int, str], None]
 """Called with the work done, the work to do, and a remark."""
@@ -40,13 +40,13 @@ class Job:
     """A recipe on its way through the stages.
 
     Attributes:
-        recipe_path: the TOML file.
+        text: the recipe file as it was read.
         recipe: what it says, seeds of the command line included.
         workplace: where its files lie.
         bar: opens progress bars.
     """
 
-    recipe_path: Path
+    text: str = field(repr=False)
     recipe: Recipe
     workplace: Workplace
     bar: Bar = field(repr=False)
@@ -68,13 +68,22 @@ def open_job(
     Raises:
         RecipeError: the recipe cannot be used.
     """
-    recipe = load_recipe(recipe_path)
+    text = read_recipe_text(recipe_path)
+    recipe = parse_recipe(text, str(recipe_path))
+    make_importable(recipe_path.parent)
     if training_seed is not None:
         recipe = with_training_seed(recipe, training_seed)
     if data_seed is not None:
         data = recipe.data.model_copy(update={"seed": data_seed})
         recipe = recipe.model_copy(update={"data": data})
-    return Job(recipe_path, recipe, Workplace(runs / recipe.name), bar)
+    return Job(text, recipe, Workplace(runs / recipe.name), bar)
+
+
+def make_importable(folder: Path) -> None:
+    """Let recipes name models that lie beside them, here and in worker processes."""
+    place = str(folder.resolve())
+    if place not in sys.path:
+        sys.path.append(place)
 
 
 def with_training_seed(recipe: Recipe, seed: int) -> Recipe:
@@ -118,9 +127,10 @@ def generate_data(job: Job, workers: int | None, overwrite: bool) -> dict[str, A
         StoreError: the store was made from other values.
     """
     from slide_fmu.data.generation import generate, process_pool
+    from slide_fmu.data.store import remove_store
 
-    if overwrite and job.workplace.store.exists():
-        shutil.rmtree(job.workplace.store)
+    if overwrite:
+        remove_store(job.workplace.store)
     job.workplace.folder.mkdir(parents=True, exist_ok=True)
     advance = job.bar("trajectories")
     with process_pool(workers) as pool:
@@ -169,24 +179,31 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
     }
 
 
-def export(source: Path, path: Path | None, runs: Path, bar: Bar) -> Path:
-    """Write the FMU of a trained recipe, or an FMU again with this version's runtime.
+def export_recipe(job: Job, path: Path | None) -> Path:
+    """Write the FMU of a trained recipe.
+
+    An FMU of the same surrogate that ``run`` has finished keeps its report and measured error.
 
     Args:
-        source: a recipe (``.toml``) or an FMU.
-        path: the FMU to write; if None, that of the recipe's workplace.
+        path: the FMU to write; if None, that of the workplace.
 
     Raises:
-        StageError: nothing was trained, or no path was given for an FMU.
+        StageError: nothing was trained.
+    """
+    surrogate, _ = job.workplace.load_surrogate(job.recipe)
+    finished = job.workplace.fmu(job.recipe)
+    path = path or finished
+    if finished.exists() and read_fmu(finished)[0].to_bytes() == surrogate.to_bytes():
+        return export_again(finished, path)
+    return export_fmu(surrogate, path, provenance=provenance(job))
+
+
+def export_again(source: Path, path: Path) -> Path:
+    """Write the surrogate of an FMU as FMU again, with this version's runtime.
+
+    Raises:
         FmuError: the source is no FMU of slide-fmu.
     """
-    if source.suffix == ".toml":
-        job = open_job(source, runs, bar)
-        surrogate, _ = job.workplace.load_surrogate(job.recipe)
-        path = path or job.workplace.fmu(job.recipe)
-        return export_fmu(surrogate, path, provenance=provenance(job))
-    if path is None:
-        raise StageError("export of an FMU: where to? give the FMU to write with -o PATH")
     surrogate, found = read_fmu(source)
     page = read_member(source, "documentation/index.html")
     documentation = {} if page is None else {"index.html": page}
@@ -263,7 +280,7 @@ def provenance(job: Job) -> dict[str, object]:
     recipe = job.recipe
     estimator = recipe.estimator
     return {
-        "recipe": read_recipe_text(job.recipe_path),
+        "recipe": job.text,
         "seeds": {
             "data": recipe.data.seed,
             "training": recipe.training.seed,

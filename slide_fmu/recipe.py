@@ -12,7 +12,8 @@ from slide_fmu.excitation import Excitation, PositiveRange
 
 PositiveInt = Annotated[int, Field(gt=0)]
 PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-SPLITS = ("train", "validation", "estimator", "estimator_validation", "test")
+SPLITS = ("train", "validation", "estimator", "estimator_validation")
+"""Trajectories that are kept. Test trajectories are drawn anew for every validation."""
 
 
 class RecipeError(ValueError):
@@ -68,7 +69,7 @@ class DataRecipe(Table):
         seed: entropy of every trajectory's own seed.
         duration: length of a trajectory in s, after the burn-in.
         burn_in: time in s that a random initial state is given to decay; not stored.
-        train, validation, estimator, estimator_validation, test: numbers of trajectories.
+        train, validation, estimator, estimator_validation: numbers of trajectories.
         excitation: kinds of excitation with their weights.
     """
 
@@ -79,7 +80,6 @@ class DataRecipe(Table):
     validation: PositiveInt
     estimator: int = Field(0, ge=0)
     estimator_validation: int = Field(0, ge=0)
-    test: int = Field(0, ge=0)
     excitation: tuple[Excitation, ...] = Field(min_length=1)
 
     def count(self, split: str) -> int:
@@ -202,6 +202,22 @@ class Recipe(Table):
                 f"data.estimator = {counts[0]}, data.estimator_validation = {counts[1]}; "
                 "the error estimator needs trajectories of its own, at least one each"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _trajectories_hold_a_window(self) -> Recipe:
+        needed, data = self.window.n_in * self.window.step, self.data
+        whole = {
+            "data.duration": data.duration,
+            "validation.duration + data.burn_in": (self.validation.duration or data.duration)
+            + data.burn_in,
+        }
+        for name, duration in whole.items():
+            if round(duration / self.window.step) < self.window.n_in:
+                raise ValueError(
+                    f"{name} = {duration:g} s; expected at least n_in * step = {needed:g} s, "
+                    "the length of the input window"
+                )
         return self
 
 

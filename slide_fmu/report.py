@@ -14,7 +14,7 @@ import jinja2
 from slide_fmu import figures
 from slide_fmu.response import exact_matrix, learnt_matrix, matrix_figures
 from slide_fmu.signals import FloatArray
-from slide_fmu.sizing import Sizing
+from slide_fmu.sizing import Sizing, seconds
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.validation import Validation
@@ -98,7 +98,7 @@ def sizing_section(sizing: Sizing) -> Section:
     data = sizing.figures()
     rows = [("", "mean", "worst")]
     for name, key in (("linearized", "decay_time_s"), ("measured", "measured_decay_time_s")):
-        rows.append((name, f"{data[key]['mean']:.4g} s", f"{data[key]['worst']:.4g} s"))
+        rows.append((name, seconds(data[key]["mean"]), seconds(data[key]["worst"])))
     window = sizing.window
     text = (
         f"Time until initial effects have decayed to {sizing.remaining_amplitude:g} of their "

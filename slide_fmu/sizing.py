@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -47,6 +48,13 @@ class Sizing:
     @property
     def problem(self) -> str | None:
         """Why the window is too short; None if it is long enough."""
+        if not math.isfinite(self.measured.mean):
+            rigid = len(self.modes.rigid)
+            return (
+                f"motions from different initial states never meet in the outputs ({rigid} "
+                "eigenvalues of rigid-body modes at rest): no window can hold them; fix the free "
+                "direction, give the system damping, or choose outputs that it does not move"
+            )
         return too_short(self.window, self.linearized.worst)
 
     def figures(self) -> dict[str, Any]:
@@ -54,13 +62,13 @@ class Sizing:
         recommended = recommend_window(self.linearized.worst, self.window.step, self.window.n_out)
         return {
             "remaining_amplitude": self.remaining_amplitude,
-            "decay_time_s": {"mean": self.linearized.mean, "worst": self.linearized.worst},
-            "measured_decay_time_s": {"mean": self.measured.mean, "worst": self.measured.worst},
+            "decay_time_s": _times(self.linearized),
+            "measured_decay_time_s": _times(self.measured),
             "modes_at_rest": [
                 {
                     "frequency_rad_s": mode.natural_frequency,
                     "damping_ratio": mode.damping_ratio,
-                    "decay_time_s": mode.decay_time,
+                    "decay_time_s": _finite(mode.decay_time),
                 }
                 for mode in self.modes.modes
             ],
@@ -96,7 +104,7 @@ def size_window(recipe: Recipe, system: System, seed: int | None = None) -> Sizi
     states = [state for d in draws for state in _states_along(system, d.initial, d.inputs)]
     linearized = decay_along(system, states, amplitude)
     recommend_window(linearized.worst, window.step, window.n_out)  # refuses a lasting motion
-    count = int(np.ceil(MEASURED_DECAYS * linearized.worst / window.step))
+    count = max(window.n_in, int(np.ceil(MEASURED_DECAYS * linearized.worst / window.step)))
     records = [np.resize(d.inputs, (count, d.inputs.shape[1])) for d in draws]
     rng = np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=(stream.number,)))
     measured = measured_decay(system, records, rng, amplitude)
@@ -127,3 +135,17 @@ def _states_along(system: System, initial: State, inputs: FloatArray) -> list[St
         if (k + 1) % stride == 0:
             states.append(system.get_state())
     return states
+
+
+def seconds(value: float | None) -> str:
+    """A decay time as people read it."""
+    return "without end" if value is None else f"{value:.4g} s"
+
+
+def _times(decay: Decay) -> dict[str, float | None]:
+    return {"mean": _finite(decay.mean), "worst": _finite(decay.worst)}
+
+
+def _finite(value: float) -> float | None:
+    """A number for JSON, which knows no infinity: a motion that never decays has no time."""
+    return value if math.isfinite(value) else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ import numpy as np
 
 from slide_fmu.cosim import UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.sampling import (
-    UNSEEN,
+    TEST,
     Draw,
     Stream,
     draw,
@@ -50,7 +51,9 @@ class Task:
     def __post_init__(self) -> None:
         if self.trajectories is not None and self.trajectories < 1:
             raise ValueError(f"trajectories = {self.trajectories}; expected at least 1")
-        if not 0 < self.amplitude[0] <= self.amplitude[1]:
+        if self.duration is not None and not 0 < self.duration < math.inf:
+            raise ValueError(f"duration = {self.duration} s; expected a positive, finite time")
+        if not 0 < self.amplitude[0] <= self.amplitude[1] < math.inf:
             raise ValueError(
                 f"amplitude = {self.amplitude}; expected two positive factors, smaller one first"
             )
@@ -197,7 +200,7 @@ def validate(
     system = recipe_system(recipe)
     count = task.trajectories or recipe.validation.trajectories
     duration = task.duration or recipe.validation.duration or recipe.data.duration
-    stream = Stream(UNSEEN, task.seed, task.amplitude, duration)
+    stream = Stream(TEST, task.seed, task.amplitude, duration)
     needed = surrogate.window.n_in * surrogate.window.step
     if duration + recipe.data.burn_in < needed:
         raise ValueError(

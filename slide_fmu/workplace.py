@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -56,12 +58,14 @@ class Workplace:
         self, surrogate: Surrogate, recipe: Recipe, histories: dict[str, History]
     ) -> None:
         """Keep a trained surrogate and where it comes from."""
+        data = surrogate.to_bytes()
         record = {
+            "surrogate": hashlib.sha256(data).hexdigest(),
             "recipe": recipe.model_dump(mode="json"),
             "histories": {stage: asdict(history) for stage, history in histories.items()},
         }
-        surrogate.save(self.surrogate)
-        self.training.write_text(json.dumps(record), encoding="utf-8")
+        _replace(self.surrogate, data)
+        _replace(self.training, json.dumps(record).encode("utf-8"))
 
     def load_surrogate(self, recipe: Recipe) -> tuple[Surrogate, dict[str, Any]]:
         """The trained surrogate of a recipe and its training histories.
@@ -79,7 +83,20 @@ class Workplace:
                 f"{self.surrogate} was trained from other values than recipe {recipe.name!r} "
                 "holds now; train again (slide-fmu train RECIPE) or restore the recipe"
             )
-        return Surrogate.load(self.surrogate), record["histories"]
+        data = self.surrogate.read_bytes()
+        if record["surrogate"] != hashlib.sha256(data).hexdigest():
+            raise StageError(
+                f"{self.surrogate} and {self.training.name} do not belong together, a training "
+                "was broken off between them; train again (slide-fmu train RECIPE)"
+            )
+        return Surrogate.from_bytes(data), record["histories"]
+
+
+def _replace(path: Path, data: bytes) -> None:
+    """Write a file so that it is never seen half written."""
+    temporary = path.with_name(f".{path.name}.new")
+    temporary.write_bytes(data)
+    os.replace(temporary, path)
 
 
 def recipe_of_provenance(provenance: dict[str, Any] | None, source: str) -> Recipe:

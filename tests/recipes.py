@@ -26,7 +26,6 @@ duration = 2.0
 burn_in = 0.25
 train = 4
 validation = 2
-test = 1
 
 [[data.excitation]]
 kind = "held_random"

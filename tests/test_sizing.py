@@ -36,12 +36,13 @@ def few_motions(monkeypatch: pytest.MonkeyPatch) -> None:
 def duffing() -> Recipe:
     """The released recipe with its own excitations, but short trajectories."""
     recipe = load_recipe(DUFFING)
-    return recipe.model_copy(update={"data": recipe.data.model_copy(update={"duration": 4.0})})
+    return recipe.model_copy(update={"data": recipe.data.model_copy(update={"duration": 8.0})})
 
 
 def oscillator(model: str, **window: Any) -> Recipe:
     return tiny_recipe(
         system={"model": f"mbs_models.oscillators:{model}", "parameters": {"damping": 8.0}},
+        data={"duration": 4.0},
         window={"step": 0.03, "n_in": 92, "n_out": 53, **window},
     )
 

@@ -11,8 +11,13 @@ from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from pathlib import Path
 
-from slide_fmu.data.sampling import draw, recipe_system, simulate_draw, split_stream
-from slide_fmu.data.store import Layout, missing_trajectories, open_store, write_trajectory
+from slide_fmu.data.sampling import draw, probe, recipe_system, simulate_draw, split_stream
+from slide_fmu.data.store import (
+    Layout,
+    missing_trajectories,
+    open_store,
+    write_trajectory,
+)
 from slide_fmu.recipe import SPLITS, Recipe
 from slide_fmu.systems.base import System
 
@@ -35,7 +40,7 @@ def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress)
     system = recipe_system(recipe)
     n_samples = round(recipe.data.duration / recipe.window.step)
     layout = Layout(n_samples, len(system.inputs), len(system.outputs))
-    open_store(path, recipe, layout)
+    open_store(path, recipe, layout, probe(recipe, system))
     jobs = [(split, index) for split in SPLITS for index in missing_trajectories(path, split)]
     total = sum(recipe.data.count(split) for split in SPLITS)
     done = total - len(jobs)

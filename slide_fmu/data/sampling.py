@@ -12,8 +12,13 @@ from slide_fmu.signals import FloatArray, Trajectory
 from slide_fmu.systems.base import State, System, simulate
 from slide_fmu.systems.loading import load_system
 
-UNSEEN = len(SPLITS)
-"""Stream of seeds that no split uses: trajectories for validation runs."""
+TEST = len(SPLITS)
+"""Stream of seeds that no split uses: trajectories that FMUs are measured on."""
+
+
+PROBE = TEST + 1
+"""Stream of seeds of the motion by which a changed model is noticed."""
+PROBE_SAMPLES = 50
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +45,7 @@ class Stream:
     """A stream of trajectory seeds and what its trajectories have in common.
 
     Attributes:
-        number: index of the split in ``SPLITS``, or ``UNSEEN``.
+        number: index of the split in ``SPLITS``, or ``TEST``.
         seed: entropy.
         factors: the amplitude factor is drawn uniformly from this range.
         duration: length of the trajectories in s, without the burn-in.
@@ -87,6 +92,17 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:
     excitation = recipe.data.excitation[kind]
     inputs = draw_inputs(excitation, system.inputs, time, factor, rng)
     return Draw(kind, factor, system.random_state(rng), inputs, burn_in)
+
+
+def probe(recipe: Recipe, system: System) -> FloatArray:
+    """Outputs of a short motion, (PROBE_SAMPLES + 1, n_outputs): they change with the model.
+
+    Raises:
+        SimulationError: the system could not be simulated.
+    """
+    duration = PROBE_SAMPLES * recipe.window.step
+    drawn = draw(recipe, system, Stream(PROBE, recipe.data.seed, (1.0, 1.0), duration), 0)
+    return simulate(system, drawn.inputs[:PROBE_SAMPLES], drawn.initial).outputs
 
 
 def simulate_draw(system: System, drawn: Draw) -> Trajectory:

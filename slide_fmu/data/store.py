@@ -7,7 +7,9 @@ is then made again.
 
 from __future__ import annotations
 
+import contextlib
 import json
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +20,9 @@ from numpy.typing import NDArray
 
 from slide_fmu.recipe import SPLITS, Recipe
 from slide_fmu.signals import FloatArray, Trajectory
+
+SAME = 1e-6
+"""Difference of a motion that another processor may make."""
 
 
 class StoreError(ValueError):
@@ -50,37 +55,72 @@ class Layout:
 
 def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     """What the data depends on: a store made from other values is not used."""
-    factor = None if recipe.estimator is None else recipe.estimator.amplitude_factor
-    in_range = None if recipe.estimator is None else recipe.estimator.in_range
     fingerprint = {
         "system": recipe.system.model_dump(mode="json"),
         "step": recipe.window.step,
         "data": recipe.data.model_dump(mode="json"),
-        "estimator": {"amplitude_factor": factor, "in_range": in_range},
     }
+    if recipe.estimator is not None:
+        keys = {"amplitude_factor", "in_range"}
+        fingerprint["estimator"] = recipe.estimator.model_dump(mode="json", include=keys)
     return dict(json.loads(json.dumps(fingerprint)))
 
 
-def open_store(path: Path, recipe: Recipe, layout: Layout) -> None:
+def open_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray) -> None:
     """Create the store, or check that the one at ``path`` belongs to the recipe.
 
+    Args:
+        probe: outputs of a short motion, by which a changed model is noticed.
+
     Raises:
-        StoreError: the store was made from another recipe; nothing is changed.
+        StoreError: the store was made from another recipe or model; nothing is changed.
     """
-    fingerprint = data_fingerprint(recipe)
     if path.exists():
-        difference = _first_difference(_read_fingerprint(path), fingerprint)
-        if difference is not None:
-            raise StoreError(
-                f"{path} was generated from other values: {difference}; restore the recipe, or "
-                "remove the store (or run with --overwrite) to generate again"
-            )
+        require_origin(path, recipe, probe)
         return
+    attributes = {"fingerprint": data_fingerprint(recipe), "probe": probe.tolist()}
     temporary = path.with_name(path.name + ".new")
-    group = zarr.open_group(temporary, mode="w", attributes={"fingerprint": fingerprint})
+    group = zarr.open_group(temporary, mode="w", attributes=attributes)
     for split in SPLITS:
         _create_split(group.create_group(split), recipe.data.count(split), layout)
     temporary.rename(path)
+
+
+def require_origin(path: Path, recipe: Recipe, probe: FloatArray) -> None:
+    """Refuse a store that was made from another recipe, or from a model that was another then.
+
+    Args:
+        probe: outputs that the model gives now on the short motion of ``open_store``.
+
+    Raises:
+        StoreError: with the first value that differs; or there is no store.
+    """
+    if not path.exists():
+        raise StoreError(f"no data at {path}; generate it first (slide-fmu generate RECIPE)")
+    attributes, wanted = _attributes(path), data_fingerprint(recipe)
+    found = {key: value for key, value in attributes["fingerprint"].items() if key in wanted}
+    difference = _first_difference(found, wanted)
+    if difference is not None:
+        raise StoreError(
+            f"{path} was generated from other values: {difference}; restore the recipe, or "
+            "generate again (slide-fmu generate RECIPE --overwrite)"
+        )
+    before = np.array(attributes["probe"])
+    if before.shape != probe.shape or not np.allclose(before, probe, rtol=SAME, atol=SAME):
+        raise StoreError(
+            f"{path}: {recipe.system.model!r} does not give the motions any more that are stored "
+            "here; the model has changed since: generate again (slide-fmu generate RECIPE "
+            "--overwrite)"
+        )
+
+
+def remove_store(path: Path) -> None:
+    """Remove a store; one that is removed in part is never taken for a store."""
+    doomed = path.with_name(f"{path.name}.removed")
+    shutil.rmtree(doomed, ignore_errors=True)
+    if path.exists():
+        path.rename(doomed)
+        shutil.rmtree(doomed)
 
 
 def missing_trajectories(path: Path, split: str) -> list[int]:
@@ -104,7 +144,7 @@ def read_split(path: Path, split: str) -> Split:
     """Read all trajectories of a split.
 
     Raises:
-        StoreError: there is no store, or trajectories are missing.
+        StoreError: there is no store, trajectories are missing, or a file is damaged.
     """
     if not path.exists():
         raise StoreError(f"no data at {path}; generate it first (slide-fmu generate RECIPE)")
@@ -116,24 +156,30 @@ def read_split(path: Path, split: str) -> Split:
             f"{path}: {len(missing)} of {count} trajectories of split {split!r} are missing; "
             "generate again to complete it (slide-fmu generate RECIPE)"
         )
-    return Split(
-        np.asarray(group[f"{split}/inputs"][:]),
-        np.asarray(group[f"{split}/outputs"][:]),
-        np.asarray(group[f"{split}/kinds"][:], dtype=np.int64),
-    )
+    try:
+        return Split(
+            np.asarray(group[f"{split}/inputs"][:]),
+            np.asarray(group[f"{split}/outputs"][:]),
+            np.asarray(group[f"{split}/kinds"][:], dtype=np.int64),
+        )
+    except (RuntimeError, ValueError) as error:
+        raise StoreError(
+            f"{path}: a file of split {split!r} is damaged ({error}); generate again "
+            "(slide-fmu generate RECIPE --overwrite)"
+        ) from error
 
 
 def _group(path: Path, mode: Any) -> Any:
     return zarr.open_group(path, mode=mode)
 
 
-def _read_fingerprint(path: Path) -> Any:
-    try:
-        return _group(path, "r").attrs.asdict()["fingerprint"]
-    except (FileNotFoundError, KeyError) as error:
-        raise StoreError(
-            f"{path} is not a trajectory store; remove it and generate again"
-        ) from error
+def _attributes(path: Path) -> dict[str, Any]:
+    attributes: dict[str, Any] = {}
+    with contextlib.suppress(FileNotFoundError):
+        attributes = dict(_group(path, "r").attrs.asdict())
+    if not {"fingerprint", "probe"} <= set(attributes):
+        raise StoreError(f"{path} is not a trajectory store; remove it and generate again")
+    return attributes
 
 
 def _create_split(group: Any, count: int, layout: Layout) -> None:

@@ -13,7 +13,7 @@ from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
 from slide_fmu.fmu.export import SURROGATE, FmuError, library_members, read_fmu, read_member
-from slide_fmu.fmu.model_description import fmu_variables, guid_of
+from slide_fmu.fmu.model_description import fmu_variables, guid_of, samples_behind
 from slide_fmu.signals import FloatArray
 from slide_fmu.surrogate import Surrogate
 
@@ -22,6 +22,9 @@ OUTPUT_TOLERANCE = 2e-6
 
 ERROR_TOLERANCE = 1e-4
 """The same for error estimates, relative to themselves: the exponential magnifies rounding."""
+
+FILLED_TOLERANCE = 1e-12
+"""The same for the filled part of the inputs: a quotient of two counts."""
 
 
 def check_fmu(path: Path) -> list[str]:
@@ -100,7 +103,7 @@ def _compare_run(path: Path, surrogate: Surrogate, description: ModelDescription
         errors = np.array([error for _, error in results])
         allowed = ERROR_TOLERANCE * errors.max(axis=0)
         problems += _compare(surrogate, "error estimate", native[:, count:], errors, allowed)
-    return problems
+    return problems + _compare_filled(surrogate, native)
 
 
 def _compare(
@@ -117,12 +120,25 @@ def _compare(
     return problems
 
 
+def _compare_filled(surrogate: Surrogate, native: FloatArray) -> list[str]:
+    problems, samples = [], samples_behind(surrogate)
+    steps = np.arange(1, len(native) + 1)
+    for column, (name, count) in enumerate(samples.items(), start=-len(samples)):
+        deviation = np.abs(native[:, column] - np.minimum(1, steps / count)).max()
+        if not deviation <= FILLED_TOLERANCE:
+            problems.append(
+                f"{name}: native library and steps / {count} differ by {deviation:.3g}; "
+                f"expected at most {FILLED_TOLERANCE:g}, export again"
+            )
+    return problems
+
+
 def _run_native(
     folder: str, surrogate: Surrogate, description: ModelDescription, inputs: FloatArray
 ) -> FloatArray:
-    """Outputs and error estimates after every step, shape (steps, variables)."""
+    """All output variables after every step, shape (steps, variables)."""
     n_inputs, step = len(surrogate.inputs), surrogate.window.step
-    wanted = list(range(n_inputs, len(fmu_variables(surrogate)) - 1))
+    wanted = list(range(n_inputs, len(fmu_variables(surrogate))))
     slave = FMU2Slave(
         guid=description.guid,
         unzipDirectory=folder,

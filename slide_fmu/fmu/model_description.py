@@ -1,7 +1,8 @@
 """The modelDescription.xml (FMI 2.0.4) of a surrogate's FMU.
 
 Value references, which ``runtime/fmi2_values.c`` counts in the same way: inputs, outputs, error
-estimates (only with an estimator), ``window_filled``.
+estimates, ``window_filled``, ``error_estimate_filled``; estimates and the last only with an
+estimator.
 """
 
 from __future__ import annotations
@@ -31,9 +32,17 @@ CAPABILITIES = {
 LOG_CATEGORIES = {
     "logAll": "everything",
     "logEvents": "changes of state",
-    "logStatusDiscard": "refused values and steps, nothing was changed (always logged)",
-    "logStatusError": "wrong calls and damaged files (always logged)",
+    "logStatusDiscard": "refused values, nothing was changed (always logged)",
+    "logStatusError": "wrong calls and steps, damaged files (always logged)",
 }
+
+_BEHIND = "Part of the inputs behind the"
+_SET = "that were set in this run; trust the"
+FILLED = {
+    "window_filled": f"{_BEHIND} outputs {_SET} outputs from 1 on",
+    "error_estimate_filled": f"{_BEHIND} error estimates {_SET} estimates from 1 on",
+}
+"""Descriptions of the variables that tell from when on results count."""
 
 
 @dataclass(frozen=True)
@@ -66,8 +75,8 @@ def fmu_variables(surrogate: Surrogate) -> list[Variable]:
     variables += [_output(signal) for signal in surrogate.outputs]
     if surrogate.estimator is not None:
         variables += [_error_estimate(signal) for signal in surrogate.outputs]
-    text = "Part of the window that holds inputs of this run; below 1 the first input fills it"
-    variables.append(Variable("window_filled", "1", "output", text, 0.0, 1.0))
+    for name in samples_behind(surrogate):
+        variables.append(Variable(name, "1", "output", FILLED[name], 0.0, 1.0))
     names = [variable.name for variable in variables]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
@@ -76,6 +85,20 @@ def fmu_variables(surrogate: Surrogate) -> list[Variable]:
             "expected unique names, rename the signal"
         )
     return variables
+
+
+def samples_behind(surrogate: Surrogate) -> dict[str, int]:
+    """Variables for the filled part of the inputs, and how many samples of the inputs that is.
+
+    Those behind the outputs are the window of the network; those behind the error estimates are
+    the windows of the estimator at all its positions.
+    """
+    samples = {"window_filled": surrogate.network.n_samples}
+    estimator = surrogate.estimator
+    if estimator is not None:
+        seen = estimator.network.n_samples + estimator.positions - 1
+        samples["error_estimate_filled"] = seen
+    return samples
 
 
 def start_values(surrogate: Surrogate) -> list[float]:
@@ -126,7 +149,7 @@ def model_description(surrogate: Surrogate, guid: str) -> bytes:
         root, "DefaultExperiment", startTime="0", stepSize=repr(surrogate.window.step)
     )
     _add_variables(root, variables)
-    _add_structure(root, variables)
+    _add_structure(root, variables, set(samples_behind(surrogate)))
     ElementTree.indent(root)
     text = ElementTree.tostring(root, encoding="unicode")
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + text.encode("utf-8") + b"\n"
@@ -189,8 +212,16 @@ def _add_variables(root: ElementTree.Element, variables: list[Variable]) -> None
         ElementTree.SubElement(scalar, "Real", {"unit": variable.unit, **given})
 
 
-def _add_structure(root: ElementTree.Element, variables: list[Variable]) -> None:
-    """Outputs follow from past inputs alone, but before the first step from the start inputs."""
+def _add_structure(
+    root: ElementTree.Element, variables: list[Variable], independent: set[str]
+) -> None:
+    """Outputs follow from past inputs alone, but before the first step from the start inputs.
+
+    Args:
+        root: parent of the element.
+        variables: all variables.
+        independent: names of outputs that do not follow from inputs at all.
+    """
     indices = {
         causality: [i for i, v in enumerate(variables, start=1) if v.causality == causality]
         for causality in ("input", "output")
@@ -201,5 +232,5 @@ def _add_structure(root: ElementTree.Element, variables: list[Variable]) -> None
     all_inputs = " ".join(map(str, indices["input"]))
     for index in indices["output"]:
         ElementTree.SubElement(outputs, "Unknown", index=str(index), dependencies="")
-        initial = "" if index == len(variables) else all_inputs
+        initial = "" if variables[index - 1].name in independent else all_inputs
         ElementTree.SubElement(unknowns, "Unknown", index=str(index), dependencies=initial)

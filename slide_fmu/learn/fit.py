@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import torch
 
-from slide_fmu.data.store import Split, data_fingerprint, read_split
+from slide_fmu.data.sampling import probe
+from slide_fmu.data.store import Split, read_split, require_origin
 from slide_fmu.learn.estimator import fit_estimator
 from slide_fmu.learn.family import FAMILIES, Problem
 from slide_fmu.learn.training import History, ProgressOf
@@ -44,9 +45,10 @@ def fit_surrogate(
         checkpoints: folder for the states of interrupted trainings.
 
     Raises:
-        StoreError: trajectories are missing.
+        StoreError: trajectories are missing, or were made from another recipe or model.
         TrainingError: a training diverged.
     """
+    require_origin(store, recipe, probe(recipe, system))
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     splits = read_split(store, "train"), read_split(store, "validation")
     input_scaling = range_scaling(system.inputs)
@@ -62,7 +64,7 @@ def fit_surrogate(
 
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
     key = _digest(
-        data_fingerprint(recipe),
+        *(_content(split) for split in splits),
         recipe.window.model_dump(mode="json"),
         recipe.network.model_dump(mode="json"),
         recipe.training.model_dump(mode="json"),
@@ -75,10 +77,15 @@ def fit_surrogate(
     surrogate = _assemble(recipe, system, window, (input_scaling, output_scaling), network)
     if recipe.estimator is None:
         return Fit(surrogate, {"surrogate": history})
-    key = _digest(surrogate.to_bytes().hex(), recipe.estimator.model_dump(mode="json"))
+    errors = read_split(store, "estimator"), read_split(store, "estimator_validation")
+    key = _digest(
+        surrogate.to_bytes().hex(),
+        *(_content(split) for split in errors),
+        recipe.estimator.model_dump(mode="json"),
+    )
     estimator, estimator_histories = fit_estimator(
         surrogate,
-        (read_split(store, "estimator"), read_split(store, "estimator_validation")),
+        errors,
         recipe.estimator,
         checkpoints / f"estimator-{key}.pt",
         device,
@@ -123,6 +130,11 @@ def _assemble(
     return Surrogate(
         recipe.name, window, system.inputs, system.outputs, system.hold, *scalings, network
     )
+
+
+def _content(split: Split) -> str:
+    """Digest of a split's values: a checkpoint belongs to the data it was trained on."""
+    return hashlib.sha256(split.inputs.tobytes() + split.outputs.tobytes()).hexdigest()
 
 
 def _digest(*parts: Any) -> str:

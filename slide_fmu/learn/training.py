@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import pickle
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,10 +21,10 @@ TrainingProgress = Callable[[int, int, float], None]
 ProgressOf = Callable[[str], TrainingProgress]
 """Gives the progress callback of a named stage."""
 
-VALIDATION_WINDOWS = 20_000
+VALIDATION_WINDOWS = 8_192
 """Windows of one validation: enough for a stable figure, few enough to be cheap."""
 
-VALIDATION_BATCH = 4096
+VALIDATION_BATCH = 512
 
 SEED_STRIDE = 1_000_003
 """Steps between the random numbers of two seeds. torch's CPU generator uses 32 bits of a seed."""
@@ -207,9 +208,14 @@ def _restore(
     if not checkpoint.exists():
         return {"step": 0, "history": [], "best_error": math.inf, "best": None}
     device = next(model.parameters()).device
-    saved: dict[str, Any] = torch.load(checkpoint, map_location=device, weights_only=True)
-    model.load_state_dict(saved["model"])
-    optimizer.load_state_dict(saved["optimizer"])
+    try:
+        saved: dict[str, Any] = torch.load(checkpoint, map_location=device, weights_only=True)
+        model.load_state_dict(saved["model"])
+        optimizer.load_state_dict(saved["optimizer"])
+    except (RuntimeError, KeyError, EOFError, pickle.UnpicklingError) as error:
+        raise TrainingError(
+            f"checkpoint {checkpoint} cannot be read ({error}); remove it to train from the start"
+        ) from error
     return {key: saved[key] for key in ("step", "history", "best_error", "best")}
 
 

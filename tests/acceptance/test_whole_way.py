@@ -107,7 +107,7 @@ def test_validate_finds_the_reference_from_the_fmu_alone(
 
 def test_validate_measures_what_the_trajectories_say(duffing: Finished) -> None:
     """The JSON's figures against a computation from the models themselves, without FMUs."""
-    from slide_fmu.data.sampling import UNSEEN, Stream, draw, recipe_system
+    from slide_fmu.data.sampling import TEST, Stream, draw, recipe_system
     from slide_fmu.recipe import load_recipe
     from slide_fmu.systems.base import simulate
 
@@ -115,7 +115,7 @@ def test_validate_measures_what_the_trajectories_say(duffing: Finished) -> None:
     figures = json.loads(result.stdout)
     recipe = load_recipe(duffing.recipe)
     system, surrogate = recipe_system(recipe), read_fmu(duffing.fmu)[0]
-    stream = Stream(UNSEEN, 11, (1.0, 1.0), recipe.data.duration)
+    stream = Stream(TEST, 11, (1.0, 1.0), recipe.data.duration)
     errors, references = [], []
     for index in range(2):
         drawn = draw(recipe, system, stream, index)

@@ -73,9 +73,9 @@ class NumpySurrogate(Fmi2Slave):
         self.y[:] = surrogate.output_scaling.invert(values)
         estimator = surrogate.estimator
         if estimator is not None:
-            eps = estimator.network.evaluate(window[None, -estimator.network.n_samples :])
+            values = estimator.network.evaluate(window[None, -estimator.network.n_samples :])
             self.squares[:-1] = self.squares[1:]
-            self.squares[-1] = estimator.log_error.invert(eps[0]) ** 2
+            self.squares[-1] = estimator.squares(values, len(self.y))[0]
             self.e[:] = np.sqrt(self.squares.mean(axis=0)) * surrogate.output_scaling.scale
         return True
 '''
@@ -91,6 +91,7 @@ class TorchStep:
         self.networks = [self._module(surrogate.network)]
         if estimator is not None:
             self.networks.append(self._module(estimator.network))
+            self.log_error = estimator.log_error
         self.squares = torch.zeros(1 if estimator is None else estimator.positions)
 
     @staticmethod
@@ -121,8 +122,11 @@ class TorchStep:
             flat = self.window[-n_samples:].reshape(1, -1)
             results.append(module(flat) if skip is None else module(flat) + flat @ skip)
         if len(results) > 1:
+            n_outputs, log_error = len(self.surrogate.outputs), self.log_error
+            values = results[1][0]
+            spread = 10 ** (2 * (log_error.middle + log_error.half_range * values[-n_outputs:]))
             self.squares = torch.roll(self.squares, -1, 0)
-            self.squares[-1] = 10 ** (2 * results[1][0, 0])
+            self.squares[-1] = (values[:-n_outputs] ** 2).sum() + spread.sum()
             self.squares.mean().sqrt()
         return float(results[0][0, -1])
 

@@ -9,7 +9,7 @@ import numpy as np
 from recipes import ESTIMATOR, tiny_recipe
 
 from slide_fmu.data.sampling import (
-    UNSEEN,
+    TEST,
     Draw,
     Stream,
     draw,
@@ -38,7 +38,7 @@ def drawn(split: str, index: int) -> Draw:
 
 
 def unseen(index: int, seed: int) -> Draw:
-    return draw(RECIPE, SYSTEM, Stream(UNSEEN, seed, (1.0, 1.0), 2.0), index)
+    return draw(RECIPE, SYSTEM, Stream(TEST, seed, (1.0, 1.0), 2.0), index)
 
 
 def test_a_trajectory_made_again_alone_is_the_same() -> None:

@@ -16,12 +16,15 @@ from slide_fmu.data.store import (
     missing_trajectories,
     open_store,
     read_split,
+    remove_store,
     write_trajectory,
 )
 from slide_fmu.signals import Trajectory
 
 LAYOUT = Layout(n_samples=5, n_inputs=2, n_outputs=1)
-RECIPE = tiny_recipe(data={"train": 4, "validation": 1, "test": 0})
+MOTION = np.array([[0.0], [0.1], [0.3]])
+
+RECIPE = tiny_recipe(data={"train": 4, "validation": 1})
 
 
 def trajectory(seed: int) -> Trajectory:
@@ -36,7 +39,7 @@ def content(path: Path) -> dict[str, bytes]:
 @pytest.fixture
 def store(tmp_path: Path) -> Path:
     path = tmp_path / "data.zarr"
-    open_store(path, RECIPE, LAYOUT)
+    open_store(path, RECIPE, LAYOUT, MOTION)
     return path
 
 
@@ -48,7 +51,7 @@ def test_written_trajectories_are_read(store: Path) -> None:
     for index in range(4):
         assert np.array_equal(split.inputs[index], trajectory(index).inputs)
         assert np.array_equal(split.outputs[index], trajectory(index).outputs)
-    assert read_split(store, "test").inputs.shape == (0, 5, 2)
+    assert read_split(store, "estimator").inputs.shape == (0, 5, 2)
 
 
 def test_missing_trajectories_are_reported(store: Path) -> None:
@@ -82,12 +85,12 @@ def test_opening_again_keeps_what_is_done(store: Path) -> None:
     write_trajectory(store, "train", 2, trajectory(2), kind=0)
     before = content(store)
     changed_only_in_training = tiny_recipe(
-        data={"train": 4, "validation": 1, "test": 0},
+        data={"train": 4, "validation": 1},
         training={"steps": 1},
         network={"hidden": [9]},
         window={"n_in": 50},
     )
-    open_store(store, changed_only_in_training, LAYOUT)
+    open_store(store, changed_only_in_training, LAYOUT, MOTION)
     assert content(store) == before
 
 
@@ -101,7 +104,7 @@ def test_opening_again_keeps_what_is_done(store: Path) -> None:
         ("step = 0.015625 there, 0.03125", {"window": {"step": 0.03125}}),
         ("system.parameters.damping = 40.0 there, 8", {"system": {"parameters": {"damping": 8}}}),
         (
-            r"estimator.amplitude_factor = None there, \[1.0, 3.0\]",
+            r"estimator = None there, {'amplitude_factor': \[1.0, 3.0\]",
             {"data": {"estimator": 0, "estimator_validation": 0}, "estimator": ESTIMATOR},
         ),
     ],
@@ -111,13 +114,13 @@ def test_other_recipe_is_refused_and_the_store_untouched(
 ) -> None:
     write_trajectory(store, "train", 2, trajectory(2), kind=0)
     before = content(store)
-    data = {"train": 4, "validation": 1, "test": 0, **changes.get("data", {})}
+    data = {"train": 4, "validation": 1, **changes.get("data", {})}
     if "estimator" in changes:  # the numbers of trajectories would differ first
         other = RECIPE.model_copy(update={"estimator": _estimator(changes["estimator"])})
     else:
         other = tiny_recipe(**{**changes, "data": data})
     with pytest.raises(StoreError, match=f"generated from other values: {key}") as caught:
-        open_store(store, other, LAYOUT)
+        open_store(store, other, LAYOUT, MOTION)
     assert str(store) in str(caught.value)
     assert content(store) == before
 
@@ -131,7 +134,7 @@ def test_half_made_store_is_made_again(tmp_path: Path) -> None:
     path = tmp_path / "data.zarr"
     (tmp_path / "data.zarr.new").mkdir()
     (tmp_path / "data.zarr.new" / "zarr.json").write_text("{")
-    open_store(path, RECIPE, LAYOUT)
+    open_store(path, RECIPE, LAYOUT, MOTION)
     assert missing_trajectories(path, "train") == [0, 1, 2, 3]
     assert [p.name for p in tmp_path.iterdir()] == ["data.zarr"]
 
@@ -141,9 +144,30 @@ def test_something_else_is_refused(tmp_path: Path, make: Any) -> None:
     path = tmp_path / "data.zarr"
     make(path)
     with pytest.raises(StoreError, match="is not a trajectory store; remove it"):
-        open_store(path, RECIPE, LAYOUT)
+        open_store(path, RECIPE, LAYOUT, MOTION)
 
 
 def test_no_store_is_told(tmp_path: Path) -> None:
     with pytest.raises(StoreError, match=r"no data at .*generate"):
         read_split(tmp_path / "data.zarr", "train")
+
+
+def test_store_of_a_changed_model_is_refused(store: Path) -> None:
+    with pytest.raises(StoreError, match=r"the model has changed since: generate again"):
+        open_store(store, RECIPE, LAYOUT, MOTION * 1.001)
+    open_store(store, RECIPE, LAYOUT, MOTION)
+
+
+def test_damaged_file_is_named(store: Path) -> None:
+    for index in range(4):
+        write_trajectory(store, "train", index, trajectory(index), kind=0)
+    chunk = max((store / "train" / "outputs").rglob("c/*/*/*"), key=lambda path: path.name)
+    chunk.write_bytes(chunk.read_bytes()[:10])
+    with pytest.raises(StoreError, match=r"split 'train' is damaged.*--overwrite"):
+        read_split(store, "train")
+
+
+def test_removed_store_is_gone(store: Path) -> None:
+    remove_store(store)
+    assert not store.exists()
+    remove_store(store)

@@ -86,7 +86,7 @@ def test_description(fmu: Path) -> None:
     variables = {variable.name: variable for variable in description.modelVariables}
     assert list(variables) == [
         *("u0", "u1", "y0", "y1", "y0_error_estimate", "y1_error_estimate"),
-        "window_filled",
+        *("window_filled", "error_estimate_filled"),
     ]
     assert (variables["u0"].min, variables["u0"].max, variables["u0"].start) == (
         "-2.0",
@@ -94,12 +94,26 @@ def test_description(fmu: Path) -> None:
         "0.0",
     )
     assert variables["y0_error_estimate"].unit == "m"
+    for name, results in (("window_filled", "outputs"), ("error_estimate_filled", "estimates")):
+        filled = variables[name]
+        assert (filled.unit, filled.min, filled.max) == ("1", "0.0", "1.0")
+        assert filled.description.endswith(f"trust the {results} from 1 on")
     assert description.defaultExperiment.stepSize == str(STEP)
     assert description.coSimulation.canSerializeFMUstate
     assert not description.coSimulation.canHandleVariableCommunicationStepSize
     assert all(not unknown.dependencies for unknown in description.outputs)
     initial = [[v.name for v in u.dependencies] for u in description.initialUnknowns]
-    assert initial == [["u0", "u1"]] * 4 + [[]]
+    assert initial == [["u0", "u1"]] * 4 + [[], []]
+
+
+def test_description_without_estimator(surrogate: Surrogate, tmp_path: Path) -> None:
+    surrogate = dataclasses.replace(surrogate, estimator=None)
+    path = export_fmu(surrogate, tmp_path / "m.fmu")
+    description = fmpy.read_model_description(str(path))
+    names = [variable.name for variable in description.modelVariables]
+    assert names == ["u0", "u1", "y0", "y1", "window_filled"]
+    initial = [[v.name for v in u.dependencies] for u in description.initialUnknowns]
+    assert initial == [["u0", "u1"]] * 2 + [[]]
 
 
 def test_start_values_lie_in_the_range(surrogate: Surrogate, tmp_path: Path) -> None:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import ctypes
+import dataclasses
 import math
 import re
 import shutil
+import subprocess
+import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -91,6 +94,17 @@ def test_prehistory_is_the_first_input(load: Load) -> None:
     assert filled == [0.5, 0.75, 1.0, 1.0]
 
 
+def test_error_estimates_fill_by_their_own_window(load: Load) -> None:
+    """The network sees 9 samples, the estimator 10 at each of 3 positions."""
+    surrogate = random_surrogate(Shape(n_in=12, n_out=4, block=False, positions=3))
+    native = load(surrogate).instance().start()
+    assert native.get(3, 2) == [0, 0]
+    for steps in range(1, 16):
+        native.step(0.1)
+        assert native.get(3, 2) == [min(1, steps / 9), min(1, steps / 12)]
+    assert native.try_get(5)[0] == ERROR
+
+
 def test_outputs_in_initialization_mode(load: Load) -> None:
     native = load(sum_surrogate()).instance()
     assert native.try_get(1)[0] == ERROR
@@ -120,7 +134,7 @@ def test_state_is_bit_exact_in_another_instance(rich: Loaded) -> None:
     for row in rng.uniform(-1, 1, (20, 2)):
         one.step(*row)
         other.step(*row)
-        assert one.get(0, 7) == other.get(0, 7)
+        assert one.get(0, 8) == other.get(0, 8)
     assert one.save() == other.save()
 
 
@@ -184,15 +198,34 @@ def test_instances_in_threads(rich: Loaded) -> None:
         assert all(rows == alone for rows in pool.map(results, natives))
 
 
-def test_steps_other_than_h_are_discarded(rich: Loaded) -> None:
+def test_steps_other_than_h_are_refused(rich: Loaded) -> None:
     native = rich.instance().start()
     native.step(0.1, 0.2)
     saved = native.save()
     for step in (2 * STEP, STEP / 2, 0.0, -STEP, math.nan, math.inf, STEP * (1 + 1e-5)):
-        assert native.do_step(STEP, step) == DISCARD
+        assert native.do_step(STEP, step) == ERROR
         assert f"expected {STEP}" in native.messages[-1]
     assert native.save() == saved
     assert native.do_step(STEP, STEP * (1 + 1e-9)) == OK
+
+
+def test_a_master_with_another_step_stops(rich: Loaded) -> None:
+    """fmpy tries a discarded step again for ever; an error ends the simulation."""
+    code = (
+        "import sys, fmpy\n"
+        f"fmpy.simulate_fmu(sys.argv[1], stop_time=1.0, output_interval={2 * STEP})"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", code, str(rich.path)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    assert result.returncode == 1
+    message = f"communication step {2 * STEP} s; expected {STEP} s"
+    assert (result.stdout + result.stderr).count(message) == 1
+    assert "FMICallException: fmi2DoStep failed with status 3" in result.stderr
 
 
 def test_communication_points_must_follow(rich: Loaded) -> None:
@@ -208,12 +241,39 @@ def test_times_are_counted_not_accumulated(load: Load) -> None:
     """A master that adds up its own time over a long run is still followed."""
     native = load(sum_surrogate()).instance().start()
     time = 0.0
-    for _ in range(100_000):
+    for _ in range(300_000):
         assert native.do_step(time) == OK
         time += STEP
     last = ctypes.c_double()
     assert native.call("fmi2GetRealStatus", 2, ctypes.byref(last)) == OK
-    assert last.value == 100_000 * STEP
+    assert last.value == 300_000 * STEP
+
+
+@pytest.mark.parametrize("start", [0.0, 1e8, -1e8])
+def test_no_step_is_done_twice(load: Load, start: float) -> None:
+    step = 1e-3
+    window = dataclasses.replace(sum_surrogate().window, step=step)
+    surrogate = dataclasses.replace(sum_surrogate(), window=window)
+    native = load(surrogate).instance().start(start)
+    assert [native.do_step(start, step) for _ in range(3)] == [OK, ERROR, ERROR]
+    assert f"point {start:.15g} s; expected {start + step:.15g} s" in native.messages[-1]
+    for early_or_late in (0.5, 1.5):
+        assert native.do_step(start + early_or_late * step, step) == ERROR
+    assert native.do_step(start + 1.1 * step, step) == (OK if start else ERROR)
+    assert native.get(2) == [0.5 if start else 0.25]
+
+
+def test_start_times_that_blur_the_steps_are_refused(rich: Loaded) -> None:
+    native = rich.instance()
+    zero = ctypes.c_double(0)
+    for start in (1e13, -1e13, 1e16, -1e300):
+        time = ctypes.c_double(start)
+        assert native.call("fmi2SetupExperiment", 0, zero, time, 0, zero) == ERROR
+        assert f"start time {start:.15g} s; expected at most" in native.messages[-1]
+    found = re.search(r"at most (\S+) s from 0", native.messages[-1])
+    assert found is not None
+    largest = 0.99 * float(found[1])
+    assert native.start(largest).do_step(largest) == OK
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e300])
@@ -226,24 +286,26 @@ def test_unusable_inputs_are_discarded(rich: Loaded, value: float) -> None:
     assert native.save() == saved
 
 
-def test_results_that_are_not_finite_are_discarded(load: Load) -> None:
+def test_results_that_are_not_finite_are_refused(load: Load) -> None:
     native = load(sum_surrogate()).instance().start()
     native.set(3e38)
     assert native.try_get(1)[0] == DISCARD
-    assert native.do_step(0.0) == DISCARD
+    assert native.do_step(0.0) == ERROR
     native.step(1.0)
     native.step(3e38)
     native.set(-1.0)
     assert native.do_step(2 * STEP) == OK
     native.set(3e38)
     before = native.get(1, 2)
-    assert native.do_step(3 * STEP) == DISCARD
+    assert native.do_step(3 * STEP) == ERROR
     assert native.get(1, 2) == before
+    native.set(-1.0)
+    assert native.do_step(3 * STEP) == OK
 
 
 def test_bad_references_and_pointers(rich: Loaded) -> None:
     native = rich.instance().start()
-    assert native.try_get(7)[0] == ERROR
+    assert native.try_get(8)[0] == ERROR
     assert native.set(1.0, first=2) == ERROR
     assert "output" in native.messages[-1]
     assert native.set(1.0, first=4_000_000_000) == ERROR

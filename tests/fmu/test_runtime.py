@@ -46,6 +46,10 @@ def _simulate(path: Path, surrogate: Surrogate, inputs: FloatArray) -> dict[str,
     return {name: result[name][1:] for name in result.dtype.names}
 
 
+def _filled(inputs: FloatArray, n_samples: int) -> FloatArray:
+    return np.minimum(1, np.arange(1, len(inputs) + 1) / n_samples)
+
+
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
 def test_fmpy_gives_what_numpy_gives(tmp_path: Path, shape: Shape) -> None:
     surrogate = random_surrogate(shape)
@@ -62,7 +66,9 @@ def test_fmpy_gives_what_numpy_gives(tmp_path: Path, shape: Shape) -> None:
         for column, signal in enumerate(surrogate.outputs):
             estimate = results[f"{signal.name}_error_estimate"]
             np.testing.assert_allclose(estimate, errors[:, column], rtol=ERROR_TOLERANCE)
-    filled = np.minimum(1, np.arange(1, len(inputs) + 1) / surrogate.network.n_samples)
+        seen = surrogate.estimator.network.n_samples + surrogate.estimator.positions - 1
+        np.testing.assert_allclose(results["error_estimate_filled"], _filled(inputs, seen))
+    filled = _filled(inputs, surrogate.network.n_samples)
     np.testing.assert_allclose(results["window_filled"], filled)
 
 

@@ -27,7 +27,7 @@ TORCH_IS_NUMPY = 2e-6
 """Of the output's range; the bound of the project for torch = numpy = C = FMU."""
 
 LEARNING = tiny_recipe(
-    data={"duration": 8.0, "train": 16, "estimator": 4, "estimator_validation": 2, "test": 2},
+    data={"duration": 8.0, "train": 16, "estimator": 4, "estimator_validation": 2},
     training={
         "steps": 1500,
         "batch": 256,
@@ -62,7 +62,7 @@ def fit(folder: Path) -> Fit:
 
 
 def test_short_fit_reaches_a_small_error(fit: Fit, folder: Path) -> None:
-    test = read_split(folder / "store", "test")
+    test = read_split(folder / "store", "estimator_validation")
     window = fit.surrogate.window
     for inputs, outputs in zip(test.inputs, test.outputs, strict=True):
         for predicted in (fit.surrogate.predict(inputs), fit.surrogate.predict_newest(inputs)):
@@ -83,7 +83,7 @@ def test_torch_is_numpy(fit: Fit, folder: Path) -> None:
     surrogate, window = fit.surrogate, fit.surrogate.window
     module = FeedForwardModule(LEARNING.network, window.n_in, 1, window.n_out).double()
     module.load_state_dict(torch.load(checkpoint, weights_only=True)["best"])
-    test = read_split(folder / "store", "test")
+    test = read_split(folder / "store", "estimator_validation")
     windows = test.inputs[0][window.input_indices(window.starts(len(test.inputs[0])))]
     with torch.no_grad():
         values = module(torch.from_numpy(surrogate.input_scaling.apply(windows))).numpy()
@@ -99,7 +99,7 @@ def test_surrogate_does_not_depend_on_its_estimator(fit: Fit, folder: Path) -> N
     other = fitted(alone, folder / "store", folder / "other")
     assert other.surrogate.estimator is None
     assert other.histories == {"surrogate": fit.histories["surrogate"]}
-    inputs = read_split(folder / "store", "test").inputs[0]
+    inputs = read_split(folder / "store", "estimator_validation").inputs[0]
     assert np.array_equal(other.surrogate.predict(inputs), fit.surrogate.predict(inputs))
 
 

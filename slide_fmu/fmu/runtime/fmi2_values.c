@@ -1,9 +1,12 @@
-/* FMI 2.0: values of variables. References: inputs, outputs, error estimates (only with an
- * estimator), window_filled; see slide_fmu/fmu/model_description.py. */
+/* FMI 2.0: values of variables. References: inputs, outputs, error estimates, window_filled,
+ * error_estimate_filled; estimates and the last only with an estimator. See
+ * slide_fmu/fmu/model_description.py. */
 #include "instance.h"
 
+/* Outputs come with a variable that tells how much of their inputs is filled, and so do error
+ * estimates. */
 static uint64_t count_outputs(const SlideModel *model) {
-    return (uint64_t)model->n_outputs * (model->positions > 0 ? 2 : 1) + 1;
+    return ((uint64_t)model->n_outputs + 1) * (model->positions > 0 ? 2 : 1);
 }
 
 static bool known_references(const SlideInstance *instance, const fmi2ValueReference vr[],
@@ -20,6 +23,12 @@ static bool known_references(const SlideInstance *instance, const fmi2ValueRefer
     return true;
 }
 
+/* Part of the inputs behind a result that were set in this run. */
+static double part_filled(const SlideState *state, double n_samples) {
+    double filled = (double)state->head->steps / n_samples;
+    return filled < 1 ? filled : 1;
+}
+
 static double value_of(const SlideInstance *instance, size_t reference) {
     const SlideModel *model = &instance->model;
     const SlideState *state = &instance->state;
@@ -30,11 +39,14 @@ static double value_of(const SlideInstance *instance, size_t reference) {
     if (output < model->n_outputs) {
         return state->outputs[output];
     }
-    if (output + 1 < count_outputs(model)) {
-        return state->errors[output - model->n_outputs];
+    size_t n_estimates = model->positions > 0 ? model->n_outputs : 0;
+    size_t other = output - model->n_outputs;
+    if (other < n_estimates) {
+        return state->errors[other];
     }
-    double filled = (double)state->head->steps / model->predictor.n_samples;
-    return filled < 1 ? filled : 1;
+    return part_filled(state, other == n_estimates
+                                  ? model->predictor.n_samples
+                                  : (double)model->estimator.n_samples + model->positions - 1);
 }
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,

@@ -356,3 +356,7 @@ def _fail(error: Exception, message: str) -> None:
         raise error
     console.print(f"error: {message}", style="red", highlight=False, markup=False)
     raise typer.Exit(1) from None
+
+
+if __name__ == "__main__":
+    main()

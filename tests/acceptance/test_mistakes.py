@@ -1,0 +1,208 @@
+"""What users do by mistake, or in another order, and what they are told."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from slide_fmu import pipeline
+from slide_fmu.fmu.export import read_fmu, read_member
+
+from .conftest import SMALL_DUFFING, SMALL_LINEAR, Finished, invoke
+
+CART = '''
+import numpy as np
+from slide_fmu.signals import Signal
+from slide_fmu.systems.base import Linearization, State, System
+
+
+class Cart(System):
+    """A mass that a damper brakes and nothing holds: where it is depends on its past for ever."""
+
+    def __init__(self, *, step):
+        self.step, self.hold = step, "held"
+        self.inputs = (Signal("force", "N", -1, 1),)
+        self.outputs = (Signal("position", "m", -10, 10),)
+        self.state = State(np.zeros(1), np.zeros(1), np.zeros(1))
+
+    def random_state(self, rng):
+        return State(rng.uniform(-1, 1, 1), rng.uniform(-1, 1, 1), np.zeros(1))
+
+    def rest_state(self, held_input):
+        return State(np.zeros(1), np.zeros(1), held_input)
+
+    def set_state(self, state):
+        self.state = state
+
+    def get_state(self):
+        return self.state
+
+    def output(self):
+        return self.state.coordinates
+
+    def advance(self, inputs):
+        fade = np.exp(-2 * self.step)
+        end = self.state.velocities * fade + inputs / 2 * (1 - fade)
+        moved = self.state.coordinates + self.step * 0.5 * (self.state.velocities + end)
+        self.state = State(moved, end, inputs)
+        return moved
+
+    def linearize(self, state):
+        one = np.eye(1)
+        return Linearization(one, 2 * one, 0 * one, np.zeros((0, 1)))
+'''
+
+
+SOFTENED = """
+from mbs_models.oscillators import LinearOscillator
+
+
+class Softened(LinearOscillator):
+    def __init__(self, *, step):
+        super().__init__(step=step, stiffness={})
+"""
+
+
+def no_bar(stage: str) -> pipeline.Advance:
+    """Progress that nobody sees."""
+    return lambda done, total, remark: None
+
+
+def test_model_beside_the_recipe_is_found_and_its_free_direction_refused(tmp_path: Path) -> None:
+    (tmp_path / "my_cart.py").write_text(CART, encoding="utf-8")
+    recipe = tmp_path / "cart.toml"
+    text = SMALL_LINEAR.replace("mbs_models.oscillators:LinearOscillator", "my_cart:Cart")
+    recipe.write_text(text, encoding="utf-8")
+    result = invoke("window", recipe, "--json", "-")
+    assert result.exit_code == 1
+    assert "never meet" in " ".join(result.output.split())
+    figures = json.loads(result.stdout)
+    assert figures["measured_decay_time_s"]["mean"] is None
+    assert figures["rigid_body_eigenvalues"] == 1
+    assert figures["sufficient"] is False
+
+
+def test_training_refuses_data_of_another_recipe(linear: Finished, tmp_path: Path) -> None:
+    other = tmp_path / "other.toml"
+    other.write_text(SMALL_LINEAR.replace("0.03125", "0.04"), encoding="utf-8")
+    result = invoke("train", other, "--runs", linear.runs)
+    assert result.exit_code == 1
+    assert "generated from other values" in " ".join(result.output.split())
+
+
+def test_training_refuses_data_of_a_model_that_has_changed(tmp_path: Path) -> None:
+    model = tmp_path / "softening.py"
+    recipe, runs = tmp_path / "softening.toml", tmp_path / "runs"
+    text = SMALL_LINEAR.replace("mbs_models.oscillators:LinearOscillator", "softening:Softened")
+    recipe.write_text(text, encoding="utf-8")
+
+    def slide_fmu(verb: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "slide_fmu.cli", verb, str(recipe), "--runs", str(runs)]
+        return subprocess.run(command, capture_output=True, text=True, timeout=120)
+
+    model.write_text(SOFTENED.format(1600.0), encoding="utf-8")
+    assert slide_fmu("generate").returncode == 0
+    model.write_text(SOFTENED.format(1500.0), encoding="utf-8")
+    for verb in ("generate", "train"):
+        result = slide_fmu(verb)
+        assert result.returncode == 1
+        assert "the model has changed since" in " ".join(result.stderr.split())
+
+
+def test_provenance_is_the_recipe_that_was_read(tmp_path: Path) -> None:
+    recipe = tmp_path / "recipe.toml"
+    recipe.write_text(SMALL_LINEAR, encoding="utf-8")
+    job = pipeline.open_job(recipe, tmp_path / "runs", no_bar)
+    recipe.unlink()
+    assert pipeline.provenance(job)["recipe"] == SMALL_LINEAR
+
+
+def test_export_of_a_finished_recipe_keeps_report_and_measured_error(duffing: Finished) -> None:
+    before = duffing.fmu.read_bytes()
+    assert invoke("export", duffing.recipe, "--runs", duffing.runs).exit_code == 0
+    assert duffing.fmu.read_bytes() == before
+    _, provenance = read_fmu(duffing.fmu)
+    assert provenance is not None
+    assert provenance["measured"] == duffing.figures
+    assert read_member(duffing.fmu, "documentation/index.html") is not None
+
+
+def test_seeds_go_the_whole_way(linear: Finished, tmp_path: Path) -> None:
+    runs = tmp_path / "runs"
+    shutil.copytree(linear.runs, runs)
+    assert invoke("train", linear.recipe, "--runs", runs, "--seed", 5).exit_code == 0
+    assert invoke("export", linear.recipe, "--runs", runs).exit_code == 1
+    out = tmp_path / "seeded.fmu"
+    call = ("export", linear.recipe, "--runs", runs, "--seed", 5, "-o", out)
+    assert invoke(*call).exit_code == 0
+    _, provenance = read_fmu(out)
+    assert provenance is not None
+    assert provenance["seeds"]["training"] == 5
+
+
+EARLY = {
+    "duration": ("duration = 12.0", "duration = 1.0", "data.duration = 1 s; expected at least"),
+    "validation": ("[network]", "[validation]\nduration = 0.3\n[network]", "validation.duration"),
+}
+
+
+@pytest.mark.parametrize("case", EARLY)
+def test_times_that_hold_no_window_are_refused_at_once(tmp_path: Path, case: str) -> None:
+    old, new, message = EARLY[case]
+    recipe = tmp_path / "short.toml"
+    recipe.write_text(SMALL_DUFFING.replace(old, new, 1), encoding="utf-8")
+    result = invoke("run", recipe, "--runs", tmp_path / "runs")
+    assert result.exit_code == 1
+    assert message in " ".join(result.output.split())
+    assert not (tmp_path / "runs").exists()
+
+
+def test_place_for_figures_is_checked_before_the_work(duffing: Finished, tmp_path: Path) -> None:
+    result = invoke("validate", duffing.fmu, "--json", tmp_path / "nowhere" / "figures.json")
+    assert result.exit_code == 2
+    assert "no folder" in " ".join(result.output.split())
+
+
+@pytest.mark.parametrize("duration", ["0", "inf"])
+def test_duration_must_be_a_time(duffing: Finished, duration: str) -> None:
+    result = invoke("validate", duffing.fmu, "--duration", duration, "--trajectories", 1)
+    assert result.exit_code == 1
+    assert "expected a positive, finite time" in " ".join(result.output.split())
+
+
+def test_other_fmus_may_log_after_a_run(duffing: Finished) -> None:
+    """fmpy keeps one logger for the whole process: ours must not stay in it when it is gone."""
+    script = """
+import gc, sys, fmpy, numpy as np
+from pathlib import Path
+from slide_fmu.cosim import run_fmu, unpacked
+path = sys.argv[1]
+with unpacked(Path(path)) as fmu:
+    run_fmu(fmu, {"force": np.zeros(5)}, ["position"])
+gc.collect()
+try:
+    fmpy.simulate_fmu(path, stop_time=0.3, start_values={"force": float("nan")})
+except Exception as error:
+    print("refused:", error)
+"""
+    command = [sys.executable, "-c", script, str(duffing.fmu)]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert result.returncode == 0, result.stderr
+    assert "refused:" in result.stdout
+
+
+def test_benchmark_of_the_step_runs(duffing: Finished) -> None:
+    root = Path(__file__).parents[2]
+    command = [sys.executable, str(root / "tests" / "benchmarks" / "do_step.py")]
+    command += [str(duffing.fmu), "--steps", "30", "--rounds", "1"]
+    result = subprocess.run(
+        command, capture_output=True, text=True, timeout=120, env={**os.environ}
+    )
+    assert result.returncode == 0, result.stderr
+    assert json.loads(result.stdout)["median_us"]["fmu_step"] > 0

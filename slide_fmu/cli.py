@@ -141,7 +141,7 @@ def generate(
         pipeline.check_window(job)
         figures = pipeline.generate_data(job, workers, overwrite)
         _write_json(json_path, figures)
-    console.print(f"data    {job.workplace.store}", highlight=False)
+    console.print(f"data    {job.folder.store}", highlight=False)
 
 
 @app.command()
@@ -158,7 +158,7 @@ def train(
         job = pipeline.open_job(recipe, runs, bar, seed, data_seed)
         figures = pipeline.train_surrogate(job, threads)
         _write_json(json_path, figures)
-    console.print(f"surrogate  {job.workplace.surrogate}", highlight=False)
+    console.print(f"surrogate  {job.folder.surrogate}", highlight=False)
 
 
 @app.command()

@@ -18,11 +18,11 @@ from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
 from slide_fmu.recipe import SPLITS, Recipe, parse_recipe, read_recipe_text
 from slide_fmu.report import Report
 from slide_fmu.response import is_affine
+from slide_fmu.run_folder import RunFolder, recipe_of_provenance
 from slide_fmu.sizing import Sizing, require_window, size_window
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.systems.reference_fmu import write_reference_fmu
 from slide_fmu.validation import Task, Validation, validate
-from slide_fmu.workplace import Workplace, recipe_of_provenance
 
 Advance = Callable[[int, int, str], None]
 """Called with the work done, the work to do, and a remark."""
@@ -42,13 +42,13 @@ class Job:
     Attributes:
         text: the recipe file as it was read.
         recipe: what it says, seeds of the command line included.
-        workplace: where its files lie.
+        folder: where its files lie.
         bar: opens progress bars.
     """
 
     text: str = field(repr=False)
     recipe: Recipe
-    workplace: Workplace
+    folder: RunFolder
     bar: Bar = field(repr=False)
 
 
@@ -59,7 +59,7 @@ def open_job(
     training_seed: int | None = None,
     data_seed: int | None = None,
 ) -> Job:
-    """Read a recipe and find its workplace.
+    """Read a recipe and find its run folder.
 
     Args:
         training_seed: replaces the recipe's seeds of initialisation and order of windows.
@@ -76,7 +76,7 @@ def open_job(
     if data_seed is not None:
         data = recipe.data.model_copy(update={"seed": data_seed})
         recipe = recipe.model_copy(update={"data": data})
-    return Job(text, recipe, Workplace(runs / recipe.name), bar)
+    return Job(text, recipe, RunFolder(runs / recipe.name), bar)
 
 
 def make_importable(folder: Path) -> None:
@@ -130,18 +130,18 @@ def generate_data(job: Job, workers: int | None, overwrite: bool) -> dict[str, A
     from slide_fmu.data.store import remove_store
 
     if overwrite:
-        remove_store(job.workplace.store)
-    job.workplace.folder.mkdir(parents=True, exist_ok=True)
+        remove_store(job.folder.store)
+    job.folder.path.mkdir(parents=True, exist_ok=True)
     advance = job.bar("trajectories")
     with process_pool(workers) as pool:
-        generate(job.recipe, job.workplace.store, pool, lambda done, n: advance(done, n, ""))
+        generate(job.recipe, job.folder.store, pool, lambda done, n: advance(done, n, ""))
     counts = {split: job.recipe.data.count(split) for split in SPLITS}
     time = sum(counts.values()) * (job.recipe.data.duration + job.recipe.data.burn_in)
     return {"trajectories": counts, "simulated_time_s": time, "seed": job.recipe.data.seed}
 
 
 def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
-    """Train surrogate and error estimator; keep them in the workplace.
+    """Train surrogate and error estimator; keep them in the run folder.
 
     Args:
         threads: of the processor. Networks of this size gain little from a second one, and lose
@@ -159,7 +159,6 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
     from slide_fmu.learn.fit import fit_surrogate
 
     system = recipe_system(job.recipe)
-    workplace = job.workplace
     torch.set_num_threads(threads)
 
     def progress(stage: str) -> Callable[[int, int, float], None]:
@@ -170,8 +169,8 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
 
         return tell
 
-    fit = fit_surrogate(job.recipe, system, workplace.store, workplace.checkpoints, progress)
-    workplace.save_surrogate(fit.surrogate, job.recipe, fit.histories)
+    fit = fit_surrogate(job.recipe, system, job.folder.store, job.folder.checkpoints, progress)
+    job.folder.save_surrogate(fit.surrogate, job.recipe, fit.histories)
     return {
         "validation_error": {n: min(h.validation_error) for n, h in fit.histories.items()},
         "parameters": fit.surrogate.network.count_parameters(),
@@ -185,13 +184,13 @@ def export_recipe(job: Job, path: Path | None) -> Path:
     An FMU of the same surrogate that ``run`` has finished keeps its report and measured error.
 
     Args:
-        path: the FMU to write; if None, that of the workplace.
+        path: the FMU to write; if None, that of the run folder.
 
     Raises:
         StageError: nothing was trained.
     """
-    surrogate, _ = job.workplace.load_surrogate(job.recipe)
-    finished = job.workplace.fmu(job.recipe)
+    surrogate, _ = job.folder.load_surrogate(job.recipe)
+    finished = job.folder.fmu(job.recipe)
     path = path or finished
     if finished.exists() and read_fmu(finished)[0].to_bytes() == surrogate.to_bytes():
         return export_again(finished, path)
@@ -256,18 +255,18 @@ def finish(
     Returns:
         Paths of the FMU and of the report.
     """
-    recipe, fmu = job.recipe, job.workplace.fmu(job.recipe)
-    surrogate, histories = job.workplace.load_surrogate(recipe)
+    recipe, fmu = job.recipe, job.folder.fmu(job.recipe)
+    surrogate, histories = job.folder.load_surrogate(recipe)
     export_fmu(surrogate, fmu, provenance=provenance(job))
     tasks = {IN_RANGE: Task(seed, trajectories)}
     if recipe.estimator is not None:
         tasks[BEYOND] = Task(seed + 1, trajectories, recipe.estimator.amplitude_factor)
     validations = {n: validate_fmu_file(fmu, task, job.bar) for n, task in tasks.items()}
     report = _full_report(surrogate, recipe, sizing, histories, validations)
-    page = report.write(job.workplace.folder)
-    (job.workplace.folder / PICTURE).write_bytes(side_by_side(validations[IN_RANGE], 0))
+    page = report.write(job.folder.path)
+    (job.folder.path / PICTURE).write_bytes(side_by_side(validations[IN_RANGE], 0))
     text = card(surrogate, recipe, report.data, PICTURE)
-    (job.workplace.folder / "card.md").write_text(text, encoding="utf-8")
+    (job.folder.path / "card.md").write_text(text, encoding="utf-8")
     released = {**provenance(job), "measured": report.data}
     export_fmu(
         surrogate, fmu, provenance=released, documentation={"index.html": page.read_bytes()}

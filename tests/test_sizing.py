@@ -19,7 +19,7 @@ DECAY = 1.1513
 """s to 1 %, for m = 1 kg and d = 8 N s/m: ln(100) / 4."""
 
 AGREEMENT = 0.15
-"""Between linearized and measured, as the issue demands."""
+"""Between linearized and measured: the most that the two may differ on the oscillators."""
 
 
 CLOSE = 0.02

@@ -77,20 +77,20 @@ def _end_with_parent() -> None:
     threading.Thread(target=wait, daemon=True).start()
 
 
-class _Workplace(threading.local):
+class _Worker(threading.local):
     """The recipe and the system that a worker made last: a thread steps no other's system."""
 
     made: tuple[str, Recipe, System] | None = None
 
 
-_workplace = _Workplace()
+_worker = _Worker()
 
 
 def _recipe_and_system(text: str) -> tuple[Recipe, System]:
-    if _workplace.made is None or _workplace.made[0] != text:
+    if _worker.made is None or _worker.made[0] != text:
         recipe = Recipe.model_validate_json(text)
-        _workplace.made = text, recipe, recipe_system(recipe)
-    return _workplace.made[1:]
+        _worker.made = text, recipe, recipe_system(recipe)
+    return _worker.made[1:]
 
 
 def _generate_one(text: str, path: str, split: str, index: int) -> None:

@@ -36,11 +36,11 @@ def study(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
         fit = fit_surrogate(
             recipe,
             recipe_system(recipe),
-            job.workplace.store,
-            job.workplace.checkpoints,
+            job.folder.store,
+            job.folder.checkpoints,
             lambda stage, seed=seed: stage_progress(bar(f"{stage}, seed {seed}")),
         )
-        fmu = job.workplace.folder / f"{recipe.name}_seed_{seed}.fmu"
+        fmu = job.folder.path / f"{recipe.name}_seed_{seed}.fmu"
         export_fmu(fit.surrogate, fmu, provenance=pipeline.provenance(job))
         task = Task(arguments.seed, arguments.trajectories)
         advance = bar(f"validation, seed {seed}")

@@ -21,38 +21,38 @@ class StageError(ValueError):
 
 
 @dataclass(frozen=True)
-class Workplace:
+class RunFolder:
     """Files of one recipe's run.
 
     Attributes:
-        folder: ``runs/<name>``.
+        path: ``runs/<name>``.
     """
 
-    folder: Path
+    path: Path
 
     @property
     def store(self) -> Path:
         """The trajectories."""
-        return self.folder / "data.zarr"
+        return self.path / "data.zarr"
 
     @property
     def checkpoints(self) -> Path:
         """States of interrupted trainings."""
-        return self.folder / "checkpoints"
+        return self.path / "checkpoints"
 
     @property
     def surrogate(self) -> Path:
         """The trained surrogate."""
-        return self.folder / "surrogate.slide"
+        return self.path / "surrogate.slide"
 
     @property
     def training(self) -> Path:
         """What the surrogate was trained from, and how that went."""
-        return self.folder / "training.json"
+        return self.path / "training.json"
 
     def fmu(self, recipe: Recipe) -> Path:
         """The FMU."""
-        return self.folder / f"{recipe.name}.fmu"
+        return self.path / f"{recipe.name}.fmu"
 
     def save_surrogate(
         self, surrogate: Surrogate, recipe: Recipe, histories: dict[str, History]
@@ -75,7 +75,7 @@ class Workplace:
         """
         if not (self.surrogate.exists() and self.training.exists()):
             raise StageError(
-                f"no trained surrogate in {self.folder}; train it first (slide-fmu train RECIPE)"
+                f"no trained surrogate in {self.path}; train it first (slide-fmu train RECIPE)"
             )
         record = json.loads(self.training.read_text(encoding="utf-8"))
         if record["recipe"] != recipe.model_dump(mode="json"):

@@ -258,10 +258,10 @@ def finish(
     recipe, fmu = job.recipe, job.folder.fmu(job.recipe)
     surrogate, histories = job.folder.load_surrogate(recipe)
     export_fmu(surrogate, fmu, provenance=provenance(job))
-    tasks = {IN_RANGE: Task(seed, trajectories)}
-    if recipe.estimator is not None:
-        tasks[BEYOND] = Task(seed + 1, trajectories, recipe.estimator.amplitude_factor)
-    validations = {n: validate_fmu_file(fmu, task, job.bar) for n, task in tasks.items()}
+    validations = {
+        name: validate_fmu_file(fmu, task, job.bar)
+        for name, task in tasks(recipe, seed, trajectories).items()
+    }
     report = _full_report(surrogate, recipe, sizing, histories, validations)
     page = report.write(job.folder.path)
     (job.folder.path / PICTURE).write_bytes(side_by_side(validations[IN_RANGE], 0))
@@ -272,6 +272,14 @@ def finish(
         surrogate, fmu, provenance=released, documentation={"index.html": page.read_bytes()}
     )
     return fmu, page
+
+
+def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[str, Task]:
+    """What a released FMU is measured on: in range, and where its estimator was trained too."""
+    found = {IN_RANGE: Task(seed, trajectories)}
+    if recipe.estimator is not None:
+        found[BEYOND] = Task(seed + 1, trajectories, recipe.estimator.amplitude_factor)
+    return found
 
 
 def provenance(job: Job) -> dict[str, object]:

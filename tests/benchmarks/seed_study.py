@@ -22,7 +22,7 @@ from slide_fmu.cli import UNSEEN_SEED, progress_bars
 from slide_fmu.data.sampling import recipe_system
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.learn.fit import fit_surrogate
-from slide_fmu.validation import Task, validate
+from slide_fmu.validation import validate
 
 
 def study(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
@@ -42,13 +42,20 @@ def study(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
         )
         fmu = job.folder.path / f"{recipe.name}_seed_{seed}.fmu"
         export_fmu(fit.surrogate, fmu, provenance=pipeline.provenance(job))
-        task = Task(arguments.seed, arguments.trajectories)
-        advance = bar(f"validation, seed {seed}")
-        figures = validate(
-            fmu, fit.surrogate, recipe, task, lambda done, n, go=advance: go(done, n, "")
-        ).figures()
-        seeds.append({"training_seed": seed, **figures})
-    return {"recipe": job.recipe.name, "summary": summary(seeds), "seeds": seeds}
+        measured = {
+            name: validate(fmu, fit.surrogate, recipe, task, quiet).figures()
+            for name, task in pipeline.tasks(
+                recipe, arguments.seed, arguments.trajectories
+            ).items()
+        }
+        seeds.append({"training_seed": seed, **measured})
+    names = [name for name in seeds[0] if name != "training_seed"]
+    summaries = {name: summary([seed[name] for seed in seeds]) for name in names}
+    return {"recipe": job.recipe.name, "summary": summaries, "seeds": seeds}
+
+
+def quiet(done: int, total: int) -> None:
+    """No progress: validations are short beside the trainings."""
 
 
 def stage_progress(advance: pipeline.Advance) -> Any:

@@ -41,9 +41,10 @@ FmuArgument = Annotated[Path, typer.Argument(help="FMU made by slide-fmu.")]
 
 def _writable(path: str | None) -> str | None:
     """Refuse a place for figures before the work begins that they come from."""
-    if path not in (None, "-") and not os.access(Path(path).absolute().parent, os.W_OK):
+    if path is not None and path != "-":
         folder = Path(path).absolute().parent
-        raise typer.BadParameter(f"{path}: {folder} is no folder that can be written to")
+        if Path(path).is_dir() or not os.access(folder, os.W_OK):
+            raise typer.BadParameter(f"{path}: expected a file in a folder that can be written to")
     return path
 
 
@@ -211,6 +212,8 @@ def validate(
 ) -> None:
     """Run an FMU beside its reference system on unseen inputs and measure the error."""
     with progress_bars() as bar:
+        if report is not None:
+            report.mkdir(parents=True, exist_ok=True)
         task = Task(seed, trajectories, amplitude, duration)
         result = pipeline.validate_fmu_file(fmu, task, bar)
         figures = result.figures()

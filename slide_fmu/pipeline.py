@@ -18,9 +18,8 @@ from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
 from slide_fmu.recipe import SPLITS, Recipe, parse_recipe, read_recipe_text
 from slide_fmu.report import Report
 from slide_fmu.response import is_affine
-from slide_fmu.run_folder import RunFolder, recipe_of_provenance
+from slide_fmu.run_folder import RunFolder, Trained, recipe_of_provenance
 from slide_fmu.sizing import Sizing, require_window, size_window
-from slide_fmu.surrogate import Surrogate
 from slide_fmu.systems.reference_fmu import write_reference_fmu
 from slide_fmu.validation import Task, Validation, validate
 
@@ -170,7 +169,7 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
         return tell
 
     fit = fit_surrogate(job.recipe, system, job.folder.store, job.folder.checkpoints, progress)
-    job.folder.save_surrogate(fit.surrogate, job.recipe, fit.histories)
+    job.folder.save_surrogate(fit.surrogate, job.recipe, fit.histories, versions())
     return {
         "validation_error": {n: min(h.validation_error) for n, h in fit.histories.items()},
         "parameters": fit.surrogate.network.count_parameters(),
@@ -189,12 +188,16 @@ def export_recipe(job: Job, path: Path | None) -> Path:
     Raises:
         StageError: nothing was trained.
     """
-    surrogate, _ = job.folder.load_surrogate(job.recipe)
+    trained = job.folder.load_surrogate(job.recipe)
+    surrogate, origin = trained.surrogate, provenance(job, trained.versions)
     finished = job.folder.fmu(job.recipe)
     path = path or finished
-    if finished.exists() and read_fmu(finished)[0].to_bytes() == surrogate.to_bytes():
-        return export_again(finished, path)
-    return export_fmu(surrogate, path, provenance=provenance(job))
+    if finished.exists():
+        other, found = read_fmu(finished)
+        same = {key: value for key, value in (found or {}).items() if key in origin} == origin
+        if same and other.to_bytes() == surrogate.to_bytes():
+            return export_again(finished, path)
+    return export_fmu(surrogate, path, provenance=origin)
 
 
 def export_again(source: Path, path: Path) -> Path:
@@ -256,18 +259,19 @@ def finish(
         Paths of the FMU and of the report.
     """
     recipe, fmu = job.recipe, job.folder.fmu(job.recipe)
-    surrogate, histories = job.folder.load_surrogate(recipe)
-    export_fmu(surrogate, fmu, provenance=provenance(job))
+    trained = job.folder.load_surrogate(recipe)
+    surrogate, origin = trained.surrogate, provenance(job, trained.versions)
+    export_fmu(surrogate, fmu, provenance=origin)
     validations = {
         name: validate_fmu_file(fmu, task, job.bar)
         for name, task in tasks(recipe, seed, trajectories).items()
     }
-    report = _full_report(surrogate, recipe, sizing, histories, validations)
+    report = _full_report(trained, recipe, sizing, validations)
     page = report.write(job.folder.path)
     (job.folder.path / PICTURE).write_bytes(side_by_side(validations[IN_RANGE], 0))
     text = card(surrogate, recipe, report.data, PICTURE)
     (job.folder.path / "card.md").write_text(text, encoding="utf-8")
-    released = {**provenance(job), "measured": report.data}
+    released = {**origin, "measured": report.data}
     export_fmu(
         surrogate, fmu, provenance=released, documentation={"index.html": page.read_bytes()}
     )
@@ -282,8 +286,8 @@ def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[st
     return found
 
 
-def provenance(job: Job) -> dict[str, object]:
-    """Where a surrogate comes from: recipe, seeds, versions."""
+def provenance(job: Job, versions: dict[str, str]) -> dict[str, object]:
+    """Where the surrogate of a job comes from: recipe, seeds, versions of the training."""
     recipe = job.recipe
     estimator = recipe.estimator
     return {
@@ -293,20 +297,17 @@ def provenance(job: Job) -> dict[str, object]:
             "training": recipe.training.seed,
             "estimator_training": None if estimator is None else estimator.training.seed,
         },
-        "versions": _versions(),
+        "versions": versions,
     }
 
 
 def _full_report(
-    surrogate: Surrogate,
-    recipe: Recipe,
-    sizing: Sizing,
-    histories: dict[str, Any],
-    validations: dict[str, Validation],
+    trained: Trained, recipe: Recipe, sizing: Sizing, validations: dict[str, Validation]
 ) -> Report:
+    surrogate = trained.surrogate
     data: dict[str, Any] = {
         "name": recipe.name,
-        "versions": _versions(),
+        "versions": trained.versions,
         "validation": {name: v.figures() for name, v in validations.items()},
         "window": sizing.figures(),
         "parameters": surrogate.network.count_parameters(),
@@ -317,7 +318,7 @@ def _full_report(
             surrogate, recipe_system(recipe)
         )
         sections.append(section)
-    sections += [reports.sizing_section(sizing), reports.training_section(histories)]
+    sections += [reports.sizing_section(sizing), reports.training_section(trained.histories)]
     return Report(f"{recipe.name}: surrogate FMU", recipe.description, data, sections)
 
 
@@ -326,7 +327,8 @@ def _title(task: Task) -> str:
     return "validation" if low == high == 1 else f"validation at {low:g} to {high:g} x amplitude"
 
 
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
+    """Versions of the packages that a surrogate depends on, here and now."""
     found = {"python": platform.python_version()}
     for name in VERSIONS_OF:
         try:

@@ -204,19 +204,31 @@ class Recipe(Table):
             )
         return self
 
+    def shortest_validation(self) -> float:
+        """Least duration in s of a trajectory on which an FMU can be measured.
+
+        Scored are samples after the burn-in whose inputs were all set, and error estimates whose
+        whole output window is scored.
+        """
+        window, burn_in = self.window, round(self.data.burn_in / self.window.step)
+        seen = window.n_in - window.n_out + 1 if self.network.time_invariant else window.n_in
+        first = max(burn_in + 1, seen)
+        scored = window.n_out if self.estimator is not None else 1
+        return (first + scored - 1 - burn_in) * window.step
+
     @model_validator(mode="after")
-    def _trajectories_hold_a_window(self) -> Recipe:
-        needed, data = self.window.n_in * self.window.step, self.data
+    def _trajectories_are_long_enough(self) -> Recipe:
+        window, data = self.window, self.data
+        validation = self.validation.duration or data.duration
         whole = {
-            "data.duration": data.duration,
-            "validation.duration + data.burn_in": (self.validation.duration or data.duration)
-            + data.burn_in,
+            "data.duration": (data.duration, window.n_in * window.step),
+            "validation.duration": (validation, self.shortest_validation()),
         }
-        for name, duration in whole.items():
-            if round(duration / self.window.step) < self.window.n_in:
+        for name, (duration, needed) in whole.items():
+            if duration < needed - 0.5 * window.step:
                 raise ValueError(
-                    f"{name} = {duration:g} s; expected at least n_in * step = {needed:g} s, "
-                    "the length of the input window"
+                    f"{name} = {duration:g} s; expected at least {needed:g} s for a window of "
+                    f"n_in = {window.n_in}, n_out = {window.n_out} samples"
                 )
         return self
 

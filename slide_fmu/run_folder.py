@@ -20,6 +20,21 @@ class StageError(ValueError):
     """A stage is asked for before the one it builds on."""
 
 
+@dataclass(frozen=True, eq=False)
+class Trained:
+    """A trained surrogate as the run folder keeps it.
+
+    Attributes:
+        surrogate: with its error estimator, if it has one.
+        histories: course of the trainings, by stage.
+        versions: of the packages that trained it.
+    """
+
+    surrogate: Surrogate
+    histories: dict[str, Any]
+    versions: dict[str, str]
+
+
 @dataclass(frozen=True)
 class RunFolder:
     """Files of one recipe's run.
@@ -55,20 +70,25 @@ class RunFolder:
         return self.path / f"{recipe.name}.fmu"
 
     def save_surrogate(
-        self, surrogate: Surrogate, recipe: Recipe, histories: dict[str, History]
+        self,
+        surrogate: Surrogate,
+        recipe: Recipe,
+        histories: dict[str, History],
+        versions: dict[str, str],
     ) -> None:
         """Keep a trained surrogate and where it comes from."""
         data = surrogate.to_bytes()
         record = {
             "surrogate": hashlib.sha256(data).hexdigest(),
             "recipe": recipe.model_dump(mode="json"),
+            "versions": versions,
             "histories": {stage: asdict(history) for stage, history in histories.items()},
         }
         _replace(self.surrogate, data)
         _replace(self.training, json.dumps(record).encode("utf-8"))
 
-    def load_surrogate(self, recipe: Recipe) -> tuple[Surrogate, dict[str, Any]]:
-        """The trained surrogate of a recipe and its training histories.
+    def load_surrogate(self, recipe: Recipe) -> Trained:
+        """The trained surrogate of a recipe.
 
         Raises:
             StageError: nothing was trained here, or it was trained from another recipe.
@@ -89,7 +109,7 @@ class RunFolder:
                 f"{self.surrogate} and {self.training.name} do not belong together, a training "
                 "was broken off between them; train again (slide-fmu train RECIPE)"
             )
-        return Surrogate.from_bytes(data), record["histories"]
+        return Trained(Surrogate.from_bytes(data), record["histories"], record["versions"])
 
 
 def _replace(path: Path, data: bytes) -> None:

@@ -201,11 +201,11 @@ def validate(
     count = task.trajectories or recipe.validation.trajectories
     duration = task.duration or recipe.validation.duration or recipe.data.duration
     stream = Stream(TEST, task.seed, task.amplitude, duration)
-    needed = surrogate.window.n_in * surrogate.window.step
-    if duration + recipe.data.burn_in < needed:
+    needed = recipe.shortest_validation()
+    if duration < needed - 0.5 * recipe.window.step:
         raise ValueError(
-            f"duration = {duration} s with a burn-in of {recipe.data.burn_in} s; expected at "
-            f"least {needed} s in all, the length of the input window"
+            f"duration = {duration} s; expected at least {needed:g} s, so that the FMU's windows "
+            "are filled and outputs are left to score"
         )
     comparisons = []
     progress(0, count)

@@ -9,7 +9,10 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import shutil
+import threading
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,7 +25,7 @@ from slide_fmu.recipe import SPLITS, Recipe
 from slide_fmu.signals import FloatArray, Trajectory
 
 SAME = 1e-6
-"""Difference of a motion that another processor may make."""
+"""Difference of a motion that another processor may make, relative to its largest value."""
 
 
 class StoreError(ValueError):
@@ -75,22 +78,35 @@ def open_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray) ->
     Raises:
         StoreError: the store was made from another recipe or model; nothing is changed.
     """
-    if path.exists():
-        require_origin(path, recipe, probe)
-        return
+    if not path.exists():
+        _create_store(path, recipe, layout, probe)
+    require_origin(path, recipe, probe)
+    if any(missing_trajectories(path, split) for split in SPLITS):
+        require_origin(path, recipe, probe, to_read=False)
+
+
+def _create_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray) -> None:
+    """Create a store beside its place, then move it there; the first of several to do so wins."""
     attributes = {"fingerprint": data_fingerprint(recipe), "probe": probe.tolist()}
-    temporary = path.with_name(path.name + ".new")
+    number = f"{os.getpid()}.{threading.get_ident()}"
+    temporary = path.with_name(f"{path.name}.{number}")
     group = zarr.open_group(temporary, mode="w", attributes=attributes)
     for split in SPLITS:
         _create_split(group.create_group(split), recipe.data.count(split), layout)
-    temporary.rename(path)
+    try:
+        temporary.rename(path)
+    except OSError:
+        shutil.rmtree(temporary)
+        if not path.exists():
+            raise
 
 
-def require_origin(path: Path, recipe: Recipe, probe: FloatArray) -> None:
+def require_origin(path: Path, recipe: Recipe, probe: FloatArray, to_read: bool = True) -> None:
     """Refuse a store that was made from another recipe, or from a model that was another then.
 
     Args:
         probe: outputs that the model gives now on the short motion of ``open_store``.
+        to_read: a recipe without error estimator may read what one with an estimator has made.
 
     Raises:
         StoreError: with the first value that differs; or there is no store.
@@ -98,7 +114,9 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray) -> None:
     if not path.exists():
         raise StoreError(f"no data at {path}; generate it first (slide-fmu generate RECIPE)")
     attributes, wanted = _attributes(path), data_fingerprint(recipe)
-    found = {key: value for key, value in attributes["fingerprint"].items() if key in wanted}
+    found = attributes["fingerprint"]
+    if to_read:
+        found = {key: value for key, value in found.items() if key in wanted}
     difference = _first_difference(found, wanted)
     if difference is not None:
         raise StoreError(
@@ -106,7 +124,8 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray) -> None:
             "generate again (slide-fmu generate RECIPE --overwrite)"
         )
     before = np.array(attributes["probe"])
-    if before.shape != probe.shape or not np.allclose(before, probe, rtol=SAME, atol=SAME):
+    slack = SAME * np.max(np.abs(before), axis=0, initial=0.0)
+    if before.shape != probe.shape or np.any(np.abs(before - probe) > slack):
         raise StoreError(
             f"{path}: {recipe.system.model!r} does not give the motions any more that are stored "
             "here; the model has changed since: generate again (slide-fmu generate RECIPE "
@@ -125,7 +144,8 @@ def remove_store(path: Path) -> None:
 
 def missing_trajectories(path: Path, split: str) -> list[int]:
     """Indices of the split's trajectories that are not yet in the store."""
-    done = np.asarray(_group(path, "r")[f"{split}/done"][:])
+    with _damage_told(path, split):
+        done = np.asarray(_group(path, "r")[f"{split}/done"][:])
     return [int(index) for index in np.flatnonzero(done == 0)]
 
 
@@ -156,15 +176,21 @@ def read_split(path: Path, split: str) -> Split:
             f"{path}: {len(missing)} of {count} trajectories of split {split!r} are missing; "
             "generate again to complete it (slide-fmu generate RECIPE)"
         )
-    try:
+    with _damage_told(path, split):
         return Split(
             np.asarray(group[f"{split}/inputs"][:]),
             np.asarray(group[f"{split}/outputs"][:]),
             np.asarray(group[f"{split}/kinds"][:], dtype=np.int64),
         )
-    except (RuntimeError, ValueError) as error:
+
+
+@contextlib.contextmanager
+def _damage_told(path: Path, split: str) -> Iterator[None]:
+    try:
+        yield
+    except (RuntimeError, ValueError, KeyError) as error:
         raise StoreError(
-            f"{path}: a file of split {split!r} is damaged ({error}); generate again "
+            f"{path}: a file of split {split!r} is damaged or missing ({error}); generate again "
             "(slide-fmu generate RECIPE --overwrite)"
         ) from error
 

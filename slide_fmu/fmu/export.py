@@ -46,6 +46,8 @@ def export_fmu(
         ValueError: names of variables or documentation files are not usable.
         FileNotFoundError: the runtime has not been compiled.
     """
+    if path.suffix != ".fmu":
+        raise ValueError(f"FMU {str(path)!r}; expected a name ending in .fmu")
     payload = surrogate.to_bytes()
     members = {
         DESCRIPTION: model_description(surrogate, guid_of(payload)),

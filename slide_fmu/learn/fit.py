@@ -47,10 +47,13 @@ def fit_surrogate(
     Raises:
         StoreError: trajectories are missing, or were made from another recipe or model.
         TrainingError: a training diverged.
+        ValueError: signs shall be flipped of signals that are not symmetric.
     """
     require_origin(store, recipe, probe(recipe, system))
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     splits = read_split(store, "train"), read_split(store, "validation")
+    if recipe.training.flip_signs:
+        require_symmetry((*system.inputs, *system.outputs))
     input_scaling = range_scaling(system.inputs)
     output_scaling = spread_scaling(system.outputs, splits[0])
     dtype = getattr(torch, recipe.training.precision)
@@ -65,6 +68,7 @@ def fit_surrogate(
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
     key = _digest(
         *(_content(split) for split in splits),
+        *(values.tolist() for s in (input_scaling, output_scaling) for values in vars(s).values()),
         recipe.window.model_dump(mode="json"),
         recipe.network.model_dump(mode="json"),
         recipe.training.model_dump(mode="json"),
@@ -93,6 +97,21 @@ def fit_surrogate(
     )
     histories = {"surrogate": history, **estimator_histories}
     return Fit(dataclasses.replace(surrogate, estimator=estimator), histories)
+
+
+def require_symmetry(signals: tuple[Signal, ...]) -> None:
+    """Refuse to flip the signs of signals whose ranges do not lie evenly about 0.
+
+    Raises:
+        ValueError: with the signal.
+    """
+    for signal in signals:
+        if signal.low != -signal.high:
+            raise ValueError(
+                f"training.flip_signs = true, but the range of {signal.name!r} is {signal.low} .. "
+                f"{signal.high} {signal.unit}; flipping needs ranges about 0 and a system that "
+                "answers -u with -y: set flip_signs = false, or declare a symmetric range"
+            )
 
 
 def range_scaling(signals: tuple[Signal, ...]) -> Affine:

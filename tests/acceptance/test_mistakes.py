@@ -120,7 +120,7 @@ def test_provenance_is_the_recipe_that_was_read(tmp_path: Path) -> None:
     recipe.write_text(SMALL_LINEAR, encoding="utf-8")
     job = pipeline.open_job(recipe, tmp_path / "runs", no_bar)
     recipe.unlink()
-    assert pipeline.provenance(job)["recipe"] == SMALL_LINEAR
+    assert pipeline.provenance(job, {})["recipe"] == SMALL_LINEAR
 
 
 def test_export_of_a_finished_recipe_keeps_report_and_measured_error(duffing: Finished) -> None:
@@ -166,7 +166,7 @@ def test_times_that_hold_no_window_are_refused_at_once(tmp_path: Path, case: str
 def test_place_for_figures_is_checked_before_the_work(duffing: Finished, tmp_path: Path) -> None:
     result = invoke("validate", duffing.fmu, "--json", tmp_path / "nowhere" / "figures.json")
     assert result.exit_code == 2
-    assert "no folder" in " ".join(result.output.split())
+    assert "expected a file in a folder" in " ".join(result.output.split())
 
 
 @pytest.mark.parametrize("duration", ["0", "inf"])

@@ -9,6 +9,7 @@ its own, which is exported and run beside the reference FMU on unseen trajectori
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import sys
 from pathlib import Path
@@ -41,7 +42,8 @@ def study(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
             lambda stage, seed=seed: stage_progress(bar(f"{stage}, seed {seed}")),
         )
         fmu = job.folder.path / f"{recipe.name}_seed_{seed}.fmu"
-        export_fmu(fit.surrogate, fmu, provenance=pipeline.provenance(job))
+        origin = pipeline.provenance(dataclasses.replace(job, recipe=recipe), pipeline.versions())
+        export_fmu(fit.surrogate, fmu, provenance=origin)
         measured = {
             name: validate(fmu, fit.surrogate, recipe, task, quiet).figures()
             for name, task in pipeline.tasks(

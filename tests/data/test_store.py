@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -132,8 +135,9 @@ def _estimator(table: dict[str, Any]) -> Any:
 def test_half_made_store_is_made_again(tmp_path: Path) -> None:
     """A process that died while it created the store."""
     path = tmp_path / "data.zarr"
-    (tmp_path / "data.zarr.new").mkdir()
-    (tmp_path / "data.zarr.new" / "zarr.json").write_text("{")
+    name = f"data.zarr.{os.getpid()}.{threading.get_ident()}"  # once had the same numbers
+    (tmp_path / name).mkdir()
+    (tmp_path / name / "zarr.json").write_text("{")
     open_store(path, RECIPE, LAYOUT, MOTION)
     assert missing_trajectories(path, "train") == [0, 1, 2, 3]
     assert [p.name for p in tmp_path.iterdir()] == ["data.zarr"]
@@ -171,3 +175,37 @@ def test_removed_store_is_gone(store: Path) -> None:
     remove_store(store)
     assert not store.exists()
     remove_store(store)
+
+
+def test_several_may_create_the_store_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "data.zarr"
+    with ThreadPoolExecutor(4) as pool:
+        for round_ in range(5):
+            folder = path.with_name(f"{round_}") / path.name
+            folder.parent.mkdir()
+            made = [pool.submit(open_store, folder, RECIPE, LAYOUT, MOTION) for _ in range(4)]
+            for future in made:
+                future.result()
+            assert missing_trajectories(folder, "train") == [0, 1, 2, 3]
+            assert [p.name for p in folder.parent.iterdir()] == ["data.zarr"]
+
+
+def test_recipe_without_estimator_may_read_but_not_go_on(tmp_path: Path) -> None:
+    """What it would add were other trajectories than those the estimator asks for."""
+    path = tmp_path / "data.zarr"
+    counts = {"train": 1, "validation": 1, "estimator": 1, "estimator_validation": 1}
+    estimating = tiny_recipe(data=counts, estimator=ESTIMATOR)
+    alone = estimating.model_copy(update={"estimator": None})
+    open_store(path, estimating, LAYOUT, MOTION)
+    with pytest.raises(StoreError, match="estimator"):
+        open_store(path, alone, LAYOUT, MOTION)
+    for split in ("train", "validation", "estimator", "estimator_validation"):
+        write_trajectory(path, split, 0, trajectory(0), kind=0)
+    open_store(path, alone, LAYOUT, MOTION)
+
+
+def test_small_outputs_show_a_changed_model_too(tmp_path: Path) -> None:
+    path = tmp_path / "data.zarr"
+    open_store(path, RECIPE, LAYOUT, 1e-9 * MOTION)
+    with pytest.raises(StoreError, match="the model has changed"):
+        open_store(path, RECIPE, LAYOUT, 1.001e-9 * MOTION)

@@ -15,7 +15,7 @@ from slide_fmu.data.sampling import recipe_system
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.errors import rms
 from slide_fmu.learn.feed_forward import FeedForwardModule
-from slide_fmu.learn.fit import Fit, fit_surrogate, range_scaling, spread_scaling
+from slide_fmu.learn.fit import Fit, fit_surrogate, range_scaling, require_symmetry, spread_scaling
 from slide_fmu.recipe import Recipe
 from slide_fmu.response import exact_matrix, learnt_matrix, matrix_figures
 from slide_fmu.signals import Signal
@@ -143,3 +143,12 @@ def test_scalings() -> None:
     outputs[:, :, 1] = 0.25
     with pytest.raises(ValueError, match="output 'b' is constant in the training data"):
         spread_scaling(signals, split)
+
+
+def test_signs_are_flipped_of_symmetric_signals_only() -> None:
+    signals = (Signal("force", "N", -2.0, 2.0), Signal("position", "m", -1.5, 3.5))
+    require_symmetry(signals[:1])
+    with pytest.raises(
+        ValueError, match=r"flip_signs = true, but the range of 'position' is -1.5"
+    ):
+        require_symmetry(signals)

@@ -149,6 +149,6 @@ def test_signs_are_flipped_of_symmetric_signals_only() -> None:
     signals = (Signal("force", "N", -2.0, 2.0), Signal("position", "m", -1.5, 3.5))
     require_symmetry(signals[:1])
     with pytest.raises(
-        ValueError, match=r"flip_signs = true, but the range of 'position' is -1.5"
+        ValueError, match=r"but the range of 'position' is -1.5"
     ):
         require_symmetry(signals)

@@ -12,7 +12,8 @@ from slide_fmu.fmu.build import build_all
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate import Surrogate
 
-from .native import Loaded
+from .native import Loaded, Native
+from .samples import Shape, random_surrogate, sum_surrogate
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -30,3 +31,17 @@ def load(tmp_path: Path) -> Callable[[Surrogate], Loaded]:
         return Loaded(surrogate, path, folder)
 
     return loaded
+
+
+@pytest.fixture
+def summing(load: Callable[[Surrogate], Loaded]) -> Native:
+    """A window of 4, y = sum, whose window holds zeros after one step."""
+    native = load(sum_surrogate()).instance().start()
+    native.step(0.0)
+    return native
+
+
+@pytest.fixture
+def rich(load: Callable[[Surrogate], Loaded]) -> Loaded:
+    shape = Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3)
+    return load(random_surrogate(shape))

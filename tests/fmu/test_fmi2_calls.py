@@ -1,4 +1,4 @@
-"""The FMI 2.0 behaviour of the native library: windows, states, bad calls."""
+"""The FMI 2.0 calls of the native library: steps, times, values, and calls that are wrong."""
 
 from __future__ import annotations
 
@@ -10,192 +10,18 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import fmpy
-import numpy as np
 import pytest
 
 from slide_fmu.fmu.build import BINARIES
 from slide_fmu.surrogate import Surrogate
 
 from .native import DISCARD, ERROR, OK, Loaded, Native
-from .samples import STEP, Shape, random_surrogate, sum_surrogate
+from .samples import STEP, sum_surrogate
 
 Load = Callable[[Surrogate], Loaded]
-
-
-@pytest.fixture
-def summing(load: Load) -> Native:
-    """A window of 4, y = sum, whose window holds zeros after one step."""
-    native = load(sum_surrogate()).instance().start()
-    native.step(0.0)
-    return native
-
-
-@pytest.fixture
-def rich(load: Load) -> Loaded:
-    shape = Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3)
-    return load(random_surrogate(shape))
-
-
-def test_window_set_step_get(summing: Native) -> None:
-    results = []
-    for _ in range(6):
-        summing.step(1.0)
-        results += summing.get(1)
-    assert results == [1, 2, 3, 4, 4, 4]
-
-
-def test_window_set_once(summing: Native) -> None:
-    summing.set(1.0)
-    results = []
-    for _ in range(6):
-        summing.step()
-        results += summing.get(1)
-    assert results == [1, 2, 3, 4, 4, 4]
-
-
-def test_window_get_once_at_the_end(summing: Native) -> None:
-    for _ in range(4):
-        summing.step(1.0)
-    assert summing.get(1) == [4]
-
-
-def test_window_advances_with_steps_only(summing: Native) -> None:
-    for _ in range(3):
-        summing.set(1.0)
-        assert summing.get(1) == [0]
-    summing.step()
-    assert summing.get(1) == [1]
-
-
-def test_window_after_rollback(summing: Native) -> None:
-    saved = summing.save()
-    for _ in range(2):
-        assert summing.restore(saved) == OK
-        summing.steps = 1
-        test_window_set_step_get(summing)
-
-
-def test_prehistory_is_the_first_input(load: Load) -> None:
-    native = load(sum_surrogate()).instance().start()
-    native.set(0.5)
-    assert native.get(1, 2) == [2.0, 0.0]
-    native.set(0.25)
-    assert native.get(1, 2) == [1.0, 0.0]
-    native.step(1.0)
-    assert native.get(1, 2) == [4.0, 0.25]
-    filled = []
-    for _ in range(4):
-        native.step(0.0)
-        filled += native.get(2)
-    assert filled == [0.5, 0.75, 1.0, 1.0]
-
-
-def test_error_estimates_fill_by_their_own_window(load: Load) -> None:
-    """The network sees 9 samples, the estimator 10 at each of 3 positions."""
-    surrogate = random_surrogate(Shape(n_in=12, n_out=4, block=False, positions=3))
-    native = load(surrogate).instance().start()
-    assert native.get(3, 2) == [0, 0]
-    for steps in range(1, 16):
-        native.step(0.1)
-        assert native.get(3, 2) == [min(1, steps / 9), min(1, steps / 12)]
-    assert native.try_get(5)[0] == ERROR
-
-
-def test_outputs_in_initialization_mode(load: Load) -> None:
-    native = load(sum_surrogate()).instance()
-    assert native.try_get(1)[0] == ERROR
-    native.call("fmi2EnterInitializationMode")
-    native.set(2.0)
-    assert native.get(1) == [8.0]
-
-
-def test_reset_gives_a_fresh_instance(rich: Loaded) -> None:
-    fresh = rich.instance()
-    used = rich.instance().start(7.0)
-    used.set(0.3, 0.4)
-    assert used.do_step(7.0) == OK
-    assert used.call("fmi2Reset") == OK
-    assert used.save() == fresh.save()
-
-
-def test_state_is_bit_exact_in_another_instance(rich: Loaded) -> None:
-    rng = np.random.default_rng(1)
-    one, other = rich.instance().start(), rich.instance()
-    for row in rng.uniform(-1, 1, (20, 2)):
-        one.step(*row)
-    saved = one.save()
-    assert other.restore(saved) == OK
-    other.steps = one.steps
-    assert other.save() == saved
-    for row in rng.uniform(-1, 1, (20, 2)):
-        one.step(*row)
-        other.step(*row)
-        assert one.get(0, 8) == other.get(0, 8)
-    assert one.save() == other.save()
-
-
-def test_damaged_states_are_refused(rich: Loaded) -> None:
-    native = rich.instance().start()
-    native.step(0.1, 0.2)
-    saved = native.save()
-    rng = np.random.default_rng(2)
-    damaged = [saved[:-1], saved + b"\0", saved[:10], b""]
-    for position in [*range(64), *rng.integers(80, len(saved), 100)]:
-        changed = bytearray(saved)
-        changed[position] ^= 1 << int(rng.integers(8))
-        damaged.append(bytes(changed))
-    for blob in damaged:
-        native.messages.clear()
-        assert native.restore(blob) == ERROR
-        assert len(native.messages) == 1
-    assert native.save() == saved
-
-
-def test_state_of_another_surrogate_is_refused(load: Load) -> None:
-    one = load(random_surrogate(Shape(name="first", seed=1))).instance()
-    two = load(random_surrogate(Shape(name="second", seed=2))).instance()
-    assert two.restore(one.save()) == ERROR
-    assert "another FMU" in two.messages[-1]
-
-
-def test_instances_and_fmus_are_independent(load: Load) -> None:
-    """Two different FMUs and two instances of each, stepped in turn, as if each were alone."""
-    loaded = [
-        load(random_surrogate(Shape(name="first", n_in=9, seed=1))),
-        load(random_surrogate(Shape(name="second", n_in=14, activation="tanh", seed=2))),
-    ]
-    natives = [fmu.instance().start() for fmu in loaded for _ in range(2)]
-    streams = [fmu.surrogate.stream() for fmu in loaded for _ in range(2)]
-    rng = np.random.default_rng(3)
-    for _ in range(20):
-        for native, stream in zip(natives, streams, strict=True):
-            value = rng.uniform(-2, 3)
-            native.step(value)
-            expected, _ = stream.step(np.array([value]))
-            assert native.get(1)[0] == pytest.approx(expected[0], abs=2e-6 * 8)
-    for native in natives:
-        native.free()
-
-
-def test_instances_in_threads(rich: Loaded) -> None:
-    """Eight instances stepped at the same time give what one gives alone."""
-    inputs = np.random.default_rng(6).uniform(-1, 1, (2000, 2))
-
-    def results(native: Native) -> list[list[float]]:
-        rows = []
-        for row in inputs:
-            native.step(*row)
-            rows.append(native.get(2, 4))
-        return rows
-
-    alone = results(rich.instance().start())
-    with ThreadPoolExecutor(8) as pool:
-        natives = [rich.instance().start() for _ in range(8)]
-        assert all(rows == alone for rows in pool.map(results, natives))
 
 
 def test_steps_other_than_h_are_refused(rich: Loaded) -> None:

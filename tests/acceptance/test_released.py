@@ -56,3 +56,13 @@ def test_card_shows_what_the_fmu_carries(name: str) -> None:
     card = (ROOT / "fmus" / name / "README.md").read_text(encoding="utf-8")
     assert f"{100 * output['relative_rmse']:.3g} %" in card
     assert f"{output['rmse']:.4g} m" in card
+
+
+@pytest.mark.parametrize("name", RELEASED)
+def test_readme_shows_what_the_fmu_carries(name: str) -> None:
+    _, provenance = read_fmu(released(name))
+    assert provenance is not None
+    output = provenance["measured"]["validation"]["in range"]["outputs"][0]
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (line,) = [line for line in readme.splitlines() if line.startswith(f"| `fmus/{name}/")]
+    assert line.endswith(f"| {100 * output['relative_rmse']:.3g} % |")

@@ -157,6 +157,7 @@ def train(
     """Train surrogate and error estimator; goes on where it was stopped."""
     with progress_bars() as bar:
         job = pipeline.open_job(recipe, runs, bar, seed, data_seed)
+        pipeline.check_window(job)
         figures = pipeline.train_surrogate(job, threads)
         _write_json(json_path, figures)
     console.print(f"surrogate  {job.folder.surrogate}", highlight=False)

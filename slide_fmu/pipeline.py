@@ -147,7 +147,7 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
             much when another program needs it; with one, every machine sums in the same order.
 
     Returns:
-        Best validation RMSE by stage (scaled units), parameters, seed.
+        Best validation error by stage (scaled units), parameters, seed.
 
     Raises:
         StoreError: trajectories are missing.

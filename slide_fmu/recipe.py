@@ -204,6 +204,13 @@ class Recipe(Table):
             )
         return self
 
+    def trainings(self) -> tuple[TrainingRecipe, ...]:
+        """All trainings of the recipe: of the surrogate, then of its error estimator."""
+        if self.estimator is None:
+            return (self.training,)
+        first = self.estimator.pretraining
+        return (self.training, *([] if first is None else [first]), self.estimator.training)
+
     def shortest_validation(self) -> float:
         """Least duration in s of a trajectory on which an FMU can be measured.
 

@@ -52,7 +52,7 @@ def fit_surrogate(
     require_origin(store, recipe, probe(recipe, system))
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     splits = read_split(store, "train"), read_split(store, "validation")
-    if recipe.training.flip_signs:
+    if any(training.flip_signs for training in recipe.trainings()):
         require_symmetry((*system.inputs, *system.outputs))
     input_scaling = range_scaling(system.inputs)
     output_scaling = spread_scaling(system.outputs, splits[0])
@@ -108,9 +108,10 @@ def require_symmetry(signals: tuple[Signal, ...]) -> None:
     for signal in signals:
         if signal.low != -signal.high:
             raise ValueError(
-                f"training.flip_signs = true, but the range of {signal.name!r} is {signal.low} .. "
-                f"{signal.high} {signal.unit}; flipping needs ranges about 0 and a system that "
-                "answers -u with -y: set flip_signs = false, or declare a symmetric range"
+                f"flip_signs = true in a training, but the range of {signal.name!r} is "
+                f"{signal.low} .. {signal.high} {signal.unit}; flipping needs ranges about 0 and "
+                "a system that answers -u with -y: set flip_signs = false, or declare a "
+                "symmetric range"
             )
 
 

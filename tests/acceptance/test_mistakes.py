@@ -69,6 +69,18 @@ class Softened(LinearOscillator):
 """
 
 
+LOPSIDED = """
+from mbs_models.oscillators import DuffingOscillator
+from slide_fmu.signals import Signal
+
+
+class Lopsided(DuffingOscillator):
+    def __init__(self, *, step, substeps):
+        super().__init__(step=step, substeps=substeps)
+        self.outputs = (Signal("position", "m", -1.0, 3.0),)
+"""
+
+
 def no_bar(stage: str) -> pipeline.Advance:
     """Progress that nobody sees."""
     return lambda done, total, remark: None
@@ -94,6 +106,36 @@ def test_training_refuses_data_of_another_recipe(linear: Finished, tmp_path: Pat
     result = invoke("train", other, "--runs", linear.runs)
     assert result.exit_code == 1
     assert "generated from other values" in " ".join(result.output.split())
+
+
+def test_training_refuses_a_window_that_was_made_too_short(
+    duffing: Finished, tmp_path: Path
+) -> None:
+    """Data do not depend on the window: they are still there, and fit."""
+    other = tmp_path / "other.toml"
+    other.write_text(SMALL_DUFFING.replace("n_in = 72", "n_in = 40"), encoding="utf-8")
+    before = (duffing.runs / duffing.name / "surrogate.slide").read_bytes()
+    result = invoke("train", other, "--runs", duffing.runs)
+    assert result.exit_code == 1
+    assert "n_in >= 71" in " ".join(result.output.split())
+    assert (duffing.runs / duffing.name / "surrogate.slide").read_bytes() == before
+
+
+@pytest.mark.parametrize("table", ["training", "estimator.pretraining", "estimator.training"])
+def test_flipped_signs_need_symmetric_ranges_in_every_training(tmp_path: Path, table: str) -> None:
+    (tmp_path / "lopsided.py").write_text(LOPSIDED, encoding="utf-8")
+    text = SMALL_DUFFING.replace("flip_signs = true\n", "")
+    text = text.replace("mbs_models.oscillators:DuffingOscillator", "lopsided:Lopsided")
+    pretraining = "[estimator.pretraining]\nsteps = 5\nbatch = 4\nlearning_rate = 1e-3\n"
+    text = text.replace("[estimator.training]", f"{pretraining}\n[estimator.training]")
+    text = text.replace(f"[{table}]", f"[{table}]\nflip_signs = true")
+    recipe = tmp_path / "lopsided.toml"
+    recipe.write_text(text, encoding="utf-8")
+    runs = tmp_path / "runs"
+    assert invoke("generate", recipe, "--runs", runs, "--workers", 1).exit_code == 0
+    result = invoke("train", recipe, "--runs", runs)
+    assert result.exit_code == 1
+    assert "the range of 'position' is -1.0 .. 3.0 m" in " ".join(result.output.split())
 
 
 def test_training_refuses_data_of_a_model_that_has_changed(tmp_path: Path) -> None:

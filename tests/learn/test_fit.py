@@ -148,5 +148,5 @@ def test_scalings() -> None:
 def test_signs_are_flipped_of_symmetric_signals_only() -> None:
     signals = (Signal("force", "N", -2.0, 2.0), Signal("position", "m", -1.5, 3.5))
     require_symmetry(signals[:1])
-    with pytest.raises(ValueError, match=r"but the range of 'position' is -1.5"):
+    with pytest.raises(ValueError, match=r"in a training, but the range of 'position' is -1.5"):
         require_symmetry(signals)

@@ -7,88 +7,44 @@ the paper's section on the mass spring damper: omega_0 = 40 rad/s, damping ratio
 
 from __future__ import annotations
 
-import math
-from typing import Any
-
 import numpy as np
 
+from mbs_models.cubic_spring import CubicSpring
 from mbs_models.oscillator_plant import Oscillator, OscillatorPlant
+from mbs_models.plant_system import PlantSystem, finite_vector
 from slide_fmu.signals import FloatArray, Hold, Signal
-from slide_fmu.systems.base import Linearization, State, System
+from slide_fmu.systems.base import Linearization, State
 
 
-class _OscillatorSystem(System):
-    """What the oscillators share; interface, never instantiated.
-
-    The exudyn system is built on first use and left out when pickled; a copy goes on from the
-    same state.
-    """
+class _OscillatorSystem(PlantSystem[OscillatorPlant]):
+    """What the oscillators share; interface, never instantiated."""
 
     def __init__(self, oscillator: Oscillator, hold: Hold, signal: Signal, limit: float) -> None:
+        super().__init__(n_coordinates=1, n_inputs=1)
         position = Signal("position", "m", -limit, limit, "position of the mass")
         self.step, self.hold = oscillator.step, hold
         self.inputs, self.outputs = (signal,), (position,)
         self._oscillator = oscillator
-        self._built: OscillatorPlant | None = None
-        self._coordinates, self._velocities = np.zeros(1), np.zeros(1)
-        self._last_input = np.zeros(1)
 
-    def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_built": None}
+    def _build(self) -> OscillatorPlant:
+        return OscillatorPlant(self._oscillator, moving_base=self.hold == "ramp")
 
-    def _model(self) -> OscillatorPlant:
-        """The exudyn system at the current state."""
-        if self._built is None:
-            self._built = OscillatorPlant(self._oscillator, moving_base=self.hold == "ramp")
-            self._built.plant.set_state(self._coordinates, self._velocities)
-        return self._built
-
-    def set_state(self, state: State) -> None:
-        """Continue from this state with the next ``advance``.
-
-        Raises:
-            ValueError: a value is missing or not finite.
-        """
-        self._coordinates = _one_finite("state coordinates", state.coordinates)
-        self._velocities = _one_finite("state velocities", state.velocities)
-        self._last_input = _one_finite("state last_input", state.last_input)
-        if self._built is not None:
-            self._built.plant.set_state(self._coordinates, self._velocities)
-
-    def get_state(self) -> State:
-        """The current state: position in m, velocity in m/s, last input; shape (1,) each."""
-        return State(self._coordinates.copy(), self._velocities.copy(), self._last_input.copy())
+    def _apply(self, model: OscillatorPlant, inputs: FloatArray) -> None:
+        if self.hold == "ramp":
+            rate = (inputs[0] - self._last_input[0]) / self.step
+            model.set_base(self._last_input[0], rate)
+        else:
+            model.set_force(inputs[0])
 
     def output(self) -> FloatArray:
         """Position of the mass in m, shape (1,)."""
         return self._coordinates.copy()
 
-    def advance(self, inputs: FloatArray) -> FloatArray:
-        """Go on by one sample step; gives the new position in m, shape (1,).
-
-        Raises:
-            SimulationError: the motion diverged.
-            ValueError: the input has a wrong shape or is not finite.
-        """
-        value = _one_finite(f"input {self.inputs[0].name}", inputs)
-        model = self._model()
-        if self.hold == "ramp":
-            rate = (value[0] - self._last_input[0]) / self.step
-            model.set_base(self._last_input[0], rate)
-        else:
-            model.set_force(value[0])
-        model.plant.advance()
-        self._coordinates = model.plant.coordinates()
-        self._velocities = model.plant.velocities()
-        self._last_input = value
-        return self.output()
-
     def linearize(self, state: State) -> Linearization:
         """M, D, K at a state (1 x 1 each, no constraints); the current state stays."""
-        model = self._model()
         if self.hold == "ramp":
-            model.set_base(float(state.last_input[0]), 0.0)
-        return model.plant.linearize(state.coordinates, state.velocities)
+            self._model().set_base(float(state.last_input[0]), 0.0)
+        return super().linearize(state)
 
 
 class LinearOscillator(_OscillatorSystem):
@@ -115,7 +71,7 @@ class LinearOscillator(_OscillatorSystem):
         force_limit: float = 2000.0,
         position_limit: float = 8.0,
     ) -> None:
-        oscillator = Oscillator(mass, stiffness, damping, 0.0, step, substeps)
+        oscillator = Oscillator(mass, CubicSpring(stiffness, damping, 0.0), step, substeps)
         super().__init__(oscillator, "held", _force_signal(force_limit), position_limit)
 
     def random_state(self, rng: np.random.Generator) -> State:
@@ -153,7 +109,7 @@ class DuffingOscillator(_OscillatorSystem):
         force_limit: float = 1000.0,
         position_limit: float = 2.5,
     ) -> None:
-        oscillator = Oscillator(mass, stiffness, damping, alpha, step, substeps)
+        oscillator = Oscillator(mass, CubicSpring(stiffness, damping, alpha), step, substeps)
         super().__init__(oscillator, "held", _force_signal(force_limit), position_limit)
 
     def random_state(self, rng: np.random.Generator) -> State:
@@ -194,7 +150,7 @@ class DuffingBaseMotion(_OscillatorSystem):
         base_limit: float = 0.2,
         position_limit: float = 2.0,
     ) -> None:
-        oscillator = Oscillator(mass, stiffness, damping, alpha, step, substeps)
+        oscillator = Oscillator(mass, CubicSpring(stiffness, damping, alpha), step, substeps)
         base = Signal("base", "m", -base_limit, base_limit, "position of the base at step end")
         super().__init__(oscillator, "ramp", base, position_limit)
 
@@ -204,7 +160,7 @@ class DuffingBaseMotion(_OscillatorSystem):
 
     def rest_state(self, held_input: FloatArray) -> State:
         """At rest on the base, whose position in m has shape (1,)."""
-        base = _one_finite("held input", held_input)
+        base = finite_vector("held input", held_input, 1)
         return State(base, np.zeros(1), base.copy())
 
 
@@ -223,15 +179,5 @@ def _random_state(rng: np.random.Generator, position: float, speed: float, last:
 
 def _deflected(oscillator: Oscillator, held_input: FloatArray) -> State:
     """Static equilibrium under a held force in N."""
-    force = _one_finite("held input", held_input)
-    return State(np.array([oscillator.deflection(force[0])]), np.zeros(1), force)
-
-
-def _one_finite(name: str, values: FloatArray) -> FloatArray:
-    """A copy of a vector that must hold exactly one finite number."""
-    vector = np.array(values, dtype=np.float64)
-    if vector.shape != (1,) or not math.isfinite(vector[0]):
-        raise ValueError(
-            f"{name} = {vector} of shape {vector.shape}; expected one finite number, shape (1,)"
-        )
-    return vector
+    force = finite_vector("held input", held_input, 1)
+    return State(np.array([oscillator.spring.deflection(force[0])]), np.zeros(1), force)

@@ -11,12 +11,15 @@ from matplotlib.figure import Figure
 
 from slide_fmu.decay import Decay
 from slide_fmu.signals import FloatArray, Signal
+from slide_fmu.stability import AmplitudeTest
 from slide_fmu.validation import Comparison, Validation
 
 REFERENCE, SURROGATE, ERROR, ESTIMATE = "#222222", "#1f77b4", "#d62728", "#ff7f0e"
 SHOWN_SECONDS = 6.0
 """Length of the cut-out of a trajectory that a figure shows."""
 SCATTER_POINTS = 4000
+PLOTTED = 1e6
+"""Largest value drawn of a run that may grow without bound."""
 
 
 def side_by_side(validation: Validation, output: int) -> bytes:
@@ -94,9 +97,32 @@ def training_history(histories: Mapping[str, Mapping[str, Sequence[float]]]) -> 
     for ax, (stage, history) in zip(axes, histories.items(), strict=True):
         ax.semilogy(history["step"], history["training_error"], color=SURROGATE, label="training")
         ax.semilogy(history["step"], history["validation_error"], color=ERROR, label="validation")
-        ax.set(xlabel="optimizer step", ylabel="error, scaled", title=stage)
+        ax.set(xlabel="optimizer step or iteration", ylabel="error, scaled", title=stage)
         ax.grid(alpha=0.3)
         ax.legend(fontsize=8)
+    return _png(figure)
+
+
+def stability_tests(tests: Sequence[AmplitudeTest], step: float) -> bytes:
+    """Two runs from different states at every amplitude: they should meet, and stay bounded."""
+    figure = Figure(figsize=(11, 2.2 * len(tests)), layout="constrained")
+    axes = figure.subplots(len(tests), 1, squeeze=False, sharex=True)[:, 0]
+    for ax, test in zip(axes, tests, strict=True):
+        time = step * np.arange(1, test.pair.shape[1] + 1)
+        shown = np.clip(test.pair[:, :, 0], -PLOTTED, PLOTTED)
+        ax.plot(time, shown[0], color=REFERENCE, label="from its own state")
+        ax.plot(time, shown[1], "--", color=SURROGATE, label="from another state")
+        verdict = "passed" if test.problem is None else "FAILED"
+        ax.set_title(
+            f"{test.amplitude:g} times the trained amplitude: {verdict}. Differences after one "
+            f"window {np.median(test.differences):.2g} (median), {np.max(test.differences):.2g} "
+            f"(worst, shown); growth {test.growth:.3g}",
+            fontsize=9,
+        )
+        ax.set_ylabel("first output, scaled")
+        ax.grid(alpha=0.3)
+    axes[0].legend(loc="upper right", fontsize=8)
+    axes[-1].set_xlabel("time / s")
     return _png(figure)
 
 

@@ -1,7 +1,8 @@
 """Networks as data: what is left of a trained network, evaluated with numpy.
 
-A second family joins by another final class of ``Network``, its reader and writer in
-``payload.py``, and its kernel in the C runtime.
+The interface and the feed-forward family; the other family is in ``state_space.py``. A family is
+a final class of ``Network``, its reader and writer in ``payload.py``, and its kernel in the C
+runtime.
 """
 
 from __future__ import annotations
@@ -17,9 +18,14 @@ from numpy.typing import NDArray
 
 Float32Array = NDArray[np.float32]
 
+BATCH = 4096
+"""Windows evaluated at once: bounds the memory of a long prediction."""
+
 
 class Network(abc.ABC):
     """A pure function from a sequence of scaled inputs to scaled values. Interface.
+
+    Scaled inputs come as float64: a family may form their differences before it rounds.
 
     Attributes:
         n_samples: length of the input sequence.
@@ -43,8 +49,77 @@ class Network(abc.ABC):
         """
 
     @abc.abstractmethod
+    def block(self, sequences: NDArray[Any], n_out: int) -> Float32Array:
+        """The output windows of a batch of input windows.
+
+        Args:
+            sequences: scaled inputs, shape (B, n_in, n_channels), oldest sample first.
+            n_out: samples of an output window, the newest that of ``evaluate``.
+
+        Returns:
+            Scaled values sample by sample, shape (B, n_out, n_outputs), float32.
+        """
+
+    @abc.abstractmethod
+    def stream(self, records: NDArray[Any]) -> Float32Array:
+        """Values at every sample of long records, as the FMU gives them.
+
+        Args:
+            records: scaled inputs, shape (B, N, n_channels), N >= 1; the first input of each
+                counts as held for ever before.
+
+        Returns:
+            Scaled values, shape (B, N, n_values), float32.
+        """
+
+    @abc.abstractmethod
+    def stepper(self) -> Stepper:
+        """Start a record that is taken in sample by sample: ``stream``, step by step."""
+
+    @property
+    @abc.abstractmethod
+    def is_affine(self) -> bool:
+        """Whether the values are an affine function of the sequence."""
+
+    @abc.abstractmethod
     def count_parameters(self) -> int:
         """Number of weights and biases."""
+
+
+class Stepper(abc.ABC):
+    """A network along a record, one sample after the other. Interface."""
+
+    @abc.abstractmethod
+    def step(self, row: NDArray[Any]) -> Float32Array:
+        """Take in one sample.
+
+        Args:
+            row: scaled inputs, shape (n_channels,); the first counts as held for ever before.
+
+        Returns:
+            Scaled values, shape (n_values,), float32.
+        """
+
+    @property
+    @abc.abstractmethod
+    def truncation_error(self) -> Float32Array | None:
+        """What a finite memory was last found to cost, shape (n_values,), scaled.
+
+        None before the first step, and for families that do not measure it.
+        """
+
+
+def check_sequences(network: Network, sequences: NDArray[Any]) -> None:
+    """Refuse sequences that a network does not take.
+
+    Raises:
+        ValueError: with the shape found and the shape expected.
+    """
+    expected = (network.n_samples, network.n_channels)
+    if sequences.ndim != 3 or sequences.shape[1:] != expected:
+        raise ValueError(
+            f"sequences of shape {sequences.shape}; expected (B, {expected[0]}, {expected[1]})"
+        )
 
 
 def _elu(values: Float32Array) -> Float32Array:
@@ -62,6 +137,7 @@ ACTIVATIONS: dict[str, Callable[[Float32Array], Float32Array]] = {
     "elu": _elu,
     "tanh": np.tanh,
     "gelu": _gelu,
+    "cubic": lambda values: values * values * values,
 }
 """Activation functions by name; their order is their number in the payload.
 
@@ -153,6 +229,53 @@ class FeedForward(Network):
             hidden = hidden + flat @ self.skip.T
         return np.asarray(hidden, dtype=np.float32)
 
+    def block(self, sequences: NDArray[Any], n_out: int) -> Float32Array:
+        """One evaluation that gives a block of samples, or one at each of n_out positions."""
+        if sequences.shape[1] == self.n_samples:
+            return self.evaluate(sequences).reshape(len(sequences), n_out, -1)
+        views = np.lib.stride_tricks.sliding_window_view(sequences, self.n_samples, axis=1)
+        windows = np.moveaxis(views[:, :n_out], -1, 2)
+        flat = windows.reshape(-1, self.n_samples, self.n_channels)
+        return self.evaluate(flat).reshape(len(sequences), n_out, -1)
+
+    def stream(self, records: NDArray[Any]) -> Float32Array:
+        return np.stack([self._slide_over(np.asarray(row, np.float32)) for row in records])
+
+    def _slide_over(self, record: Float32Array) -> Float32Array:
+        """Values of the window that ends at each sample: (N, n_channels) to (N, n_values)."""
+        lead = np.repeat(record[:1], self.n_samples - 1, axis=0)
+        padded, columns = np.concatenate([lead, record]), np.arange(self.n_samples)
+        starts = [np.arange(s, min(s + BATCH, len(record))) for s in range(0, len(record), BATCH)]
+        return np.concatenate([self.evaluate(padded[s[:, None] + columns]) for s in starts])
+
+    def stepper(self) -> SlidingWindow:
+        return SlidingWindow(self)
+
+    @property
+    def is_affine(self) -> bool:
+        return all(layer.activation == "identity" for layer in self.layers)
+
     def count_parameters(self) -> int:
         count = sum(layer.weights.size + layer.bias.size for layer in self.layers)
         return count + (0 if self.skip is None else self.skip.size)
+
+
+class SlidingWindow(Stepper):
+    """A feed-forward network on the newest n_samples inputs. Final."""
+
+    def __init__(self, network: FeedForward) -> None:
+        self._network = network
+        self._window: Float32Array | None = None
+
+    def step(self, row: NDArray[Any]) -> Float32Array:
+        newest = np.asarray(row, dtype=np.float32)[None]
+        if self._window is None:
+            self._window = np.repeat(newest, self._network.n_samples, axis=0)
+        else:
+            self._window = np.concatenate([self._window[1:], newest])
+        values = self._network.evaluate(self._window[None])
+        return values.reshape(-1)
+
+    @property
+    def truncation_error(self) -> Float32Array | None:
+        return None

@@ -13,13 +13,20 @@ from typing import Any
 from slide_fmu import report as reports
 from slide_fmu.card import card
 from slide_fmu.data.sampling import recipe_system, system_parameters
-from slide_fmu.figures import side_by_side
+from slide_fmu.figures import side_by_side, stability_tests
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
 from slide_fmu.recipe import SPLITS, Recipe, parse_recipe, read_recipe_text
 from slide_fmu.report import Report
 from slide_fmu.response import is_affine
 from slide_fmu.run_folder import RunFolder, Trained, recipe_of_provenance
 from slide_fmu.sizing import Sizing, require_window, size_window
+from slide_fmu.stability import (
+    AmplitudeTest,
+    check_stability,
+    require_stability,
+    stability_figures,
+)
+from slide_fmu.surrogate import Surrogate
 from slide_fmu.systems.reference_fmu import write_reference_fmu
 from slide_fmu.validation import Task, Validation, validate
 
@@ -32,6 +39,7 @@ Bar = Callable[[str], Advance]
 VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "fmpy", "torch", "exudyn", "pythonfmu")
 IN_RANGE, BEYOND = "in range", "beyond the range"
 PICTURE = "side_by_side.png"
+STABILITY_PICTURE = "stability.png"
 
 
 @dataclass(frozen=True)
@@ -190,6 +198,7 @@ def export_recipe(job: Job, path: Path | None) -> Path:
     """
     trained = job.folder.load_surrogate(job.recipe)
     surrogate, origin = trained.surrogate, provenance(job, trained.versions)
+    examine_stability(job, surrogate)
     finished = job.folder.fmu(job.recipe)
     path = path or finished
     if finished.exists():
@@ -246,6 +255,20 @@ def validation_report(validation: Validation) -> Report:
     )
 
 
+def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ...]:
+    """Test a state-space surrogate beyond its amplitude; the picture of a failure is kept.
+
+    Raises:
+        UnstableSurrogateError: it failed, and the recipe does not allow that.
+    """
+    tests = check_stability(surrogate, job.recipe, recipe_system(job.recipe))
+    picture = job.folder.path / STABILITY_PICTURE
+    if any(test.problem is not None for test in tests):
+        picture.write_bytes(stability_tests(tests, surrogate.window.step))
+    require_stability(tests, job.recipe, str(picture))
+    return tests
+
+
 def finish(
     job: Job, sizing: Sizing, seed: int, trajectories: int | None = None
 ) -> tuple[Path, Path]:
@@ -261,12 +284,13 @@ def finish(
     recipe, fmu = job.recipe, job.folder.fmu(job.recipe)
     trained = job.folder.load_surrogate(recipe)
     surrogate, origin = trained.surrogate, provenance(job, trained.versions)
+    tests = examine_stability(job, surrogate)
     export_fmu(surrogate, fmu, provenance=origin)
     validations = {
         name: validate_fmu_file(fmu, task, job.bar)
         for name, task in tasks(recipe, seed, trajectories).items()
     }
-    report = _full_report(trained, recipe, sizing, validations)
+    report = _full_report(trained, recipe, sizing, validations, tests)
     page = report.write(job.folder.path)
     (job.folder.path / PICTURE).write_bytes(side_by_side(validations[IN_RANGE], 0))
     text = card(surrogate, recipe, report.data, PICTURE)
@@ -302,7 +326,11 @@ def provenance(job: Job, versions: dict[str, str]) -> dict[str, object]:
 
 
 def _full_report(
-    trained: Trained, recipe: Recipe, sizing: Sizing, validations: dict[str, Validation]
+    trained: Trained,
+    recipe: Recipe,
+    sizing: Sizing,
+    validations: dict[str, Validation],
+    tests: tuple[AmplitudeTest, ...],
 ) -> Report:
     surrogate = trained.surrogate
     data: dict[str, Any] = {
@@ -318,6 +346,9 @@ def _full_report(
             surrogate, recipe_system(recipe)
         )
         sections.append(section)
+    if tests:
+        data["stability"] = stability_figures(tests)
+        sections.append(reports.stability_section(tests, surrogate.window.step))
     sections += [reports.sizing_section(sizing), reports.training_section(trained.histories)]
     return Report(f"{recipe.name}: surrogate FMU", recipe.description, data, sections)
 

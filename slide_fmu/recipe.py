@@ -4,26 +4,28 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from slide_fmu.excitation import Excitation, PositiveRange
+from slide_fmu.learning_recipe import (
+    METHODS,
+    FeedForwardRecipe,
+    LeastSquaresRecipe,
+    PositiveFloat,
+    PositiveInt,
+    StateSpaceRecipe,
+    Table,
+    TrainingRecipe,
+)
 
-PositiveInt = Annotated[int, Field(gt=0)]
-PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 SPLITS = ("train", "validation", "estimator", "estimator_validation")
 """Trajectories that are kept. Test trajectories are drawn anew for every validation."""
 
 
 class RecipeError(ValueError):
     """A recipe cannot be used; the message holds one line per mistake."""
-
-
-class Table(BaseModel):
-    """A table of the recipe: unknown keys are mistakes, values do not change."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class SystemRecipe(Table):
@@ -35,7 +37,7 @@ class SystemRecipe(Table):
     """
 
     model: str = Field(pattern=r"^[\w.]+:\w+$")
-    parameters: dict[str, float | int | str | bool] = {}
+    parameters: dict[str, float | int | str | bool] = Field(default={})
 
 
 class WindowRecipe(Table):
@@ -87,59 +89,6 @@ class DataRecipe(Table):
         return int(getattr(self, split))
 
 
-class FeedForwardRecipe(Table):
-    """The paper's feed-forward network.
-
-    Attributes:
-        family: names the network family.
-        hidden: widths of the hidden layers; empty for one affine map.
-        activation: activation of the hidden layers.
-        bias: whether layers have biases; without, odd activations give an odd network.
-        linear_skip: whether a linear path leads from the inputs to the outputs.
-        time_invariant: one network for every position of the output window, which sees the
-            n_in - n_out + 1 inputs before it; else one network gives the whole block.
-    """
-
-    family: Literal["feed_forward"]
-    hidden: tuple[PositiveInt, ...]
-    activation: Literal["identity", "relu", "elu", "tanh", "gelu"] = "relu"
-    bias: bool = True
-    linear_skip: bool = False
-    time_invariant: bool = False
-
-
-class TrainingRecipe(Table):
-    """Adam with a warm-up and a cosine schedule.
-
-    Attributes:
-        seed: of initialisation and of the order of the windows.
-        steps: optimizer steps.
-        batch: windows per step.
-        learning_rate: highest learning rate.
-        final_learning_rate: fraction of ``learning_rate`` that is left at the end.
-        warm_up: fraction of the steps in which the learning rate rises.
-        weight_decay: decoupled weight decay.
-        gradient_clip: largest norm of the gradient; longer ones are shortened to it.
-        flip_signs: show windows with both signs, for systems that answer -u with -y.
-        input_jitter: standard deviation of noise on the scaled inputs.
-        validate_every: steps between validations and checkpoints.
-        precision: floating point format of the training.
-    """
-
-    seed: int = Field(0, ge=0, lt=2**31)
-    steps: PositiveInt
-    batch: PositiveInt
-    learning_rate: PositiveFloat
-    final_learning_rate: float = Field(0.0, ge=0, le=1)
-    warm_up: float = Field(0.05, ge=0, lt=1)
-    weight_decay: float = Field(0.0, ge=0, allow_inf_nan=False)
-    gradient_clip: PositiveFloat | None = None
-    flip_signs: bool = False
-    input_jitter: float = Field(0.0, ge=0, allow_inf_nan=False)
-    validate_every: PositiveInt = 500
-    precision: Literal["float32", "float64"] = "float32"
-
-
 class EstimatorRecipe(Table):
     """The error estimator.
 
@@ -174,6 +123,27 @@ class ValidationRecipe(Table):
     duration: PositiveFloat | None = None
 
 
+class StabilityRecipe(Table):
+    """What a state-space network must keep to before it is exported.
+
+    Attributes:
+        amplitudes: factors on the trained amplitude at which it is tested.
+        growth: largest output allowed, relative to the largest one at the trained amplitude
+            times the factor.
+        contraction: largest difference allowed between two runs from different states, after the
+            inputs of one window, relative to the outputs' RMS.
+        contraction_beyond: the same beyond the trained amplitude, for the median run: systems
+            may have several lasting responses there.
+        allow_unstable: export all the same.
+    """
+
+    amplitudes: tuple[PositiveFloat, ...] = Field(default=(1.0, 2.0, 4.0, 10.0), min_length=1)
+    growth: PositiveFloat = 10.0
+    contraction: PositiveFloat = 0.02
+    contraction_beyond: PositiveFloat = 0.5
+    allow_unstable: bool = False
+
+
 class Recipe(Table):
     """Everything that makes a surrogate.
 
@@ -189,10 +159,39 @@ class Recipe(Table):
     system: SystemRecipe
     window: WindowRecipe
     data: DataRecipe
-    network: FeedForwardRecipe
-    training: TrainingRecipe
+    network: Annotated[FeedForwardRecipe | StateSpaceRecipe, Field(discriminator="family")] = (
+        StateSpaceRecipe()
+    )
+    training: Annotated[TrainingRecipe | LeastSquaresRecipe, Field(discriminator="method")] = (
+        LeastSquaresRecipe()
+    )
     estimator: EstimatorRecipe | None = None
+    stability: StabilityRecipe = StabilityRecipe()
     validation: ValidationRecipe = ValidationRecipe()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _methods_follow_families(cls, values: Any) -> Any:
+        """``network = "state_space"`` is short for its table; each family has its method."""
+        if not isinstance(values, dict):
+            return values
+        network = values.get("network", "state_space")
+        table = {"family": network} if isinstance(network, str) else network
+        filled = {**values, "network": table}
+        training = values.get("training", {})
+        if isinstance(table, dict) and isinstance(training, dict):
+            method = METHODS.get(table.get("family", "state_space"), "adam")
+            filled["training"] = {"method": method, **training}
+        return filled
+
+    @model_validator(mode="after")
+    def _method_suits_family(self) -> Recipe:
+        if self.training.method != METHODS[self.network.family]:
+            raise ValueError(
+                f"training.method = {self.training.method!r}; expected "
+                f"{METHODS[self.network.family]!r} for network.family = {self.network.family!r}"
+            )
+        return self
 
     @model_validator(mode="after")
     def _estimator_has_data(self) -> Recipe:
@@ -204,7 +203,7 @@ class Recipe(Table):
             )
         return self
 
-    def trainings(self) -> tuple[TrainingRecipe, ...]:
+    def trainings(self) -> tuple[TrainingRecipe | LeastSquaresRecipe, ...]:
         """All trainings of the recipe: of the surrogate, then of its error estimator."""
         if self.estimator is None:
             return (self.training,)
@@ -218,7 +217,9 @@ class Recipe(Table):
         whole output window is scored.
         """
         window, burn_in = self.window, round(self.data.burn_in / self.window.step)
-        seen = window.n_in - window.n_out + 1 if self.network.time_invariant else window.n_in
+        network = self.network
+        sliding = isinstance(network, FeedForwardRecipe) and network.time_invariant
+        seen = window.n_in - window.n_out + 1 if sliding else window.n_in
         first = max(burn_in + 1, seen)
         scored = window.n_out if self.estimator is not None else 1
         return (first + scored - 1 - burn_in) * window.step

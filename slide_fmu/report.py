@@ -10,11 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
+import numpy as np
 
 from slide_fmu import figures
 from slide_fmu.response import exact_matrix, learnt_matrix, matrix_figures
 from slide_fmu.signals import FloatArray
 from slide_fmu.sizing import Sizing, seconds
+from slide_fmu.stability import AmplitudeTest
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.validation import Validation
@@ -110,9 +112,29 @@ def sizing_section(sizing: Sizing) -> Section:
     return Section("Window", text, rows, [picture])
 
 
+def stability_section(tests: Sequence[AmplitudeTest], step: float) -> Section:
+    """Whether the network forgets its state and stays bounded beyond its trained amplitude."""
+    rows = [("amplitude", "median difference", "largest difference", "growth", "test")]
+    for test in tests:
+        gaps = np.median(test.differences), np.max(test.differences)
+        verdict = "passed" if test.problem is None else test.problem
+        rows.append(
+            (f"{test.amplitude:g} x", _e(gaps[0]), _e(gaps[1]), f"{test.growth:.3g}", verdict)
+        )
+    return Section(
+        "Contraction and growth",
+        "Two runs from different states under the same inputs, after one window, relative to the "
+        "outputs' RMS; and the largest output, relative to that at the trained amplitude times "
+        "the factor. Beyond the trained amplitude systems may have several lasting responses: "
+        "there the median pair counts.",
+        rows,
+        [figures.stability_tests(tests, step)],
+    )
+
+
 def training_section(histories: Mapping[str, Mapping[str, Sequence[float]]]) -> Section:
     """How the trainings went."""
-    rows = [("stage", "optimizer steps", "best validation error, scaled")]
+    rows = [("stage", "steps or iterations", "best validation error, scaled")]
     for stage, history in histories.items():
         best = min(history["validation_error"])
         rows.append((stage, str(history["step"][-1]), f"{best:.4g}"))

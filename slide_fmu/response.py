@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from slide_fmu.network import FeedForward
 from slide_fmu.signals import FloatArray
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.systems.base import State, System, simulate
@@ -15,11 +14,8 @@ from slide_fmu.window import Window
 
 def is_affine(surrogate: Surrogate) -> bool:
     """Whether the surrogate is one affine map from the input window to a block of outputs."""
-    network = surrogate.network
-    affine = isinstance(network, FeedForward) and all(
-        layer.activation == "identity" for layer in network.layers
-    )
-    return affine and surrogate.gives_blocks
+    whole = surrogate.network.n_samples == surrogate.window.n_in
+    return whole and surrogate.network.is_affine
 
 
 def learnt_matrix(surrogate: Surrogate) -> FloatArray:

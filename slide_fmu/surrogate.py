@@ -10,7 +10,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.network import Float32Array, Network
+from slide_fmu.network import BATCH, Network, Stepper
 from slide_fmu.payload import (
     EstimatorPayload,
     Payload,
@@ -23,9 +23,6 @@ from slide_fmu.payload import (
 from slide_fmu.scaling import Affine, LogError
 from slide_fmu.signals import FloatArray, Hold, Signal
 from slide_fmu.window import Window
-
-BATCH = 4096
-"""Windows evaluated at once: bounds the memory of a long prediction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,12 +124,7 @@ class Surrogate:
         Returns:
             Outputs, shape (B, n_out, n_outputs), in the outputs' units.
         """
-        scaled = self.input_scaling.apply(windows).astype(np.float32)
-        n_outputs = len(self.outputs)
-        if self.gives_blocks:
-            values = self.network.evaluate(scaled).reshape(len(windows), -1, n_outputs)
-        else:
-            values = _slide(self.network, scaled, self.window.n_out)
+        values = self.network.block(self.input_scaling.apply(windows), self.window.n_out)
         return self.output_scaling.invert(values.astype(np.float64))
 
     def predict(self, inputs: NDArray[Any]) -> FloatArray:
@@ -174,8 +166,24 @@ class Surrogate:
         Raises:
             ValueError: as for ``predict``.
         """
-        values = self._slide_over(self.network, self._checked(inputs))
-        return self.output_scaling.invert(values[:, -len(self.outputs) :])
+        return np.asarray(self.predict_newest_batch(self._checked(inputs)[None])[0])
+
+    def predict_newest_batch(self, inputs: NDArray[Any]) -> FloatArray:
+        """``predict_newest`` of many records of the same length at once.
+
+        Args:
+            inputs: shape (B, N, n_inputs), N >= 1, in the inputs' units.
+
+        Returns:
+            Outputs at samples 1 .. N of each, shape (B, N, n_outputs).
+
+        Raises:
+            ValueError: as for ``predict``.
+        """
+        checked = self._checked(inputs, "records, ")
+        values = self.network.stream(self.input_scaling.apply(checked))
+        newest = values[:, :, -len(self.outputs) :].astype(np.float64)
+        return self.output_scaling.invert(newest)
 
     def estimate_error(self, inputs: NDArray[Any]) -> FloatArray:
         """Estimated RMSE over the output window that ends at each sample.
@@ -192,9 +200,9 @@ class Surrogate:
         if self.estimator is None:
             raise ValueError(f"surrogate {self.name!r} has no error estimator; train one")
         estimator, checked = self.estimator, self._checked(inputs)
-        lead = np.repeat(checked[:1], estimator.positions - 1, axis=0)
-        values = self._slide_over(estimator.network, np.concatenate([lead, checked]))
-        squares = estimator.squares(values, len(self.outputs))
+        values = estimator.network.stream(self.input_scaling.apply(checked)[None])[0]
+        squares = estimator.squares(values.astype(np.float64), len(self.outputs))
+        squares = np.concatenate([np.repeat(squares[:1], estimator.positions - 1, 0), squares])
         views = np.lib.stride_tricks.sliding_window_view(squares, estimator.positions, axis=0)
         return np.asarray(np.sqrt(views.mean(axis=-1)) * self.output_scaling.scale)
 
@@ -202,30 +210,20 @@ class Surrogate:
         """Start a step-by-step evaluation, as in a co-simulation."""
         return Stream(self)
 
-    def _slide_over(self, network: Network, inputs: FloatArray) -> FloatArray:
-        """Evaluate a network at every sample of a record whose first input was held before."""
-        scaled = self.input_scaling.apply(inputs).astype(np.float32)
-        lead = np.repeat(scaled[:1], network.n_samples - 1, axis=0)
-        padded = np.concatenate([lead, scaled])
-        columns = np.arange(network.n_samples)
-        parts = [
-            network.evaluate(padded[part[:, None] + columns])
-            for part in _batches(np.arange(len(inputs)))
-        ]
-        return np.concatenate(parts).astype(np.float64)
-
-    def _checked(self, inputs: NDArray[Any]) -> FloatArray:
+    def _checked(self, inputs: NDArray[Any], leading: str = "") -> FloatArray:
+        """Inputs of shape (samples, n_inputs), or (records, samples, n_inputs)."""
         array = np.asarray(inputs, dtype=np.float64)
-        if array.ndim != 2 or array.shape[1] != len(self.inputs) or len(array) == 0:
+        axes = 3 if leading else 2
+        if array.ndim != axes or array.shape[-1] != len(self.inputs) or array.size == 0:
             names = [signal.name for signal in self.inputs]
             raise ValueError(
-                f"inputs of shape {array.shape}; expected (samples, {len(names)}) for {names}, "
-                "at least one sample"
+                f"inputs of shape {array.shape}; expected ({leading}samples, {len(names)}) for "
+                f"{names}, at least one sample"
             )
         if not np.all(np.isfinite(array)):
-            row, column = np.argwhere(~np.isfinite(array))[0]
+            where = tuple(np.argwhere(~np.isfinite(array))[0])
             raise ValueError(
-                f"input {self.inputs[column].name!r} at sample {row} is {array[row, column]}; "
+                f"input {self.inputs[where[-1]].name!r} at sample {where[-2]} is {array[where]}; "
                 "expected finite values"
             )
         return array
@@ -235,13 +233,13 @@ class Surrogate:
         estimator = self.estimator
         metadata = {
             "name": self.name,
-            "hold": self.hold,
             "inputs": [asdict(signal) for signal in self.inputs],
             "outputs": [asdict(signal) for signal in self.outputs],
         }
         return encode(
             Payload(
                 self.window,
+                self.hold,
                 self.input_scaling,
                 self.output_scaling,
                 self.network,
@@ -268,7 +266,7 @@ class Surrogate:
                 payload.window,
                 tuple(Signal(**signal) for signal in metadata["inputs"]),
                 tuple(Signal(**signal) for signal in metadata["outputs"]),
-                metadata["hold"],
+                payload.hold,
                 payload.input_scaling,
                 payload.output_scaling,
                 payload.network,
@@ -299,7 +297,9 @@ class Stream:
 
     def __init__(self, surrogate: Surrogate) -> None:
         self.surrogate = surrogate
-        self._window: Float32Array | None = None
+        estimator = surrogate.estimator
+        self._predictor: Stepper = surrogate.network.stepper()
+        self._estimator = None if estimator is None else estimator.network.stepper()
         self._squares: FloatArray | None = None
 
     def step(self, inputs: NDArray[Any]) -> tuple[FloatArray, FloatArray | None]:
@@ -316,37 +316,33 @@ class Stream:
             ValueError: wrong number of inputs or values that are not finite.
         """
         surrogate = self.surrogate
-        row = surrogate._checked(np.asarray(inputs, dtype=np.float64)[None, :])
-        scaled = surrogate.input_scaling.apply(row).astype(np.float32)
-        if self._window is None:
-            self._window = np.repeat(scaled, surrogate.window.n_in, axis=0)
-        else:
-            self._window = np.concatenate([self._window[1:], scaled])
-        newest = self._window[None, -surrogate.network.n_samples :]
-        values = surrogate.network.evaluate(newest)[0, -len(surrogate.outputs) :]
-        return surrogate.output_scaling.invert(values.astype(np.float64)), self._estimate()
+        row = surrogate._checked(np.asarray(inputs, dtype=np.float64)[None, :])[0]
+        scaled = surrogate.input_scaling.apply(row)
+        values = self._predictor.step(scaled)[-len(surrogate.outputs) :]
+        return surrogate.output_scaling.invert(values.astype(np.float64)), self._estimate(scaled)
 
-    def _estimate(self) -> FloatArray | None:
+    @property
+    def truncation_error(self) -> FloatArray | None:
+        """Last measured truncation error of every output, shape (n_outputs,), in their units.
+
+        None before the first step, and for networks that do not measure it.
+        """
+        error = self._predictor.truncation_error
+        scale = self.surrogate.output_scaling.scale
+        return None if error is None else np.asarray(error.astype(np.float64) * scale)
+
+    def _estimate(self, scaled: FloatArray) -> FloatArray | None:
         estimator = self.surrogate.estimator
-        if estimator is None or self._window is None:
+        if estimator is None or self._estimator is None:
             return None
-        values = estimator.network.evaluate(self._window[None, -estimator.network.n_samples :])
-        square = estimator.squares(values.astype(np.float64), len(self.surrogate.outputs))
+        values = self._estimator.step(scaled)[None].astype(np.float64)
+        square = estimator.squares(values, len(self.surrogate.outputs))
         if self._squares is None:
             self._squares = np.repeat(square, estimator.positions, axis=0)
         else:
             self._squares = np.concatenate([self._squares[1:], square])
         scale = self.surrogate.output_scaling.scale
         return np.asarray(np.sqrt(self._squares.mean(axis=0)) * scale)
-
-
-def _slide(network: Network, scaled: Float32Array, positions: int) -> Float32Array:
-    """Evaluate a one-sample network at every position: (B, n_in, c) -> (B, positions, values)."""
-    views = np.lib.stride_tricks.sliding_window_view(scaled, network.n_samples, axis=1)
-    flat = np.moveaxis(views[:, :positions], -1, 2).reshape(
-        -1, network.n_samples, scaled.shape[-1]
-    )
-    return network.evaluate(flat).reshape(len(scaled), positions, -1)
 
 
 def _batches(starts: NDArray[np.int64]) -> list[NDArray[np.int64]]:

@@ -20,6 +20,9 @@ PROBE = TEST + 1
 """Stream of seeds of the motion by which a changed model is noticed."""
 PROBE_SAMPLES = 50
 
+STABILITY = TEST + 2
+"""Stream of seeds of the inputs under which networks are tested for stability."""
+
 
 @dataclass(frozen=True, eq=False)
 class Draw:

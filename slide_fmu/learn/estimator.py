@@ -156,8 +156,7 @@ def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:
         Shape (n_trajectories, N + 1, n_outputs); zero at sample 0, where nothing is predicted.
     """
     result = np.zeros_like(split.outputs)
-    for row, inputs, outputs in zip(result, split.inputs, split.outputs, strict=True):
-        row[1:] = surrogate.predict_newest(inputs) - outputs[1:]
+    result[:, 1:] = surrogate.predict_newest_batch(split.inputs) - split.outputs[:, 1:]
     return np.asarray(result / surrogate.output_scaling.scale)
 
 

@@ -1,90 +1,70 @@
-"""What a network family is: a recipe's table and data in, a frozen network out.
+"""What a network family is: its recipe's tables and data in, a frozen network out.
 
-A second family joins with its own final class of ``Family`` in ``FAMILIES``, its table in
-``recipe.py`` and its final class of ``slide_fmu.network.Network``.
+A family joins with its tables in ``slide_fmu.learning_recipe``, its fit here, and its final class
+of ``slide_fmu.network.Network``.
 """
 
 from __future__ import annotations
 
-import abc
-from dataclasses import dataclass
-from pathlib import Path
-
 import torch
 
 from slide_fmu.learn.feed_forward import FeedForwardModule
-from slide_fmu.learn.training import History, TrainingProgress, train
+from slide_fmu.learn.problem import Problem
+from slide_fmu.learn.state_space import fit_state_space
+from slide_fmu.learn.training import History, TrainingProgress, block_mean_square, train
 from slide_fmu.learn.windows import WindowData
+from slide_fmu.learning_recipe import (
+    FeedForwardRecipe,
+    LeastSquaresRecipe,
+    StateSpaceRecipe,
+    TrainingRecipe,
+)
 from slide_fmu.network import Network
-from slide_fmu.recipe import FeedForwardRecipe, TrainingRecipe
 from slide_fmu.window import Window
 
 
-@dataclass(frozen=True, eq=False)
-class Problem:
-    """One regression: from scaled input windows to scaled outputs.
+def fit_network(
+    problem: Problem,
+    network: FeedForwardRecipe | StateSpaceRecipe,
+    training: TrainingRecipe | LeastSquaresRecipe,
+    progress: TrainingProgress,
+) -> tuple[Network, History]:
+    """Fit a network of the family that the recipe names.
 
-    Attributes:
-        window: the surrogate's window.
-        training: inputs and outputs to learn from, each (n_trajectories, samples, channels).
-        validation: inputs and outputs to choose the weights by.
-        checkpoint: file that holds the state of an interrupted fit.
+    Raises:
+        TrainingError: the training diverged.
+        TypeError: the training is not that of the family; recipes cannot say so.
     """
-
-    window: Window
-    training: tuple[torch.Tensor, torch.Tensor]
-    validation: tuple[torch.Tensor, torch.Tensor]
-    checkpoint: Path
-
-
-class Family(abc.ABC):
-    """A network family. Interface: never instantiated."""
-
-    @abc.abstractmethod
-    def fit(
-        self,
-        problem: Problem,
-        network: FeedForwardRecipe,
-        training: TrainingRecipe,
-        progress: TrainingProgress,
-    ) -> tuple[Network, History]:
-        """Fit a network of this family.
-
-        Raises:
-            TrainingError: the training diverged.
-        """
+    if isinstance(network, StateSpaceRecipe) and isinstance(training, LeastSquaresRecipe):
+        return fit_state_space(problem, network, training, progress)
+    if isinstance(network, FeedForwardRecipe) and isinstance(training, TrainingRecipe):
+        return fit_feed_forward(problem, network, training, progress)
+    raise TypeError(f"no training {training.method!r} of the family {network.family!r}")
 
 
-class FeedForwardFamily(Family):
-    """The paper's feed-forward network, trained by Adam. Final."""
+def fit_feed_forward(
+    problem: Problem,
+    network: FeedForwardRecipe,
+    training: TrainingRecipe,
+    progress: TrainingProgress,
+) -> tuple[Network, History]:
+    """Train the paper's feed-forward network by Adam.
 
-    def fit(
-        self,
-        problem: Problem,
-        network: FeedForwardRecipe,
-        training: TrainingRecipe,
-        progress: TrainingProgress,
-    ) -> tuple[Network, History]:
-        window = problem.window
-        if network.time_invariant:
-            window = Window(window.step, window.receptive_field, 1)
-        data = WindowData(*problem.training, window)
-        n_inputs, n_outputs = data.inputs.shape[2], data.targets.shape[2]
-        module = FeedForwardModule(network, window.n_in, n_inputs, window.n_out * n_outputs)
-        module.to(data.inputs.device, data.inputs.dtype)
-        module.initialise(seeded_generator(training.seed, data.inputs.device))
-        history = train(
-            module,
-            data,
-            WindowData(*problem.validation, window),
-            training,
-            problem.checkpoint,
-            progress,
-        )
-        return module.freeze(), history
-
-
-FAMILIES: dict[str, Family] = {"feed_forward": FeedForwardFamily()}
+    Raises:
+        TrainingError: the training diverged.
+    """
+    window = problem.window
+    if network.time_invariant:
+        window = Window(window.step, window.receptive_field, 1)
+    data = WindowData(*problem.training, window)
+    n_inputs, n_outputs = data.inputs.shape[2], data.targets.shape[2]
+    module = FeedForwardModule(network, window.n_in, n_inputs, window.n_out * n_outputs)
+    module.to(data.inputs.device, data.inputs.dtype)
+    module.initialise(seeded_generator(training.seed, data.inputs.device))
+    validation = WindowData(*problem.validation, window)
+    objective = block_mean_square(window.n_out, training.newest_weight)
+    history = train(module, data, validation, training, problem.checkpoint, progress, objective)
+    return module.freeze(), history
 
 
 def seeded_generator(seed: int, device: torch.device) -> torch.Generator:

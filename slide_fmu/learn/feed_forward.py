@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 import torch
 
+from slide_fmu.learning_recipe import FeedForwardRecipe
 from slide_fmu.network import FeedForward, Float32Array, Layer
-from slide_fmu.recipe import FeedForwardRecipe
 
 ACTIVATION_MODULES: dict[str, Callable[[], torch.nn.Module]] = {
     "identity": torch.nn.Identity,

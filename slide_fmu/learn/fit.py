@@ -11,12 +11,15 @@ from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from slide_fmu.data.sampling import probe
 from slide_fmu.data.store import Split, read_split, require_origin
 from slide_fmu.learn.estimator import fit_estimator
-from slide_fmu.learn.family import FAMILIES, Problem
+from slide_fmu.learn.family import fit_network
+from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.training import History, ProgressOf
+from slide_fmu.modes import spectrum
 from slide_fmu.network import Network
 from slide_fmu.recipe import Recipe
 from slide_fmu.scaling import Affine
@@ -74,10 +77,13 @@ def fit_surrogate(
         recipe.training.model_dump(mode="json"),
     )
     problem = Problem(
-        window, scaled(splits[0]), scaled(splits[1]), checkpoints / f"surrogate-{key}.pt"
+        window,
+        scaled(splits[0]),
+        scaled(splits[1]),
+        checkpoints / f"surrogate-{key}.pt",
+        eigenvalues_at_rest(system),
     )
-    family = FAMILIES[recipe.network.family]
-    network, history = family.fit(problem, recipe.network, recipe.training, progress("surrogate"))
+    network, history = fit_network(problem, recipe.network, recipe.training, progress("surrogate"))
     surrogate = _assemble(recipe, system, window, (input_scaling, output_scaling), network)
     if recipe.estimator is None:
         return Fit(surrogate, {"surrogate": history})
@@ -97,6 +103,20 @@ def fit_surrogate(
     )
     histories = {"surrogate": history, **estimator_histories}
     return Fit(dataclasses.replace(surrogate, estimator=estimator), histories)
+
+
+def eigenvalues_at_rest(system: System) -> NDArray[np.complex128]:
+    """Eigenvalues in 1/s of the system linearized at rest under the middle of its inputs' ranges.
+
+    Returns:
+        One of each conjugate pair, without those of rigid-body modes.
+
+    Raises:
+        UnstableModeError: a mode grows.
+    """
+    middle = np.array([0.5 * (signal.low + signal.high) for signal in system.inputs])
+    found = spectrum(system.linearize(system.rest_state(middle)))
+    return np.array([mode.eigenvalue for mode in found.modes], dtype=np.complex128)
 
 
 def require_symmetry(signals: tuple[Signal, ...]) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 import torch
 
 from slide_fmu.learn.windows import WindowData
-from slide_fmu.recipe import TrainingRecipe
+from slide_fmu.learning_recipe import TrainingRecipe
 
 TrainingProgress = Callable[[int, int, float], None]
 """Called with steps done, steps to do, and the best validation error so far (scaled units)."""
@@ -50,6 +50,26 @@ class Objective:
 
 MEAN_SQUARE = Objective(lambda values, targets: (values - targets).square().mean(), math.sqrt)
 """Mean squared error, reported as RMSE (paper, section on training loss)."""
+
+
+def block_mean_square(n_out: int, newest_weight: float) -> Objective:
+    """Mean squared error of blocks of samples, weighted from the oldest to the newest.
+
+    Args:
+        n_out: samples of a block.
+        newest_weight: weight of the newest sample relative to the oldest; in between linear.
+    """
+    if newest_weight == 1.0:
+        return MEAN_SQUARE
+    weights = torch.linspace(1.0, newest_weight, n_out)
+    weights = (weights / weights.mean())[:, None]
+
+    def loss(values: torch.Tensor, targets: torch.Tensor) -> torch.Tensor:
+        squares = (values - targets).square().view(len(values), n_out, -1)
+        mean: torch.Tensor = (squares * weights.to(squares)).mean()
+        return mean
+
+    return Objective(loss, math.sqrt)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,65 @@
+"""Cells that answer alike: states in other coordinates, more states, more units."""
+
+from __future__ import annotations
+
+import math
+
+import torch
+
+from slide_fmu.learn.cell import CellShape, Matrices
+
+PAD_POLE, PAD_GAIN = 0.6, 0.8
+"""Of states that are added: short memories of the features, which no output sees yet."""
+
+
+def rescale(m: Matrices, states: torch.Tensor, whiten: bool) -> Matrices:
+    """Change the coordinates of the states to unit standard deviation.
+
+    Args:
+        states: of a run, shape (..., n).
+        whiten: make them uncorrelated too.
+    """
+    n = len(m.f)
+    flat = states.reshape(-1, n)
+    if whiten:
+        covariance = flat.T @ flat / len(flat)
+        covariance.diagonal().add_(1e-10 * covariance.diagonal().mean())
+        back = torch.linalg.cholesky(covariance)
+        there = torch.linalg.inv(back)
+    else:
+        spread = flat.square().mean(0).sqrt()
+        spread = spread.clamp_min(1e-9 * float(spread.max()))
+        there, back = torch.diag(1 / spread), torch.diag(spread)
+    f = torch.cat([there @ m.f[:, :n] @ back, there @ m.f[:, n:]], 1)
+    w = torch.cat([m.w[:, :n] @ back, m.w[:, n:]], 1)
+    return Matrices(f, w, m.c @ back, m.d, m.d0)
+
+
+def widen(m: Matrices, old: CellShape, new: CellShape, generator: torch.Generator) -> torch.Tensor:
+    """Parameters of a larger cell that answers exactly as a smaller one.
+
+    New states are short memories of the features that no output sees; new units have random
+    arguments and act on nothing.
+
+    Args:
+        m: matrices of the smaller cell, of shape ``old``.
+
+    Returns:
+        Shape (new.n_parameters,).
+    """
+    n, q, units = old.n_states, old.n_features, old.n_units
+    f = m.f.new_zeros(new.n_states, new.n_next)
+    first = new.n_states + q
+    f[:n, :n], f[:n, new.n_states : first] = m.f[:, :n], m.f[:, n : n + q]
+    f[:n, first : first + units] = m.f[:, n + q :]
+    for state in range(n, new.n_states):
+        f[state, state] = PAD_POLE
+        f[state, new.n_states + (state - n) % q] = PAD_GAIN
+    w = torch.randn(new.n_units, new.n_arguments, generator=generator, dtype=torch.float64)
+    w = (w / math.sqrt(new.n_arguments)).to(m.f)
+    w[:units] = 0
+    w[:units, :n] = m.w[:, :n]
+    w[:units, new.n_states :] = m.w[:, n : n + q + int(new.bias)]
+    c = m.c.new_zeros(new.n_outputs, new.n_states)
+    c[:, :n] = m.c
+    return new.join(Matrices(f, w, c, m.d, m.d0))

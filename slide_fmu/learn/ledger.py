@@ -1,0 +1,95 @@
+"""The course of a fit that consists of several runs, stored so that it resumes where it broke."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import time
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, TypeVar
+
+import torch
+
+from slide_fmu.learn.training import TrainingError
+
+State = TypeVar("State")
+
+STORE_EVERY = 2.0
+"""Seconds between two writings of the file; the end of a run is always written."""
+
+
+class Ledger:
+    """Named runs and where each stands, in one file. Final.
+
+    A run is a sequence of states, each computed from the one before alone. So a fit that goes on
+    from the file ends with the same weights as an unbroken one.
+
+    Args:
+        path: the file; read if it exists.
+        device: where the tensors go.
+        report: told the number of iterations done in all runs, after each.
+
+    Raises:
+        TrainingError: the file cannot be read.
+    """
+
+    def __init__(self, path: Path, device: torch.device, report: Callable[[int], None]) -> None:
+        self._path, self._report = path, report
+        self._runs: dict[str, dict[str, Any]] = {}
+        self._written = time.monotonic()
+        if path.exists():
+            try:
+                self._runs = torch.load(path, map_location=device, weights_only=True)
+            except (RuntimeError, EOFError, pickle.UnpicklingError) as error:
+                raise TrainingError(
+                    f"checkpoint {path} cannot be read ({error}); remove it to train from the "
+                    "start"
+                ) from error
+
+    @property
+    def iterations(self) -> int:
+        """Iterations done in all runs."""
+        return sum(run["iterations"] for run in self._runs.values())
+
+    def run(
+        self,
+        name: str,
+        start: State,
+        advance: Callable[[State], State],
+        iterations: int,
+    ) -> State:
+        """Do a run, what is left of it, or nothing if it has been done.
+
+        Args:
+            name: unique in this fit.
+            start: before the first iteration: a dataclass of plain values and tensors, with an
+                attribute ``finished``.
+            advance: does one iteration.
+            iterations: at most.
+        """
+        stored = self._runs.get(name, {"iterations": 0, "state": None})
+        done, state = stored["iterations"], start
+        if stored["state"] is not None:
+            state = type(start)(**stored["state"])
+        while done < iterations and not state.finished:  # type: ignore[attr-defined]
+            state = advance(state)
+            done += 1
+            self._keep(name, done, state)
+            self._report(self.iterations)
+        self._write()
+        return state
+
+    def _keep(self, name: str, iterations: int, state: Any) -> None:
+        values = {field.name: getattr(state, field.name) for field in fields(state)}
+        self._runs[name] = {"iterations": iterations, "state": values}
+        if time.monotonic() - self._written > STORE_EVERY:
+            self._write()
+
+    def _write(self) -> None:
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        temporary = self._path.with_suffix(".new")
+        torch.save(self._runs, temporary)
+        os.replace(temporary, self._path)
+        self._written = time.monotonic()

@@ -1,0 +1,150 @@
+"""Linear models that a state-space fit starts from: of eigenvalues, or of impulse responses."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import scipy.linalg
+import torch
+from numpy.typing import NDArray
+
+from slide_fmu.learn.cell import Matrices
+
+RIDGE = 1e-6
+"""Of the impulse responses' regression, relative to the mean power of the features."""
+LARGEST_POLE = 0.995
+"""Faster decay than this radius is asked of every start; a fit may leave it again."""
+LEAST_SHOWN = 0.03
+"""Singular values of the impulse responses below this part of the largest show no state."""
+EXCITED_POWER = 0.999
+"""The excited band holds this part of the inputs' power."""
+
+
+def impulse_responses(features: torch.Tensor, targets: torch.Tensor, taps: int) -> torch.Tensor:
+    """Impulse responses by ridge regression on the last samples.
+
+    Args:
+        features: shape (n_trajectories, N, q).
+        targets: shape (n_trajectories, N + 1, p); targets[k + 1] follows features[.. k].
+        taps: their length.
+
+    Returns:
+        Shape (taps, p, q); the first is the response to the newest feature.
+    """
+    q, p = features.shape[2], targets.shape[2]
+    width = taps * q + 1
+    matrix, right = features.new_zeros(width, width), features.new_zeros(width, p)
+    for record, target in zip(features, targets, strict=True):
+        newest_first = record.unfold(0, taps, 1).flip(-1).transpose(1, 2)
+        regressors = newest_first.reshape(len(newest_first), -1)
+        rows = torch.cat([regressors, regressors.new_ones(len(regressors), 1)], 1)
+        matrix += rows.T @ rows
+        right += rows.T @ target[taps:]
+    matrix.diagonal().add_(RIDGE * matrix.diagonal()[:-1].mean())
+    solution: torch.Tensor = torch.linalg.solve(matrix, right)
+    return solution[:-1].view(taps, q, p).transpose(1, 2)
+
+
+def _hankel(responses: torch.Tensor, shift: int) -> torch.Tensor:
+    """Block Hankel matrix of impulse responses, zero beyond their end."""
+    taps, p, q = responses.shape
+    rows = taps // 2
+    index = torch.arange(rows)[:, None] + torch.arange(rows)
+    blocks = torch.cat([responses, responses.new_zeros(1, p, q)])[index + shift]
+    return blocks.permute(0, 2, 1, 3).reshape(rows * p, rows * q)
+
+
+def states_shown(responses: torch.Tensor) -> int:
+    """Number of states that impulse responses show, at least 1."""
+    singular = torch.linalg.svdvals(_hankel(responses, 0))
+    return int((singular > LEAST_SHOWN * singular[0]).sum())
+
+
+def realize(responses: torch.Tensor, n_states: int) -> Matrices:
+    """A linear model of impulse responses: eigensystem realization (Juang and Pappa, 1985).
+
+    Args:
+        responses: shape (taps, p, q).
+        n_states: order of the model.
+
+    Raises:
+        ValueError: the order is higher than the responses can show.
+    """
+    taps, p, q = responses.shape
+    most = taps // 2 * min(p, q)
+    if n_states > most:
+        raise ValueError(
+            f"network.order = {n_states}; expected at most {most} for impulse responses of "
+            f"{taps} samples: lower it, or make the window longer"
+        )
+    left, singular, right = torch.linalg.svd(_hankel(responses, 0), full_matrices=False)
+    root = singular[:n_states].clamp_min(1e-12 * float(singular[0])).sqrt()
+    left, right = left[:, :n_states], right[:n_states].T
+    a = (left / root).T @ _hankel(responses, 1) @ (right / root)
+    return _linear(a, (right * root).T[:, :q], (left * root)[:p])
+
+
+def band_edge(inputs: torch.Tensor, step: float) -> float:
+    """Angular frequency in rad/s below which nearly all power of the inputs lies.
+
+    Args:
+        inputs: shape (n_trajectories, N, n_inputs).
+        step: sample step in s.
+    """
+    power = torch.fft.rfft(inputs, dim=1).abs().square().sum((0, 2)).cumsum(0)
+    bins = int((power < EXCITED_POWER * power[-1]).sum())
+    return 2 * math.pi * bins / (inputs.shape[1] * step)
+
+
+def excited_eigenvalues(
+    eigenvalues: NDArray[np.complex128], inputs: torch.Tensor, step: float
+) -> NDArray[np.complex128]:
+    """The eigenvalues in the excited band, the lowest first; at least one."""
+    ordered = eigenvalues[np.argsort(np.abs(eigenvalues), kind="stable")]
+    count = int(np.sum(np.abs(ordered) <= band_edge(inputs, step)))
+    return ordered[: max(1, count)]
+
+
+def states_of(eigenvalues: NDArray[np.complex128]) -> int:
+    """Number of states that they need: two for one of a conjugate pair."""
+    return int(np.sum(np.where(eigenvalues.imag != 0, 2, 1)))
+
+
+def from_eigenvalues(
+    eigenvalues: NDArray[np.complex128],
+    step: float,
+    sizes: tuple[int, int],
+    generator: torch.Generator,
+) -> Matrices:
+    """A linear model in modal form with the poles exp(v h), and random B and C.
+
+    Args:
+        eigenvalues: v in 1/s, one of each conjugate pair.
+        step: sample step h in s.
+        sizes: numbers of features and outputs.
+    """
+    blocks = []
+    for value in eigenvalues:
+        pole = complex(np.exp(value * step))
+        pair = [[pole.real, pole.imag], [-pole.imag, pole.real]]
+        blocks.append(np.array(pair if value.imag != 0 else [[pole.real]]))
+    a = torch.from_numpy(scipy.linalg.block_diag(*blocks))
+
+    def random(*shape: int) -> torch.Tensor:
+        return torch.randn(*shape, generator=generator, dtype=torch.float64)
+
+    scale = 1 / math.sqrt(len(a))
+    return _linear(a, scale * random(len(a), sizes[0]), scale * random(sizes[1], len(a)))
+
+
+def _linear(a: torch.Tensor, b: torch.Tensor, c: torch.Tensor) -> Matrices:
+    """Matrices of a linear model, its poles pulled inside the circle."""
+    values, vectors = torch.linalg.eig(a)
+    radius = values.abs()
+    if float(radius.max()) > LARGEST_POLE:
+        kept = values * (LARGEST_POLE / radius).clamp_max(1.0)
+        a = torch.linalg.solve(vectors, kept * vectors, left=False).real.contiguous()
+    n, q, p = len(a), b.shape[1], len(c)
+    nothing = a.new_zeros(0, n + q + 1)
+    return Matrices(torch.cat([a, b], 1), nothing, c, a.new_zeros(p, q), a.new_zeros(p))

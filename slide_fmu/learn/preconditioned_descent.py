@@ -1,0 +1,125 @@
+"""Large cells: gradient steps on many segments, preconditioned by a Gauss-Newton matrix.
+
+Beyond a few thousand parameters the normal equations of every step cost too much. Here they come
+from a part of the segments, are kept for a stretch of steps, and scale the gradients of large
+random batches (natural gradient with momentum).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import torch
+
+from slide_fmu.learn.cell import CellShape, simulate
+from slide_fmu.learn.normal_equations import normal_equations
+from slide_fmu.learn.segments import Segments
+
+MATRIX_SEGMENTS = 96
+"""Segments of which the matrix is made."""
+BATCH = 256
+"""Segments of one gradient."""
+STRETCH = 40
+"""Steps with the same matrix; after each stretch the validation decides whether to go on."""
+RATE, MOMENTUM = 0.1, 0.8
+DAMPING = 0.005
+"""Of the diagonal, relative to itself ..."""
+FLOOR = 0.1
+"""... and relative to its mean: units that act on nothing yet have no curvature."""
+FAILED = 1.5
+"""A validation error of so many times the best one sends the fit back to the best weights."""
+
+
+@dataclass(frozen=True, eq=False)
+class Descent:
+    """Where a descent stands between two stretches.
+
+    Attributes:
+        theta: parameters, shape (P,).
+        momentum: running sum of the steps, shape (P,).
+        best: parameters of the best validation so far.
+        best_error: their validation error.
+        rate: factor on the steps, halved after a failure.
+        stretch: number of stretches done.
+        history: (stretch, training error, validation error) after every stretch.
+    """
+
+    theta: torch.Tensor
+    momentum: torch.Tensor
+    best: torch.Tensor
+    best_error: float
+    rate: float = RATE
+    stretch: int = 0
+    history: tuple[tuple[int, float, float], ...] = ()
+
+    @staticmethod
+    def begin(theta: torch.Tensor, error: float) -> Descent:
+        """Before the first stretch, with the validation error there."""
+        return Descent(theta, torch.zeros_like(theta), theta, error)
+
+
+def advance_stretch(
+    state: Descent,
+    shape: CellShape,
+    segments: Segments,
+    validation: Callable[[torch.Tensor], float],
+    seed: int,
+) -> Descent:
+    """One stretch: a new matrix, then ``STRETCH`` preconditioned steps.
+
+    Args:
+        validation: RMS error on data that choose the parameters.
+        seed: of the batches, together with the number of the stretch.
+    """
+    generator = torch.Generator().manual_seed((seed * 1_000_003 + state.stretch) % 2**32)
+    factor = _factor(
+        shape, state.theta, segments.chosen(_draw(segments, MATRIX_SEGMENTS, generator))
+    )
+    theta, momentum, cost = state.theta, state.momentum, math.nan
+    for _ in range(STRETCH):
+        batch = segments.chosen(_draw(segments, BATCH, generator))
+        cost, gradient = _gradient(shape, theta, batch)
+        if not math.isfinite(cost):
+            break
+        step = -torch.cholesky_solve(gradient[:, None], factor)[:, 0]
+        momentum = MOMENTUM * momentum + state.rate * step
+        theta = theta + momentum
+    error = validation(theta) if math.isfinite(cost) else math.inf
+    done = replace(state, stretch=state.stretch + 1)
+    if not error <= FAILED * state.best_error:  # also where it is not a number
+        return replace(
+            done, theta=state.best, momentum=torch.zeros_like(theta), rate=0.5 * state.rate
+        )
+    row = (done.stretch, math.sqrt(cost), error)
+    done = replace(done, theta=theta, momentum=momentum, history=(*state.history, row))
+    if error < state.best_error:
+        return replace(done, best=theta, best_error=error)
+    return done
+
+
+def _draw(segments: Segments, count: int, generator: torch.Generator) -> torch.Tensor:
+    """Numbers of random segments, none twice."""
+    order = torch.randperm(segments.count, generator=generator)[:count]
+    return order.to(segments.features.device)
+
+
+def _factor(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torch.Tensor:
+    """Cholesky factor of the damped mean of J'J per residual."""
+    matrix = normal_equations(shape, theta, segments).matrix / segments.targets.numel()
+    diagonal = matrix.diagonal()
+    damping = DAMPING * (diagonal + FLOOR * diagonal.mean())
+    factor: torch.Tensor = torch.linalg.cholesky(matrix + torch.diag(damping))
+    return factor
+
+
+def _gradient(
+    shape: CellShape, theta: torch.Tensor, segments: Segments
+) -> tuple[float, torch.Tensor]:
+    """Mean square of the residuals and half its gradient, by reverse mode."""
+    variable = theta.clone().requires_grad_()
+    outputs, _ = simulate(shape, variable, segments.features)
+    cost = (outputs[segments.burn_in :] - segments.targets).square().mean()
+    (gradient,) = torch.autograd.grad(cost, variable)
+    return float(cost), 0.5 * gradient

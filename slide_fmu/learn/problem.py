@@ -1,0 +1,33 @@
+"""What a network family is given to learn from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from slide_fmu.window import Window
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """One regression: from scaled input windows to scaled outputs.
+
+    Attributes:
+        window: the surrogate's window.
+        training: inputs (n_trajectories, N, n_inputs) and outputs (n_trajectories, N + 1,
+            n_outputs) to learn from.
+        validation: inputs and outputs to choose the weights by.
+        checkpoint: file that holds the state of an interrupted fit.
+        eigenvalues: of the linearized system at rest in 1/s, one of each conjugate pair, without
+            those of rigid-body modes; None where the system has no linearization.
+    """
+
+    window: Window
+    training: tuple[torch.Tensor, torch.Tensor]
+    validation: tuple[torch.Tensor, torch.Tensor]
+    checkpoint: Path
+    eigenvalues: NDArray[np.complex128] | None = None

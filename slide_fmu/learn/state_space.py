@@ -1,0 +1,162 @@
+"""The state-space family: choose sizes, hold the tournament, freeze the winner."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import torch
+
+from slide_fmu.learn.problem import Problem
+from slide_fmu.learn.segments import Segments, cut_segments, with_differences
+from slide_fmu.learn.tournament import LINEAR_ITERATIONS, Entrant, FitData, Tournament
+from slide_fmu.learn.training import History, TrainingError, TrainingProgress
+from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.state_space import Cell, StateSpace
+
+SEARCH_STARTS = 3
+"""Random starts by which a size is judged when it is chosen automatically."""
+WORTHWHILE = 0.9
+"""A larger network is chosen when it has at most this part of the smaller one's error."""
+FIRST_UNITS, MOST_UNITS = 16, 128
+"""Numbers of units that are tried."""
+MORE_STATES = 8
+"""States tried beyond the first guess, at most."""
+
+
+def fit_state_space(
+    problem: Problem,
+    network: StateSpaceRecipe,
+    training: LeastSquaresRecipe,
+    progress: TrainingProgress,
+) -> tuple[StateSpace, History]:
+    """Fit a state-space network.
+
+    Raises:
+        TrainingError: no start gives a finite error.
+        ValueError: trajectories are too short for the window, or the order is too high for it.
+    """
+    data = prepare(problem, network, training)
+    tournament = Tournament(problem, network, training, data, progress)
+    tournament.plan(_iterations(training))
+    order, units = choose_sizes(tournament)
+    winner = hold(tournament, order, units)
+    if not math.isfinite(winner.error):
+        raise TrainingError(
+            "training diverged: no start of the state-space network has a finite validation "
+            "error; give more starts (training.starts) or a lower network.order"
+        )
+    steps, training_errors, errors = zip(*winner.state.history, strict=True)
+    history = History(steps, training_errors, errors)
+    return freeze(winner, problem, data.feature_scale), history
+
+
+def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresRecipe) -> FitData:
+    """Features, and trajectories cut into segments."""
+    burn_in, n_inputs = problem.window.n_truncated, problem.training[0].shape[2]
+    features = with_differences(problem.training[0], network.differences)
+    scale = features.new_ones(features.shape[2])
+    if network.differences:
+        scale[n_inputs:] = features[:, :, n_inputs:].std((0, 1)).clamp_min(1e-12)
+    scale = scale.float().to(features)  # as the network keeps it
+    features = features / scale
+    whole = cut_segments(features, problem.training[1], burn_in, training.segment)
+    if training.flip_signs:
+        whole = Segments(
+            torch.cat([whole.features, -whole.features], 1),
+            torch.cat([whole.targets, -whole.targets], 1),
+        )
+    seen = with_differences(problem.validation[0], network.differences) / scale
+    validation = cut_segments(seen, problem.validation[1], burn_in, training.segment)
+    return FitData(whole, whole.every(training.part), validation, features, scale)
+
+
+def choose_sizes(tournament: Tournament) -> tuple[int, int]:
+    """Order and number of units: as the recipe says, or raised while the error falls."""
+    order, units = tournament.network.order, tournament.network.hidden
+    first = tournament.first_order() if order == "auto" else order
+    found = first if order != "auto" else None
+    if found is None:
+        tried = 0 if units == 0 else FIRST_UNITS if units == "auto" else units
+        orders = range(first, first + MORE_STATES + 1, 2)
+        found = _raise(list(orders), lambda n: _judge(tournament, n, tried))
+    if units != "auto":
+        return found, units
+    numbers = [0]
+    while (numbers[-1] or FIRST_UNITS // 2) < MOST_UNITS:
+        numbers.append(2 * numbers[-1] or FIRST_UNITS)
+    return found, _raise(numbers, lambda h: _judge(tournament, found, h))
+
+
+def hold(tournament: Tournament, order: int, units: int) -> Entrant:
+    """The tournament of one size: the winner, refined on all data."""
+    training = tournament.training
+    linear = tournament.linear(order)
+    if units == 0:
+        return tournament.refine(linear)
+    dense = _dense_units(tournament, order, units)
+    tournament.plan(_iterations(training) + (training.stretches if dense < units else 0))
+    starts = [tournament.start(linear, dense, number) for number in range(training.starts)]
+    winner = tournament.refine(tournament.go_on(starts)[0])
+    return winner if dense == units else tournament.widened(winner, units)
+
+
+def _iterations(training: LeastSquaresRecipe) -> int:
+    """Iterations of one tournament with its linear models, at most."""
+    first = 2 * LINEAR_ITERATIONS + training.starts * training.start_iterations
+    return first + training.kept * training.kept_iterations + training.iterations
+
+
+def _dense_units(tournament: Tournament, order: int, units: int) -> int:
+    """Units for which normal equations are solved: all, or those of half the largest size."""
+    limit = tournament.training.dense_limit
+    if tournament.shape(order, units).n_parameters <= limit:
+        return units
+    while units > 1 and tournament.shape(order, units).n_parameters > limit // 2:
+        units -= 1
+    return units
+
+
+def _judge(tournament: Tournament, order: int, units: int) -> float:
+    """Validation error that a size reaches in a few short runs."""
+    linear = tournament.linear(order)
+    if units == 0:
+        return linear.error
+    judging = SEARCH_STARTS * tournament.training.start_iterations
+    tournament.plan(judging + _iterations(tournament.training))
+    starts = [tournament.start(linear, units, number) for number in range(SEARCH_STARTS)]
+    return min(start.error for start in starts)
+
+
+def _raise(sizes: list[int], judge: Callable[[int], float]) -> int:
+    """The largest size that still was worth its price against the one before."""
+    chosen, error = sizes[0], judge(sizes[0])
+    for size in sizes[1:]:
+        larger = judge(size)
+        if not larger < WORTHWHILE * error:
+            break
+        chosen, error = size, larger
+    return chosen
+
+
+def freeze(winner: Entrant, problem: Problem, feature_scale: torch.Tensor) -> StateSpace:
+    """The fitted network as data, in float32.
+
+    Raises:
+        ValueError: a weight is not finite.
+    """
+    shape = winner.shape
+    m, n, q = shape.split(winner.state.best), shape.n_states, shape.n_features
+    w = m.w if shape.bias else torch.cat([m.w, m.w.new_zeros(shape.n_units, 1)], 1)
+    parts = (m.f[:, :n], m.f[:, n : n + q], m.f[:, n + q :], w, m.c, m.d, m.d0)
+    a, b, e, w32, c, d, d0 = (np.array(part.cpu().numpy(), np.float32) for part in parts)
+    n_channels = problem.training[0].shape[2]
+    return StateSpace(
+        Cell(a, b, e, w32, c, d, d0, shape.units),
+        problem.window.n_in,
+        problem.window.n_out,
+        n_channels,
+        q // n_channels - 1,
+        feature_scale.cpu().numpy(),
+    )

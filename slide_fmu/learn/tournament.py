@@ -1,0 +1,221 @@
+"""The runs that a state-space fit consists of: linear models, random starts, the best refined."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from slide_fmu.learn import levenberg_marquardt, preconditioned_descent
+from slide_fmu.learn.cell import CellShape, simulate
+from slide_fmu.learn.coordinates import rescale, widen
+from slide_fmu.learn.ledger import Ledger
+from slide_fmu.learn.levenberg_marquardt import Iterate, LeastSquares
+from slide_fmu.learn.linear_start import (
+    excited_eigenvalues,
+    from_eigenvalues,
+    impulse_responses,
+    realize,
+    states_of,
+    states_shown,
+)
+from slide_fmu.learn.normal_equations import normal_equations, sum_of_squares
+from slide_fmu.learn.preconditioned_descent import Descent
+from slide_fmu.learn.problem import Problem
+from slide_fmu.learn.segments import Segments
+from slide_fmu.learn.training import TrainingProgress
+from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
+
+LINEAR_ITERATIONS = 15
+LONGEST_RESPONSE = 200
+"""Samples of the impulse responses that a linear model is realized from, at most."""
+SEED_STRIDE = 1009
+"""Random starts that a seed has of its own."""
+
+
+@dataclass(frozen=True, eq=False)
+class FitData:
+    """What a fit works on.
+
+    Attributes:
+        whole: segments of all trajectories.
+        part: the segments of the starts.
+        validation: segments to choose by.
+        features: of whole trajectories, scaled, shape (n_trajectories, N, q).
+        feature_scale: what they were divided by, shape (q,).
+    """
+
+    whole: Segments
+    part: Segments
+    validation: Segments
+    features: torch.Tensor
+    feature_scale: torch.Tensor
+
+
+@dataclass(frozen=True, eq=False)
+class Entrant:
+    """A network in the tournament and where its run stands."""
+
+    shape: CellShape
+    state: Iterate | Descent
+
+    @property
+    def error(self) -> float:
+        """Its best validation error, in scaled units."""
+        return self.state.best_error
+
+
+class Tournament:
+    """All runs of one fit, each named and stored in the ledger. Final.
+
+    Args:
+        problem: window, eigenvalues, checkpoint.
+        network: units, padding, bias.
+        training: numbers of starts and iterations.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        network: StateSpaceRecipe,
+        training: LeastSquaresRecipe,
+        data: FitData,
+        progress: TrainingProgress,
+    ) -> None:
+        self.problem, self.network, self.training, self.data = problem, network, training, data
+        self._progress, self._best, self._planned = progress, math.inf, 0
+        self._ledger = Ledger(problem.checkpoint, data.features.device, self._report)
+        self._responses: torch.Tensor | None = None
+
+    def plan(self, iterations: int) -> None:
+        """Tell how many iterations are still to come, for the progress."""
+        self._planned = self._ledger.iterations + iterations
+        self._report(self._ledger.iterations)
+
+    def _report(self, done: int) -> None:
+        self._progress(done, max(done, self._planned), self._best)
+
+    def shape(self, order: int, units: int) -> CellShape:
+        """The cell of an order and a number of units; a linear one has no states to spare."""
+        return CellShape(
+            order + (self.network.padding if units else 0),
+            self.data.features.shape[2],
+            units,
+            self.data.whole.targets.shape[2],
+            self.network.units,
+            self.network.bias,
+        )
+
+    def first_order(self) -> int:
+        """Number of states of the excited eigenvalues, else of the impulse responses."""
+        excited = self._excited()
+        return states_shown(self._impulse_responses()) if excited is None else states_of(excited)
+
+    def linear(self, order: int) -> Entrant:
+        """The best linear model of an order, on all data."""
+        shape = self.shape(order, 0)
+        starts = {"impulse responses": realize(self._impulse_responses(), order)}
+        excited = self._excited()
+        if excited is not None and states_of(excited) == order:
+            sizes = (shape.n_features, shape.n_outputs)
+            generator = torch.Generator().manual_seed(self.training.seed)
+            step = self.problem.window.step
+            starts["eigenvalues"] = from_eigenvalues(excited, step, sizes, generator)
+        found = []
+        for source, m in starts.items():
+            theta = shape.join(m).to(self.data.features)
+            name = f"linear, {order} states, from {source}"
+            found.append(self._descend(name, shape, theta, self.data.whole, LINEAR_ITERATIONS))
+        return min(found, key=lambda entrant: entrant.error)
+
+    def start(self, linear: Entrant, units: int, number: int) -> Entrant:
+        """A random start from a linear model; every second one in whitened coordinates."""
+        old, order = linear.shape, linear.shape.n_states
+        shape = self.shape(order, units)
+        features = self.data.part.features
+        _, states = simulate(old, linear.state.best, features)
+        m = rescale(old.split(linear.state.best), states, whiten=number % 2 == 1)
+        seed = (self.training.seed * SEED_STRIDE + number) % 2**32
+        theta = widen(m, old, shape, torch.Generator().manual_seed(seed))
+        name = f"start {number}, {order} states, {units} units"
+        return self._descend(name, shape, theta, self.data.part, self.training.start_iterations)
+
+    def go_on(self, entrants: list[Entrant]) -> list[Entrant]:
+        """The best starts, some iterations more on the same data; the best first."""
+        ranked = sorted(entrants, key=lambda entrant: entrant.error)
+        kept = []
+        for place, entrant in enumerate(ranked[: self.training.kept]):
+            name = f"kept {place}, {entrant.shape.n_states} states, {entrant.shape.n_units} units"
+            iterations = self.training.kept_iterations
+            theta, part = entrant.state.best, self.data.part
+            kept.append(self._descend(name, entrant.shape, theta, part, iterations))
+        return sorted(kept, key=lambda entrant: entrant.error)
+
+    def refine(self, entrant: Entrant) -> Entrant:
+        """The winner on all data."""
+        theta, iterations = entrant.state.best, self.training.iterations
+        return self._descend("refined", entrant.shape, theta, self.data.whole, iterations)
+
+    def widened(self, entrant: Entrant, units: int) -> Entrant:
+        """A network of more units than normal equations can be solved for, from a smaller one."""
+        old, training = entrant.shape, self.training
+        shape = self.shape(old.n_states - self.network.padding, units)
+        generator = torch.Generator().manual_seed(training.seed)
+        theta = widen(old.split(entrant.state.best), old, shape, generator)
+        validation = self._least_squares(shape, self.data.validation).validation
+
+        def stretch(state: Descent) -> Descent:
+            after = preconditioned_descent.advance_stretch(
+                state, shape, self.data.whole, validation, training.seed
+            )
+            self._best = min(self._best, after.best_error)
+            return after
+
+        begin = Descent.begin(theta, validation(theta))
+        done = self._ledger.run(f"widened to {units}", begin, stretch, training.stretches)
+        return Entrant(shape, done)
+
+    def _descend(
+        self, name: str, shape: CellShape, theta: torch.Tensor, segments: Segments, iterations: int
+    ) -> Entrant:
+        """A run of Levenberg-Marquardt."""
+        least_squares = self._least_squares(shape, segments)
+
+        def step(state: Iterate) -> Iterate:
+            after = levenberg_marquardt.advance(state, least_squares)
+            self._best = min(self._best, after.best_error)
+            return after
+
+        begin = Iterate.begin(theta, least_squares)
+        return Entrant(shape, self._ledger.run(name, begin, step, iterations))
+
+    def _least_squares(self, shape: CellShape, segments: Segments) -> LeastSquares:
+        validation = self.data.validation
+
+        def error(theta: torch.Tensor) -> float:
+            cost = sum_of_squares(shape, theta, validation)
+            return math.sqrt(cost / validation.targets.numel()) if cost >= 0 else math.inf
+
+        return LeastSquares(
+            lambda theta: normal_equations(shape, theta, segments),
+            lambda theta: sum_of_squares(shape, theta, segments),
+            segments.targets.numel(),
+            error,
+        )
+
+    def _excited(self) -> NDArray[np.complex128] | None:
+        if self.problem.eigenvalues is None or len(self.problem.eigenvalues) == 0:
+            return None
+        inputs = self.problem.training[0]
+        return excited_eigenvalues(self.problem.eigenvalues, inputs, self.problem.window.step)
+
+    def _impulse_responses(self) -> torch.Tensor:
+        if self._responses is None:
+            longest = min(LONGEST_RESPONSE, self.data.features.shape[1] // 2)
+            taps = max(2, min(self.problem.window.receptive_field, longest))
+            targets = self.problem.training[1]
+            self._responses = impulse_responses(self.data.features, targets, taps)
+        return self._responses

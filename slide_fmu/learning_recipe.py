@@ -1,0 +1,140 @@
+"""The recipe's tables about learning: network families and how they are trained."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+PositiveInt = Annotated[int, Field(gt=0)]
+PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class Table(BaseModel):
+    """A table of the recipe: unknown keys are mistakes, values do not change."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class FeedForwardRecipe(Table):
+    """The paper's feed-forward network.
+
+    Attributes:
+        family: names the network family.
+        hidden: widths of the hidden layers; empty for one affine map.
+        activation: activation of the hidden layers.
+        bias: whether layers have biases; without, odd activations give an odd network.
+        linear_skip: whether a linear path leads from the inputs to the outputs.
+        time_invariant: one network for every position of the output window, which sees the
+            n_in - n_out + 1 inputs before it; else one network gives the whole block.
+    """
+
+    family: Literal["feed_forward"]
+    hidden: tuple[PositiveInt, ...]
+    activation: Literal["identity", "relu", "elu", "tanh", "gelu"] = "relu"
+    bias: bool = True
+    linear_skip: bool = False
+    time_invariant: bool = False
+
+
+class StateSpaceRecipe(Table):
+    """The nonlinear state-space network, run from zero state over the window.
+
+    Attributes:
+        family: names the network family.
+        order: number of states that carry the response; ``"auto"``: from the eigenvalues of the
+            linearized system in the excited band (else from impulse responses), raised while the
+            validation error falls.
+        hidden: number of units; 0 for a linear network; ``"auto"``: raised likewise.
+        padding: states that are added to the order for the units' use.
+        units: activation. Cubic units suit polynomial springs, but have no bound: they may grow
+            without end beyond the trained range.
+        bias: whether there are constant terms; without, the network answers -u with -y.
+        differences: 1 or 2: the cell also sees the first (and second) differences of the inputs,
+            for prescribed motions.
+    """
+
+    family: Literal["state_space"] = "state_space"
+    order: PositiveInt | Literal["auto"] = "auto"
+    hidden: Annotated[int, Field(ge=0)] | Literal["auto"] = "auto"
+    padding: int = Field(default=2, ge=0)
+    units: Literal["tanh", "cubic"] = "tanh"
+    bias: bool = True
+    differences: int = Field(default=0, ge=0, le=2)
+
+
+class LeastSquaresRecipe(Table):
+    """Levenberg-Marquardt from several starts with successive halving.
+
+    Attributes:
+        method: names the training method.
+        seed: of the starts.
+        segment: scored samples of a segment of a trajectory, about.
+        part: every ``part``-th segment makes the data of the starts.
+        starts: number of random starts.
+        start_iterations: iterations of each.
+        kept: best starts by validation that go on.
+        kept_iterations: iterations of each of them, on the same data.
+        iterations: iterations of the best of them, on all data.
+        dense_limit: largest number of parameters for which normal equations are solved in every
+            iteration; a larger network is widened from one of half that size and refined by
+            preconditioned gradient steps.
+        stretches: of those refinements, 40 steps each.
+        flip_signs: add every segment with both signs, for systems that answer -u with -y.
+        precision: floating point format of the training.
+    """
+
+    method: Literal["levenberg_marquardt"] = "levenberg_marquardt"
+    seed: int = Field(default=0, ge=0, lt=2**31)
+    segment: PositiveInt = 256
+    part: PositiveInt = 5
+    starts: PositiveInt = 8
+    start_iterations: PositiveInt = 20
+    kept: PositiveInt = 3
+    kept_iterations: PositiveInt = 40
+    iterations: PositiveInt = 60
+    dense_limit: PositiveInt = 3000
+    stretches: PositiveInt = 60
+    flip_signs: bool = False
+    precision: Literal["float32", "float64"] = "float64"
+
+
+class TrainingRecipe(Table):
+    """Adam with a warm-up and a cosine schedule.
+
+    Attributes:
+        method: names the training method.
+        newest_weight: weight of the newest output sample in the loss of a block, relative to the
+            oldest; rises linearly in between.
+        seed: of initialisation and of the order of the windows.
+        steps: optimizer steps.
+        batch: windows per step.
+        learning_rate: highest learning rate.
+        final_learning_rate: fraction of ``learning_rate`` that is left at the end.
+        warm_up: fraction of the steps in which the learning rate rises.
+        weight_decay: decoupled weight decay.
+        gradient_clip: largest norm of the gradient; longer ones are shortened to it.
+        flip_signs: show windows with both signs, for systems that answer -u with -y.
+        input_jitter: standard deviation of noise on the scaled inputs.
+        validate_every: steps between validations and checkpoints.
+        precision: floating point format of the training.
+    """
+
+    method: Literal["adam"] = "adam"
+    seed: int = Field(default=0, ge=0, lt=2**31)
+    steps: PositiveInt
+    batch: PositiveInt
+    learning_rate: PositiveFloat
+    final_learning_rate: float = Field(0.0, ge=0, le=1)
+    warm_up: float = Field(0.05, ge=0, lt=1)
+    weight_decay: float = Field(0.0, ge=0, allow_inf_nan=False)
+    gradient_clip: PositiveFloat | None = None
+    flip_signs: bool = False
+    input_jitter: float = Field(0.0, ge=0, allow_inf_nan=False)
+    newest_weight: PositiveFloat = 1.0
+    validate_every: PositiveInt = 500
+    precision: Literal["float32", "float64"] = "float32"
+
+
+METHODS = {"feed_forward": "adam", "state_space": "levenberg_marquardt"}
+"""Training method of each network family."""

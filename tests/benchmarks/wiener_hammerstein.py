@@ -1,0 +1,159 @@
+"""The measured Wiener-Hammerstein record of 2009: a state-space network against published errors.
+
+    python tests/benchmarks/wiener_hammerstein.py --data FOLDER --json -
+
+The record is not part of this project (nonlinearbenchmark.org). FOLDER holds it as HDF5 files
+whose names contain train, valid and test, with keys u and y in V, which make the whole record in
+this order. Protocol: samples 5200 to 105199 to learn from (the last tenth to choose by), free
+simulation from the inputs 105200 to 183999, the first 50 samples of which are not scored.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import torch
+
+from slide_fmu.cli import progress_bars
+from slide_fmu.errors import rms
+from slide_fmu.learn.problem import Problem
+from slide_fmu.learn.state_space import fit_state_space
+from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.pipeline import Advance, Bar
+from slide_fmu.signals import FloatArray
+from slide_fmu.state_space import StateSpace
+from slide_fmu.window import Window
+
+SAMPLE_RATE = 51_200.0
+LEARN, CHOOSE, TEST = slice(5_200, 95_200), slice(95_200, 105_200), slice(105_200, 184_000)
+NOT_SCORED = 50
+WINDOW = Window(1 / SAMPLE_RATE, 72 + 256, 256)
+"""72 samples truncated: the circuit's linear part decays to 1 % within 38 to 67."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """Inputs and outputs in V, shape (N,) each, and what they are divided by."""
+
+    inputs: FloatArray
+    outputs: FloatArray
+    scale: tuple[float, float]
+
+    def part(self, which: slice) -> tuple[torch.Tensor, torch.Tensor]:
+        """Scaled inputs (1, N, 1) and outputs (1, N + 1, 1); output k + 1 is that of input k."""
+        inputs = self.inputs[which] / self.scale[0]
+        outputs = self.outputs[which] / self.scale[1]
+        first = outputs[:1]  # of no input; never scored
+        return (
+            torch.tensor(inputs)[None, :, None],
+            torch.tensor(np.concatenate([first, outputs]))[None, :, None],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """One seed: the network, its validation error in mV, and what it took."""
+
+    network: StateSpace
+    validation_rmse: float
+    cpu_seconds: float
+
+
+def read(folder: Path) -> Record:
+    """Read the record.
+
+    Raises:
+        SystemExit: a file is missing.
+    """
+    parts = []
+    for name in ("train", "valid", "test"):
+        found = sorted(folder.glob(f"*{name}*.h*5"))
+        if len(found) != 1:
+            raise SystemExit(
+                f"{folder}: {len(found)} HDF5 files with {name!r} in their names; "
+                "expected one: give the folder of the record with --data"
+            )
+        with h5py.File(found[0]) as file:
+            parts.append([np.asarray(file[key], dtype=np.float64).ravel() for key in "uy"])
+    inputs, outputs = (np.concatenate(values) for values in zip(*parts, strict=True))
+    scale = float(inputs[LEARN].std()), float(outputs[LEARN].std())
+    return Record(inputs, outputs, scale)
+
+
+def fit(record: Record, recipe: StateSpaceRecipe, seed: int, advance: Advance) -> Fitted:
+    """Fit one seed."""
+    begin = time.process_time()
+    to_millivolts = 1e3 * record.scale[1]
+
+    def progress(done: int, total: int, best: float) -> None:
+        advance(done, total, f"validation {to_millivolts * best:.3g} mV")
+
+    with tempfile.TemporaryDirectory() as folder:
+        checkpoint = Path(folder) / "fit.pt"
+        problem = Problem(WINDOW, record.part(LEARN), record.part(CHOOSE), checkpoint)
+        training = LeastSquaresRecipe(seed=seed)
+        network, history = fit_state_space(problem, recipe, training, progress)
+    seconds = time.process_time() - begin
+    return Fitted(network, to_millivolts * min(history.validation_error), seconds)
+
+
+def errors_on_test(network: StateSpace, record: Record) -> tuple[float, float]:
+    """Errors in mV on the test record: simulated from zero state, and as the FMU does."""
+    inputs, targets = (tensor.numpy() for tensor in record.part(TEST))
+    simulated, _ = network.run(network.features(inputs))
+    result = []
+    for values in (simulated, network.stream(inputs)):
+        error = (values[0] - targets[0, 1:])[NOT_SCORED:] * record.scale[1]
+        result.append(1e3 * float(rms(error)[0]))
+    return result[0], result[1]
+
+
+def study(arguments: argparse.Namespace, bar: Bar) -> dict[str, Any]:
+    """Fit and test every seed."""
+    torch.set_num_threads(1)
+    record = read(arguments.data)
+    recipe = StateSpaceRecipe(order=arguments.order, hidden=arguments.hidden)
+    seeds = range(arguments.seed, arguments.seed + arguments.seeds)
+    fits = [fit(record, recipe, seed, bar(f"seed {seed}")) for seed in seeds]
+    tests = [errors_on_test(fitted.network, record) for fitted in fits]
+    cell = fits[0].network.cell
+    return {
+        "test_rmse_mV": [simulated for simulated, _ in tests],
+        "test_rmse_as_fmu_mV": [streamed for _, streamed in tests],
+        "validation_rmse_mV": [fitted.validation_rmse for fitted in fits],
+        "cpu_seconds": [fitted.cpu_seconds for fitted in fits],
+        "parameters": fits[0].network.count_parameters(),
+        "states": len(cell.a),
+        "units": len(cell.w),
+    }
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, required=True, help="folder of the record")
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--seed", type=int, default=0, help="the first of them")
+    parser.add_argument("--order", type=int, default=6)
+    parser.add_argument("--hidden", type=int, default=16)
+    parser.add_argument("--json", default="-")
+    arguments = parser.parse_args()
+    with progress_bars() as bar:
+        text = json.dumps(study(arguments, bar), indent=2) + "\n"
+    if arguments.json == "-":
+        sys.stdout.write(text)
+    else:
+        Path(arguments.json).write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -63,8 +63,9 @@ def check_stability(
     network = surrogate.network
     if not isinstance(network, StateSpace):
         return ()
-    unit, _ = network.run(_records(surrogate, recipe, system, 1.0))
-    largest = float(np.max(np.abs(unit)))
+    with np.errstate(over="ignore", invalid="ignore"):
+        unit, _ = network.run(_records(surrogate, recipe, system, 1.0))
+        largest = float(np.max(np.abs(unit)))
     return tuple(
         _test(network, _records(surrogate, recipe, system, factor), (factor, largest), recipe)
         for factor in recipe.stability.amplitudes

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from fmu.samples import Shape
+from fmu.samples import CellShape, Shape
 from hypothesis import strategies as st
 
 from slide_fmu.network import ACTIVATIONS
 from slide_fmu.scaling import Affine, LogError
+from slide_fmu.state_space import CELL_ACTIVATIONS
 from slide_fmu.window import Window
 
 numbers = st.floats(-1e6, 1e6)
@@ -53,6 +54,35 @@ def surrogate_shapes(draw: st.DrawFn) -> Shape:
         means=draw(st.booleans()),
         seed=draw(st.integers(0, 1000)),
     )
+
+
+@st.composite
+def state_space_shapes(draw: st.DrawFn) -> Shape:
+    """Shapes of small state-space surrogates, with and without units and estimator."""
+    n_in = draw(st.integers(1, 10))
+    return Shape(
+        n_in=n_in,
+        n_out=draw(st.integers(1, n_in)),
+        n_inputs=draw(st.integers(1, 3)),
+        n_outputs=draw(st.integers(1, 3)),
+        hidden=(4,),
+        positions=draw(st.integers(0, n_in)),
+        means=draw(st.booleans()),
+        seed=draw(st.integers(0, 1000)),
+        hold=draw(st.sampled_from(["held", "ramp"])),
+        cell=CellShape(
+            states=draw(st.integers(1, 10)),
+            units=draw(st.integers(0, 10)),
+            differences=draw(st.integers(0, 2)),
+            activation=draw(st.sampled_from(CELL_ACTIVATIONS)),
+            estimates=draw(st.booleans()),
+        ),
+    )
+
+
+def all_shapes() -> st.SearchStrategy[Shape]:
+    """Shapes of small surrogates of both families."""
+    return surrogate_shapes() | state_space_shapes()
 
 
 def records(n_channels: int, max_samples: int = 40) -> st.SearchStrategy[np.ndarray]:

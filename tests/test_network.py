@@ -24,6 +24,7 @@ PLAIN: dict[str, Callable[[float], float]] = {
     "elu": lambda x: x if x > 0 else math.exp(x) - 1.0,
     "tanh": math.tanh,
     "gelu": lambda x: 0.5 * x * (1 + math.tanh(math.sqrt(2 / math.pi) * (x + 0.044715 * x**3))),
+    "cubic": lambda x: x**3,
 }
 
 TORCH: dict[str, Callable[[torch.Tensor], torch.Tensor]] = {
@@ -32,6 +33,7 @@ TORCH: dict[str, Callable[[torch.Tensor], torch.Tensor]] = {
     "elu": functional.elu,
     "tanh": torch.tanh,
     "gelu": lambda x: functional.gelu(x, approximate="tanh"),
+    "cubic": lambda x: x**3,
 }
 
 
@@ -75,7 +77,7 @@ def test_activation_is_that_of_torch(name: str) -> None:
 
 def test_activations_keep_their_numbers() -> None:
     """The payload stores their order."""
-    assert list(ACTIVATIONS) == ["identity", "relu", "elu", "tanh", "gelu"]
+    assert list(ACTIVATIONS) == ["identity", "relu", "elu", "tanh", "gelu", "cubic"]
 
 
 def layer(n_in: int, n_out: int) -> Layer:

@@ -9,18 +9,26 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from fmu.samples import Shape, random_surrogate
+from fmu.samples import CellShape, Shape, random_surrogate
 from hypothesis import given
-from strategies import surrogate_shapes
+from strategies import all_shapes
 
 from slide_fmu.network import FeedForward, Network
 from slide_fmu.payload import PayloadError, decode, encode
+from slide_fmu.state_space import StateSpace
 from slide_fmu.surrogate import Surrogate
 
 SMALL = random_surrogate(
     Shape(n_in=3, n_out=2, n_inputs=2, hidden=(2,), activation="gelu", skip=True, positions=2)
 ).to_bytes()
 """About a thousand bytes with every kind of section, so that each of them can be damaged."""
+
+CELLS = random_surrogate(
+    Shape(n_in=3, n_out=2, positions=2, cell=CellShape(2, 3, differences=1, estimates=True))
+).to_bytes()
+"""The same with two state-space networks."""
+
+both_files = pytest.mark.parametrize("data", [SMALL, CELLS], ids=["feed_forward", "cells"])
 
 
 def with_checksum(body: bytes) -> bytes:
@@ -36,23 +44,23 @@ def refused_or_read(data: bytes) -> bool:
     return False
 
 
+def arrays_of(network: Network) -> list[object]:
+    """All that makes a network, sizes and names among arrays."""
+    sizes: list[object] = [network.n_samples, network.n_channels, network.n_values]
+    if isinstance(network, StateSpace):
+        rest = [network.n_out, network.differences, network.feature_scale]
+        return [*sizes, *rest, *vars(network.cell).values()]
+    assert isinstance(network, FeedForward)
+    layers = [value for layer in network.layers for value in vars(layer).values()]
+    return [*sizes, network.skip is None, *layers, 0 if network.skip is None else network.skip]
+
+
 def same_network(one: Network, other: Network) -> bool:
-    assert isinstance(one, FeedForward)
-    assert isinstance(other, FeedForward)
-    skips = (one.skip is None, other.skip is None)
-    return (
-        (one.n_samples, one.n_channels) == (other.n_samples, other.n_channels)
-        and (all(skips) or (not any(skips) and np.array_equal(one.skip, other.skip)))
-        and all(
-            a.activation == b.activation
-            and np.array_equal(a.weights, b.weights)
-            and np.array_equal(a.bias, b.bias)
-            for a, b in zip(one.layers, other.layers, strict=True)
-        )
-    )
+    pairs = zip(arrays_of(one), arrays_of(other), strict=True)
+    return type(one) is type(other) and all(np.array_equal(a, b) for a, b in pairs)  # type: ignore[arg-type]
 
 
-@given(surrogate_shapes())
+@given(all_shapes())
 def test_round_trip(shape: Shape) -> None:
     surrogate = random_surrogate(shape)
     data = surrogate.to_bytes()
@@ -69,23 +77,24 @@ def test_round_trip(shape: Shape) -> None:
         assert same_network(again.estimator.network, surrogate.estimator.network)
 
 
-def test_every_truncation_is_refused() -> None:
-    for length in range(len(SMALL)):
-        assert refused_or_read(SMALL[:length]), length
-    for length in range(len(SMALL) - 4):
-        assert refused_or_read(with_checksum(SMALL[:length])), length
+@both_files
+def test_every_truncation_is_refused(data: bytes) -> None:
+    for length in range(len(data)):
+        assert refused_or_read(data[:length]), length
+    for length in range(len(data) - 4):
+        assert refused_or_read(with_checksum(data[:length])), length
 
 
-def single_byte_damages() -> Iterator[bytearray]:
-    for place in range(len(SMALL) - 4):
+def single_byte_damages(data: bytes) -> Iterator[bytearray]:
+    for place in range(len(data) - 4):
         for flip in (1, 2, 4, 8, 16, 32, 64, 128, 255):
-            damaged = bytearray(SMALL[:-4])
+            damaged = bytearray(data[:-4])
             damaged[place] ^= flip
             yield damaged
 
 
 def test_every_flipped_byte_is_refused() -> None:
-    for damaged in single_byte_damages():
+    for damaged in single_byte_damages(SMALL):
         assert refused_or_read(bytes(damaged) + SMALL[-4:])
     for place in range(len(SMALL) - 4, len(SMALL)):
         damaged = bytearray(SMALL)
@@ -93,19 +102,50 @@ def test_every_flipped_byte_is_refused() -> None:
         assert refused_or_read(bytes(damaged))
 
 
-def test_flipped_bytes_with_a_right_checksum_are_refused_or_read() -> None:
+@both_files
+def test_flipped_bytes_with_a_right_checksum_are_refused_or_read(data: bytes) -> None:
     """Weights may change unseen, sizes and tags may not."""
-    refused = [refused_or_read(with_checksum(bytes(body))) for body in single_byte_damages()]
+    damages = single_byte_damages(data)
+    refused = [refused_or_read(with_checksum(bytes(body))) for body in damages]
     assert any(refused)
     assert not all(refused)
 
 
+@both_files
 @pytest.mark.parametrize("value", [0, 1, 2**30 + 1, 2**31 - 1, 2**31, 2**32 - 1])
-def test_no_size_is_believed(value: int) -> None:
+def test_no_size_is_believed(data: bytes, value: int) -> None:
     """Every aligned number in turn, also products that overflow 32 and 64 bits."""
-    for place in range(12, len(SMALL) - 4, 4):
-        body = SMALL[:place] + struct.pack("<I", value) + SMALL[place + 4 : -4]
+    for place in range(12, len(data) - 4, 4):
+        body = data[:place] + struct.pack("<I", value) + data[place + 4 : -4]
         refused_or_read(with_checksum(body))
+
+
+def test_sizes_of_a_cell_are_named() -> None:
+    """Words of the predictor: kind, n_samples, n_out, n, H, p, activation, differences."""
+    start = CELLS.index(b"PRED") + 8
+    wrong = [
+        (0, 3, "network of kind 3"),
+        (1, 4, "n_samples, n_out, n_values"),
+        (2, 1, "n_samples, n_out, n_values"),
+        (3, 0, "0 states"),
+        (5, 0, "0 values"),
+        (6, 2, "activation 2 of a cell"),
+        (7, 3, "differences 3"),
+        (3, 2**32 - 1, "bytes expected"),
+        (4, 2**32 - 1, "bytes expected"),
+    ]
+    for word, value, message in wrong:
+        place = start + 4 * word
+        body = CELLS[:place] + struct.pack("<I", value) + CELLS[place + 4 : -4]
+        with pytest.raises(PayloadError, match=message):
+            decode(with_checksum(body))
+
+
+def test_hold_is_checked() -> None:
+    place = SMALL.index(b"WIND") + 8 + 24
+    body = SMALL[:place] + struct.pack("<I", 2) + SMALL[place + 4 : -4]
+    with pytest.raises(PayloadError, match="hold 2; expected less than 2"):
+        decode(with_checksum(body))
 
 
 def test_huge_layer_is_refused_before_it_is_allocated() -> None:
@@ -118,8 +158,8 @@ def test_huge_layer_is_refused_before_it_is_allocated() -> None:
 def test_messages_name_what_is_wrong() -> None:
     with pytest.raises(PayloadError, match="expected it to begin with 'SLIDEFMU'"):
         decode(b"PK\x03\x04" + bytes(100))
-    with pytest.raises(PayloadError, match="version 2; expected version 1"):
-        decode(with_checksum(SMALL[:8] + struct.pack("<I", 2) + SMALL[12:-4]))
+    with pytest.raises(PayloadError, match="version 1; expected version 2"):
+        decode(with_checksum(SMALL[:8] + struct.pack("<I", 1) + SMALL[12:-4]))
     with pytest.raises(PayloadError, match="checksum does not match"):
         decode(SMALL[:-4] + bytes(4))
     with pytest.raises(PayloadError, match="unexpected bytes"):
@@ -133,13 +173,12 @@ def test_messages_name_what_is_wrong() -> None:
     [
         {"name": 5},
         {"name": "2nd"},
-        {"hold": "sometimes"},
         {"inputs": []},
         {"inputs": 3},
         {"outputs": [{"name": "y0", "unit": "m", "low": 1, "high": 0}]},
         {"outputs": [{"name": "y0", "unit": "m", "low": 0, "high": 10**400}]},
     ],
-    ids=["name", "identifier", "hold", "no_inputs", "inputs", "range", "overflow"],
+    ids=["name", "identifier", "no_inputs", "inputs", "range", "overflow"],
 )
 def test_damaged_metadata_is_refused(change: dict[str, object]) -> None:
     place = SMALL.index(b"META")

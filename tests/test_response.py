@@ -7,12 +7,13 @@ import dataclasses
 import numpy as np
 import pytest
 import scipy.linalg
-from fmu.samples import Shape, random_surrogate, sum_surrogate
+from fmu.samples import CellShape, Shape, random_surrogate, sum_surrogate
 
 from mbs_models.oscillators import LinearOscillator
 from slide_fmu.network import FeedForward
 from slide_fmu.response import exact_matrix, is_affine, learnt_matrix, matrix_figures
 from slide_fmu.signals import FloatArray
+from slide_fmu.state_space import StateSpace
 from slide_fmu.window import Window
 
 MASS, STIFFNESS, DAMPING, STEP = 1.0, 1600.0, 8.0, 1 / 64
@@ -71,12 +72,30 @@ def test_learnt_matrix_of_a_known_map() -> None:
     assert np.max(np.abs(found - expected)) < ROUNDING * np.ptp(expected)
 
 
-def test_only_affine_blocks_have_a_matrix() -> None:
+def test_learnt_matrix_of_a_linear_cell() -> None:
+    """Response of output row to input column: C A^age B (+ D for the newest), 0 for later."""
+    shape = Shape(n_in=6, n_out=3, n_inputs=2, n_outputs=2, cell=CellShape(units=0))
+    surrogate = random_surrogate(shape)
+    network = surrogate.network
+    assert isinstance(network, StateSpace)
+    cell, expected = network.cell, np.zeros((3, 2, 6, 2))
+    for row in range(3):
+        for column in range(4 + row):
+            response = cell.c @ np.linalg.matrix_power(cell.a, 3 + row - column) @ cell.b
+            expected[row, :, column] = response + (cell.d if column == 3 + row else 0)
+    expected *= surrogate.output_scaling.scale[:, None, None] / surrogate.input_scaling.scale
+    found = learnt_matrix(surrogate)
+    assert np.max(np.abs(found - expected.reshape(6, 12))) < ROUNDING * np.ptp(expected)
+
+
+def test_only_affine_windows_have_a_matrix() -> None:
     assert is_affine(random_surrogate(Shape(hidden=())))
     assert is_affine(random_surrogate(Shape(hidden=(3,), activation="identity")))
+    assert is_affine(random_surrogate(Shape(cell=CellShape(units=0))))
+    assert is_affine(sum_surrogate())
     assert not is_affine(random_surrogate(Shape(hidden=(3,))))
-    assert not is_affine(random_surrogate(Shape(hidden=(), block=False)))
-    assert not is_affine(sum_surrogate())  # one sample
+    assert not is_affine(random_surrogate(Shape(cell=CellShape(units=1))))
+    assert not is_affine(random_surrogate(Shape(hidden=(), block=False)))  # sees less
 
 
 def test_figures_of_a_matrix() -> None:

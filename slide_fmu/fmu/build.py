@@ -67,7 +67,12 @@ def build_all(force: bool = False) -> list[Path]:
     return libraries
 
 
-def _build_library(name: str, target: str) -> None:
+def compile_objects(target: str) -> list[Path]:
+    """Compile the sources for a target, the kernels once for each instruction set.
+
+    Raises:
+        BuildError: with what the compiler said.
+    """
     folder = BUILD / target
     folder.mkdir(parents=True, exist_ok=True)
     position = ["-fPIC"] if "linux" in target else []
@@ -77,13 +82,19 @@ def _build_library(name: str, target: str) -> None:
         if source.name != "kernel.c":
             objects.append(folder / f"{source.stem}.o")
             flags = ["-mcpu=" + BASELINE, "-ffp-contract=off"]
-            _compile([*common, *flags, "-c", source.name, "-o", str(objects[-1])])
+            run_compiler([*common, *flags, "-c", source.name, "-o", str(objects[-1])])
     for table, processor in KERNELS.items():
         objects.append(folder / f"{table}.o")
         flags = ["-mcpu=" + processor, "-ffp-contract=on", f"-DSLIDE_KERNEL={table}"]
-        _compile([*common, *flags, "-c", "kernel.c", "-o", str(objects[-1])])
+        run_compiler([*common, *flags, "-c", "kernel.c", "-o", str(objects[-1])])
+    return objects
+
+
+def _build_library(name: str, target: str) -> None:
+    objects = compile_objects(target)
+    folder = BUILD / target
     library = folder / Path(name).name
-    _compile(["-target", target, *LINK, *map(str, objects), "-lm", "-o", str(library)])
+    run_compiler(["-target", target, *LINK, *map(str, objects), "-lm", "-o", str(library)])
     final = BINARIES / name
     final.parent.mkdir(parents=True, exist_ok=True)
     staged = final.with_name(f"{final.name}.{os.getpid()}")
@@ -99,7 +110,12 @@ def _without_time(library: bytes) -> bytes:
     return library[:at] + bytes(4) + library[at + 4 :]
 
 
-def _compile(arguments: list[str]) -> None:
+def run_compiler(arguments: list[str]) -> None:
+    """Run the compiler of ``ziglang`` in the folder of the sources.
+
+    Raises:
+        BuildError: with what it said.
+    """
     cache = str(BUILD / "cache")
     environment = {**os.environ, "ZIG_LOCAL_CACHE_DIR": cache, "ZIG_GLOBAL_CACHE_DIR": cache}
     command = [sys.executable, "-m", "ziglang", "cc", *arguments]

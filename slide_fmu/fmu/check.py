@@ -92,18 +92,34 @@ def _compare_run(path: Path, surrogate: Surrogate, description: ModelDescription
                 native = _run_native(folder, surrogate, description, inputs)
         except Exception as error:  # fmpy raises bare Exception when a call fails
             return [f"the native library failed: {error}"]
-    stream = surrogate.stream()
-    results = [stream.step(row) for row in inputs]
-    outputs = np.array([output for output, _ in results])
-    count = len(surrogate.outputs)
+    expected = _run_numpy(surrogate, inputs)
     ranges = np.array([signal.high - signal.low for signal in surrogate.outputs])
-    allowed = OUTPUT_TOLERANCE * np.maximum(ranges, np.abs(outputs).max(axis=0))
-    problems = _compare(surrogate, "output", native[:, :count], outputs, allowed)
-    if surrogate.estimator is not None:
-        errors = np.array([error for _, error in results])
-        allowed = ERROR_TOLERANCE * errors.max(axis=0)
-        problems += _compare(surrogate, "error estimate", native[:, count:], errors, allowed)
+    rounding = OUTPUT_TOLERANCE * np.maximum(ranges, np.abs(expected[""]).max(axis=0))
+    problems = []
+    for suffix, values in expected.items():
+        found = np.stack([native[s.name + suffix] for s in surrogate.outputs], axis=1)
+        estimates = suffix == "_error_estimate"
+        allowed = ERROR_TOLERANCE * values.max(axis=0) if estimates else rounding
+        what = suffix.strip("_").replace("_", " ") or "output"
+        problems += _compare(surrogate, what, found, values, allowed)
     return problems + _compare_filled(surrogate, native)
+
+
+def _run_numpy(surrogate: Surrogate, inputs: FloatArray) -> dict[str, FloatArray]:
+    """Outputs and what belongs to each, by the suffix of the variable, (steps, n_outputs)."""
+    stream = surrogate.stream()
+    rows: dict[str, list[FloatArray]] = {}
+    for row in inputs:
+        outputs, estimates = stream.step(row)
+        results = {
+            "": outputs,
+            "_error_estimate": estimates,
+            "_truncation_error": stream.truncation_error,
+        }
+        for suffix, values in results.items():
+            if values is not None:
+                rows.setdefault(suffix, []).append(values)
+    return {suffix: np.array(values) for suffix, values in rows.items()}
 
 
 def _compare(
@@ -120,11 +136,11 @@ def _compare(
     return problems
 
 
-def _compare_filled(surrogate: Surrogate, native: FloatArray) -> list[str]:
-    problems, samples = [], samples_behind(surrogate)
-    steps = np.arange(1, len(native) + 1)
-    for column, (name, count) in enumerate(samples.items(), start=-len(samples)):
-        deviation = np.abs(native[:, column] - np.minimum(1, steps / count)).max()
+def _compare_filled(surrogate: Surrogate, native: dict[str, FloatArray]) -> list[str]:
+    problems = []
+    for name, count in samples_behind(surrogate).items():
+        steps = np.arange(1, len(native[name]) + 1)
+        deviation = np.abs(native[name] - np.minimum(1, steps / count)).max()
         if not deviation <= FILLED_TOLERANCE:
             problems.append(
                 f"{name}: native library and steps / {count} differ by {deviation:.3g}; "
@@ -135,10 +151,11 @@ def _compare_filled(surrogate: Surrogate, native: FloatArray) -> list[str]:
 
 def _run_native(
     folder: str, surrogate: Surrogate, description: ModelDescription, inputs: FloatArray
-) -> FloatArray:
-    """All output variables after every step, shape (steps, variables)."""
+) -> dict[str, FloatArray]:
+    """All output variables after every step, by name, shape (steps,) each."""
     n_inputs, step = len(surrogate.inputs), surrogate.window.step
-    wanted = list(range(n_inputs, len(fmu_variables(surrogate))))
+    names = [variable.name for variable in fmu_variables(surrogate)][n_inputs:]
+    wanted = list(range(n_inputs, n_inputs + len(names)))
     slave = FMU2Slave(
         guid=description.guid,
         unzipDirectory=folder,
@@ -155,6 +172,6 @@ def _run_native(
             slave.setReal(list(range(n_inputs)), row.tolist())
             slave.doStep(index * step, step)
             rows.append(slave.getReal(wanted))
-        return np.array(rows)
+        return dict(zip(names, np.array(rows).T, strict=True))
     finally:
         slave.freeInstance()

@@ -1,8 +1,8 @@
 """The modelDescription.xml (FMI 2.0.4) of a surrogate's FMU.
 
 Value references, which ``runtime/fmi2_values.c`` counts in the same way: inputs, outputs, error
-estimates, ``window_filled``, ``error_estimate_filled``; estimates and the last only with an
-estimator.
+estimates, ``window_filled``, ``error_estimate_filled``, truncation errors; estimates and their
+filled part only with an estimator, truncation errors only of a state-space network.
 """
 
 from __future__ import annotations
@@ -13,12 +13,13 @@ from dataclasses import dataclass
 from xml.etree import ElementTree
 
 from slide_fmu.signals import Signal
+from slide_fmu.state_space import StateSpace
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.units import BASE_UNITS
 
 CAPABILITIES = {
     "needsExecutionTool": "false",
-    "canHandleVariableCommunicationStepSize": "false",
+    "canHandleVariableCommunicationStepSize": "true",
     "canInterpolateInputs": "false",
     "maxOutputDerivativeOrder": "0",
     "canRunAsynchronuously": "false",
@@ -77,6 +78,8 @@ def fmu_variables(surrogate: Surrogate) -> list[Variable]:
         variables += [_error_estimate(signal) for signal in surrogate.outputs]
     for name in samples_behind(surrogate):
         variables.append(Variable(name, "1", "output", FILLED[name], 0.0, 1.0))
+    if isinstance(surrogate.network, StateSpace):
+        variables += [_truncation_error(signal) for signal in surrogate.outputs]
     names = [variable.name for variable in variables]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
@@ -175,6 +178,14 @@ def _output(signal: Signal) -> Variable:
 def _error_estimate(signal: Signal) -> Variable:
     text = f"Estimated root mean square error of {signal.name} over the output window"
     return Variable(f"{signal.name}_error_estimate", signal.unit, "output", text, 0.0, None)
+
+
+def _truncation_error(signal: Signal) -> Variable:
+    text = (
+        f"What {signal.name} lost by forgetting inputs older than the window, measured once per "
+        "window"
+    )
+    return Variable(f"{signal.name}_truncation_error", signal.unit, "output", text, 0.0, None)
 
 
 def _summary(surrogate: Surrogate) -> str:

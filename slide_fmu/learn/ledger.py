@@ -41,12 +41,9 @@ class Ledger:
         self._written = time.monotonic()
         if path.exists():
             try:
-                self._runs = torch.load(path, map_location=device, weights_only=True)
-            except (RuntimeError, EOFError, pickle.UnpicklingError) as error:
-                raise TrainingError(
-                    f"checkpoint {path} cannot be read ({error}); remove it to train from the "
-                    "start"
-                ) from error
+                self._runs = _checked(torch.load(path, map_location=device, weights_only=True))
+            except (RuntimeError, EOFError, ValueError, pickle.UnpicklingError) as error:
+                raise self._unreadable(error) from error
 
     @property
     def iterations(self) -> int:
@@ -72,7 +69,10 @@ class Ledger:
         stored = self._runs.get(name, {"iterations": 0, "state": None})
         done, state = stored["iterations"], start
         if stored["state"] is not None:
-            state = type(start)(**stored["state"])
+            try:
+                state = type(start)(**stored["state"])
+            except TypeError as error:  # written by another version
+                raise self._unreadable(error) from error
         while done < iterations and not state.finished:  # type: ignore[attr-defined]
             state = advance(state)
             done += 1
@@ -93,3 +93,20 @@ class Ledger:
         torch.save(self._runs, temporary)
         os.replace(temporary, self._path)
         self._written = time.monotonic()
+
+    def _unreadable(self, error: Exception) -> TrainingError:
+        return TrainingError(
+            f"checkpoint {self._path} cannot be read ({error}); remove it to train from the start"
+        )
+
+
+def _checked(runs: Any) -> dict[str, dict[str, Any]]:
+    """The runs of a file.
+
+    Raises:
+        ValueError: it holds something else.
+    """
+    found = runs.values() if isinstance(runs, dict) else [None]
+    if not all(isinstance(run, dict) and run.keys() == {"iterations", "state"} for run in found):
+        raise ValueError("it holds no runs of a state-space fit")
+    return dict(runs)

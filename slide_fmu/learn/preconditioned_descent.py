@@ -15,6 +15,7 @@ import torch
 
 from slide_fmu.learn.cell import CellShape, simulate
 from slide_fmu.learn.normal_equations import normal_equations
+from slide_fmu.learn.pole_penalty import pole_radii
 from slide_fmu.learn.segments import Segments
 
 MATRIX_SEGMENTS = 96
@@ -54,6 +55,11 @@ class Descent:
     stretch: int = 0
     history: tuple[tuple[int, float, float], ...] = ()
 
+    @property
+    def finished(self) -> bool:
+        """Never: a descent goes on for all its stretches."""
+        return False
+
     @staticmethod
     def begin(theta: torch.Tensor, error: float) -> Descent:
         """Before the first stretch, with the validation error there."""
@@ -65,14 +71,16 @@ def advance_stretch(
     shape: CellShape,
     segments: Segments,
     validation: Callable[[torch.Tensor], float],
-    seed: int,
+    seed_and_radius: tuple[int, float],
 ) -> Descent:
     """One stretch: a new matrix, then ``STRETCH`` preconditioned steps.
 
     Args:
         validation: RMS error on data that choose the parameters.
-        seed: of the batches, together with the number of the stretch.
+        seed_and_radius: seed of the batches, together with the number of the stretch; circle
+            outside of which poles are penalised.
     """
+    seed, radius = seed_and_radius
     generator = torch.Generator().manual_seed((seed * 1_000_003 + state.stretch) % 2**32)
     factor = _factor(
         shape, state.theta, segments.chosen(_draw(segments, MATRIX_SEGMENTS, generator))
@@ -80,7 +88,7 @@ def advance_stretch(
     theta, momentum, cost = state.theta, state.momentum, math.nan
     for _ in range(STRETCH):
         batch = segments.chosen(_draw(segments, BATCH, generator))
-        cost, gradient = _gradient(shape, theta, batch)
+        cost, gradient = _gradient(shape, theta, batch, radius)
         if not math.isfinite(cost):
             break
         step = -torch.cholesky_solve(gradient[:, None], factor)[:, 0]
@@ -115,11 +123,12 @@ def _factor(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torch.
 
 
 def _gradient(
-    shape: CellShape, theta: torch.Tensor, segments: Segments
+    shape: CellShape, theta: torch.Tensor, segments: Segments, radius: float
 ) -> tuple[float, torch.Tensor]:
-    """Mean square of the residuals and half its gradient, by reverse mode."""
+    """Mean square of the residuals with the penalty, and half its gradient, by reverse mode."""
     variable = theta.clone().requires_grad_()
     outputs, _ = simulate(shape, variable, segments.features)
     cost = (outputs[segments.burn_in :] - segments.targets).square().mean()
+    cost = cost + (pole_radii(shape, variable) - radius).clamp_min(0).square().sum()
     (gradient,) = torch.autograd.grad(cost, variable)
-    return float(cost), 0.5 * gradient
+    return float(cost.detach()), 0.5 * gradient

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import torch
 
+from slide_fmu.learn.normal_equations import sum_of_squares
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.segments import Segments, cut_segments, with_differences
 from slide_fmu.learn.tournament import LINEAR_ITERATIONS, Entrant, FitData, Tournament
@@ -17,9 +18,9 @@ from slide_fmu.state_space import Cell, StateSpace
 
 SEARCH_STARTS = 3
 """Random starts by which a size is judged when it is chosen automatically."""
-WORTHWHILE = 0.9
+WORTHWHILE = 0.8
 """A larger network is chosen when it has at most this part of the smaller one's error."""
-FIRST_UNITS, MOST_UNITS = 16, 128
+FIRST_UNITS, MOST_UNITS = 16, 64
 """Numbers of units that are tried."""
 MORE_STATES = 8
 """States tried beyond the first guess, at most."""
@@ -47,9 +48,17 @@ def fit_state_space(
             "training diverged: no start of the state-space network has a finite validation "
             "error; give more starts (training.starts) or a lower network.order"
         )
-    steps, training_errors, errors = zip(*winner.state.history, strict=True)
-    history = History(steps, training_errors, errors)
-    return freeze(winner, problem, data.feature_scale), history
+    return freeze(winner, problem, data.feature_scale), _history(winner, data)
+
+
+def _history(winner: Entrant, data: FitData) -> History:
+    """The winner's last run; with its start as step 0 where no step was better."""
+    rows = winner.state.history
+    if not rows or min(row[2] for row in rows) > winner.error:
+        cost = sum_of_squares(winner.shape, winner.state.best, data.whole)
+        error = math.sqrt(cost / data.whole.targets.numel())
+        rows = ((0, error, winner.error), *rows)
+    return History(*zip(*rows, strict=True))
 
 
 def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresRecipe) -> FitData:
@@ -79,7 +88,8 @@ def choose_sizes(tournament: Tournament) -> tuple[int, int]:
     found = first if order != "auto" else None
     if found is None:
         tried = 0 if units == 0 else FIRST_UNITS if units == "auto" else units
-        orders = range(first, first + MORE_STATES + 1, 2)
+        last = min(first + MORE_STATES, max(first, tournament.highest_order()))
+        orders = range(first, last + 1, 2)
         found = _raise(list(orders), lambda n: _judge(tournament, n, tried))
     if units != "auto":
         return found, units

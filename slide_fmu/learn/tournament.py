@@ -22,7 +22,12 @@ from slide_fmu.learn.linear_start import (
     states_of,
     states_shown,
 )
-from slide_fmu.learn.normal_equations import normal_equations, sum_of_squares
+from slide_fmu.learn.normal_equations import (
+    NormalEquations,
+    normal_equations,
+    sum_of_squares,
+)
+from slide_fmu.learn.pole_penalty import PolePenalty, pole_radii
 from slide_fmu.learn.preconditioned_descent import Descent
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.segments import Segments
@@ -114,6 +119,11 @@ class Tournament:
         excited = self._excited()
         return states_shown(self._impulse_responses()) if excited is None else states_of(excited)
 
+    def highest_order(self) -> int:
+        """Number of states that impulse responses of this length can show."""
+        taps, p, q = self._impulse_responses().shape
+        return taps // 2 * min(p, q)
+
     def linear(self, order: int) -> Entrant:
         """The best linear model of an order, on all data."""
         shape = self.shape(order, 0)
@@ -166,10 +176,11 @@ class Tournament:
         generator = torch.Generator().manual_seed(training.seed)
         theta = widen(old.split(entrant.state.best), old, shape, generator)
         validation = self._least_squares(shape, self.data.validation).validation
+        penalty = PolePenalty.of(self.problem.window, 1)
 
         def stretch(state: Descent) -> Descent:
             after = preconditioned_descent.advance_stretch(
-                state, shape, self.data.whole, validation, training.seed
+                state, shape, self.data.whole, validation, (training.seed, penalty.radius)
             )
             self._best = min(self._best, after.best_error)
             return after
@@ -193,18 +204,23 @@ class Tournament:
         return Entrant(shape, self._ledger.run(name, begin, step, iterations))
 
     def _least_squares(self, shape: CellShape, segments: Segments) -> LeastSquares:
-        validation = self.data.validation
+        """Errors on segments with the penalty on poles; no pole outside the circle validates."""
+        validation, count = self.data.validation, segments.targets.numel()
+        penalty = PolePenalty.of(self.problem.window, count)
+
+        def normal(theta: torch.Tensor) -> NormalEquations:
+            return penalty.join(normal_equations(shape, theta, segments), shape, theta)
+
+        def cost(theta: torch.Tensor) -> float:
+            squares = sum_of_squares(shape, theta, segments)
+            return squares + penalty.cost(shape, theta) if math.isfinite(squares) else squares
 
         def error(theta: torch.Tensor) -> float:
-            cost = sum_of_squares(shape, theta, validation)
-            return math.sqrt(cost / validation.targets.numel()) if cost >= 0 else math.inf
+            squares = sum_of_squares(shape, theta, validation)
+            fine = math.isfinite(squares) and float(pole_radii(shape, theta).max()) < 1
+            return math.sqrt(squares / validation.targets.numel()) if fine else math.inf
 
-        return LeastSquares(
-            lambda theta: normal_equations(shape, theta, segments),
-            lambda theta: sum_of_squares(shape, theta, segments),
-            segments.targets.numel(),
-            error,
-        )
+        return LeastSquares(normal, cost, count, error)
 
     def _excited(self) -> NDArray[np.complex128] | None:
         if self.problem.eigenvalues is None or len(self.problem.eigenvalues) == 0:

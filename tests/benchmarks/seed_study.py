@@ -1,9 +1,10 @@
-"""Accuracy of a recipe over several training seeds: every seed, mean and spread.
+"""Accuracy and cost of a recipe over several training seeds: every seed, mean and spread.
 
     python tests/benchmarks/seed_study.py training/duffing_paper_code.toml --seeds 3 --json -
 
 Data are generated once, in ``runs/<name>``. Every seed trains a surrogate (and error estimator) of
-its own, which is exported and run beside the reference FMU on unseen trajectories.
+its own, which is exported and run beside the reference FMU on unseen trajectories. ``--train``
+compares recipes on the same number of trajectories (give it a ``--runs`` of its own).
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import argparse
 import dataclasses
 import json
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -30,10 +32,15 @@ def study(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
     """Train and validate every seed."""
     torch.set_num_threads(1)
     job = pipeline.open_job(arguments.recipe, arguments.runs, bar)
+    if arguments.train is not None:
+        data = job.recipe.data.model_copy(update={"train": arguments.train})
+        recipe = job.recipe.model_copy(update={"data": data})
+        job = dataclasses.replace(job, recipe=recipe)
     pipeline.generate_data(job, None, False)
     seeds = []
     for seed in range(arguments.seeds):
         recipe = pipeline.with_training_seed(job.recipe, seed)
+        begin = time.process_time()
         fit = fit_surrogate(
             recipe,
             recipe_system(recipe),
@@ -41,6 +48,7 @@ def study(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
             job.folder.checkpoints,
             lambda stage, seed=seed: stage_progress(bar(f"{stage}, seed {seed}")),
         )
+        seconds = time.process_time() - begin
         fmu = job.folder.path / f"{recipe.name}_seed_{seed}.fmu"
         origin = pipeline.provenance(dataclasses.replace(job, recipe=recipe), pipeline.versions())
         export_fmu(fit.surrogate, fmu, provenance=origin)
@@ -50,10 +58,21 @@ def study(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
                 recipe, arguments.seed, arguments.trajectories
             ).items()
         }
-        seeds.append({"training_seed": seed, **measured})
-    names = [name for name in seeds[0] if name != "training_seed"]
-    summaries = {name: summary([seed[name] for seed in seeds]) for name in names}
-    return {"recipe": job.recipe.name, "summary": summaries, "seeds": seeds}
+        cost = {
+            "parameters": fit.surrogate.network.count_parameters(),
+            "training_cpu_seconds": seconds,
+        }
+        seeds.append({"training_seed": seed, **cost, **measured})
+        plain = {"training_seed", *cost}
+    names = [name for name in seeds[0] if name not in plain]
+    return {
+        "recipe": job.recipe.name,
+        "trajectories": job.recipe.data.train,
+        "simulated_seconds": job.recipe.data.train * job.recipe.data.duration,
+        "training_cpu_seconds": statistics(np.array([s["training_cpu_seconds"] for s in seeds])),
+        "summary": {name: summary([seed[name] for seed in seeds]) for name in names},
+        "seeds": seeds,
+    }
 
 
 def quiet(done: int, total: int) -> None:
@@ -94,6 +113,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("recipe", type=Path)
     parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--train", type=int, help="trajectories to learn from; the recipe's")
     parser.add_argument("--trajectories", type=int, help="the recipe's if not given")
     parser.add_argument("--seed", type=int, default=UNSEEN_SEED, help="of the trajectories")
     parser.add_argument("--runs", type=Path, default=Path("runs"))

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from slide_fmu.fmu.build import BUILD, RUNTIME, WARNINGS
 
-DRIVER = Path(__file__).parent / "c" / "driver.c"
+DRIVERS = [Path(__file__).parent / "c" / name for name in ("driver.c", "cell_driver.c")]
 SANITIZE = ["-g", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
 
 
@@ -50,7 +50,7 @@ def build_driver(command: list[str], flags: list[str], program: Path) -> Path:
     """
     sources = [path for path in sorted(RUNTIME.glob("*.c")) if path.name != "kernel.c"]
     units: list[tuple[Path, str, list[str]]] = [
-        (path, path.stem, []) for path in [*sources, DRIVER]
+        (path, path.stem, []) for path in [*sources, *DRIVERS]
     ]
     kernel = RUNTIME / "kernel.c"
     units.append((kernel, "baseline", ["-DSLIDE_KERNEL=slide_kernel_baseline"]))

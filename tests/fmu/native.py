@@ -73,6 +73,12 @@ class Native:
         assert self.do_step(self.steps * STEP) == OK, self.messages
         self.steps += 1
 
+    def time(self) -> float:
+        """Time of the present state."""
+        last = ctypes.c_double()
+        assert self.call("fmi2GetRealStatus", 2, ctypes.byref(last)) == OK
+        return last.value
+
     def save(self) -> bytes:
         """The serialised state."""
         state, size = ctypes.c_void_p(), ctypes.c_size_t()

@@ -20,7 +20,7 @@ from slide_fmu.signals import Signal
 from slide_fmu.surrogate import Surrogate
 
 from .native import OK, Loaded
-from .samples import STEP, Shape, random_surrogate
+from .samples import STEP, CellShape, Shape, random_surrogate
 
 SHAPE = Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3, name="two_masses")
 
@@ -51,8 +51,9 @@ def _changed(fmu: Path, replaced: dict[str, bytes | None]) -> Path:
 
 
 @pytest.mark.parametrize("positions", [0, 3])
-def test_validates(tmp_path: Path, positions: int) -> None:
-    surrogate = random_surrogate(dataclasses.replace(SHAPE, positions=positions))
+@pytest.mark.parametrize("cell", [None, CellShape(contraction=0.9)])
+def test_validates(tmp_path: Path, positions: int, cell: CellShape | None) -> None:
+    surrogate = random_surrogate(dataclasses.replace(SHAPE, positions=positions, cell=cell))
     path = export_fmu(surrogate, tmp_path / "m.fmu")
     assert validate_fmu(str(path)) == []
     assert check_fmu(path) == []
@@ -100,7 +101,7 @@ def test_description(fmu: Path) -> None:
         assert filled.description.endswith(f"trust the {results} from 1 on")
     assert description.defaultExperiment.stepSize == str(STEP)
     assert description.coSimulation.canSerializeFMUstate
-    assert not description.coSimulation.canHandleVariableCommunicationStepSize
+    assert description.coSimulation.canHandleVariableCommunicationStepSize
     assert all(not unknown.dependencies for unknown in description.outputs)
     initial = [[v.name for v in u.dependencies] for u in description.initialUnknowns]
     assert initial == [["u0", "u1"]] * 4 + [[], []]
@@ -114,6 +115,19 @@ def test_description_without_estimator(surrogate: Surrogate, tmp_path: Path) -> 
     assert names == ["u0", "u1", "y0", "y1", "window_filled"]
     initial = [[v.name for v in u.dependencies] for u in description.initialUnknowns]
     assert initial == [["u0", "u1"]] * 2 + [[]]
+
+
+def test_description_of_a_cell(tmp_path: Path) -> None:
+    surrogate = random_surrogate(dataclasses.replace(SHAPE, cell=CellShape()))
+    path = export_fmu(surrogate, tmp_path / "m.fmu")
+    description = fmpy.read_model_description(str(path))
+    variables = description.modelVariables
+    assert [variable.name for variable in variables[6:]] == [
+        *("window_filled", "error_estimate_filled", "y0_truncation_error", "y1_truncation_error")
+    ]
+    assert (variables[8].unit, variables[8].min, variables[8].causality) == ("m", "0.0", "output")
+    initial = [[v.name for v in u.dependencies] for u in description.initialUnknowns]
+    assert initial == [["u0", "u1"]] * 4 + [[], []] + [["u0", "u1"]] * 2
 
 
 def test_start_values_lie_in_the_range(surrogate: Surrogate, tmp_path: Path) -> None:
@@ -197,7 +211,7 @@ def test_check_finds_faults(fmu: Path) -> None:
 
 def test_unchanged_sources_are_not_compiled_again(monkeypatch: pytest.MonkeyPatch) -> None:
     libraries = build.build_all()
-    monkeypatch.setattr(build, "_compile", lambda arguments: pytest.fail("compiled"))
+    monkeypatch.setattr(build, "run_compiler", lambda arguments: pytest.fail("compiled"))
     assert build.build_all() == libraries
 
 

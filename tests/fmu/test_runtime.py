@@ -12,10 +12,11 @@ import pytest
 from slide_fmu.fmu.check import ERROR_TOLERANCE, OUTPUT_TOLERANCE
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.signals import FloatArray
+from slide_fmu.state_space import StateSpace
 from slide_fmu.surrogate import Surrogate
 
 from .native import Loaded
-from .samples import STEP, Shape, random_surrogate, sum_surrogate
+from .samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 
 SHAPES = [
     Shape(activation="identity", hidden=()),
@@ -27,6 +28,14 @@ SHAPES = [
     Shape(activation="gelu", n_inputs=2, n_outputs=2, block=False, positions=3, means=True),
     Shape(activation="relu", n_in=1, n_out=1, n_outputs=33, positions=1),
     Shape(activation="tanh", n_in=100, n_out=30, hidden=(200, 200), positions=30),
+    Shape(activation="cubic", hidden=(40, 33), n_inputs=2),
+    Shape(cell=CellShape(states=4, units=32)),
+    Shape(cell=CellShape(states=14, units=40), n_inputs=2, n_outputs=3, hold="ramp"),
+    Shape(cell=CellShape(states=9, units=17, differences=2, activation="cubic"), n_inputs=2),
+    Shape(cell=CellShape(states=2, units=0, differences=1), n_outputs=9, n_in=1, n_out=1),
+    Shape(cell=CellShape(contraction=0.9), positions=4, n_outputs=2),
+    Shape(cell=CellShape(contraction=0.9, estimates=True), positions=5, means=True),
+    Shape(cell=CellShape(contraction=0.9), n_in=100, n_out=30, positions=30),
 ]
 
 
@@ -68,6 +77,13 @@ def test_fmpy_gives_what_numpy_gives(tmp_path: Path, shape: Shape) -> None:
             np.testing.assert_allclose(estimate, errors[:, column], rtol=ERROR_TOLERANCE)
         seen = surrogate.estimator.network.n_samples + surrogate.estimator.positions - 1
         np.testing.assert_allclose(results["error_estimate_filled"], _filled(inputs, seen))
+    if isinstance(surrogate.network, StateSpace):
+        _, errors = surrogate.network.ping_pong(surrogate.input_scaling.apply(inputs)[None])
+        expected = errors[0] * surrogate.output_scaling.scale
+        for column, signal in enumerate(surrogate.outputs):
+            found = results[f"{signal.name}_truncation_error"]
+            allowed = OUTPUT_TOLERANCE * (signal.high - signal.low)
+            np.testing.assert_allclose(found, expected[:, column], rtol=0, atol=allowed)
     filled = _filled(inputs, surrogate.network.n_samples)
     np.testing.assert_allclose(results["window_filled"], filled)
 

@@ -14,15 +14,21 @@ import numpy as np
 import pytest
 
 from slide_fmu.fmu.build import RUNTIME, WARNINGS
+from slide_fmu.fmu.check import OUTPUT_TOLERANCE
 from slide_fmu.payload import PayloadError, decode
+from slide_fmu.state_space import StateSpace
 from slide_fmu.surrogate import Surrogate
 
 from .driver import build_driver, host_compilers, run_compiler, sanitizing_compiler
 from .native import Loaded
-from .samples import Shape, random_surrogate
+from .samples import CellShape, Shape, random_surrogate
 
 SMALL = Shape(n_in=3, n_out=2, n_inputs=2, hidden=(3,), skip=True, positions=2)
 ONE_SAMPLE = Shape(n_in=4, n_out=3, hidden=(2,), activation="tanh", block=False)
+CELLS = Shape(
+    n_in=4, n_out=3, n_inputs=2, positions=2, cell=CellShape(2, 3, differences=1, estimates=True)
+)
+RAMP = Shape(n_in=4, n_out=2, positions=2, hidden=(3,), hold="ramp", cell=CellShape(9, 9))
 TELLING = [0, 1, 2, 3, 0x7F, 0x80000000, 0xFFFFFFFF, 0x7FC00000, 0x7F800000, 0x40000000, 1 << 20]
 """Words that hurt readers: off by one, signs, NaN, infinity, sizes that overflow."""
 
@@ -80,7 +86,7 @@ def _python_accepts(data: bytes) -> bool | None:
     return True
 
 
-@pytest.mark.parametrize("shape", [SMALL, ONE_SAMPLE])
+@pytest.mark.parametrize("shape", [SMALL, ONE_SAMPLE, CELLS, RAMP])
 def test_damaged_payloads(driver: Path, tmp_path: Path, shape: Shape) -> None:
     rng = np.random.default_rng(5)
     contents = list(_damaged(random_surrogate(shape).to_bytes(), rng))
@@ -97,7 +103,7 @@ def test_damaged_payloads(driver: Path, tmp_path: Path, shape: Shape) -> None:
 
 def test_kernels_are_accurate(driver: Path) -> None:
     """Largest absolute and relative errors; gelu cancels, relative to small results."""
-    bounds = {"affine": (1e-6, 1e-6), "gelu": (5e-7, np.inf)}
+    bounds = {"affine": (1e-6, 1e-6), "gelu": (5e-7, np.inf), "cell": (1e-6, np.inf)}
     for line in _run(driver, "kernels"):
         kernel, what, error, relative, special = line.split()
         absolute_bound, relative_bound = bounds.get(what, (1.5e-7, 3e-7))
@@ -106,10 +112,48 @@ def test_kernels_are_accurate(driver: Path) -> None:
         assert special == "1", (kernel, what)
 
 
-def test_calls(driver: Path, load: Callable[[Surrogate], Loaded]) -> None:
-    loaded = load(random_surrogate(SMALL))
+@pytest.mark.parametrize("shape", [SMALL, CELLS])
+def test_calls(driver: Path, load: Callable[[Surrogate], Loaded], shape: Shape) -> None:
+    loaded = load(random_surrogate(shape))
     _run(driver, "calls", loaded.uri, loaded.guid)
     assert len(_run(driver, "run", loaded.uri, loaded.guid, "10")) == 10
+
+
+@pytest.mark.parametrize("shape", [SMALL, CELLS, RAMP])
+def test_damaged_states_stay_in_their_arrays(
+    driver: Path, load: Callable[[Surrogate], Loaded], shape: Shape
+) -> None:
+    loaded = load(random_surrogate(shape))
+    _run(driver, "damage", loaded.uri, loaded.guid)
+
+
+@pytest.mark.parametrize("differences", [0, 2])
+def test_three_evaluations_are_those_of_numpy(
+    driver: Path, tmp_path: Path, differences: int
+) -> None:
+    """In the network's units. What two of them lost may add up, and differs from time to time."""
+    cell = CellShape(states=5, units=9, differences=differences, contraction=0.8)
+    surrogate = random_surrogate(Shape(n_in=20, n_out=6, cell=cell))
+    network, path = surrogate.network, tmp_path / "cell.slide"
+    assert isinstance(network, StateSpace)
+    surrogate.save(path)
+    lines = _run(driver, "three", str(path), "400")
+    exact, recursive, ping_pong = np.array([line.split() for line in lines], dtype=float).T
+    record = surrogate.input_scaling.apply(np.sin(0.7 * np.arange(400))[:, None] + 0.5)
+    lead = network.n_samples + 1
+    padded = np.concatenate([np.repeat(record[:1], lead, axis=0), record])
+    features = np.lib.stride_tricks.sliding_window_view(network.features(padded[None])[0], 20, 0)
+    windows, _ = network.run(np.ascontiguousarray(np.moveaxis(features, -1, 1)))
+    values, errors = network.ping_pong(record[None])
+    for found, expected in (
+        (exact, windows[2:, -1, 0]),
+        (recursive, network.recursive(record[None])[0, :, 0]),
+        (ping_pong, values[0, :, 0]),
+    ):
+        np.testing.assert_allclose(found, expected, rtol=0, atol=OUTPUT_TOLERANCE * 2)
+    largest = 3 * np.max(errors)
+    for one, other in ((exact, recursive), (exact, ping_pong), (recursive, ping_pong)):
+        assert 1e-4 < np.max(np.abs(one - other)) < largest
 
 
 def test_official_headers_agree(tmp_path: Path) -> None:

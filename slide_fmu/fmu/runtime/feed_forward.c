@@ -1,4 +1,4 @@
-#include "network.h"
+#include "feed_forward.h"
 
 static void fill_layer(SlideLayer *layer, const unsigned char *weights, const unsigned char *bias,
                        size_t n_out) {
@@ -24,17 +24,17 @@ static SlideLayer place_layer(const unsigned char *weights, const unsigned char 
     return layer;
 }
 
-void slide_network_place(SlideNetwork *network, const SlideNetworkView *view, uint32_t n_kept,
-                         SlideArena *arena) {
+void slide_feed_forward_place(SlideFeedForward *network, const SlideNetworkView *view,
+                              uint32_t n_kept, SlideArena *arena) {
     size_t widest = 0, n_dropped = view->n_values - n_kept;
-    const unsigned char *at = view->layers;
-    network->n_samples = view->n_samples;
-    network->n_layers = view->n_layers;
-    network->layers = slide_place(arena, view->n_layers, sizeof *network->layers);
-    for (uint32_t i = 0; i < view->n_layers; ++i) {
+    const SlideLayersView *layers = &view->layers;
+    const unsigned char *at = layers->layers;
+    network->n_layers = layers->n_layers;
+    network->layers = slide_place(arena, layers->n_layers, sizeof *network->layers);
+    for (uint32_t i = 0; i < layers->n_layers; ++i) {
         SlideLayerView source;
         at = slide_layer_view(at, &source);
-        size_t first = i + 1 == view->n_layers ? n_dropped : 0;
+        size_t first = i + 1 == layers->n_layers ? n_dropped : 0;
         SlideLayer layer = place_layer(source.weights + 4 * first * source.n_in,
                                        source.bias + 4 * first, source.n_in,
                                        source.n_out - first, arena);
@@ -45,16 +45,16 @@ void slide_network_place(SlideNetwork *network, const SlideNetworkView *view, ui
         }
     }
     network->skip = (SlideLayer){0, 0, 0, NULL, NULL};
-    if (view->skip != NULL) {
-        const unsigned char *rows = view->skip + 4 * n_dropped * view->n_first;
-        network->skip = place_layer(rows, NULL, view->n_first, n_kept, arena);
+    if (layers->skip != NULL) {
+        const unsigned char *rows = layers->skip + 4 * n_dropped * layers->n_first;
+        network->skip = place_layer(rows, NULL, layers->n_first, n_kept, arena);
     }
     network->scratch[0] = slide_place(arena, widest, SLIDE_PANEL * sizeof(float));
     network->scratch[1] = slide_place(arena, widest, SLIDE_PANEL * sizeof(float));
 }
 
-const float *slide_network_evaluate(const SlideNetwork *network, const SlideKernel *kernel,
-                                    const float *window) {
+const float *slide_feed_forward_evaluate(const SlideFeedForward *network,
+                                         const SlideKernel *kernel, const float *window) {
     const float *x = window;
     float *y = NULL;
     for (uint32_t i = 0; i < network->n_layers; ++i) {

@@ -1,10 +1,10 @@
 /* A feed-forward network in the layout of the kernels. */
-#ifndef SLIDE_NETWORK_H
-#define SLIDE_NETWORK_H
+#ifndef SLIDE_FEED_FORWARD_H
+#define SLIDE_FEED_FORWARD_H
 
 #include "arena.h"
 #include "kernel.h"
-#include "payload.h"
+#include "network_view.h"
 
 typedef struct {
     size_t n_in, n_panels;
@@ -14,20 +14,20 @@ typedef struct {
 } SlideLayer;
 
 typedef struct {
-    uint32_t n_samples, n_layers;
+    uint32_t n_layers;
     SlideLayer *layers;
     SlideLayer skip; /* no panels when there is no linear path */
     float *scratch[2];
-} SlideNetwork;
+} SlideFeedForward;
 
 /* Place a network in the arena; of the values it gives, only the last n_kept are kept (the newest
  * sample of a block). While the arena measures, the network is not usable. */
-void slide_network_place(SlideNetwork *network, const SlideNetworkView *view, uint32_t n_kept,
-                         SlideArena *arena);
+void slide_feed_forward_place(SlideFeedForward *network, const SlideNetworkView *view,
+                              uint32_t n_kept, SlideArena *arena);
 
 /* Evaluate on a window of n_samples samples, oldest first; the n_kept values stay valid until the
  * next evaluation. */
-const float *slide_network_evaluate(const SlideNetwork *network, const SlideKernel *kernel,
-                                    const float *window);
+const float *slide_feed_forward_evaluate(const SlideFeedForward *network,
+                                         const SlideKernel *kernel, const float *window);
 
 #endif

@@ -2,7 +2,6 @@
 #include "instance.h"
 #include "resource.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -130,13 +129,6 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nC
     return fmi2OK;
 }
 
-/* Largest rounding error of start + h, relative to h; greater ones would blur the steps. */
-static const double TIME_RESOLUTION = 1e-3;
-
-static bool resolves_steps(double start, double step) {
-    return fabs(start) <= 2 * TIME_RESOLUTION * step / DBL_EPSILON;
-}
-
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance,
                                fmi2Real startTime, fmi2Boolean stopTimeDefined,
                                fmi2Real stopTime) {
@@ -153,14 +145,14 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
                             startTime, stopTime);
     }
     double step = instance->model.step;
-    if (!resolves_steps(startTime, step)) {
+    if (fabs(startTime) > slide_clock_farthest(step)) {
         return slide_report(instance, fmi2Error,
                             "fmi2SetupExperiment: start time %.15g s; expected at most %.3g s "
                             "from 0, where steps of %.9g s can be told apart: start nearer to 0; "
                             "nothing was changed",
-                            startTime, 2 * TIME_RESOLUTION * step / DBL_EPSILON, step);
+                            startTime, slide_clock_farthest(step), step);
     }
-    instance->state.head->start_time = startTime;
+    instance->state.head->clock.anchor = startTime;
     return fmi2OK;
 }
 

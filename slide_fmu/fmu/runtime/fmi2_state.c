@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STATE_VERSION = 1 };
+enum { STATE_VERSION = 2 };
 
 typedef struct {
     char magic[8];
@@ -137,7 +137,7 @@ static bool is_intact(const SlideInstance *instance, const fmi2Byte bytes[]) {
     bool known_mode = head.mode == SLIDE_INSTANTIATED || head.mode == SLIDE_INITIALIZATION ||
                       head.mode == SLIDE_STEPPING || head.mode == SLIDE_TERMINATED;
     const unsigned char *block = (const unsigned char *)bytes + sizeof header;
-    return known_mode && isfinite(head.start_time) &&
+    return known_mode && isfinite(slide_clock_time(&head.clock)) &&
            header.checksum == slide_crc32(block, instance->state.size);
 }
 

@@ -1,12 +1,19 @@
 /* FMI 2.0: the communication step and its status. */
 #include "instance.h"
 
-#include <float.h>
 #include <math.h>
 
-/* Relative slack of communication points and steps: masters compute both in floating point. A
- * point never has more than a part of the step, so that a step done twice is noticed at any time. */
-static const double STEP_SLACK = 1e-6, TIME_SLACK = 1e-9, LARGEST_SLACK = 0.25;
+/* Why a step of this size cannot be taken, or NULL. */
+static const char *fault_of(double time, double length, double sample_step) {
+    if (!(length > 0) || !isfinite(length)) {
+        return "expected a positive, finite step";
+    }
+    if (fabs(time + length) > slide_clock_farthest(sample_step)) {
+        return "its end is so far from 0 that steps cannot be told apart there";
+    }
+    double seen = (time + length) - time;
+    return fabs(seen - length) <= length / 4 ? NULL : "it is too small to be told apart from zero";
+}
 
 /* Wrong steps are errors, not fmi2Discard: a master may try a discarded step again for ever. */
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint,
@@ -17,28 +24,27 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint,
     if (instance == NULL) {
         return fmi2Error;
     }
-    double step = instance->model.step, time = slide_time(instance);
-    double slack = fmin(STEP_SLACK * step + TIME_SLACK * fabs(time), LARGEST_SLACK * step);
-    if (!(fabs(currentCommunicationPoint - time) <= slack)) {
+    const SlideClock *clock = &instance->state.head->clock;
+    double step = instance->model.step, time = slide_clock_time(clock);
+    if (!slide_clock_is_now(clock, currentCommunicationPoint, step)) {
         return slide_report(instance, fmi2Error,
                             "fmi2DoStep: communication point %.15g s; expected %.15g s, the end "
                             "of the last step; nothing was changed",
                             currentCommunicationPoint, time);
     }
-    /* a master that subtracts two times of this size can be off by their rounding */
-    double rounding = 2 * DBL_EPSILON * fabs(time);
-    if (!(fabs(communicationStepSize - step) <= STEP_SLACK * step + rounding)) {
+    const char *fault = fault_of(time, communicationStepSize, step);
+    if (fault != NULL) {
         return slide_report(instance, fmi2Error,
-                            "fmi2DoStep: communication step %.9g s; expected %.9g s, the sample "
-                            "step of the surrogate: set the master's step to it; nothing was "
+                            "fmi2DoStep: communication step %.9g s at %.9g s: %s; nothing was "
                             "changed",
-                            communicationStepSize, step);
+                            communicationStepSize, time, fault);
     }
-    if (!slide_stream_step(&instance->model, &instance->state)) {
+    double length = slide_clock_meant(clock, communicationStepSize, step);
+    if (!slide_stream_step(&instance->model, &instance->state, length)) {
         return slide_report(instance, fmi2Error,
                             "fmi2DoStep: the outputs at %.9g s are not finite; set inputs within "
                             "their ranges and step again; nothing was changed",
-                            time + step);
+                            time + length);
     }
     return fmi2OK;
 }
@@ -79,7 +85,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Rea
     if (kind != fmi2LastSuccessfulTime) {
         return refuse(c, __func__, "the only status of type Real is fmi2LastSuccessfulTime");
     }
-    *value = slide_time(instance);
+    *value = slide_clock_time(&instance->state.head->clock);
     return fmi2OK;
 }
 

@@ -1,12 +1,17 @@
 /* FMI 2.0: values of variables. References: inputs, outputs, error estimates, window_filled,
- * error_estimate_filled; estimates and the last only with an estimator. See
- * slide_fmu/fmu/model_description.py. */
+ * error_estimate_filled, truncation errors; estimates and their part only with an estimator,
+ * truncation errors only of cells. See slide_fmu/fmu/model_description.py. */
 #include "instance.h"
 
 /* Outputs come with a variable that tells how much of their inputs is filled, and so do error
  * estimates. */
-static uint64_t count_outputs(const SlideModel *model) {
+static uint64_t count_filled_outputs(const SlideModel *model) {
     return ((uint64_t)model->n_outputs + 1) * (model->positions > 0 ? 2 : 1);
+}
+
+static uint64_t count_outputs(const SlideModel *model) {
+    bool measures = model->predictor.kind == SLIDE_STATE_SPACE;
+    return count_filled_outputs(model) + (measures ? model->n_outputs : 0);
 }
 
 static bool known_references(const SlideInstance *instance, const fmi2ValueReference vr[],
@@ -25,7 +30,7 @@ static bool known_references(const SlideInstance *instance, const fmi2ValueRefer
 
 /* Part of the inputs behind a result that were set in this run. */
 static double part_filled(const SlideState *state, double n_samples) {
-    double filled = (double)state->head->steps / n_samples;
+    double filled = state->head->filled / n_samples;
     return filled < 1 ? filled : 1;
 }
 
@@ -38,6 +43,10 @@ static double value_of(const SlideInstance *instance, size_t reference) {
     size_t output = reference - model->n_inputs;
     if (output < model->n_outputs) {
         return state->outputs[output];
+    }
+    if (output >= count_filled_outputs(model)) {
+        size_t error = output - (size_t)count_filled_outputs(model);
+        return state->predictor.errors[error] * model->output_scaling[error].scale;
     }
     size_t n_estimates = model->positions > 0 ? model->n_outputs : 0;
     size_t other = output - model->n_outputs;
@@ -62,8 +71,8 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
     if (!known_references(instance, vr, nvr, __func__)) {
         return fmi2Error;
     }
-    SlideHead *head = instance->state.head;
-    if (head->steps == 0 && !head->current &&
+    const SlideState *state = &instance->state;
+    if (slide_stream_fresh(state) && !state->head->current &&
         !slide_stream_hold(&instance->model, &instance->state)) {
         return slide_report(instance, fmi2Discard,
                             "fmi2GetReal: the outputs for the present inputs are not finite; set "
@@ -117,7 +126,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
     for (size_t i = 0; i < nvr; ++i) {
         instance->state.inputs[vr[i]] = value[i];
     }
-    if (instance->state.head->steps == 0) {
+    if (slide_stream_fresh(&instance->state)) {
         instance->state.head->current = 0;
     }
     return fmi2OK;

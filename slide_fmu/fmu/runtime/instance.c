@@ -67,8 +67,3 @@ fmi2Status slide_null(const SlideInstance *instance, const char *function) {
                                              "place for the result",
                         function);
 }
-
-double slide_time(const SlideInstance *instance) {
-    const SlideHead *head = instance->state.head;
-    return head->start_time + (double)head->steps * instance->model.step;
-}

@@ -37,7 +37,4 @@ SlideInstance *slide_enter(fmi2Component component, unsigned modes, const char *
 /* Log that an argument pointer is missing. */
 fmi2Status slide_null(const SlideInstance *instance, const char *function);
 
-/* Time of the present state in s: start + steps * h, never accumulated. */
-double slide_time(const SlideInstance *instance);
-
 #endif

@@ -86,6 +86,12 @@ static void gelu(float *values, size_t count) {
     }
 }
 
+static void cubic(float *values, size_t count) {
+    for (size_t i = 0; i < count; ++i) {
+        values[i] = values[i] * values[i] * values[i];
+    }
+}
+
 static void activate(uint32_t activation, float *values, size_t count) {
     switch (activation) {
     case 1:
@@ -100,9 +106,74 @@ static void activate(uint32_t activation, float *values, size_t count) {
     case 4:
         gelu(values, count);
         break;
+    case 5:
+        cubic(values, count);
+        break;
     default:
         break;
     }
 }
 
-const SlideKernel SLIDE_KERNEL = {TEXT(SLIDE_KERNEL), affine, activate};
+/* Two vectors, one of each state of a cell; they may be the same. */
+typedef struct {
+    const float *a, *b;
+} Pair;
+
+/* y = start + weights x for both states, in panels of SLIDE_LANES, the two y one after the other;
+ * start may be y. Two sums each, of even and odd columns: less waiting for the last term. */
+static inline void affine_pair(const float *weights, Pair start, Pair x, size_t n_in,
+                               size_t n_panels, float *y) {
+    for (size_t panel = 0; panel < n_panels; ++panel) {
+        const Lanes *w = (const Lanes *)weights + panel * n_in;
+        Lanes a = ((const Lanes *)start.a)[panel], b = ((const Lanes *)start.b)[panel];
+        Lanes c = {0}, d = {0};
+        size_t i = 0;
+        for (; i + 2 <= n_in; i += 2) {
+            a += x.a[i] * w[i];
+            b += x.b[i] * w[i];
+            c += x.a[i + 1] * w[i + 1];
+            d += x.b[i + 1] * w[i + 1];
+        }
+        if (i < n_in) {
+            a += x.a[i] * w[i];
+            b += x.b[i] * w[i];
+        }
+        ((Lanes *)y)[panel] = a + c;
+        ((Lanes *)y)[n_panels + panel] = b + d;
+    }
+}
+
+/* y = weights x for one vector, in panels of SLIDE_LANES. */
+static inline void multiply(const float *weights, const float *x, size_t n_in, size_t n_panels,
+                            float *y) {
+    for (size_t panel = 0; panel < n_panels; ++panel) {
+        const Lanes *w = (const Lanes *)weights + panel * n_in;
+        Lanes a = {0};
+        for (size_t i = 0; i < n_in; ++i) {
+            a += x[i] * w[i];
+        }
+        ((Lanes *)y)[panel] = a;
+    }
+}
+
+static void advance(const SlideCell *cell, const float *features, const float *states,
+                    float *next, float *values) {
+    const size_t units = cell->unit_panels * SLIDE_LANES, n = cell->state_panels * SLIDE_LANES;
+    const size_t of_values = units + n, panels = cell->unit_panels + cell->state_panels;
+    const float *driven = cell->driven, *from_x = cell->from_states;
+    const Pair x = {states, states + n};
+    multiply(cell->from_features, features, cell->n_features + 1, panels + cell->value_panels,
+             cell->driven);
+    affine_pair(from_x, (Pair){driven, driven}, x, cell->n_states, cell->unit_panels, cell->units);
+    activate(cell->activation, cell->units,
+             (2 * units + SLIDE_PANEL - 1) / SLIDE_PANEL * SLIDE_PANEL);
+    affine_pair(from_x + units * cell->n_states, (Pair){driven + units, driven + units}, x,
+                cell->n_states, cell->state_panels, next);
+    const Pair moved = {next, next + n};
+    affine_pair(cell->from_units, moved, (Pair){cell->units, cell->units + units}, units,
+                cell->state_panels, next);
+    affine_pair(cell->to_values, (Pair){driven + of_values, driven + of_values}, moved,
+                cell->n_states, cell->value_panels, values);
+}
+
+const SlideKernel SLIDE_KERNEL = {TEXT(SLIDE_KERNEL), affine, activate, advance};

@@ -12,24 +12,40 @@ static SlideScaling *place_scaling(const unsigned char *pairs, uint32_t channels
     return scaling;
 }
 
+static void place_network(SlideNetwork *network, const SlideNetworkView *view, uint32_t n_kept,
+                          SlideModel *model, SlideArena *arena) {
+    network->kind = view->kind;
+    network->n_samples = view->n_samples;
+    if (view->kind == SLIDE_STATE_SPACE) {
+        slide_cells_place(&network->cells, view, model->n_inputs, arena);
+        return;
+    }
+    slide_feed_forward_place(&network->layers, view, n_kept, arena);
+    model->capacity = view->n_samples > model->capacity ? view->n_samples : model->capacity;
+}
+
 void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideArena *arena) {
     model->step = payload->step;
     model->n_inputs = payload->n_inputs;
     model->n_outputs = payload->n_outputs;
-    model->capacity = payload->predictor.n_samples;
+    model->n_in = payload->n_in;
+    model->capacity = 0;
     model->positions = 0;
     model->input_scaling = place_scaling(payload->input_scaling, payload->n_inputs, arena);
     model->output_scaling = place_scaling(payload->output_scaling, payload->n_outputs, arena);
-    slide_network_place(&model->predictor, &payload->predictor, payload->n_outputs, arena);
+    place_network(&model->predictor, &payload->predictor, payload->n_outputs, model, arena);
     if (payload->has_estimator) {
         const SlideNetworkView *view = &payload->estimator;
-        slide_network_place(&model->estimator, view, view->n_values, arena);
+        place_network(&model->estimator, view, view->n_values, model, arena);
         model->n_means = view->n_values - payload->n_outputs;
-        model->capacity = view->n_samples > model->capacity ? view->n_samples : model->capacity;
         model->positions = payload->positions;
         model->log_middle = 0.5 * (payload->high + payload->low);
         model->log_half_range = 0.5 * (payload->high - payload->low);
     }
+    model->history = slide_history_shape(payload->n_inputs, payload->n_in + SLIDE_LEAD,
+                                         payload->step, payload->ramp);
+    model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
+    model->sample = slide_place(arena, payload->n_inputs, sizeof(double));
     model->candidate = slide_place(arena, (size_t)payload->n_outputs * 2, sizeof(double));
     model->kernel = slide_kernel_choose();
     memcpy(model->guid, payload->guid, sizeof model->guid);

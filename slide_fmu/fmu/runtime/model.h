@@ -2,7 +2,11 @@
 #ifndef SLIDE_MODEL_H
 #define SLIDE_MODEL_H
 
+#include "history.h"
 #include "network.h"
+#include "payload.h"
+
+enum { SLIDE_LEAD = 2 }; /* samples before the window that differences need */
 
 typedef struct {
     double offset, scale;
@@ -11,12 +15,16 @@ typedef struct {
 typedef struct {
     double step; /* s */
     uint32_t n_inputs, n_outputs;
-    uint32_t capacity;  /* input samples that must be kept */
+    uint32_t n_in;      /* samples of the window */
+    uint32_t capacity;  /* input samples that layers must find in one piece; 0 for cells */
     uint32_t positions; /* positions of the error estimator; 0 without one */
     uint32_t n_means;   /* expected errors that the estimator gives before the exponents */
     double log_middle, log_half_range;
     SlideScaling *input_scaling, *output_scaling;
     SlideNetwork predictor, estimator;
+    SlideHistoryShape history;
+    double *inputs;    /* scratch [n_inputs]: a sample, in physical units */
+    double *sample;    /* scratch [n_inputs]: the same, scaled */
     double *candidate; /* [outputs, squared errors]: a result before it is accepted */
     const SlideKernel *kernel;
     char guid[48];

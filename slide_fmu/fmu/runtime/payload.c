@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { VERSION = 1, FEED_FORWARD = 1, N_ACTIVATIONS = 5, MAX_WINDOW = 1 << 20 };
+enum { VERSION = 2, MAX_WINDOW = 1 << 20 };
 
 static bool too_short(SlideMessage *message, const char *what) {
     return slide_say(message, "surrogate file is damaged: %s ends too early", what);
@@ -31,26 +31,16 @@ static bool close_section(const SlideCursor *section, const char *tag, SlideMess
                      (unsigned)(section->end - section->at), tag);
 }
 
-static bool check_finite(const unsigned char *values, uint64_t count, const char *what,
-                         SlideMessage *message) {
-    for (uint64_t i = 0; i < count; ++i) {
-        if (!isfinite(slide_f32(values + 4 * i))) {
-            return slide_say(message, "surrogate file: %s number %llu is not finite", what,
-                             (unsigned long long)i);
-        }
-    }
-    return true;
-}
-
 static bool read_window(SlidePayload *payload, SlideCursor *file, SlideMessage *message) {
     SlideCursor section;
+    uint32_t hold;
     if (!open_section(file, "WIND", &section, message)) {
         return false;
     }
     if (!slide_take_f64(&section, &payload->step) || !slide_take_u32(&section, &payload->n_in) ||
         !slide_take_u32(&section, &payload->n_out) ||
         !slide_take_u32(&section, &payload->n_inputs) ||
-        !slide_take_u32(&section, &payload->n_outputs)) {
+        !slide_take_u32(&section, &payload->n_outputs) || !slide_take_u32(&section, &hold)) {
         return too_short(message, "WIND");
     }
     if (!(isfinite(payload->step) && payload->step > 0)) {
@@ -63,6 +53,10 @@ static bool read_window(SlidePayload *payload, SlideCursor *file, SlideMessage *
     if (payload->n_inputs < 1 || payload->n_outputs < 1) {
         return slide_say(message, "surrogate file: no inputs or no outputs; expected both");
     }
+    if (hold > 1) {
+        return slide_say(message, "surrogate file: hold %u; expected 0 or 1", (unsigned)hold);
+    }
+    payload->ramp = hold == 1;
     return close_section(&section, "WIND", message);
 }
 
@@ -88,101 +82,31 @@ static bool read_scaling(const unsigned char **scaling, uint32_t channels, const
     return close_section(&section, tag, message);
 }
 
-const unsigned char *slide_layer_view(const unsigned char *at, SlideLayerView *layer) {
-    layer->n_in = slide_u32(at);
-    layer->n_out = slide_u32(at + 4);
-    layer->activation = slide_u32(at + 8);
-    layer->weights = at + 12;
-    layer->bias = layer->weights + (uint64_t)layer->n_in * layer->n_out * 4;
-    return layer->bias + (uint64_t)layer->n_out * 4;
-}
-
-static bool read_layer(uint64_t *width, SlideCursor *section, SlideMessage *message) {
-    uint32_t n_in, n_out, activation;
-    if (!slide_take_u32(section, &n_in) || !slide_take_u32(section, &n_out) ||
-        !slide_take_u32(section, &activation)) {
-        return too_short(message, "a layer");
+/* A cell gives one sample after the whole window; layers do so after the part of it that one
+ * output may use, or give a block of samples at once. */
+static bool fits_window(const SlidePayload *payload) {
+    const SlideNetworkView *network = &payload->predictor;
+    bool one = network->n_values == payload->n_outputs;
+    if (network->kind == SLIDE_STATE_SPACE) {
+        return one && network->n_samples == payload->n_in && network->cell.n_out == payload->n_out;
     }
-    if (n_in != *width) {
-        return slide_say(message, "surrogate file: a layer takes %u values; expected %llu",
-                         (unsigned)n_in, (unsigned long long)*width);
-    }
-    if (activation >= N_ACTIVATIONS) {
-        return slide_say(message, "surrogate file: activation %u; expected less than %d",
-                         (unsigned)activation, (int)N_ACTIVATIONS);
-    }
-    uint64_t count = (uint64_t)n_in * n_out;
-    const unsigned char *weights = slide_take(section, count, 4);
-    const unsigned char *bias = weights == NULL ? NULL : slide_take(section, n_out, 4);
-    if (bias == NULL) {
-        return too_short(message, "a layer");
-    }
-    *width = n_out;
-    return check_finite(weights, count, "weight", message) &&
-           check_finite(bias, n_out, "bias", message);
-}
-
-static bool read_skip(SlideNetworkView *network, SlideCursor *section, SlideMessage *message) {
-    uint32_t has_skip;
-    if (!slide_take_u32(section, &has_skip)) {
-        return too_short(message, "a network");
-    }
-    if (has_skip > 1) {
-        return slide_say(message, "surrogate file: skip flag %u; expected 0 or 1",
-                         (unsigned)has_skip);
-    }
-    network->skip = NULL;
-    if (has_skip == 0) {
-        return true;
-    }
-    uint64_t count = (uint64_t)network->n_values * network->n_first;
-    network->skip = slide_take(section, count, 4);
-    return network->skip == NULL ? too_short(message, "the linear skip")
-                                 : check_finite(network->skip, count, "skip weight", message);
-}
-
-static bool read_network(SlideNetworkView *network, uint32_t n_inputs, SlideCursor *section,
-                         SlideMessage *message) {
-    uint32_t kind;
-    if (!slide_take_u32(section, &kind) || !slide_take_u32(section, &network->n_samples) ||
-        !slide_take_u32(section, &network->n_layers)) {
-        return too_short(message, "a network");
-    }
-    if (kind != FEED_FORWARD) {
-        return slide_say(message, "surrogate file: network of kind %u; expected %d (feed-forward)",
-                         (unsigned)kind, (int)FEED_FORWARD);
-    }
-    if (network->n_samples < 1 || network->n_layers < 1) {
-        return slide_say(message, "surrogate file: a network has no samples or no layers");
-    }
-    uint64_t width = (uint64_t)network->n_samples * n_inputs;
-    network->n_first = (uint32_t)width; /* exact once the first layer fits */
-    network->layers = section->at;
-    for (uint32_t i = 0; i < network->n_layers; ++i) {
-        if (!read_layer(&width, section, message)) {
-            return false;
-        }
-    }
-    network->n_values = (uint32_t)width;
-    return read_skip(network, section, message);
+    bool block = network->n_values == (uint64_t)payload->n_out * payload->n_outputs;
+    return (one && network->n_samples == payload->n_in - payload->n_out + 1) ||
+           (block && network->n_samples == payload->n_in);
 }
 
 static bool read_predictor(SlidePayload *payload, SlideCursor *file, SlideMessage *message) {
     SlideCursor section;
     if (!open_section(file, "PRED", &section, message) ||
-        !read_network(&payload->predictor, payload->n_inputs, &section, message) ||
+        !slide_network_read(&payload->predictor, payload->n_inputs, &section, message) ||
         !close_section(&section, "PRED", message)) {
         return false;
     }
-    uint32_t samples = payload->predictor.n_samples, values = payload->predictor.n_values;
-    bool one =
-        samples == payload->n_in - payload->n_out + 1 && values == payload->n_outputs;
-    bool block = samples == payload->n_in &&
-                 values == (uint64_t)payload->n_out * payload->n_outputs;
-    return one || block ||
+    return fits_window(payload) ||
            slide_say(message, "surrogate file: the network maps %u samples to %u values, which "
-                              "fits neither one sample nor one block of the window",
-                     (unsigned)samples, (unsigned)values);
+                              "does not fit the window",
+                     (unsigned)payload->predictor.n_samples,
+                     (unsigned)payload->predictor.n_values);
 }
 
 static bool read_estimator(SlidePayload *payload, SlideCursor *file, SlideMessage *message) {
@@ -202,7 +126,7 @@ static bool read_estimator(SlidePayload *payload, SlideCursor *file, SlideMessag
         return slide_say(message, "surrogate file: error exponents %g, %g; expected low < high",
                          payload->low, payload->high);
     }
-    if (!read_network(&payload->estimator, payload->n_inputs, &section, message) ||
+    if (!slide_network_read(&payload->estimator, payload->n_inputs, &section, message) ||
         !close_section(&section, "ESTI", message)) {
         return false;
     }

@@ -3,25 +3,13 @@
 #ifndef SLIDE_PAYLOAD_H
 #define SLIDE_PAYLOAD_H
 
-#include "bytes.h"
+#include "network_view.h"
 
 /* All pointers point into the bytes that were read; their extent has been checked. */
 typedef struct {
-    uint32_t n_in, n_out, activation;
-    const unsigned char *weights; /* f32 [n_out][n_in] */
-    const unsigned char *bias;    /* f32 [n_out] */
-} SlideLayerView;
-
-typedef struct {
-    uint32_t n_samples, n_layers, n_values;
-    uint32_t n_first;            /* n_samples * n_inputs */
-    const unsigned char *layers; /* the first layer; the others follow */
-    const unsigned char *skip;   /* f32 [n_values][n_first], or NULL */
-} SlideNetworkView;
-
-typedef struct {
     double step; /* s */
     uint32_t n_in, n_out, n_inputs, n_outputs;
+    bool ramp; /* inputs move linearly to their new value, else they are held */
     const unsigned char *input_scaling;  /* f64 [n_inputs][offset, scale] */
     const unsigned char *output_scaling; /* f64 [n_outputs][offset, scale] */
     SlideNetworkView predictor;
@@ -35,8 +23,5 @@ typedef struct {
 /* Check all bytes and describe them. False, with a message, when the file must not be used. */
 bool slide_payload_read(SlidePayload *payload, const unsigned char *data, size_t size,
                         SlideMessage *message);
-
-/* Describe the layer at a place of a checked network; gives the place of the next one. */
-const unsigned char *slide_layer_view(const unsigned char *at, SlideLayerView *layer);
 
 #endif

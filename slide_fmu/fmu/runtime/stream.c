@@ -3,17 +3,29 @@
 #include <math.h>
 #include <string.h>
 
+static void place_cells(SlideCellState *state, const SlideNetwork *network, SlideArena *arena) {
+    if (network->kind == SLIDE_STATE_SPACE) {
+        slide_cell_state_place(state, &network->cells, arena);
+    }
+}
+
 void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *arena) {
-    size_t n_outputs = model->n_outputs, start;
+    size_t n_inputs = model->n_inputs, n_outputs = model->n_outputs, start;
     state->head = slide_place(arena, 1, sizeof *state->head);
     start = arena->used - sizeof *state->head;
-    state->inputs = slide_place(arena, model->n_inputs, sizeof(double));
+    state->inputs = slide_place(arena, n_inputs, sizeof(double));
     state->outputs = slide_place(arena, n_outputs, sizeof(double));
     state->errors = slide_place(arena, model->positions > 0 ? n_outputs : 0, sizeof(double));
     state->squares = slide_place(arena, model->positions * n_outputs, sizeof(double));
-    state->ring =
-        slide_place(arena, (size_t)model->capacity * 2 * model->n_inputs, sizeof(float));
+    state->before = slide_place(arena, SLIDE_LEAD * n_inputs, sizeof(double));
+    state->ring = slide_place(arena, (size_t)model->capacity * 2 * n_inputs, sizeof(float));
+    place_cells(&state->predictor, &model->predictor, arena);
+    if (model->positions > 0) {
+        place_cells(&state->estimator, &model->estimator, arena);
+    }
+    slide_history_place(&state->history, &model->history, arena);
     state->size = arena->used - start;
+    state->backup = slide_place(arena, state->size, 1);
 }
 
 void slide_state_reset(const SlideModel *model, SlideState *state) {
@@ -25,27 +37,53 @@ void slide_state_reset(const SlideModel *model, SlideState *state) {
     }
 }
 
-static float scaled(const SlideModel *model, size_t input, double value) {
+static double scaled(const SlideModel *model, size_t input, double value) {
     const SlideScaling *scaling = &model->input_scaling[input];
-    return (float)((value - scaling->offset) / scaling->scale);
+    return (value - scaling->offset) / scaling->scale;
 }
 
 bool slide_input_usable(const SlideModel *model, size_t input, double value) {
-    return isfinite(value) && isfinite(scaled(model, input, value));
+    return isfinite(value) && isfinite((float)scaled(model, input, value));
+}
+
+bool slide_stream_fresh(const SlideState *state) { return *state->history.count == 0; }
+
+static void set_sample(const SlideModel *model, const double *inputs) {
+    for (size_t i = 0; i < model->n_inputs; ++i) {
+        model->sample[i] = scaled(model, i, inputs[i]);
+    }
 }
 
 static void write_slot(const SlideModel *model, SlideState *state, size_t slot) {
     size_t n_inputs = model->n_inputs;
     float *first = state->ring + slot * n_inputs;
     for (size_t i = 0; i < n_inputs; ++i) {
-        first[i] = scaled(model, i, state->inputs[i]);
+        first[i] = (float)model->sample[i];
     }
     memcpy(first + model->capacity * n_inputs, first, n_inputs * sizeof(float));
 }
 
-static const float *window_ending_at(const SlideModel *model, const SlideState *state, size_t slot,
-                                     uint32_t n_samples) {
-    return state->ring + (slot + model->capacity + 1 - n_samples) * model->n_inputs;
+/* What a network gives with the present sample as its newest. */
+static const float *evaluate(const SlideModel *model, const SlideNetwork *network,
+                             const SlideState *state, const SlideCellState *cells, size_t slot) {
+    if (network->kind == SLIDE_STATE_SPACE) {
+        return slide_cells_advance(&network->cells, model->kernel, cells, model->sample,
+                                   state->before);
+    }
+    size_t first = slot + model->capacity + 1 - network->n_samples;
+    return slide_feed_forward_evaluate(&network->layers, model->kernel,
+                                       state->ring + first * model->n_inputs);
+}
+
+static bool predict(const SlideModel *model, const SlideState *state, size_t slot) {
+    bool finite = true;
+    const float *values = evaluate(model, &model->predictor, state, &state->predictor, slot);
+    for (size_t i = 0; i < model->n_outputs; ++i) {
+        const SlideScaling *scaling = &model->output_scaling[i];
+        model->candidate[i] = values[i] * scaling->scale + scaling->offset;
+        finite = finite && isfinite(model->candidate[i]);
+    }
+    return finite;
 }
 
 /* Squared error, relative to the output's scale; the exponent is kept where squares are finite. */
@@ -55,29 +93,62 @@ static double squared_error(const SlideModel *model, double value) {
     return isfinite(value) ? pow(10.0, 2 * kept) : value;
 }
 
-/* Fill model->candidate from the window that ends at a slot; false when it is not finite. */
-static bool evaluate(const SlideModel *model, const SlideState *state, size_t slot) {
-    size_t n_outputs = model->n_outputs;
+static bool estimate(const SlideModel *model, const SlideState *state, size_t slot) {
     bool finite = true;
-    const float *window = window_ending_at(model, state, slot, model->predictor.n_samples);
-    const float *values = slide_network_evaluate(&model->predictor, model->kernel, window);
-    for (size_t i = 0; i < n_outputs; ++i) {
-        const SlideScaling *scaling = &model->output_scaling[i];
-        model->candidate[i] = values[i] * scaling->scale + scaling->offset;
-        finite = finite && isfinite(model->candidate[i]);
-    }
-    if (model->positions == 0) {
-        return finite;
-    }
-    window = window_ending_at(model, state, slot, model->estimator.n_samples);
-    values = slide_network_evaluate(&model->estimator, model->kernel, window);
-    for (size_t i = 0; i < n_outputs; ++i) {
+    double *squares = model->candidate + model->n_outputs;
+    const float *values = evaluate(model, &model->estimator, state, &state->estimator, slot);
+    for (size_t i = 0; i < model->n_outputs; ++i) {
         double mean = model->n_means > 0 ? values[i] : 0;
-        double square = mean * mean + squared_error(model, values[model->n_means + i]);
-        model->candidate[n_outputs + i] = square;
-        finite = finite && isfinite(model->candidate[n_outputs + i]);
+        squares[i] = mean * mean + squared_error(model, values[model->n_means + i]);
+        finite = finite && isfinite(squares[i]);
     }
     return finite;
+}
+
+static void write_squares(const SlideModel *model, SlideState *state, size_t position) {
+    size_t n_outputs = model->n_outputs;
+    memcpy(state->squares + position * n_outputs, model->candidate + n_outputs,
+           n_outputs * sizeof(double));
+}
+
+/* Which networks see a sample. */
+typedef struct {
+    bool predictor, estimator;
+} Seen;
+
+static void accept_sample(const SlideModel *model, SlideState *state, Seen seen) {
+    size_t n_inputs = model->n_inputs;
+    if (seen.predictor && model->predictor.kind == SLIDE_STATE_SPACE) {
+        slide_cells_accept(&model->predictor.cells, &state->predictor);
+    }
+    if (seen.estimator && model->estimator.kind == SLIDE_STATE_SPACE) {
+        slide_cells_accept(&model->estimator.cells, &state->estimator);
+    }
+    for (size_t i = 0; i < n_inputs; ++i) {
+        state->before[n_inputs + i] = state->before[i];
+        state->before[i] = model->sample[i];
+    }
+    state->head->samples += 1;
+    if (seen.estimator) {
+        write_squares(model, state, (size_t)(state->head->samples % model->positions));
+    }
+}
+
+/* Take in model->sample. The slot written here holds the oldest input, which no later window
+ * needs: when this fails, the state is what it was. */
+static bool take(const SlideModel *model, SlideState *state, Seen seen) {
+    size_t slot = 0;
+    if (model->capacity > 0) {
+        slot = (size_t)((state->head->samples + 1) % model->capacity);
+        write_slot(model, state, slot);
+    }
+    seen.estimator = seen.estimator && model->positions > 0;
+    if ((seen.predictor && !predict(model, state, slot)) ||
+        (seen.estimator && !estimate(model, state, slot))) {
+        return false;
+    }
+    accept_sample(model, state, seen);
+    return true;
 }
 
 /* Take over the outputs and the root of the mean square over all positions. */
@@ -94,18 +165,41 @@ static void accept(const SlideModel *model, SlideState *state) {
     state->head->current = 1;
 }
 
-static void write_squares(const SlideModel *model, SlideState *state, size_t position) {
-    size_t n_outputs = model->n_outputs;
-    memcpy(state->squares + position * n_outputs, model->candidate + n_outputs,
-           n_outputs * sizeof(double));
-}
-
-bool slide_stream_hold(const SlideModel *model, SlideState *state) {
+/* Forget all samples; the present one counts for those before the next. */
+static void restart(const SlideModel *model, SlideState *state) {
+    if (model->predictor.kind == SLIDE_STATE_SPACE) {
+        slide_cells_restart(&model->predictor.cells, &state->predictor);
+    }
+    if (model->positions > 0 && model->estimator.kind == SLIDE_STATE_SPACE) {
+        slide_cells_restart(&model->estimator.cells, &state->estimator);
+    }
+    for (size_t lead = 0; lead < SLIDE_LEAD; ++lead) {
+        memcpy(state->before + lead * model->n_inputs, model->sample,
+               model->n_inputs * sizeof(double));
+    }
     for (size_t slot = 0; slot < model->capacity; ++slot) {
         write_slot(model, state, slot);
     }
-    if (!evaluate(model, state, 0)) {
-        return false;
+    state->head->samples = 0;
+}
+
+/* Samples that a network must see after a restart: its last positions with layers, and the
+ * inputs before them with cells, n_filled times n_samples in all. */
+static uint64_t samples_for(const SlideNetwork *network, uint32_t positions, uint32_t n_filled) {
+    return network->kind == SLIDE_STATE_SPACE
+               ? (uint64_t)network->n_samples * n_filled + positions - 1
+               : positions;
+}
+
+bool slide_stream_hold(const SlideModel *model, SlideState *state) {
+    uint64_t predictor = samples_for(&model->predictor, 1, 2);
+    uint64_t estimator = model->positions > 0 ? samples_for(&model->estimator, 1, 2) : 0;
+    set_sample(model, state->inputs);
+    restart(model, state);
+    for (uint64_t left = predictor > estimator ? predictor : estimator; left > 0; --left) {
+        if (!take(model, state, (Seen){left <= predictor, left <= estimator})) {
+            return false;
+        }
     }
     for (size_t position = 0; position < model->positions; ++position) {
         write_squares(model, state, position);
@@ -114,25 +208,84 @@ bool slide_stream_hold(const SlideModel *model, SlideState *state) {
     return true;
 }
 
-/* The slot written here holds the oldest input, which no later window needs: a step that fails and
- * is tried again finds the window as it was. */
-bool slide_stream_step(const SlideModel *model, SlideState *state) {
-    SlideHead *head = state->head;
-    if (head->steps == 0) {
-        if (!slide_stream_hold(model, state)) {
+/* Take in samples one h apart, of the step that begins now. */
+static bool take_in_turn(const SlideModel *model, SlideState *state, uint32_t count) {
+    bool ramp = model->history.ramp && !slide_stream_fresh(state);
+    const double *from =
+        ramp ? slide_history_newest(&model->history, &state->history) : state->inputs;
+    for (uint32_t left = count; left-- > 0;) {
+        double part = (double)left / count;
+        for (size_t i = 0; i < model->n_inputs; ++i) {
+            model->inputs[i] = state->inputs[i] - part * (state->inputs[i] - from[i]);
+        }
+        set_sample(model, model->inputs);
+        bool needed = left == 0 || model->predictor.kind == SLIDE_STATE_SPACE;
+        if (!take(model, state, (Seen){needed, true})) {
             return false;
         }
+    }
+    return true;
+}
+
+/* Sample all the past that the networks see, up to the end of the newest step of the history. */
+static bool take_anew(const SlideModel *model, SlideState *state) {
+    SlideReader reader = slide_history_reader(&model->history, &state->history);
+    uint64_t predictor = samples_for(&model->predictor, 1, 1);
+    uint64_t estimator =
+        model->positions > 0 ? samples_for(&model->estimator, model->positions, 1) : 0;
+    for (uint64_t n = (uint64_t)model->n_in + SLIDE_LEAD, left = n; left > 0; --left) {
+        double begin = -(double)left * model->step, end = -(double)(left - 1) * model->step;
+        slide_history_sample(&reader, begin, end, model->inputs);
+        set_sample(model, model->inputs);
+        if (left == n) {
+            restart(model, state);
+        }
+        if (!take(model, state, (Seen){left <= predictor, left <= estimator})) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool step_of(const SlideModel *model, SlideState *state, double length) {
+    double count = nearbyint(length / model->step);
+    bool whole = length == count * model->step && count <= model->n_in;
+    bool done = true;
+    if (slide_stream_fresh(state)) {
+        done = slide_stream_hold(model, state); /* the first sample of the step */
+        done = done && (!whole || take_in_turn(model, state, (uint32_t)count - 1));
+        slide_history_append(&model->history, &state->history, length, state->inputs);
+    } else if (whole) {
+        done = take_in_turn(model, state, (uint32_t)count);
+        slide_history_append(&model->history, &state->history, length, state->inputs);
     } else {
-        size_t slot = (size_t)(head->steps % model->capacity);
-        write_slot(model, state, slot);
-        if (!evaluate(model, state, slot)) {
+        slide_history_append(&model->history, &state->history, length, state->inputs);
+        done = take_anew(model, state);
+    }
+    if (done) {
+        accept(model, state);
+        state->head->filled += whole ? count : length / model->step;
+        slide_clock_advance(&state->head->clock, length);
+    }
+    return done;
+}
+
+bool slide_stream_step(const SlideModel *model, SlideState *state, double length) {
+    if (length == model->step && !slide_stream_fresh(state)) { /* undoes itself */
+        set_sample(model, state->inputs);
+        if (!take(model, state, (Seen){true, true})) {
             return false;
-        }
-        if (model->positions > 0) {
-            write_squares(model, state, (size_t)(head->steps % model->positions));
         }
         accept(model, state);
+        slide_history_append(&model->history, &state->history, length, state->inputs);
+        state->head->filled += 1;
+        slide_clock_advance(&state->head->clock, length);
+        return true;
     }
-    head->steps += 1;
-    return true;
+    memcpy(state->backup, state->head, state->size);
+    bool done = step_of(model, state, length);
+    if (!done) {
+        memcpy(state->head, state->backup, state->size);
+    }
+    return done;
 }

@@ -1,15 +1,19 @@
-/* The moving part: the window of past inputs and one evaluation per communication step. */
+/* The moving part: what is kept of past inputs, and the evaluation in each communication step. */
 #ifndef SLIDE_STREAM_H
 #define SLIDE_STREAM_H
 
+#include "clock.h"
 #include "model.h"
 
 /* Fixed-size head of the state; the arrays follow it in the same block. */
 typedef struct {
-    double start_time; /* s */
-    uint64_t steps;    /* steps done; the newest input sits in slot (steps - 1) % capacity */
-    uint32_t mode;     /* SlideMode of instance.h */
-    uint32_t current;  /* outputs belong to the present state */
+    SlideClock clock;
+    double filled;    /* samples of the inputs that were set in this run; whole unless steps were
+                         no multiples of h */
+    uint64_t samples; /* taken in since the ring was started; the newest sits in slot
+                         samples % capacity, its squared error in samples % positions */
+    uint32_t mode;    /* SlideMode of instance.h */
+    uint32_t current; /* outputs belong to the present state */
 } SlideHead;
 
 /* All that changes lies in one flat block: saving and restoring are copies of it. */
@@ -18,10 +22,14 @@ typedef struct {
     double *inputs;  /* [n_inputs], as set last */
     double *outputs; /* [n_outputs] */
     double *errors;  /* [n_outputs], error estimates; none without estimator */
-    double *squares; /* [positions][n_outputs], squared errors over scale, a ring over the steps */
+    double *squares; /* [positions][n_outputs], squared errors over scale, a ring over the samples */
+    double *before;  /* [SLIDE_LEAD][n_inputs], the last samples, scaled, newest first */
     float *ring;     /* [2 capacity][n_inputs], scaled; every sample is written twice, capacity
                         slots apart, so that each window lies in one piece */
-    size_t size;     /* bytes of the block, which starts at head */
+    SlideCellState predictor, estimator; /* none for layers */
+    SlideHistory history;
+    size_t size;  /* bytes of the block, which starts at head */
+    void *backup; /* room for a copy of the block; not part of it */
 } SlideState;
 
 void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *arena);
@@ -33,11 +41,16 @@ void slide_state_reset(const SlideModel *model, SlideState *state);
 /* Is this a value that the network can take in: finite, also after scaling? */
 bool slide_input_usable(const SlideModel *model, size_t input, double value);
 
+/* No communication step yet? */
+bool slide_stream_fresh(const SlideState *state);
+
 /* Evaluate as if the present inputs had been held for ever. Before the first step only. */
 bool slide_stream_hold(const SlideModel *model, SlideState *state);
 
-/* One step: take in the present inputs, give the outputs one step later. False when the result is
- * not finite; then steps, outputs and errors are what they were. */
-bool slide_stream_step(const SlideModel *model, SlideState *state);
+/* One communication step of a length (s, positive) under the present inputs: outputs at its end.
+ * Of a whole number of sample steps, up to n_in, each is taken in; otherwise the window is sampled
+ * anew from the remembered inputs and evaluated once. False when a result is not finite; then
+ * nothing has changed. */
+bool slide_stream_step(const SlideModel *model, SlideState *state, double length);
 
 #endif

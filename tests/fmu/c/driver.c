@@ -5,11 +5,15 @@
  *   driver kernels            largest errors of the kernels against double precision
  *   driver calls URI GUID     a life of two instances with good and bad calls
  *   driver run URI GUID N     outputs of N steps on a made-up input, for comparison of platforms
+ *   driver three FILE N       a state-space network: exact window, recursive and ping-pong
+ *   driver damage URI GUID    steps from states with damaged content
  */
+#include "cell_driver.h"
 #include "instance.h"
 #include "resource.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -27,8 +31,12 @@ static void step_once(const SlidePayload *payload) {
         arena = (SlideArena){block, 0};
         slide_model_place(&model, payload, &arena);
         slide_state_place(&state, &model, &arena);
-        slide_stream_step(&model, &state);
-        slide_stream_step(&model, &state);
+        slide_state_reset(&model, &state);
+        for (int i = 0; i < 3; ++i) {
+            slide_stream_step(&model, &state, model.step);
+            slide_stream_step(&model, &state, 0.6 * model.step);
+            slide_stream_step(&model, &state, 2 * model.step);
+        }
         free(block);
     }
 }
@@ -60,6 +68,8 @@ static double exact_activation(uint32_t activation, double x) {
         return x > 0 ? x : expm1(x);
     case 3:
         return tanh(x);
+    case 5:
+        return x * x * x;
     default:
         return x / 2 * (1 + tanh(0.79788456080286536 * (x + 0.044715 * x * x * x)));
     }
@@ -82,7 +92,8 @@ static void report_activation(const SlideKernel *kernel, uint32_t activation, co
     }
     float special[SLIDE_PANEL] = {NAN, 1e30f, -1e30f, 1e-30f};
     kernel->activate(activation, special, SLIDE_PANEL);
-    float far = activation == 4 ? 0.0f : -1.0f, near = activation == 4 ? 5e-31f : 1e-30f;
+    float far = activation == 5 ? -INFINITY : activation == 4 ? 0.0f : -1.0f;
+    float near = activation == 5 ? 0.0f : activation == 4 ? 5e-31f : 1e-30f;
     bool kept = isnan(special[0]) && special[2] == far && special[3] == near;
     printf("%s %s %.3g %.3g %d\n", kernel->name, name, worst, worst_relative, kept);
 }
@@ -115,7 +126,9 @@ static int report_kernels(void) {
         report_activation(kernels[i], 2, "elu");
         report_activation(kernels[i], 3, "tanh");
         report_activation(kernels[i], 4, "gelu");
+        report_activation(kernels[i], 5, "cubic");
         report_affine(kernels[i]);
+        report_cell(kernels[i]);
     }
     return 0;
 }
@@ -196,6 +209,48 @@ static int make_calls(const char *uri, const char *guid) {
     return failed;
 }
 
+/* Some steps of several lengths from whatever state there is; each may be refused. */
+static void step_anyhow(fmi2Component c) {
+    static const double lengths[] = {0.005, 0.01, 0.003, 0.005, 0.0001, 1.0, 0.005};
+    for (size_t i = 0; i < sizeof lengths / sizeof lengths[0]; ++i) {
+        double time = 0, values[2];
+        fmi2ValueReference references[2] = {0, 1};
+        fmi2GetRealStatus(c, fmi2LastSuccessfulTime, &time);
+        fmi2DoStep(c, time, lengths[i], fmi2True);
+        fmi2GetReal(c, references, 2, values);
+    }
+}
+
+/* A saved state carries no checksum: whatever a master does to it, no step may leave its arrays.
+ * The mode stays: with another one every call would be refused. */
+static int damage(const char *uri, const char *guid) {
+    static const unsigned char patterns[] = {0xFF, 0x7F, 0x80, 0x01};
+    fmi2Component c = start(uri, guid);
+    fmi2FMUstate good = NULL, bad = NULL;
+    size_t size = 0;
+    if (c == NULL) {
+        return 1;
+    }
+    step_anyhow(c);
+    fmi2GetFMUstate(c, &good);
+    fmi2GetFMUstate(c, &bad);
+    fmi2SerializedFMUstateSize(c, good, &size);
+    const size_t header = 72, mode = header + offsetof(SlideHead, mode);
+    for (size_t place = header; place + 8 <= size; place += 8) {
+        for (size_t i = 0; place != mode && i < sizeof patterns; ++i) {
+            memset((char *)bad + place, patterns[i], 8);
+            fmi2SetFMUstate(c, bad);
+            step_anyhow(c);
+            memcpy(bad, good, size);
+        }
+    }
+    fmi2Status status = fmi2SetFMUstate(c, good);
+    fmi2FreeFMUstate(c, &good);
+    fmi2FreeFMUstate(c, &bad);
+    fmi2FreeInstance(c);
+    return status == fmi2OK ? 0 : 1;
+}
+
 /* Input 0 follows a triangle; the step is 5 ms, as in samples.py. */
 static int run(const char *uri, const char *guid, int steps) {
     fmi2Component c = start(uri, guid);
@@ -227,6 +282,12 @@ int main(int count, char **arguments) {
     if (strcmp(verb, "run") == 0 && count == 5) {
         return run(arguments[2], arguments[3], atoi(arguments[4]));
     }
-    fputs("driver read|kernels|calls|run ...\n", stderr);
+    if (strcmp(verb, "three") == 0 && count == 4) {
+        return evaluate_three_ways(arguments[2], atoi(arguments[3]));
+    }
+    if (strcmp(verb, "damage") == 0 && count == 4) {
+        return damage(arguments[2], arguments[3]);
+    }
+    fputs("driver read|kernels|calls|run|three|damage ...\n", stderr);
     return 2;
 }

@@ -1,0 +1,40 @@
+#include "clock.h"
+
+#include <float.h>
+#include <math.h>
+
+/* Relative slack of communication points and steps. */
+static const double STEP_SLACK = 1e-6, TIME_SLACK = 1e-9, LARGEST_SLACK = 0.25;
+
+/* Largest rounding error of a time, relative to the step; greater ones would blur the steps. */
+static const double TIME_RESOLUTION = 1e-3;
+
+double slide_clock_time(const SlideClock *clock) {
+    return clock->anchor + (double)clock->count * clock->stride;
+}
+
+bool slide_clock_is_now(const SlideClock *clock, double point, double sample_step) {
+    double time = slide_clock_time(clock);
+    double last = clock->count > 0 ? fmin(clock->stride, sample_step) : sample_step;
+    double slack = fmin(STEP_SLACK * sample_step + TIME_SLACK * fabs(time), LARGEST_SLACK * last);
+    return fabs(point - time) <= slack;
+}
+
+double slide_clock_farthest(double step) { return 2 * TIME_RESOLUTION * step / DBL_EPSILON; }
+
+double slide_clock_meant(const SlideClock *clock, double step, double sample_step) {
+    /* a master that subtracts two times of this size can be off by their rounding */
+    double rounding = 2 * DBL_EPSILON * fabs(slide_clock_time(clock));
+    double nearest = nearbyint(step / sample_step) * sample_step;
+    bool multiple = nearest > 0 && fabs(step - nearest) <= STEP_SLACK * sample_step + rounding;
+    return multiple ? nearest : step;
+}
+
+void slide_clock_advance(SlideClock *clock, double step) {
+    if (step != clock->stride) {
+        clock->anchor = slide_clock_time(clock);
+        clock->stride = step;
+        clock->count = 0;
+    }
+    clock->count += 1;
+}

@@ -1,0 +1,29 @@
+/* The time of the present state and the step sizes that a master means. */
+#ifndef SLIDE_CLOCK_H
+#define SLIDE_CLOCK_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Equal steps are counted, never accumulated: time = anchor + count * stride. */
+typedef struct {
+    double anchor, stride; /* s; a step of another size starts a new anchor */
+    uint64_t count;
+} SlideClock;
+
+double slide_clock_time(const SlideClock *clock);
+
+/* Is this communication point the present time? Masters compute theirs in floating point; the
+ * slack is smaller than any step, so that a step done twice is noticed. */
+bool slide_clock_is_now(const SlideClock *clock, double point, double sample_step);
+
+/* Largest distance from 0 (s) at which steps of this size can be told apart. */
+double slide_clock_farthest(double step);
+
+/* The step that a master means: a multiple of the sample step, where it differs from one by
+ * rounding only. */
+double slide_clock_meant(const SlideClock *clock, double step, double sample_step);
+
+void slide_clock_advance(SlideClock *clock, double step);
+
+#endif

@@ -1,0 +1,55 @@
+/* The communication steps of the past, and the input at any time in them. */
+#ifndef SLIDE_HISTORY_H
+#define SLIDE_HISTORY_H
+
+#include "arena.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* What does not change. */
+typedef struct {
+    uint32_t n_inputs;
+    uint64_t capacity; /* steps remembered */
+    double shortest;   /* s; a shorter step is joined to the one after it */
+    double slack;      /* s; a sample this little before a held input already has it */
+    bool ramp;         /* inputs move linearly and reach their value at the end of the step */
+} SlideHistoryShape;
+
+/* What changes; part of the flat state block. */
+typedef struct {
+    uint64_t *count; /* steps so far, joined ones once; the newest sits in slot
+                        (count - 1) % capacity */
+    double *steps;   /* [capacity][1 + n_inputs]: length in s, physical inputs */
+} SlideHistory;
+
+/* For n_samples samples of the past; a sample step of them holds four steps at most. */
+SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
+                                      bool ramp);
+
+void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape, SlideArena *arena);
+
+/* Take in a step of this length under these inputs. A step before it that is shorter than
+ * shape->shortest is joined to it and its inputs are forgotten, unless it is the first of all. */
+void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
+                          const double *inputs);
+
+/* Inputs of the newest step. Only after the first. */
+const double *slide_history_newest(const SlideHistoryShape *shape, const SlideHistory *history);
+
+/* Reads samples in the order of time. */
+typedef struct {
+    const SlideHistoryShape *shape;
+    const SlideHistory *history;
+    uint64_t at;  /* the step read last */
+    double begin; /* s, its begin; the present, the end of the newest step, is 0 */
+} SlideReader;
+
+SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHistory *history);
+
+/* The sample that acts from a time before the present (s, negative) for a sample step: the input
+ * there when inputs are held, or the input reached at its end. Before the first step: its inputs.
+ * Times may only rise from call to call. */
+void slide_history_sample(SlideReader *reader, double begin, double end, double *inputs);
+
+#endif

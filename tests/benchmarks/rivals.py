@@ -1,0 +1,187 @@
+"""The same surrogate without the native runtime: PythonFMU with numpy, and torch in process."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from typing import Any
+
+import torch
+from pythonfmu import FmuBuilder
+
+from slide_fmu.network import FeedForward, Network
+from slide_fmu.state_space import StateSpace
+from slide_fmu.surrogate import Surrogate
+
+SCRIPT = '''
+from pathlib import Path
+import numpy as np
+from pythonfmu import Fmi2Causality, Fmi2Slave, Real
+from slide_fmu.network import FeedForward
+from slide_fmu.surrogate import Surrogate
+
+
+class Window:
+    """A feed-forward network in plain numpy, window shifted in place."""
+
+    def __init__(self, network):
+        self.network = network
+        self.samples = np.zeros((1, network.n_samples, network.n_channels), np.float32)
+
+    def step(self, row):
+        self.samples[0, :-1] = self.samples[0, 1:]
+        self.samples[0, -1] = row
+        return self.network.evaluate(self.samples)[0]
+
+
+def stepper(network):
+    return Window(network) if isinstance(network, FeedForward) else network.stepper()
+
+
+class NumpySurrogate(Fmi2Slave):
+    """The networks of a surrogate in plain numpy."""
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.surrogate = Surrogate.load(Path({path!r}))
+        surrogate = self.surrogate
+        self.u = np.zeros(len(surrogate.inputs))
+        self.y = np.zeros(len(surrogate.outputs))
+        self.e = np.zeros(len(surrogate.outputs))
+        self.predictor = stepper(surrogate.network)
+        estimator = surrogate.estimator
+        if estimator is not None:
+            self.estimator = stepper(estimator.network)
+            self.squares = np.zeros((estimator.positions, len(surrogate.outputs)))
+        for signals, values, causality in (
+            (surrogate.inputs, self.u, Fmi2Causality.input),
+            (surrogate.outputs, self.y, Fmi2Causality.output),
+        ):
+            for i, signal in enumerate(signals):
+                self.register_variable(
+                    Real(
+                        signal.name,
+                        causality=causality,
+                        getter=lambda values=values, i=i: float(values[i]),
+                        setter=lambda v, values=values, i=i: values.__setitem__(i, v),
+                    )
+                )
+
+    def do_step(self, current_time, step_size):
+        surrogate = self.surrogate
+        row = surrogate.input_scaling.apply(self.u)
+        values = self.predictor.step(row)[-len(self.y) :]
+        self.y[:] = surrogate.output_scaling.invert(values)
+        estimator = surrogate.estimator
+        if estimator is not None:
+            values = self.estimator.step(row)[None]
+            self.squares[:-1] = self.squares[1:]
+            self.squares[-1] = estimator.squares(values, len(self.y))[0]
+            self.e[:] = np.sqrt(self.squares.mean(axis=0)) * surrogate.output_scaling.scale
+        return True
+'''
+
+
+def python_fmu(surrogate: Surrogate, folder: Path) -> Path:
+    """The surrogate as FMU by PythonFMU and numpy."""
+    surrogate.save(folder / "surrogate.slide")
+    script = folder / "numpysurrogate.py"
+    script.write_text(SCRIPT.format(path=str(folder / "surrogate.slide")), encoding="utf-8")
+    importlib.invalidate_caches()
+    return Path(FmuBuilder.build_FMU(script, dest=folder))
+
+
+class TorchLayers:
+    """A feed-forward network on its window. Final."""
+
+    def __init__(self, network: FeedForward) -> None:
+        modules: list[torch.nn.Module] = []
+        names: dict[str, Any] = {
+            "identity": torch.nn.Identity,
+            "relu": torch.nn.ReLU,
+            "elu": torch.nn.ELU,
+            "tanh": torch.nn.Tanh,
+            "gelu": lambda: torch.nn.GELU(approximate="tanh"),
+        }
+        for layer in network.layers:
+            linear = torch.nn.Linear(*layer.weights.shape[::-1])
+            linear.weight.data = torch.from_numpy(layer.weights)
+            linear.bias.data = torch.from_numpy(layer.bias)
+            modules += [linear, names[layer.activation]()]
+        self.module = torch.nn.Sequential(*modules)
+        self.skip = None if network.skip is None else torch.from_numpy(network.skip.T.copy())
+        self.window = torch.zeros(network.n_samples, network.n_channels)
+
+    def step(self, value: float) -> torch.Tensor:
+        """One sample with every channel at ``value``; the values, one axis."""
+        self.window = torch.roll(self.window, -1, 0)
+        self.window[-1] = value
+        flat = self.window.reshape(1, -1)
+        result = self.module(flat) if self.skip is None else self.module(flat) + flat @ self.skip
+        return torch.as_tensor(result[0])
+
+
+class TorchCells:
+    """A state-space network by ping-pong, as StateSpace.stepper. Final."""
+
+    def __init__(self, network: StateSpace) -> None:
+        cell = network.cell
+        self.network, self.n = network, len(cell.a)
+        self.w, self.c, self.d0 = (torch.from_numpy(m.T.copy()) for m in (cell.w, cell.c, cell.d0))
+        joined = [torch.from_numpy(m) for m in (cell.a, cell.b, torch.zeros(self.n, 1).numpy())]
+        self.ab = torch.cat(joined, 1).T.contiguous()
+        self.e, self.d = torch.from_numpy(cell.e.T.copy()), torch.from_numpy(cell.d.T.copy())
+        self.act = torch.tanh if cell.activation == "tanh" else lambda v: v * v * v
+        self.z = torch.zeros(2, self.n + cell.b.shape[1] + 1)
+        self.z[:, -1] = 1
+        self.scale = torch.from_numpy(network.feature_scale)
+        self.recent = torch.zeros(3, network.n_channels, dtype=torch.float64)
+        self.fade, self.age = network.fade().tolist(), 0
+
+    def step(self, value: float) -> torch.Tensor:
+        """One sample with every channel at ``value``; the values, one axis."""
+        self.recent = torch.roll(self.recent, -1, 0)
+        self.recent[-1] = value
+        blocks = [torch.diff(self.recent, k, 0)[-1] for k in range(self.network.differences + 1)]
+        features = torch.cat(blocks).float() / self.scale
+        z, n = self.z, self.n
+        z[:, n:-1] = features
+        z[:, :n] = z @ self.ab + self.act(z @ self.w) @ self.e
+        older, younger = z[:, :n] @ self.c + features @ self.d + self.d0
+        values = older + self.fade[self.age] * (younger - older)
+        self.age += 1
+        if self.age == self.network.n_samples:
+            z[0, :n], z[1, :n], self.age = z[1, :n].clone(), 0, 0
+        return torch.as_tensor(values)
+
+
+class TorchStep:
+    """The networks of a surrogate in torch, eager, one thread. Final."""
+
+    def __init__(self, surrogate: Surrogate) -> None:
+        self.surrogate, estimator = surrogate, surrogate.estimator
+        self.predictor = self._stepper(surrogate.network)
+        self.estimator = None
+        if estimator is not None:
+            self.estimator = self._stepper(estimator.network)
+            self.log_error = estimator.log_error
+            self.squares = torch.zeros(estimator.positions)
+
+    @staticmethod
+    def _stepper(network: Network) -> TorchLayers | TorchCells:
+        if isinstance(network, StateSpace):
+            return TorchCells(network)
+        assert isinstance(network, FeedForward)
+        return TorchLayers(network)
+
+    def step(self, value: float) -> float:
+        """One step with every input at ``value`` (scaled); the last scaled output."""
+        result = float(self.predictor.step(value)[-1])
+        if self.estimator is not None:
+            n_outputs, log_error = len(self.surrogate.outputs), self.log_error
+            values = self.estimator.step(value)
+            spread = 10 ** (2 * (log_error.middle + log_error.half_range * values[-n_outputs:]))
+            self.squares = torch.roll(self.squares, -1, 0)
+            self.squares[-1] = (values[:-n_outputs] ** 2).sum() + spread.sum()
+            self.squares.mean().sqrt()
+        return result

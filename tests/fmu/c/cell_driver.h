@@ -1,0 +1,13 @@
+/* Checks of state-space networks below the FMI functions. */
+#ifndef CELL_DRIVER_H
+#define CELL_DRIVER_H
+
+#include "stream.h"
+
+/* Largest error of the kernel's cell against double precision, for several sizes. */
+void report_cell(const SlideKernel *kernel);
+
+/* Three evaluations of a surrogate file's cell on a made-up input, one line for each step. */
+int evaluate_three_ways(const char *path, int steps);
+
+#endif

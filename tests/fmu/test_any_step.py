@@ -1,0 +1,193 @@
+"""Communication steps of any length against resampling in plain numpy."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable
+
+import numpy as np
+import pytest
+
+from slide_fmu.fmu.check import OUTPUT_TOLERANCE
+from slide_fmu.signals import FloatArray, Hold
+from slide_fmu.surrogate import Surrogate
+
+from .native import OK, Loaded, Native
+from .plain import Resampling
+from .samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
+
+Load = Callable[[Surrogate], Loaded]
+
+ESTIMATE_TOLERANCE = 3e-4
+"""Relative; ten to the power of a float32 sum over the window."""
+
+FORGETFUL = CellShape(states=5, units=9, contraction=0.3)
+"""Forgets to rounding within a window of 12: windows and ping-pong are the same."""
+
+SHAPES = [
+    Shape(n_inputs=2, n_outputs=2, positions=4),
+    Shape(n_inputs=2, block=False, positions=3, means=True),
+    Shape(n_inputs=2, n_outputs=2, cell=FORGETFUL, positions=3),
+    Shape(
+        n_in=16,
+        n_inputs=2,
+        positions=2,
+        cell=dataclasses.replace(FORGETFUL, differences=2, estimates=True),
+    ),
+]
+
+PATTERNS: dict[str, list[float]] = {
+    "six_tenths": [0.6],
+    "quarter": [0.25],
+    "switching": [1, 1, 1, 0.6, 0.6, 1, 1, 2, 0.35, 3, 1],
+    "first_is_odd": [0.6, *[1] * 30, 2],
+    "long": [25.5, 1, 40, 1, 13, 0.5],
+    "random": np.random.default_rng(0).uniform(0.25, 3.5, 50).tolist(),
+}
+
+both_holds = pytest.mark.parametrize("hold", ["held", "ramp"])
+
+
+def drawn(count: int, n_inputs: int) -> FloatArray:
+    return np.random.default_rng(9).uniform(-2, 3, (count, n_inputs))
+
+
+def go(native: Native, lengths: Iterable[float], inputs: FloatArray, first: int = 1) -> FloatArray:
+    """Steps from the present on, lengths in h; output variables after each."""
+    time, rows, count = native.time(), [], len(inputs[0])
+    for length, row in zip(lengths, inputs, strict=True):
+        assert native.set(*row) == OK
+        assert native.do_step(time, length * STEP) == OK, native.messages
+        rows.append(native.get(count, first))
+        time += length * STEP
+    return np.array(rows)
+
+
+@both_holds
+@pytest.mark.parametrize("pattern", PATTERNS)
+@pytest.mark.parametrize("shape", SHAPES, ids=["block", "one_sample", "cell", "two_cells"])
+def test_any_step_is_resampling(load: Load, shape: Shape, pattern: str, hold: Hold) -> None:
+    surrogate = random_surrogate(dataclasses.replace(shape, hold=hold))
+    lengths = (PATTERNS[pattern] * 60)[:60]
+    inputs = drawn(60, shape.n_inputs)
+    oracle, n = Resampling(surrogate), shape.n_outputs
+    found = go(load(surrogate).instance().start(), lengths, inputs, 2 * n + 1)
+    expected = [
+        oracle.step(length * STEP, row) for length, row in zip(lengths, inputs, strict=True)
+    ]
+    outputs = np.array([output for output, _ in expected])
+    estimates = np.array([estimate for _, estimate in expected])
+    np.testing.assert_allclose(found[:, :n], outputs, rtol=0, atol=2 * OUTPUT_TOLERANCE * 8)
+    np.testing.assert_allclose(found[:, n : 2 * n], estimates, rtol=ESTIMATE_TOLERANCE)
+    seen = np.cumsum(lengths) / surrogate.network.n_samples
+    np.testing.assert_allclose(found[:, 2 * n], np.minimum(seen, 1))
+
+
+LASTING = CellShape(states=4, contraction=0.85, units=6, differences=1)
+"""Far from forgotten after a window of 12: only the same ping-pong gives the same."""
+
+
+@both_holds
+@pytest.mark.parametrize("cell", [None, LASTING], ids=["layers", "cell"])
+@pytest.mark.parametrize("count", [2, 3, 12])
+def test_a_multiple_is_as_many_single_steps(
+    load: Load, cell: CellShape | None, count: int, hold: Hold
+) -> None:
+    surrogate = random_surrogate(Shape(positions=3, cell=cell, hold=hold))
+    loaded, inputs = load(surrogate), drawn(20, 1)
+    variables = 5 if cell else 4
+    found = go(loaded.instance().start(), [count] * 20, inputs, variables)
+    before = np.concatenate([inputs[:1], inputs[:-1]]) if hold == "ramp" else inputs
+    parts = np.arange(count - 1, -1, -1) / count
+    singles = inputs[:, None] - parts[:, None] * (inputs - before)[:, None]
+    single = go(
+        loaded.instance().start(), [1] * 20 * count, singles.reshape(-1, 1), 5 if cell else 4
+    )
+    np.testing.assert_array_equal(found, single[count - 1 :: count])
+
+
+def test_switching_is_seamless_within_the_truncation_error(load: Load) -> None:
+    """h, 0.6 h, h again: outputs stay within the measured truncation error of the exact window."""
+    surrogate = random_surrogate(Shape(cell=dataclasses.replace(LASTING, differences=0)))
+    native, oracle = load(surrogate).instance().start(), Resampling(surrogate)
+    lengths = [1.0] * 30 + [0.6] * 30 + [1.0] * 30
+    inputs = drawn(len(lengths), 1)
+    found = go(native, lengths, inputs, 3)
+    exact = np.array(
+        [oracle.step(length * STEP, row)[0] for length, row in zip(lengths, inputs, strict=True)]
+    )
+    deviation, measured = np.abs(found[:, 0] - exact[:, 0]), np.max(found[:, 2])
+    assert 0.01 < measured < 0.5
+    assert np.max(deviation) < 2 * measured
+    odd = [k for k, length in enumerate(lengths) if length != 1]
+    assert np.max(deviation[odd]) < OUTPUT_TOLERANCE * 8
+
+
+def test_the_truncation_error_is_kept_over_odd_steps(load: Load) -> None:
+    native = load(random_surrogate(Shape(cell=LASTING))).instance().start()
+    measured = go(native, [1] * 30, drawn(30, 1), 3)[-1, 2]
+    assert measured > 1e-3
+    kept = go(native, [0.6] * 30 + [1] * 11, drawn(41, 1), 3)[:, 2]
+    assert np.all(kept == measured)
+    assert go(native, [1], drawn(1, 1), 3)[0, 2] != measured
+
+
+def test_an_endless_step(load: Load) -> None:
+    native = load(sum_surrogate()).instance().start()
+    assert go(native, [1, 2.0**32, 1], np.array([[1.0], [0.5], [0.25]])).tolist() == [
+        [4.0],
+        [2.0],
+        [1.75],
+    ]
+
+
+def test_short_steps_are_joined_without_loss_on_a_line(load: Load) -> None:
+    """Steps of h / 40 under an input that grows linearly: the remembered points are fewer."""
+    surrogate = random_surrogate(Shape(hold="ramp"))
+    native, oracle = load(surrogate).instance().start(), Resampling(surrogate)
+    count = 40 * 30
+    inputs = np.linspace(-2, 3, count)[:, None]
+    found = go(native, [1 / 40] * count, inputs)
+    for k in range(count):
+        expected, _ = oracle.step(STEP / 40, inputs[k])
+        if k % 97 == 0 or k > count - 5:
+            assert found[k] == pytest.approx(expected, abs=2 * OUTPUT_TOLERANCE * 8)
+
+
+def test_short_held_steps_are_joined_within_a_quarter_step(load: Load) -> None:
+    native, oracle = load(sum_surrogate(20)).instance().start(), Resampling(sum_surrogate(20))
+    count = 40 * 30
+    inputs = np.linspace(-1, 1, count)[:, None]
+    found = go(native, [1 / 40] * count, inputs)
+    expected = np.array([oracle.step(STEP / 40, row)[0] for row in inputs[: count // 2]])
+    slope = 40 * (inputs[1] - inputs[0])  # per h
+    assert np.max(np.abs(found[: count // 2] - expected)) < 20 * slope * (0.25 + 1 / 40)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        Shape(positions=3, hold="ramp"),
+        Shape(positions=3, cell=dataclasses.replace(LASTING, estimates=True)),
+    ],
+    ids=["layers", "cells"],
+)
+def test_states_are_bit_exact_at_any_phase(load: Load, shape: Shape) -> None:
+    """Before and in the fade, at the hand-over, after odd steps: saved, restored, gone on."""
+    loaded = load(random_surrogate(shape))
+    one, other = loaded.instance().start(), loaded.instance()
+    rng = np.random.default_rng(2)
+    lengths = [1.0] * 30 + rng.choice([1, 1, 2, 0.6, 0.1, 17], 60).tolist()
+    inputs = drawn(len(lengths), 1)
+    variables = 4 + (shape.cell is not None)
+    for k, length in enumerate(lengths):
+        saved = one.save()
+        ahead = [go(one, lengths[k : k + 8], inputs[k : k + 8], variables)]
+        end = one.save()
+        assert other.restore(saved) == OK
+        assert other.save() == saved
+        ahead.append(go(other, lengths[k : k + 8], inputs[k : k + 8], variables))
+        assert np.array_equal(*ahead)
+        assert other.save() == end
+        assert one.restore(saved) == OK
+        go(one, [length], inputs[k : k + 1])

@@ -1,0 +1,178 @@
+"""State-space networks against plain loops; their three evaluations against each other."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from fmu.plain import plain_features, plain_pair
+from fmu.samples import CellShape, Shape, random_cell, random_surrogate
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import state_space_shapes
+
+from slide_fmu.signals import FloatArray
+from slide_fmu.state_space import Cell, StateSpace
+
+ROUNDING = 1e-5
+"""Float32 sums of some ten terms of order 1, in a cell that contracts."""
+
+
+def network_of(shape: Shape) -> StateSpace:
+    network = random_surrogate(shape).network
+    assert isinstance(network, StateSpace)
+    return network
+
+
+@given(state_space_shapes())
+def test_window_is_the_plain_loop(shape: Shape) -> None:
+    network = network_of(shape)
+    batch = np.random.default_rng(shape.seed).normal(size=(3, shape.n_in, shape.n_inputs))
+    found, blocks = network.evaluate(batch), network.block(batch, shape.n_out)
+    assert found.dtype == blocks.dtype == np.float32
+    assert found.shape == (3, shape.n_outputs)
+    assert blocks.shape == (3, shape.n_out, shape.n_outputs)
+    for row, block, sequence in zip(found, blocks, batch, strict=True):
+        expected, _ = plain_pair(network, plain_features(network, sequence))
+        assert block == pytest.approx(expected[-shape.n_out :], abs=ROUNDING)
+        assert np.array_equal(row, block[-1])
+
+
+def plain_ping_pong(network: StateSpace, record: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The first input is held for 2 n_samples; then the record goes on."""
+    lead = 2 * network.n_samples - 1
+    held = np.concatenate([np.repeat(record[:1], lead, axis=0), record])
+    values, errors = plain_pair(network, plain_features(network, held))
+    return values[lead:], errors[lead:]
+
+
+@given(state_space_shapes(), st.integers(1, 45))
+def test_ping_pong_is_the_plain_loop(shape: Shape, count: int) -> None:
+    """In batches and step by step; hand-overs and truncation errors included."""
+    network = network_of(shape)
+    records = np.random.default_rng(shape.seed).normal(size=(2, count, shape.n_inputs))
+    values, errors = network.ping_pong(records)
+    assert values.dtype == errors.dtype == np.float32
+    assert np.array_equal(network.stream(records), values)
+    for record, value, error in zip(records, values, errors, strict=True):
+        expected, expected_errors = plain_ping_pong(network, record)
+        assert value == pytest.approx(expected, abs=ROUNDING)
+        assert error == pytest.approx(expected_errors, abs=ROUNDING)
+        stepper = network.stepper()
+        assert stepper.truncation_error is None
+        for k, row in enumerate(record):
+            assert stepper.step(row) == pytest.approx(expected[k], abs=ROUNDING)
+            assert stepper.truncation_error == pytest.approx(expected_errors[k], abs=ROUNDING)
+
+
+SLOW = Shape(n_in=20, n_out=5, cell=CellShape(states=4, contraction=0.8))
+"""Forgets to one part in a hundred over its window, far above rounding."""
+
+
+def test_three_evaluations_agree_within_the_truncation_error() -> None:
+    network = network_of(SLOW)
+    records = np.random.default_rng(1).normal(size=(1, 400, 1))
+    windows = np.lib.stride_tricks.sliding_window_view(records[0], 20, axis=0)
+    exact = network.evaluate(np.moveaxis(windows, -1, 1))[40:]
+    (ping_pong,), (errors,) = network.ping_pong(records)
+    recursive = network.recursive(records)[0]
+    largest = np.max(errors)
+    assert 10 * ROUNDING < largest < 0.1
+    for one, other in ((ping_pong[59:], exact), (recursive[59:], exact), (ping_pong, recursive)):
+        assert np.max(np.abs(one - other)) < 2 * largest
+
+
+def test_no_jump_at_the_hand_over() -> None:
+    """Under a held input the true value rests; a switch without fade would jump by its error."""
+    cell = CellShape(states=1, units=0, contraction=0.95)
+    network = network_of(dataclasses.replace(SLOW, cell=cell))
+    values, errors = network.ping_pong(np.ones((1, 200, 1)))
+    largest = float(np.max(errors))
+    steps = np.abs(np.diff(values, axis=1))
+    assert largest > 0.01
+    assert np.max(steps) < 1.5 * largest / network.n_out
+
+
+@given(state_space_shapes())
+def test_memory_is_finite(shape: Shape) -> None:
+    """Inputs before the last 2 n_in and the two of the differences have no influence at all."""
+    network, rng = network_of(shape), np.random.default_rng(shape.seed)
+    record = rng.normal(size=(4 * shape.n_in + 8, shape.n_inputs))
+    changed = record.copy()
+    first = 2 * shape.n_in + 3
+    changed[:first] = rng.normal(size=(first, shape.n_inputs))
+    seen = first + 2 * shape.n_in + network.differences
+    one, other = (network.stream(inputs[None])[0] for inputs in (record, changed))
+    assert not np.array_equal(one[:first], other[:first])
+    assert np.array_equal(one[seen:], other[seen:])
+    alone, altered = network.stepper(), network.stepper()
+    for k, (row, other_row) in enumerate(zip(record, changed, strict=True)):
+        pair = alone.step(row), altered.step(other_row)
+        assert k < seen or np.array_equal(*pair)
+
+
+def test_differences_do_not_cancel() -> None:
+    """Small changes of large inputs keep six digits: they are formed before rounding."""
+    shape = Shape(n_in=4, n_out=1, cell=CellShape(differences=2))
+    network = network_of(shape)
+    sequence = 0.75 + 1e-8 * np.array([0.0, 1.0, 3.0, 6.0])
+    features = network.features(sequence[None, :, None])[0] * network.feature_scale
+    assert features[:, 1] == pytest.approx(1e-8 * np.array([0, 1, 2, 3]), rel=1e-6)
+    assert features[:, 2] == pytest.approx(1e-8 * np.array([0, 1, 1, 1]), rel=1e-6)
+
+
+def test_parameters_are_counted() -> None:
+    network = network_of(Shape(n_inputs=2, n_outputs=2, cell=CellShape(3, 5, differences=1)))
+    assert network.count_parameters() == 9 + 12 + 15 + 5 * 8 + 6 + 8 + 2
+
+
+def test_a_cell_without_units_is_affine() -> None:
+    assert network_of(Shape(cell=CellShape(units=0))).is_affine
+    assert not network_of(Shape(cell=CellShape(units=1))).is_affine
+
+
+CELL = random_cell(CellShape(), 1, 1, 0)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"activation": "relu"}, "'relu'; expected one of"),
+        ({"a": np.zeros(3, np.float32)}, "no matrix"),
+        ({"a": np.zeros((0, 0), np.float32)}, "0 states"),
+        ({"c": np.zeros((0, 3), np.float32)}, "0 values"),
+        ({"a": np.zeros((3, 2), np.float32)}, r"a of shape \(3, 2\), float32; expected \(3, 3\)"),
+        ({"w": np.zeros((5, 4), np.float32)}, r"w of shape \(5, 4\).*expected \(5, 5\)"),
+        ({"d0": np.zeros(1)}, "float64"),
+        ({"d": np.full((1, 1), math.nan, np.float32)}, "a weight of d is not finite"),
+    ],
+)
+def test_cells_that_do_not_fit_are_refused(change: dict[str, object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        dataclasses.replace(CELL, **change)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((CELL, 4, 5, 1), "n_samples = 4, n_out = 5"),
+        ((CELL, 4, 0, 1), "n_out = 0"),
+        ((CELL, 4, 2, 1, 3), "differences = 3; expected 0 to 2"),
+        ((CELL, 4, 2, 2), "2 features, but the cell takes 1"),
+        ((CELL, 4, 2, 1, 0, np.array([0.0])), "feature scale"),
+        ((CELL, 4, 2, 1, 0, np.array([math.inf])), "feature scale"),
+        ((CELL, 4, 2, 1, 0, np.ones(2)), "expected 1 positive"),
+    ],
+)
+def test_networks_that_do_not_fit_are_refused(
+    arguments: tuple[Cell, int, int, int], message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        StateSpace(*arguments)
+
+
+def test_sequences_of_another_length_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"\(2, 5, 1\); expected \(B, 12, 1\)"):
+        network_of(Shape(cell=CellShape())).evaluate(np.zeros((2, 5, 1)))

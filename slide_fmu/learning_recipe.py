@@ -31,7 +31,7 @@ class FeedForwardRecipe(Table):
 
     family: Literal["feed_forward"]
     hidden: tuple[PositiveInt, ...]
-    activation: Literal["identity", "relu", "elu", "tanh", "gelu"] = "relu"
+    activation: Literal["identity", "relu", "elu", "tanh", "gelu", "cubic"] = "relu"
     bias: bool = True
     linear_skip: bool = False
     time_invariant: bool = False
@@ -80,6 +80,7 @@ class LeastSquaresRecipe(Table):
             iteration; a larger network is widened from one of half that size and refined by
             preconditioned gradient steps.
         stretches: of those refinements, 40 steps each.
+        beyond_weight: factor on the residuals of trajectories beyond the range.
         flip_signs: add every segment with both signs, for systems that answer -u with -y.
         precision: floating point format of the training.
     """
@@ -95,6 +96,7 @@ class LeastSquaresRecipe(Table):
     iterations: PositiveInt = 60
     dense_limit: PositiveInt = 3000
     stretches: PositiveInt = 60
+    beyond_weight: PositiveFloat = 0.1
     flip_signs: bool = False
     precision: Literal["float32", "float64"] = "float64"
 

@@ -20,7 +20,7 @@ from slide_fmu.learning_recipe import (
     TrainingRecipe,
 )
 
-SPLITS = ("train", "validation", "estimator", "estimator_validation")
+SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond")
 """Trajectories that are kept. Test trajectories are drawn anew for every validation."""
 
 
@@ -72,6 +72,9 @@ class DataRecipe(Table):
         duration: length of a trajectory in s, after the burn-in.
         burn_in: time in s that a random initial state is given to decay; not stored.
         train, validation, estimator, estimator_validation: numbers of trajectories.
+        beyond: number of trajectories beyond the range; a state-space network learns from them
+            too, with a low weight, so that it stays sensible there.
+        beyond_factor: range of the factor on their excitation.
         excitation: kinds of excitation with their weights.
     """
 
@@ -82,6 +85,8 @@ class DataRecipe(Table):
     validation: PositiveInt
     estimator: int = Field(0, ge=0)
     estimator_validation: int = Field(0, ge=0)
+    beyond: int = Field(default=0, ge=0)
+    beyond_factor: PositiveRange = (1.0, 3.0)
     excitation: tuple[Excitation, ...] = Field(min_length=1)
 
     def count(self, split: str) -> int:
@@ -175,21 +180,29 @@ class Recipe(Table):
         """``network = "state_space"`` is short for its table; each family has its method."""
         if not isinstance(values, dict):
             return values
-        network = values.get("network", "state_space")
-        table = {"family": network} if isinstance(network, str) else network
-        filled = {**values, "network": table}
-        training = values.get("training", {})
-        if isinstance(table, dict) and isinstance(training, dict):
-            method = METHODS.get(table.get("family", "state_space"), "adam")
-            filled["training"] = {"method": method, **training}
-        return filled
+        network, training = values.get("network", {}), values.get("training", {})
+        if isinstance(network, str):
+            network = {"family": network}
+        if not (isinstance(network, dict) and isinstance(training, dict)):
+            return values
+        network = {"family": "state_space", **network}
+        method = METHODS.get(str(network["family"]))
+        if method is None:  # one mistake, not those of the training too
+            return {**values, "network": network, "training": LeastSquaresRecipe()}
+        given = training.get("method", method)
+        if given != method:
+            raise ValueError(
+                f"training.method = {given!r}; expected {method!r} for network.family = "
+                f"{network['family']!r}"
+            )
+        return {**values, "network": network, "training": {"method": method, **training}}
 
     @model_validator(mode="after")
-    def _method_suits_family(self) -> Recipe:
-        if self.training.method != METHODS[self.network.family]:
+    def _beyond_is_learnt(self) -> Recipe:
+        if self.data.beyond and not isinstance(self.network, StateSpaceRecipe):
             raise ValueError(
-                f"training.method = {self.training.method!r}; expected "
-                f"{METHODS[self.network.family]!r} for network.family = {self.network.family!r}"
+                f"data.beyond = {self.data.beyond}; expected 0 for network.family = "
+                f"{self.network.family!r}: state-space networks alone learn from them"
             )
         return self
 
@@ -289,7 +302,14 @@ def _is_cause(item: Any) -> bool:
 
 
 def _describe(item: Any) -> str:
-    place = ".".join(str(part) for part in item["loc"]) or "recipe"
+    parts = [str(part) for part in item["loc"]]
+    if parts[:1] in (["network"], ["training"]):  # the union's choice is not part of the key
+        parts[1:2] = [part for part in parts[1:2] if part not in (*METHODS, *METHODS.values())]
+    place = ".".join(parts) or "recipe"
+    if item["type"] == "union_tag_invalid":
+        context = item["ctx"]
+        key = context["discriminator"].strip("'")
+        return f"{place}.{key} = {context['tag']!r}; expected one of {context['expected_tags']}"
     if item["type"] == "missing":
         return f"{place} is missing"
     if item["type"] == "extra_forbidden":

@@ -55,6 +55,13 @@ def tiny_recipe(**changes: Any) -> Recipe:
     return Recipe.model_validate(merged(tomllib.loads(TINY), changes))
 
 
+def tiny_state_space_recipe(**changes: Any) -> Recipe:
+    """The tiny recipe with the network and the training that a recipe has by default."""
+    tables = tomllib.loads(TINY)
+    del tables["network"], tables["training"]
+    return Recipe.model_validate(merged(tables, changes))
+
+
 def merged(table: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
     """A table with nested changes."""
     result = dict(table)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +11,10 @@ import pytest
 from recipes import ESTIMATOR, TINY, tiny_recipe
 
 from slide_fmu.data.sampling import recipe_system
+from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe, TrainingRecipe
 from slide_fmu.recipe import Recipe, RecipeError, load_recipe, parse_recipe
 
+FAMILIES = "network.family = 'transformer'; expected one of 'feed_forward', 'state_space'"
 TRAINING = Path(__file__).parents[1] / "training"
 
 
@@ -45,7 +49,7 @@ def test_there_are_recipes() -> None:
         ('name = "tiny"', 'name = "ti ny"', "name = 'ti ny': String should match"),
         (":LinearOscillator", "/LinearOscillator", "system.model = 'mbs_models.oscillators/Lin"),
         ("hidden = []", "hidden = [8, 0]", "network.hidden.1 = 0: Input should be greater"),
-        ('"feed_forward"', '"transformer"', "network.family = 'transformer': Input should be"),
+        ('"feed_forward"', '"transformer"', FAMILIES),
         ("weight = 1.0", "weight = 0.0", "data.excitation.0.held_random.weight = 0.0: Input"),
         ("weight = 1.0", "weight = inf", "data.excitation.0.held_random.weight = inf: Input"),
         (
@@ -58,7 +62,11 @@ def test_there_are_recipes() -> None:
             "weight = 1.0\nsamples = [3, 1]",
             "data.excitation.0.held_random.samples = [3, 1]: expected two numbers, the smaller",
         ),
-        ('kind = "held_random"', 'kind = "noise"', "data.excitation.0: Input tag 'noise' found"),
+        (
+            'kind = "held_random"',
+            'kind = "noise"',
+            "data.excitation.0.kind = 'noise'; expected one of 'held_random', 'moving_average_ran",
+        ),
         ('kind = "held_random"\n', "", "data.excitation.0: Unable to extract tag"),
         (
             '[[data.excitation]]\nkind = "held_random"\nweight = 1.0',
@@ -145,3 +153,171 @@ def test_values_keep_their_types() -> None:
         found = recipe.system.parameters
         kinds = {key: type(found[key]) for key in "abcd"}
         assert kinds == {"a": bool, "b": int, "c": float, "d": str}
+
+
+WITHOUT_LEARNING = TINY[: TINY.index("[network]")]
+"""The tiny recipe without tables about learning."""
+
+STATE_SPACE = WITHOUT_LEARNING + '[network]\nfamily = "state_space"\n'
+WHOLE_ADAM = '[training]\nmethod = "adam"\nsteps = 1\nbatch = 1\nlearning_rate = 0.1\n'
+
+
+def mistakes(text: str) -> list[str]:
+    """The lines about a recipe that cannot be used, without its name."""
+    with pytest.raises(RecipeError) as caught:
+        parse_recipe(text, "mine.toml")
+    lines = str(caught.value).splitlines()
+    assert all(line.startswith("mine.toml: ") and len(line) < 250 for line in lines)
+    return [line.removeprefix("mine.toml: ") for line in lines]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [WITHOUT_LEARNING, 'network = "state_space"\n' + WITHOUT_LEARNING, STATE_SPACE],
+    ids=["nothing", "short", "table"],
+)
+def test_recipe_that_says_no_more_is_a_state_space_recipe(text: str) -> None:
+    recipe = parse_recipe(text, "mine.toml")
+    assert recipe.network == StateSpaceRecipe()
+    assert recipe.training == LeastSquaresRecipe()
+    assert Recipe.model_validate_json(recipe.model_dump_json()) == recipe
+
+
+def test_method_follows_the_family() -> None:
+    assert parse_recipe(TINY, "mine.toml").training == TrainingRecipe(
+        steps=40, batch=32, learning_rate=3e-3, validate_every=10
+    )
+    recipe = parse_recipe(STATE_SPACE + "hidden = 4\n[training]\npart = 2\n", "mine.toml")
+    assert recipe.network == StateSpaceRecipe(hidden=4)
+    assert recipe.training == LeastSquaresRecipe(part=2)
+
+
+def test_table_without_family_is_one_of_a_state_space_network() -> None:
+    recipe = parse_recipe(WITHOUT_LEARNING + "[network]\nhidden = 4\n", "mine.toml")
+    assert recipe.network == StateSpaceRecipe(hidden=4)
+
+
+def test_trajectories_beyond_the_range_are_for_state_space_networks() -> None:
+    with pytest.raises(RecipeError) as caught:
+        parse_recipe(TINY.replace("train = 4", "train = 4\nbeyond = 3"), "mine.toml")
+    assert str(caught.value) == (
+        "mine.toml: recipe: data.beyond = 3; expected 0 for network.family = 'feed_forward': "
+        "state-space networks alone learn from them"
+    )
+    recipe = parse_recipe(STATE_SPACE.replace("train = 4", "train = 4\nbeyond = 3"), "mine.toml")
+    assert recipe.data.count("beyond") == 3
+    assert recipe.data.beyond_factor == (1.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("key", "line"),
+    [
+        ("beyond = -1", "data.beyond = -1: Input should be greater than or equal to 0"),
+        ("beyond_factor = [3.0, 1.0]", "data.beyond_factor = [3.0, 1.0]: expected two numbers, "),
+        ("beyond_factor = [0.0, 1.0]", "data.beyond_factor.0 = 0.0: Input should be greater"),
+        ("beyond_factor = [1.0, inf]", "data.beyond_factor.1 = inf: Input should be a finite"),
+    ],
+)
+def test_mistakes_about_trajectories_beyond_the_range(key: str, line: str) -> None:
+    (found,) = mistakes(STATE_SPACE.replace("train = 4", f"train = 4\n{key}"))
+    assert found.startswith(line)
+
+
+METHOD_LINE = "recipe: training.method = {!r}; expected {!r} for network.family = {!r}"
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (
+            STATE_SPACE + WHOLE_ADAM,
+            METHOD_LINE.format("adam", "levenberg_marquardt", "state_space"),
+        ),
+        (
+            TINY[: TINY.index("[training]")] + '[training]\nmethod = "levenberg_marquardt"\n',
+            METHOD_LINE.format("levenberg_marquardt", "adam", "feed_forward"),
+        ),
+        (
+            STATE_SPACE + '[training]\nmethod = "adam"\n',
+            METHOD_LINE.format("adam", "levenberg_marquardt", "state_space"),
+        ),
+        (
+            WITHOUT_LEARNING + WHOLE_ADAM,
+            METHOD_LINE.format("adam", "levenberg_marquardt", "state_space"),
+        ),
+        (
+            STATE_SPACE + '[training]\nmethod = "newton"\n',
+            METHOD_LINE.format("newton", "levenberg_marquardt", "state_space"),
+        ),
+        (STATE_SPACE.replace('"state_space"', '["state_space"]'), "network.family = "),
+        (
+            STATE_SPACE.replace('"state_space"', '"transformer"') + WHOLE_ADAM,
+            FAMILIES,
+        ),
+    ],
+)
+def test_method_that_does_not_suit_the_family_gives_one_line(text: str, line: str) -> None:
+    (found,) = mistakes(text)
+    assert found.startswith(line)
+
+
+@pytest.mark.parametrize(
+    ("more", "pattern"),
+    [
+        ("ordr = 3", r"network\.ordr is not a known key"),
+        ("[training]\nsteps = 3", r"training\.steps is not a known key"),
+        ("[stability]\ngrowht = 3", r"stability\.growht is not a known key"),
+        ("order = 0", r"network\.order\.\S+ = 0: Input should be greater than 0"),
+        ("hidden = -1", r"network\.hidden\.\S+ = -1: Input should be greater than or equal to 0"),
+        ("differences = 3", r"network\.differences = 3: Input should be less than or equal to"),
+        ('units = "relu"', r"network\.units = 'relu': Input should be 'tanh' or 'cubic'"),
+        ("[training]\npart = 0", r"training\.part = 0: Input should be greater than 0"),
+        ("[stability]\namplitudes = []", r"stability.amplitudes = \[\]: "),
+        ("[stability]\namplitudes = [1, 0]", r"stability.amplitudes.1 = 0: Input should be great"),
+        ("[training]\nbeyond_weight = 0", r"training\.beyond_weight = 0: Input should be great"),
+        ("[stability]\ngrowth = inf", r"stability.growth = inf: Input should be a finite number"),
+    ],
+)
+def test_mistakes_about_state_space_networks_name_key_and_value(more: str, pattern: str) -> None:
+    lines = mistakes(STATE_SPACE + more)
+    assert re.match(pattern, lines[0])
+    # order and hidden may be numbers or words: a line for each
+    assert len(lines) == (2 if more.startswith(("order", "hidden")) else 1)
+
+
+@pytest.mark.parametrize(
+    ("table", "samples"),
+    [
+        ({"family": "state_space"}, 48),
+        ({"family": "feed_forward", "hidden": [], "time_invariant": True}, 41),
+        ({"family": "feed_forward", "hidden": [], "time_invariant": False}, 48),
+    ],
+)
+@pytest.mark.parametrize("estimator", [False, True])
+def test_shortest_validation_counts_the_inputs_that_a_network_sees(
+    table: dict[str, Any], samples: int, estimator: bool
+) -> None:
+    """n_in = 48 and n_out = 8: without a burn-in the first scored sample has seen them all."""
+    tables = tomllib.loads(TINY)
+    tables["network"] = table
+    if table["family"] == "state_space":
+        del tables["training"]
+    counts = {"estimator": 1, "estimator_validation": 1} if estimator else {}
+    tables["data"] = {**tables["data"], **counts, "burn_in": 0.0}
+    if estimator:
+        tables["estimator"] = ESTIMATOR
+    recipe = Recipe.model_validate(tables)
+    scored = 8 if estimator else 1
+    expected = (samples + scored - 1) * recipe.window.step
+    assert recipe.shortest_validation() == pytest.approx(expected)
+    burnt = tables["data"] | {"burn_in": 10 * recipe.window.step}
+    later = Recipe.model_validate(tables | {"data": burnt}).shortest_validation()
+    assert later == pytest.approx(expected - 10 * recipe.window.step)
+
+
+def test_all_trainings_are_those_of_surrogate_and_estimator() -> None:
+    tables = tomllib.loads(STATE_SPACE)
+    tables["data"] |= {"estimator": 1, "estimator_validation": 1}
+    recipe = Recipe.model_validate(tables | {"estimator": ESTIMATOR})
+    assert recipe.estimator is not None
+    assert recipe.trainings() == (LeastSquaresRecipe(), recipe.estimator.training)

@@ -7,20 +7,29 @@ from dataclasses import dataclass
 import numpy as np
 
 from slide_fmu.excitation import choose_kind, draw_inputs
-from slide_fmu.recipe import SPLITS, Recipe
+from slide_fmu.recipe import Recipe
 from slide_fmu.signals import FloatArray, Trajectory
 from slide_fmu.systems.base import State, System, simulate
 from slide_fmu.systems.loading import load_system
 
-TEST = len(SPLITS)
+STREAMS = {
+    "train": 0,
+    "validation": 1,
+    "estimator": 2,
+    "estimator_validation": 3,
+    "beyond": 7,
+}
+"""Stream of seeds of every split."""
+
+TEST = 4
 """Stream of seeds that no split uses: trajectories that FMUs are measured on."""
 
 
-PROBE = TEST + 1
+PROBE = 5
 """Stream of seeds of the motion by which a changed model is noticed."""
 PROBE_SAMPLES = 50
 
-STABILITY = TEST + 2
+STABILITY = 6
 """Stream of seeds of the inputs under which networks are tested for stability."""
 
 
@@ -80,7 +89,9 @@ def split_stream(recipe: Recipe, split: str, index: int) -> Stream:
     if recipe.estimator is not None and split.startswith("estimator"):
         in_range = round(recipe.estimator.in_range * recipe.data.count(split))
         factors = recipe.estimator.amplitude_factor if index >= in_range else factors
-    return Stream(SPLITS.index(split), recipe.data.seed, factors, recipe.data.duration)
+    if split == "beyond":
+        factors = recipe.data.beyond_factor
+    return Stream(STREAMS[split], recipe.data.seed, factors, recipe.data.duration)
 
 
 def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:

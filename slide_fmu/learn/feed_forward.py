@@ -11,12 +11,22 @@ import torch
 from slide_fmu.learning_recipe import FeedForwardRecipe
 from slide_fmu.network import FeedForward, Float32Array, Layer
 
+
+class Cubic(torch.nn.Module):
+    """Third power; final."""
+
+    def forward(self, values: torch.Tensor) -> torch.Tensor:
+        """Values of any shape."""
+        return values * values * values
+
+
 ACTIVATION_MODULES: dict[str, Callable[[], torch.nn.Module]] = {
     "identity": torch.nn.Identity,
     "relu": torch.nn.ReLU,
     "elu": torch.nn.ELU,
     "tanh": torch.nn.Tanh,
     "gelu": lambda: torch.nn.GELU(approximate="tanh"),
+    "cubic": Cubic,
 }
 
 

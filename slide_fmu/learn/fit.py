@@ -54,7 +54,8 @@ def fit_surrogate(
     """
     require_origin(store, recipe, probe(recipe, system))
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-    splits = read_split(store, "train"), read_split(store, "validation")
+    names = ("train", "validation", *(["beyond"] if recipe.data.beyond else []))
+    splits = [read_split(store, name) for name in names]
     if any(training.flip_signs for training in recipe.trainings()):
         require_symmetry((*system.inputs, *system.outputs))
     input_scaling = range_scaling(system.inputs)
@@ -82,6 +83,7 @@ def fit_surrogate(
         scaled(splits[1]),
         checkpoints / f"surrogate-{key}.pt",
         eigenvalues_at_rest(system),
+        scaled(splits[2]) if recipe.data.beyond else None,
     )
     network, history = fit_network(problem, recipe.network, recipe.training, progress("surrogate"))
     surrogate = _assemble(recipe, system, window, (input_scaling, output_scaling), network)

@@ -88,11 +88,15 @@ def realize(responses: torch.Tensor, n_states: int) -> Matrices:
 def band_edge(inputs: torch.Tensor, step: float) -> float:
     """Angular frequency in rad/s below which nearly all power of the inputs lies.
 
+    Records fade in and out (Hann), else oscillations that do not close within them would leak.
+
     Args:
         inputs: shape (n_trajectories, N, n_inputs).
         step: sample step in s.
     """
-    power = torch.fft.rfft(inputs, dim=1).abs().square().sum((0, 2)).cumsum(0)
+    fade = torch.hann_window(inputs.shape[1], dtype=inputs.dtype, device=inputs.device)
+    faded = fade[:, None] * inputs
+    power = torch.fft.rfft(faded, dim=1).abs().square().sum((0, 2)).cumsum(0)
     bins = int((power < EXCITED_POWER * power[-1]).sum())
     return 2 * math.pi * bins / (inputs.shape[1] * step)
 

@@ -19,7 +19,7 @@ SENSITIVITIES = 150_000
 """Numbers in the sensitivities of one chunk of segments: about what a core's cache holds."""
 BLOCK = 16
 """Samples whose rows of J are multiplied at once."""
-ROWS_PER_PARAMETER = 12
+ROWS_PER_PARAMETER = 50
 """Residuals for each parameter that J'J is made of, at least, where there are as many."""
 THINNEST = 8
 """Samples of which at least one goes into J'J; divides ``BLOCK``."""
@@ -38,7 +38,8 @@ def sum_of_squares(shape: CellShape, theta: torch.Tensor, segments: Segments) ->
     """Sum of squared residuals over all scored samples; not finite where the cell diverges."""
     with torch.no_grad():
         outputs, _ = simulate(shape, theta, segments.features)
-        return float((outputs[segments.burn_in :] - segments.targets).square().sum())
+        residuals = (outputs[segments.burn_in :] - segments.targets).square().sum((0, 2))
+        return float(residuals @ segments.weights.square())
 
 
 def normal_equations(shape: CellShape, theta: torch.Tensor, segments: Segments) -> NormalEquations:
@@ -85,8 +86,8 @@ class _Accumulator:
 class _Rows:
     """Rows of J of a block of samples, with views on the parts of the output's parameters."""
 
-    def __init__(self, shape: CellShape, theta: torch.Tensor, batch: int) -> None:
-        n, q, p = shape.n_states, shape.n_features, shape.n_outputs
+    def __init__(self, shape: CellShape, theta: torch.Tensor, weights: torch.Tensor) -> None:
+        batch, n, q, p = len(weights), shape.n_states, shape.n_features, shape.n_outputs
         self.rows = theta.new_zeros(BLOCK, batch, p, shape.n_parameters)
         self.residuals = theta.new_zeros(BLOCK, batch, p)
         dynamic, (_, _, c, d, _) = shape.n_dynamic, shape.sizes
@@ -95,7 +96,7 @@ class _Rows:
         self.c = self._own(dynamic, p, n)
         self.d = self._own(dynamic + c, p, q)
         if shape.bias:
-            self._own(dynamic + c + d, p, 1).fill_(1.0)
+            self._own(dynamic + c + d, p, 1).copy_(weights[:, None, None])
         self.filled = 0
 
     def _own(self, first: int, p: int, n: int) -> torch.Tensor:
@@ -146,7 +147,9 @@ def _run(
 ) -> None:
     """Run a chunk of segments with its sensitivities."""
     m, batch, burn_in = shape.split(theta), chunk.count, chunk.burn_in
-    rows = _Rows(shape, theta, batch)
+    rows = _Rows(shape, theta, chunk.weights)
+    weights = chunk.weights[:, None]
+    weighted_c = weights[:, None] * m.c
     sensitivities = _Sensitivities(shape, m, batch)
     state = theta.new_zeros(batch, shape.n_states)
     one = theta.new_ones(batch, int(shape.bias))
@@ -160,11 +163,11 @@ def _run(
         if k < burn_in:
             continue
         at = rows.filled
-        rows.dynamic[at] = m.c @ sensitivities.values
-        rows.c[at] = state[..., None]
-        rows.d[at] = feature[..., None]
+        rows.dynamic[at] = weighted_c @ sensitivities.values
+        rows.c[at] = (weights * state)[..., None]
+        rows.d[at] = (weights * feature)[..., None]
         outputs = torch.addmm(m.d0, state, c) + feature @ m.d.T
-        rows.residuals[at] = outputs - chunk.targets[k - burn_in]
+        rows.residuals[at] = weights * (outputs - chunk.targets[k - burn_in])
         rows.filled += 1
         if rows.filled == BLOCK or k + 1 == len(chunk.features):
             accumulator.add(*rows.take())

@@ -87,6 +87,8 @@ def advance_stretch(
     )
     theta, momentum, cost = state.theta, state.momentum, math.nan
     for _ in range(STRETCH):
+        if factor is None:
+            break
         batch = segments.chosen(_draw(segments, BATCH, generator))
         cost, gradient = _gradient(shape, theta, batch, radius)
         if not math.isfinite(cost):
@@ -113,13 +115,13 @@ def _draw(segments: Segments, count: int, generator: torch.Generator) -> torch.T
     return order.to(segments.features.device)
 
 
-def _factor(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torch.Tensor:
-    """Cholesky factor of the damped mean of J'J per residual."""
+def _factor(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torch.Tensor | None:
+    """Cholesky factor of the damped mean of J'J per residual; None where it is not finite."""
     matrix = normal_equations(shape, theta, segments).matrix / segments.targets.numel()
     diagonal = matrix.diagonal()
     damping = DAMPING * (diagonal + FLOOR * diagonal.mean())
-    factor: torch.Tensor = torch.linalg.cholesky(matrix + torch.diag(damping))
-    return factor
+    factor, failure = torch.linalg.cholesky_ex(matrix + torch.diag(damping))
+    return None if int(failure) != 0 else factor
 
 
 def _gradient(
@@ -128,7 +130,10 @@ def _gradient(
     """Mean square of the residuals with the penalty, and half its gradient, by reverse mode."""
     variable = theta.clone().requires_grad_()
     outputs, _ = simulate(shape, variable, segments.features)
-    cost = (outputs[segments.burn_in :] - segments.targets).square().mean()
+    residuals = outputs[segments.burn_in :] - segments.targets
+    cost = (segments.weights[:, None] * residuals).square().mean()
+    if not math.isfinite(cost.detach()):
+        return math.nan, torch.zeros_like(theta)
     cost = cost + (pole_radii(shape, variable) - radius).clamp_min(0).square().sum()
     (gradient,) = torch.autograd.grad(cost, variable)
     return float(cost.detach()), 0.5 * gradient

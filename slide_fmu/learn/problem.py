@@ -21,6 +21,8 @@ class Problem:
         training: inputs (n_trajectories, N, n_inputs) and outputs (n_trajectories, N + 1,
             n_outputs) to learn from.
         validation: inputs and outputs to choose the weights by.
+        beyond: inputs and outputs beyond the range, learnt with a low weight; None if there are
+            none.
         checkpoint: file that holds the state of an interrupted fit.
         eigenvalues: of the linearized system at rest in 1/s, one of each conjugate pair, without
             those of rigid-body modes; None where the system has no linearization.
@@ -31,3 +33,4 @@ class Problem:
     validation: tuple[torch.Tensor, torch.Tensor]
     checkpoint: Path
     eigenvalues: NDArray[np.complex128] | None = None
+    beyond: tuple[torch.Tensor, torch.Tensor] | None = None

@@ -12,42 +12,55 @@ class Segments:
     """Segments that a recursive network is fitted to; no sample is scored twice.
 
     The sample comes first in the shapes, so that one sample of all segments is one piece of
-    memory.
+    memory. Segments of one trajectory follow each other.
 
     Attributes:
         features: shape (burn_in + scored, B, n_features).
         targets: shape (scored, B, n_outputs): of the last samples.
+        weights: factors on the residuals, shape (B,).
     """
 
     features: torch.Tensor
     targets: torch.Tensor
+    weights: torch.Tensor
 
     @property
     def burn_in(self) -> int:
         """Samples in which the zero state is forgotten; not scored."""
         return len(self.features) - len(self.targets)
 
-    def every(self, stride: int) -> Segments:
-        """Every ``stride``-th segment: a part of the data that still covers all trajectories."""
-        return Segments(
-            self.features[:, ::stride].contiguous(), self.targets[:, ::stride].contiguous()
-        )
-
-    def chosen(self, numbers: torch.Tensor) -> Segments:
-        """Some segments, by their numbers."""
-        return Segments(self.features[:, numbers], self.targets[:, numbers])
-
-    def chunks(self, size: int) -> list[Segments]:
-        """Pieces of at most ``size`` segments."""
-        firsts = range(0, self.count, size)
-        return [
-            Segments(self.features[:, s : s + size], self.targets[:, s : s + size]) for s in firsts
-        ]
-
     @property
     def count(self) -> int:
         """Number of segments B."""
         return self.features.shape[1]
+
+    def every(self, stride: int) -> Segments:
+        """Every ``stride``-th segment, of trajectories all over the data."""
+        return self.chosen(torch.arange(0, self.count, stride, device=self.weights.device))
+
+    def chosen(self, numbers: torch.Tensor) -> Segments:
+        """Some segments, by their numbers."""
+        return Segments(self.features[:, numbers], self.targets[:, numbers], self.weights[numbers])
+
+    def chunks(self, size: int) -> list[Segments]:
+        """Pieces of at most ``size`` segments."""
+        parts = [slice(first, first + size) for first in range(0, self.count, size)]
+        return [
+            Segments(self.features[:, part], self.targets[:, part], self.weights[part])
+            for part in parts
+        ]
+
+    def and_others(self, others: Segments, factor: float) -> Segments:
+        """These segments and some of the same lengths, with a factor on the others' weights."""
+        return Segments(
+            torch.cat([self.features, others.features], 1),
+            torch.cat([self.targets, others.targets], 1),
+            torch.cat([self.weights, factor * others.weights]),
+        )
+
+    def mirrored(self) -> Segments:
+        """The segments with the opposite sign."""
+        return Segments(-self.features, -self.targets, self.weights)
 
 
 def cut_segments(
@@ -73,13 +86,12 @@ def cut_segments(
     pieces = max(1, round(rest / scored))
     length = rest // pieces
     firsts = [piece * length for piece in range(pieces)]
+    seen = torch.stack([features[:, s : s + burn_in + length] for s in firsts], 1)
+    scores = [targets[:, s + burn_in + 1 : s + burn_in + length + 1] for s in firsts]
     return Segments(
-        torch.cat([features[:, s : s + burn_in + length] for s in firsts])
-        .transpose(0, 1)
-        .contiguous(),
-        torch.cat([targets[:, s + burn_in + 1 : s + burn_in + length + 1] for s in firsts])
-        .transpose(0, 1)
-        .contiguous(),
+        seen.flatten(0, 1).transpose(0, 1).contiguous(),
+        torch.stack(scores, 1).flatten(0, 1).transpose(0, 1).contiguous(),
+        features.new_ones(len(features) * pieces),
     )
 
 

@@ -10,7 +10,7 @@ import torch
 
 from slide_fmu.learn.normal_equations import sum_of_squares
 from slide_fmu.learn.problem import Problem
-from slide_fmu.learn.segments import Segments, cut_segments, with_differences
+from slide_fmu.learn.segments import cut_segments, with_differences
 from slide_fmu.learn.tournament import LINEAR_ITERATIONS, Entrant, FitData, Tournament
 from slide_fmu.learn.training import History, TrainingError, TrainingProgress
 from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
@@ -71,11 +71,12 @@ def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresR
     scale = scale.float().to(features)  # as the network keeps it
     features = features / scale
     whole = cut_segments(features, problem.training[1], burn_in, training.segment)
+    if problem.beyond is not None:
+        seen = with_differences(problem.beyond[0], network.differences) / scale
+        others = cut_segments(seen, problem.beyond[1], burn_in, training.segment)
+        whole = whole.and_others(others, training.beyond_weight)
     if training.flip_signs:
-        whole = Segments(
-            torch.cat([whole.features, -whole.features], 1),
-            torch.cat([whole.targets, -whole.targets], 1),
-        )
+        whole = whole.and_others(whole.mirrored(), 1.0)
     seen = with_differences(problem.validation[0], network.differences) / scale
     validation = cut_segments(seen, problem.validation[1], burn_in, training.segment)
     return FitData(whole, whole.every(training.part), validation, features, scale)

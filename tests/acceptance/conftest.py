@@ -75,6 +75,60 @@ learning_rate = 5e-3
 validate_every = 100
 """
 
+SMALL_STATE_SPACE = """
+name = "small_state_space"
+description = "Duffing oscillator, learnt by a small state-space network"
+equations = "m x'' + d x' + k x + alpha k x^3 = F"
+
+[system]
+model = "mbs_models.oscillators:DuffingOscillator"
+parameters = { substeps = 12 }
+
+[window]
+step = 0.03
+n_in = 112
+n_out = 72
+
+[data]
+seed = 9
+duration = 12.0
+burn_in = 1.5
+train = 16
+validation = 4
+estimator = 6
+estimator_validation = 2
+beyond = 6
+beyond_factor = [1.0, 2.0]
+
+[[data.excitation]]
+kind = "held_random"
+weight = 1.0
+
+[network]
+hidden = 8
+
+[training]
+part = 2
+starts = 2
+start_iterations = 8
+kept = 1
+kept_iterations = 8
+iterations = 12
+
+[estimator]
+amplitude_factor = [1.0, 2.0]
+
+[estimator.network]
+family = "feed_forward"
+hidden = [8]
+
+[estimator.training]
+steps = 100
+batch = 64
+learning_rate = 5e-3
+validate_every = 50
+"""
+
 SMALL_LINEAR = """
 name = "small_linear"
 description = "Linear oscillator, small enough for a test"
@@ -149,6 +203,13 @@ def run_recipe(folder: Path, name: str, text: str) -> Finished:
 def duffing(tmp_path_factory: pytest.TempPathFactory) -> Finished:
     """The small Duffing recipe, finished."""
     return run_recipe(tmp_path_factory.mktemp("duffing"), "small_duffing", SMALL_DUFFING)
+
+
+@pytest.fixture(scope="session")
+def state_space(tmp_path_factory: pytest.TempPathFactory) -> Finished:
+    """The small state-space recipe, finished."""
+    folder = tmp_path_factory.mktemp("state_space")
+    return run_recipe(folder, "small_state_space", SMALL_STATE_SPACE)
 
 
 @pytest.fixture(scope="session")

@@ -9,10 +9,16 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from slide_fmu import pipeline
+from slide_fmu.data.sampling import recipe_system
 from slide_fmu.fmu.export import read_fmu, read_member
+from slide_fmu.scaling import Affine
+from slide_fmu.state_space import Cell, StateSpace
+from slide_fmu.surrogate import Surrogate
+from slide_fmu.window import Window
 
 from .conftest import SMALL_DUFFING, SMALL_LINEAR, Finished, invoke
 
@@ -248,3 +254,40 @@ def test_benchmark_of_the_step_runs(duffing: Finished) -> None:
     )
     assert result.returncode == 0, result.stderr
     assert json.loads(result.stdout)["median_us"]["fmu_step"] > 0
+
+
+def unstable_surrogate(job: pipeline.Job) -> Surrogate:
+    """A state-space network of the job's signals that never forgets: y -> 0.9999 y + u."""
+    one, zero = np.ones((1, 1), np.float32), np.zeros((1, 1), np.float32)
+    cell = Cell(
+        0.9999 * one, one, zero[:, :0], np.zeros((0, 3), np.float32), one, zero, zero[:, 0]
+    )
+    system, table = recipe_system(job.recipe), job.recipe.window
+    scaling = Affine.of_channels([0.0], [1.0])
+    window = Window(table.step, table.n_in, table.n_out)
+    signals = system.inputs, system.outputs, system.hold
+    network = StateSpace(cell, table.n_in, table.n_out, 1)
+    return Surrogate(job.recipe.name, window, *signals, scaling, scaling, network)
+
+
+@pytest.mark.parametrize("allowed", [False, True])
+def test_export_refuses_a_network_that_does_not_forget(tmp_path: Path, allowed: bool) -> None:
+    text = SMALL_LINEAR[: SMALL_LINEAR.index("[network]")]
+    text += "[stability]\nallow_unstable = true\n" if allowed else ""
+    recipe, runs, out = tmp_path / "recipe.toml", tmp_path / "runs", tmp_path / "out.fmu"
+    recipe.write_text(text, encoding="utf-8")
+    job = pipeline.open_job(recipe, runs, no_bar)
+    job.folder.path.mkdir(parents=True)
+    job.folder.save_surrogate(unstable_surrogate(job), job.recipe, {}, pipeline.versions())
+    result = invoke("export", recipe, "--runs", runs, "-o", out)
+    picture = job.folder.path / pipeline.STABILITY_PICTURE
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert out.exists() is allowed
+    assert result.exit_code == (0 if allowed else 1), result.output
+    if not allowed:
+        message = " ".join(result.output.split())
+        assert "surrogate 'small_linear' is not exported: at 1 times" in message
+        assert "two runs from different states still differ by" in message
+        assert "stability.allow_unstable = true" in message
+        assert str(picture) in "".join(result.output.split())
+        assert "Traceback" not in result.output

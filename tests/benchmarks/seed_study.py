@@ -13,6 +13,7 @@ import argparse
 import dataclasses
 import json
 import sys
+import tempfile
 import time
 from pathlib import Path
 from typing import Any
@@ -41,13 +42,14 @@ def study(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
     for seed in range(arguments.seeds):
         recipe = pipeline.with_training_seed(job.recipe, seed)
         begin = time.process_time()
-        fit = fit_surrogate(
-            recipe,
-            recipe_system(recipe),
-            job.folder.store,
-            job.folder.checkpoints,
-            lambda stage, seed=seed: stage_progress(bar(f"{stage}, seed {seed}")),
-        )
+        with tempfile.TemporaryDirectory() as checkpoints:  # what was trained before costs nothing
+            fit = fit_surrogate(
+                recipe,
+                recipe_system(recipe),
+                job.folder.store,
+                Path(checkpoints),
+                lambda stage, seed=seed: stage_progress(bar(f"{stage}, seed {seed}")),
+            )
         seconds = time.process_time() - begin
         fmu = job.folder.path / f"{recipe.name}_seed_{seed}.fmu"
         origin = pipeline.provenance(dataclasses.replace(job, recipe=recipe), pipeline.versions())

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from logging_system import LOG, identity
-from recipes import ESTIMATOR, tiny_recipe
+from recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
 from slide_fmu.data.generation import generate, process_pool
 from slide_fmu.data.sampling import (
@@ -36,8 +36,8 @@ WORKERS = 2
 PATIENCE = 30.0
 """Seconds that a shared machine may need for what takes one."""
 
-SMALL = tiny_recipe(
-    data={"train": 6, "validation": 2, "estimator": 4, "estimator_validation": 2},
+SMALL = tiny_state_space_recipe(
+    data={"train": 4, "validation": 2, "estimator": 4, "estimator_validation": 2, "beyond": 2},
     estimator=ESTIMATOR,
 )
 SMALL_OTHER_SEED = SMALL.model_copy(update={"data": SMALL.data.model_copy(update={"seed": 8})})

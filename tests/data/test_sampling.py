@@ -6,9 +6,13 @@ import dataclasses
 from itertools import combinations
 
 import numpy as np
-from recipes import ESTIMATOR, tiny_recipe
+import pytest
+from recipes import ESTIMATOR, tiny_state_space_recipe
 
 from slide_fmu.data.sampling import (
+    PROBE,
+    STABILITY,
+    STREAMS,
     TEST,
     Draw,
     Stream,
@@ -20,9 +24,10 @@ from slide_fmu.data.sampling import (
 from slide_fmu.recipe import SPLITS
 
 COUNT = 6
-RECIPE = tiny_recipe(
+RECIPE = tiny_state_space_recipe(
     data={
         **dict.fromkeys(SPLITS, COUNT),
+        "beyond_factor": (1.25, 2.5),
         "excitation": [
             {"kind": "held_random", "weight": 1.0},
             {"kind": "harmonic", "weight": 1.0, "angular_frequency": (5.0, 60.0)},
@@ -64,7 +69,23 @@ def test_no_two_trajectories_share_inputs_or_states() -> None:
     assert all(a.isdisjoint(b) for a, b in combinations(held, 2))  # nor parts of them
 
 
-def test_only_the_estimator_leaves_the_range() -> None:
+def test_every_purpose_has_a_stream_of_its_own() -> None:
+    """Released data are drawn again by these numbers: new splits come after them."""
+    assert STREAMS.keys() == set(SPLITS)
+    assert [*STREAMS.values(), TEST, PROBE, STABILITY] == [0, 1, 2, 3, 7, 4, 5, 6]
+
+
+@pytest.mark.parametrize("split", [split for split in SPLITS if split != "beyond"])
+def test_trajectories_beyond_the_range_change_no_others(split: str) -> None:
+    data = RECIPE.data.model_copy(update={"beyond": 0, "beyond_factor": (1.0, 3.0)})
+    without = RECIPE.model_copy(update={"data": data})
+    for index in range(COUNT):
+        there = draw(without, SYSTEM, split_stream(without, split, index), index)
+        assert np.array_equal(there.inputs, drawn(split, index).inputs)
+        assert np.array_equal(there.initial.coordinates, drawn(split, index).initial.coordinates)
+
+
+def test_only_estimator_and_beyond_leave_the_range() -> None:
     limit = SYSTEM.inputs[0].high
     for split in SPLITS:
         factors = [drawn(split, index).factor for index in range(COUNT)]
@@ -72,6 +93,9 @@ def test_only_the_estimator_leaves_the_range() -> None:
             assert factors[:3] == [1.0, 1.0, 1.0]
             assert all(1.5 <= factor <= 3.0 for factor in factors[3:])
             assert len(set(factors[3:])) == 3
+        elif split == "beyond":
+            assert all(1.25 <= factor <= 2.5 for factor in factors)
+            assert len(set(factors)) == COUNT
         else:
             assert set(factors) == {1.0}
         for index, factor in enumerate(factors):

@@ -4,21 +4,34 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import torch
-from recipes import ESTIMATOR, tiny_recipe
+from recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
 from slide_fmu.data.generation import generate
 from slide_fmu.data.sampling import recipe_system
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.errors import rms
+from slide_fmu.learn import fit as module
+from slide_fmu.learn.family import fit_network
 from slide_fmu.learn.feed_forward import FeedForwardModule
-from slide_fmu.learn.fit import Fit, fit_surrogate, range_scaling, require_symmetry, spread_scaling
+from slide_fmu.learn.fit import (
+    Fit,
+    eigenvalues_at_rest,
+    fit_surrogate,
+    range_scaling,
+    require_symmetry,
+    spread_scaling,
+)
+from slide_fmu.learn.problem import Problem
+from slide_fmu.learn.training import TrainingProgress
 from slide_fmu.recipe import Recipe
 from slide_fmu.response import exact_matrix, learnt_matrix, matrix_figures
 from slide_fmu.signals import Signal
+from slide_fmu.state_space import StateSpace
 
 SMALL_ERROR = 1e-3
 """Relative RMSE after two seconds of training; the released recipe reaches 1e-5."""
@@ -150,3 +163,122 @@ def test_signs_are_flipped_of_symmetric_signals_only() -> None:
     require_symmetry(signals[:1])
     with pytest.raises(ValueError, match=r"in a training, but the range of 'position' is -1.5"):
         require_symmetry(signals)
+
+
+def state_space_recipe(**training: Any) -> Recipe:
+    """The recipe of the same data with a small state-space network."""
+    return tiny_state_space_recipe(
+        data=LEARNING.data.model_dump(mode="json"),
+        network={"hidden": 3, "padding": 1},
+        training={
+            "segment": 128, "part": 4, "starts": 2, "start_iterations": 3, "kept": 1,
+            "kept_iterations": 3, "iterations": 4, **training,
+        },
+    )  # fmt: skip
+
+
+STATE_SPACE = state_space_recipe()
+
+
+@pytest.fixture(scope="module")
+def state_space(folder: Path) -> Fit:
+    return fitted(STATE_SPACE, folder / "store", folder / "state_space")
+
+
+def test_state_space_network_reaches_a_small_error(state_space: Fit, folder: Path) -> None:
+    test = read_split(folder / "store", "estimator_validation")
+    surrogate = state_space.surrogate
+    for inputs, outputs in zip(test.inputs, test.outputs, strict=True):
+        for predicted in (surrogate.predict(inputs), surrogate.predict_newest(inputs)):
+            error = (predicted - outputs[1:])[surrogate.window.n_in :]
+            assert rms(error)[0] < SMALL_ERROR * rms(outputs)[0]
+
+
+def test_order_comes_from_the_eigenvalues_of_the_system(state_space: Fit) -> None:
+    (value,) = eigenvalues_at_rest(recipe_system(STATE_SPACE))
+    # m = 1 kg, d = 40 N s/m, k = 1600 N/m
+    assert complex(value) == pytest.approx(complex(-20, np.sqrt(1200)), rel=1e-4)
+    network = state_space.surrogate.network
+    assert isinstance(network, StateSpace)
+    assert network.cell.w.shape == (3, 2 + 1 + 1 + 1)
+    assert (network.n_samples, network.n_out) == (48, 8)
+
+
+def test_same_seed_gives_the_same_bytes_and_another_seed_others(
+    state_space: Fit, folder: Path, tmp_path: Path
+) -> None:
+    content = state_space.surrogate.to_bytes()
+    torch.manual_seed(99)
+    again = fitted(STATE_SPACE, folder / "store", tmp_path)
+    assert again.surrogate.to_bytes() == content
+    assert again.histories == state_space.histories
+    other = fitted(state_space_recipe(seed=1), folder / "store", tmp_path)
+    assert other.surrogate.to_bytes() != content
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+@pytest.mark.parametrize("broken_at", [2, 12])
+def test_broken_fit_gives_the_same_bytes(
+    state_space: Fit, folder: Path, tmp_path: Path, broken_at: int
+) -> None:
+    class Broken(Exception):
+        pass
+
+    def stopping(stage: str) -> TrainingProgress:
+        def stop(done: int, total: int, best: float) -> None:
+            if done == broken_at:
+                raise Broken
+
+        return stop
+
+    system, store = recipe_system(STATE_SPACE), folder / "store"
+    with pytest.raises(Broken):
+        fit_surrogate(STATE_SPACE, system, store, tmp_path, stopping)
+    again = fitted(STATE_SPACE, store, tmp_path)
+    assert again.surrogate.to_bytes() == state_space.surrogate.to_bytes()
+    assert again.histories == state_space.histories
+
+
+def test_trajectories_beyond_the_range_reach_the_fit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Scaled as the others, so that their inputs leave [-1, 1]; checkpoints depend on them."""
+
+    class Reached(Exception):
+        pass
+
+    def reached(problem: Problem, *rest: object) -> None:
+        raise Reached(problem)
+
+    monkeypatch.setattr(module, "fit_network", reached)
+    problems = []
+    for beyond in (0, 2, 3):
+        counts = {"train": 2, "beyond": beyond, "beyond_factor": (1.5, 2.0)}
+        recipe, store = tiny_state_space_recipe(data=counts), tmp_path / str(beyond)
+        with ThreadPoolExecutor(1) as pool:
+            generate(recipe, store, pool, lambda done, total: None)
+        with pytest.raises(Reached) as caught:
+            fitted(recipe, store, tmp_path)
+        problems.append(caught.value.args[0])
+    without, two, three = problems
+    assert without.beyond is None
+    assert len({problem.checkpoint for problem in problems}) == 3
+    inputs, outputs = three.beyond
+    assert inputs.shape == (3, without.training[0].shape[1], 1)
+    assert outputs.shape == (3, inputs.shape[1] + 1, 1)
+    assert torch.equal(inputs[:2], two.beyond[0])
+    assert torch.equal(three.training[1], without.training[1])
+    largest = inputs.abs().amax((1, 2))
+    assert 1.2 < float(largest.min()) <= float(largest.max()) <= 2.0
+    signal = recipe_system(STATE_SPACE).inputs[0]
+    split = read_split(tmp_path / "3", "beyond")
+    assert np.allclose(signal.high * inputs.numpy(), split.inputs, rtol=1e-12)
+
+
+def test_training_of_another_family_is_refused() -> None:
+    """Recipes cannot say so; a program can."""
+    pairs = [(STATE_SPACE.network, LEARNING.training), (LEARNING.network, STATE_SPACE.training)]
+    for network, training in pairs:
+        message = rf"no training '{training.method}' of the family '{network.family}'"
+        with pytest.raises(TypeError, match=message):
+            fit_network(None, network, training, no_progress("surrogate"))  # type: ignore[arg-type]

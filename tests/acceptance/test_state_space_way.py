@@ -1,0 +1,89 @@
+"""The whole way of a state-space network: recipe to FMU to report, by the console script."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+
+from slide_fmu.cosim import run_fmu, unpacked
+from slide_fmu.data.store import read_split
+from slide_fmu.fmu.export import read_fmu
+from slide_fmu.state_space import StateSpace
+
+from .conftest import SMALL_STATE_SPACE, Finished, invoke
+
+LEARNT = {"in range": 0.03, "beyond the range": 0.2}
+"""Relative RMSE after some two seconds of training; without learning it would be 1."""
+
+FMU_TOLERANCE = 2e-6
+"""FMU against numpy, relative to the output's range: rounding of single precision."""
+
+
+def test_it_learnt_the_range_and_something_beyond(state_space: Finished) -> None:
+    for name, bound in LEARNT.items():
+        output = state_space.figures["validation"][name]["outputs"][0]
+        assert output["relative_rmse"] < bound, name
+    split = read_split(state_space.fmu.parent / "data.zarr", "beyond")
+    assert len(split.inputs) == 6
+    assert np.max(np.abs(split.inputs)) > 1000  # the end of the range, N
+
+
+def test_fmu_carries_the_network(state_space: Finished) -> None:
+    surrogate, provenance = read_fmu(state_space.fmu)
+    assert isinstance(surrogate.network, StateSpace)
+    cell = surrogate.network.cell
+    # two states for the one mode in the band, two more for the units
+    assert (len(cell.a), len(cell.w)) == (2 + 2, 8)
+    assert state_space.figures["parameters"] == surrogate.network.count_parameters()
+    assert provenance is not None
+    assert provenance["recipe"] == SMALL_STATE_SPACE
+    assert provenance["measured"] == state_space.figures
+
+
+def test_fmu_equals_numpy_through_fmpy(state_space: Finished) -> None:
+    surrogate, _ = read_fmu(state_space.fmu)
+    inputs = np.random.default_rng(3).uniform(-1000, 1000, (300, 1))
+    with unpacked(state_space.fmu) as fmu:
+        run = run_fmu(fmu, {"force": inputs[:, 0]}, ["position", "position_error_estimate"])
+    signal = surrogate.outputs[0]
+    allowed = FMU_TOLERANCE * (signal.high - signal.low)
+    assert np.max(np.abs(run.values[1:, :1] - surrogate.predict_newest(inputs))) < allowed
+    np.testing.assert_allclose(run.values[1:, 1:], surrogate.estimate_error(inputs), rtol=1e-4)
+
+
+def test_report_and_card_tell_of_contraction(state_space: Finished) -> None:
+    tests = state_space.figures["stability"]
+    assert [test["amplitude"] for test in tests] == [1.0, 2.0, 4.0, 10.0]
+    assert all(test["passed"] for test in tests)
+    folder = state_space.fmu.parent
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    (section,) = re.findall(r"<h2>Contraction and growth</h2>(.*?)<h2>", page, re.DOTALL)
+    assert section.count("passed") == len(tests)
+    assert section.count("data:image/png;base64,") == 1
+    card = (folder / "card.md").read_text(encoding="utf-8")
+    assert f"by {tests[0]['median_difference']:.1e} at 1.0 times" in card
+    assert "(4 states, 8 units)" in card
+    assert not (folder / "stability.png").exists()  # the picture of a failure
+
+
+def test_check_finds_nothing(state_space: Finished) -> None:
+    result = invoke("check", state_space.fmu, "--json", "-")
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["problems"] == []
+
+
+def test_validate_measures_again_what_the_report_says(state_space: Finished) -> None:
+    reported = state_space.figures["validation"]["in range"]
+    call = ("--trajectories", reported["trajectories"], "--seed", reported["seed"], "--json", "-")
+    result = invoke("validate", state_space.fmu, *call)
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["outputs"] == reported["outputs"]
+
+
+def test_a_finished_run_is_not_done_again(state_space: Finished) -> None:
+    result = invoke("train", state_space.recipe, "--runs", state_space.runs, "--json", "-")
+    assert result.exit_code == 0, result.output
+    surrogate = state_space.runs / state_space.name / "surrogate.slide"
+    assert surrogate.read_bytes() == read_fmu(state_space.fmu)[0].to_bytes()

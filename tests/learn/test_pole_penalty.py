@@ -1,0 +1,66 @@
+"""The penalty on poles against automatic differentiation, and where it is zero."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import torch
+from cells import random_theta
+
+from slide_fmu.learn.cell import CellShape
+from slide_fmu.learn.normal_equations import NormalEquations
+from slide_fmu.learn.pole_penalty import LARGEST_RADIUS, REMAINING, PolePenalty, pole_radii
+from slide_fmu.window import Window
+
+SHAPE = CellShape(4, 2, 3, 1)
+EXACT = 1e-10
+"""Roundings of float64 in sums of a few products of order 1."""
+
+
+def nothing() -> NormalEquations:
+    zero = torch.zeros(SHAPE.n_parameters, dtype=torch.float64)
+    return NormalEquations(0.0, torch.diag(zero), zero)
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("radius", [0.1, 0.2])
+def test_normal_equations_are_those_of_its_residuals(seed: int, radius: float) -> None:
+    theta, penalty = random_theta(SHAPE, seed), PolePenalty(radius, 7.0)
+
+    def residuals(parameters: torch.Tensor) -> torch.Tensor:
+        return math.sqrt(7.0) * (pole_radii(SHAPE, parameters) - radius).clamp_min(0)
+
+    r = residuals(theta)
+    assert r.any()
+    j = torch.autograd.functional.jacobian(residuals, theta)
+    found = penalty.join(nothing(), SHAPE, theta)
+    torch.testing.assert_close(found.matrix, j.T @ j, rtol=EXACT, atol=EXACT)
+    torch.testing.assert_close(found.gradient, j.T @ r, rtol=EXACT, atol=EXACT)
+    assert found.cost == pytest.approx(float(r @ r), rel=EXACT)
+    assert penalty.cost(SHAPE, theta) == pytest.approx(found.cost, rel=EXACT)
+
+
+def test_poles_inside_cost_nothing() -> None:
+    theta = random_theta(SHAPE)
+    penalty = PolePenalty(0.99, 7.0)
+    assert penalty.cost(SHAPE, theta) == 0
+    found = penalty.join(nothing(), SHAPE, theta)
+    assert found.cost == 0
+    assert not found.gradient.any()
+
+
+def test_radii_are_those_of_the_state_matrix() -> None:
+    theta = random_theta(SHAPE, 3)
+    a = SHAPE.split(theta).f[:, :4].numpy()
+    expected = np.sort(np.abs(np.linalg.eigvals(a)))
+    assert np.sort(pole_radii(SHAPE, theta).numpy()) == pytest.approx(expected, rel=EXACT)
+
+
+def test_circle_is_what_the_truncated_samples_forget() -> None:
+    penalty = PolePenalty.of(Window(0.1, 48, 8), 100)
+    assert penalty.radius**40 == pytest.approx(REMAINING)
+    assert penalty.weight == 100
+    assert PolePenalty.of(Window(0.1, 10**5, 1), 1).radius == LARGEST_RADIUS
+    assert 0 < PolePenalty.of(Window(0.1, 4, 4), 1).radius < 1

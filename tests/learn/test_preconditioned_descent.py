@@ -1,0 +1,149 @@
+"""Preconditioned descent: it learns, repeats itself, and goes back where it failed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+import torch
+from cells import random, random_theta, taught_segments
+
+from slide_fmu.learn import preconditioned_descent as module
+from slide_fmu.learn.cell import CellShape
+from slide_fmu.learn.coordinates import widen
+from slide_fmu.learn.normal_equations import sum_of_squares
+from slide_fmu.learn.preconditioned_descent import RATE, Descent, advance_stretch
+from slide_fmu.learn.segments import Segments
+
+SHAPE = CellShape(2, 1, 4, 1)
+CIRCLE = 0.99
+"""Outside of all poles here."""
+TRAINING, VALIDATION = taught_segments(SHAPE, 1, 40), taught_segments(SHAPE, 2, 10)
+
+
+@pytest.fixture(autouse=True)
+def short(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A few steps on parts of the segments, with the damping that so few residuals need."""
+    monkeypatch.setattr(module, "STRETCH", 10)
+    monkeypatch.setattr(module, "BATCH", 24)
+    monkeypatch.setattr(module, "MATRIX_SEGMENTS", 24)
+    monkeypatch.setattr(module, "DAMPING", 0.5)
+
+
+def validation(theta: torch.Tensor) -> float:
+    return math.sqrt(sum_of_squares(SHAPE, theta, VALIDATION) / VALIDATION.targets.numel())
+
+
+def start(distance: float = 0.03) -> Descent:
+    """Some way off the parameters that made the targets."""
+    theta = random_theta(SHAPE, 99) + distance * random(SHAPE.n_parameters)
+    return Descent.begin(theta, validation(theta))
+
+
+def stretches(
+    state: Descent,
+    count: int,
+    seed: int = 0,
+    error: Callable[[torch.Tensor], float] = validation,
+    training: Segments = TRAINING,
+) -> list[Descent]:
+    states = [state]
+    for _ in range(count):
+        states.append(advance_stretch(states[-1], SHAPE, training, error, (seed, CIRCLE)))
+    return states
+
+
+def test_descent_learns() -> None:
+    states = stretches(start(), 6)
+    errors = [state.best_error for state in states]
+    assert errors == sorted(errors, reverse=True)
+    assert errors[-1] < 0.1 * errors[0]
+    last = states[-1]
+    assert validation(last.best) == last.best_error
+    assert [row[0] for row in last.history] == [1, 2, 3, 4, 5, 6]
+    assert min(row[2] for row in last.history) == last.best_error
+    assert last.stretch == 6
+
+
+def test_stretch_depends_on_state_and_seed_alone() -> None:
+    state = stretches(start(), 1)[-1]
+    torch.manual_seed(1)
+    one = stretches(state, 1, seed=3)[-1]
+    torch.manual_seed(2)
+    again, other = stretches(state, 1, seed=3)[-1], stretches(state, 1, seed=4)[-1]
+    assert torch.equal(one.theta, again.theta)
+    assert torch.equal(one.momentum, again.momentum)
+    assert one.history == again.history
+    assert not torch.equal(one.theta, other.theta)
+    later = stretches(replace(state, stretch=7), 1, seed=3)[-1]
+    assert not torch.equal(one.theta, later.theta)  # every stretch draws anew
+
+
+def test_segments_of_low_weight_teach_little() -> None:
+    """Every other segment answers with the wrong sign: at full weight nothing is learnt."""
+    wrong = TRAINING.every(2)
+    wrong = replace(wrong, targets=-wrong.targets)
+    begin = start()
+    errors = [
+        stretches(begin, 6, training=TRAINING.and_others(wrong, weight))[-1].best_error
+        for weight in (1e-3, 1.0)
+    ]
+    assert errors[0] < 0.1 * begin.best_error
+    assert errors[1] > 0.5 * begin.best_error
+
+
+@pytest.mark.parametrize("worse", [math.nan, math.inf, 1e3])
+def test_failed_stretch_goes_back_to_the_best_at_half_the_rate(worse: float) -> None:
+    before = stretches(start(), 2)[-1]
+    after = stretches(before, 1, error=lambda theta: worse)[-1]
+    assert torch.equal(after.theta, before.best)
+    assert torch.equal(after.best, before.best)
+    assert after.best_error == before.best_error
+    assert not after.momentum.any()
+    assert after.rate == 0.5 * before.rate == 0.5 * RATE
+    assert after.history == before.history
+    assert after.stretch == 3
+
+
+def test_diverging_steps_are_a_failure() -> None:
+    wild = replace(start(), rate=1e30)
+    after = stretches(wild, 1)[-1]
+    assert torch.equal(after.theta, wild.best)
+    assert after.rate == 0.5e30
+
+
+def test_start_without_finite_matrix_is_a_failure() -> None:
+    """Its segments overflow, whatever the validation says."""
+    theta = random_theta(SHAPE)
+    theta[: SHAPE.n_dynamic] *= 1e200
+    after = stretches(Descent.begin(theta, 1.0), 1)[-1]
+    assert torch.equal(after.theta, theta)
+    assert after.rate == 0.5 * RATE
+    assert after.history == ()
+
+
+def test_a_little_worse_is_gone_on_from() -> None:
+    before = stretches(start(), 2)[-1]
+    after = stretches(before, 1, error=lambda theta: 1.2 * before.best_error)[-1]
+    assert not torch.equal(after.theta, before.theta)
+    assert torch.equal(after.best, before.best)
+    assert after.best_error == before.best_error
+    assert len(after.history) == 3
+
+
+def test_units_that_act_on_nothing_yet_make_no_trouble() -> None:
+    """Their arguments have no curvature at all, and they begin to act."""
+    old, new = SHAPE, replace(SHAPE, n_units=7, n_states=4)
+    theta = widen(old.split(start().theta), old, new, torch.Generator())
+
+    def error(theta: torch.Tensor) -> float:
+        return 5.0 if bool(theta.isfinite().all()) else math.inf
+
+    wide = advance_stretch(Descent.begin(theta, 10.0), new, TRAINING, error, (0, CIRCLE))
+    assert len(wide.history) == 1
+    first = new.n_states + new.n_features + old.n_units
+    before, after = (new.split(t).f[: old.n_states, first:] for t in (theta, wide.best))
+    assert not before.any()
+    assert torch.all(after != 0)

@@ -31,9 +31,12 @@ class Network(abc.ABC):
         n_samples: length of the input sequence.
         n_channels: number of input channels.
         n_values: number of values it gives.
+        n_needed: number of newest inputs before which it has forgotten: those it sees; for a
+            network that runs along them, those behind the oldest sample of the output window.
     """
 
     n_samples: int
+    n_needed: int
     n_channels: int
     n_values: int
 
@@ -216,7 +219,7 @@ class FeedForward(Network):
             raise ValueError("linear skip: a weight is not finite; was the training stable?")
         self.layers = layers
         self.skip = skip
-        self.n_samples = n_samples
+        self.n_samples = self.n_needed = n_samples
         self.n_channels = n_channels
         self.n_values = width
 

@@ -231,8 +231,8 @@ class Recipe(Table):
         """
         window, burn_in = self.window, round(self.data.burn_in / self.window.step)
         network = self.network
-        sliding = isinstance(network, FeedForwardRecipe) and network.time_invariant
-        seen = window.n_in - window.n_out + 1 if sliding else window.n_in
+        whole = isinstance(network, FeedForwardRecipe) and not network.time_invariant
+        seen = window.n_in if whole else window.n_in - window.n_out + 1
         first = max(burn_in + 1, seen)
         scored = window.n_out if self.estimator is not None else 1
         return (first + scored - 1 - burn_in) * window.step

@@ -151,6 +151,7 @@ class StateSpace(Network):
             )
         self.cell = cell
         self.n_samples = n_samples
+        self.n_needed = n_samples - n_out + 1
         self.n_out = n_out
         self.n_channels = n_channels
         self.n_values = len(cell.c)

@@ -93,13 +93,13 @@ def fmu_variables(surrogate: Surrogate) -> list[Variable]:
 def samples_behind(surrogate: Surrogate) -> dict[str, int]:
     """Variables for the filled part of the inputs, and how many samples of the inputs that is.
 
-    Those behind the outputs are the window of the network; those behind the error estimates are
-    the windows of the estimator at all its positions.
+    Those behind the outputs are what the network needs; those behind the error estimates are what
+    the estimator needs at all its positions.
     """
-    samples = {"window_filled": surrogate.network.n_samples}
+    samples = {"window_filled": surrogate.network.n_needed}
     estimator = surrogate.estimator
     if estimator is not None:
-        seen = estimator.network.n_samples + estimator.positions - 1
+        seen = estimator.network.n_needed + estimator.positions - 1
         samples["error_estimate_filled"] = seen
     return samples
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from slide_fmu.data.store import Split
 from slide_fmu.errors import moving_rms
 from slide_fmu.learn.family import seeded_generator
 from slide_fmu.learn.feed_forward import FeedForwardModule
-from slide_fmu.learn.training import MEAN_SQUARE, History, Objective, ProgressOf, train
+from slide_fmu.learn.training import History, Objective, ProgressOf, train
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.recipe import EstimatorRecipe
 from slide_fmu.scaling import LogError
@@ -31,12 +30,19 @@ LIMIT = 8.0
 """Largest decimal exponent of a square: keeps single precision finite at the start."""
 
 
+HUBER = 0.03
+"""Deviations of eps below count as their square, larger ones linearly: bursts do not rule all."""
+AT_RESOLUTION = -1.0 + 1e-6
+"""A target eps up to here lies at the resolution: any smaller estimate is right too."""
+
+
 class EstimatorModule(torch.nn.Module):
-    """Evaluates one network at several positions of the window; gives the log of the RMS. Final.
+    """Evaluates one network along a stretch; gives the log of its moving RMS. Final.
 
     Args:
         network: gives eps of the samples (B, n_samples, n_inputs) it sees, or mu and eps.
-        positions: evaluations, each one sample later; 1: the network sees the whole window.
+        positions: evaluations that one RMS is made of, each one sample later; 1: the network sees
+            the whole window.
         log_error: map between eps and relative errors.
         n_outputs: number of outputs.
     """
@@ -49,13 +55,24 @@ class EstimatorModule(torch.nn.Module):
         self.n_outputs = n_outputs
 
     def forward(self, windows: torch.Tensor) -> torch.Tensor:
-        """Input windows (B, n_samples + positions - 1, n_inputs) to eps (B, n_outputs)."""
+        """Stretches of inputs to eps at the ends of all whole windows in them.
+
+        Args:
+            windows: shape (B, n_samples + positions - 1 + n, n_inputs).
+
+        Returns:
+            Shape (B, (n + 1) * n_outputs), sample by sample.
+        """
         views = windows.unfold(1, self.network.n_samples, 1).transpose(2, 3)
         values = self.network(views.flatten(0, 1))
         mean, variance = split_values(values, self.log_error, self.n_outputs)
-        squares = mean.square() + variance
-        blocks = squares.view(len(windows), self.positions, self.n_outputs).mean(dim=1)
-        return (0.5 * blocks.log10() - self.log_error.middle) / self.log_error.half_range
+        squares = (mean.square() + variance).view(len(windows), -1, self.n_outputs)
+        # sums of few samples are differences of sums of many: double precision
+        sums = torch.nn.functional.pad(squares.double().cumsum(1), (0, 0, 1, 0))
+        blocks = (sums[:, self.positions :] - sums[:, : -self.positions]) / self.positions
+        logarithms = 0.5 * blocks.clamp_min(10.0 ** (-2 * LIMIT)).log10()
+        eps = (logarithms - self.log_error.middle) / self.log_error.half_range
+        return eps.to(windows.dtype).flatten(1)
 
 
 def split_values(
@@ -67,6 +84,18 @@ def split_values(
     variance = 10 ** exponent.clamp(-2 * LIMIT, LIMIT)
     with_mean = values.shape[1] == 2 * n_outputs
     return values[:, :n_outputs] if with_mean else torch.zeros_like(eps), variance
+
+
+def _huber(values: torch.Tensor, targets: torch.Tensor) -> torch.Tensor:
+    """Huber loss of the deviations of eps, none for estimates below the resolution."""
+    deviation = values - targets
+    deviation = torch.where(targets <= AT_RESOLUTION, deviation.clamp_min(0), deviation)
+    nothing = torch.zeros_like(deviation)
+    return torch.nn.functional.huber_loss(deviation, nothing, delta=HUBER) / HUBER
+
+
+ROBUST = Objective(_huber, lambda value: value, odd=False)
+"""About the mean deviation of eps: what counts is how far off estimates are as a rule."""
 
 
 def likelihood(log_error: LogError, resolution: float, n_outputs: int) -> Objective:
@@ -135,8 +164,9 @@ def fit_estimator(
             likelihood(log_error, recipe.resolution, n_outputs),
         )
     eps = [tensor(log_error.apply(np.maximum(block, recipe.resolution))) for block in blocks]
-    whole = Window(window.step, window.n_in, 1)
-    training, validation = (WindowData(u, e, whole) for u, e in zip(inputs, eps, strict=True))
+    more = min(positions - 1, inputs[0].shape[1] - window.n_in)
+    stretch = Window(window.step, window.n_in + more, more + 1)
+    training, validation = (WindowData(u, e, stretch) for u, e in zip(inputs, eps, strict=True))
     histories[BLOCKS] = train(
         EstimatorModule(network, positions, log_error, n_outputs),
         training,
@@ -144,7 +174,7 @@ def fit_estimator(
         recipe.training,
         checkpoint,
         progress(BLOCKS),
-        dataclasses.replace(MEAN_SQUARE, odd=False),
+        ROBUST,
     )
     return ErrorEstimator(network.freeze(), log_error, positions), histories
 

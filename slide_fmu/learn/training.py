@@ -21,8 +21,8 @@ TrainingProgress = Callable[[int, int, float], None]
 ProgressOf = Callable[[str], TrainingProgress]
 """Gives the progress callback of a named stage."""
 
-VALIDATION_WINDOWS = 8_192
-"""Windows of one validation: enough for a stable figure, few enough to be cheap."""
+VALIDATION_TARGETS, VALIDATION_LEAST = 16_384, 512
+"""Output samples of one validation, and windows at least: stable figures at a low cost."""
 
 VALIDATION_BATCH = 512
 
@@ -162,7 +162,10 @@ def evaluate(
     Raises:
         TrainingError: the model gives values that are not finite.
     """
-    total, numbers = 0.0, data.spread(VALIDATION_WINDOWS)
+    total, numbers = (
+        0.0,
+        data.spread(max(VALIDATION_LEAST, VALIDATION_TARGETS // data.window.n_out)),
+    )
     with torch.no_grad():
         for part in torch.split(numbers, VALIDATION_BATCH):
             windows, targets = data.cut(part)

@@ -54,8 +54,8 @@ static double value_of(const SlideInstance *instance, size_t reference) {
         return state->errors[other];
     }
     return part_filled(state, other == n_estimates
-                                  ? model->predictor.n_samples
-                                  : (double)model->estimator.n_samples + model->positions - 1);
+                                  ? model->predictor.n_needed
+                                  : (double)model->estimator.n_needed + model->positions - 1);
 }
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,

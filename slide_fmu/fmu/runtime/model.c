@@ -16,7 +16,9 @@ static void place_network(SlideNetwork *network, const SlideNetworkView *view, u
                           SlideModel *model, SlideArena *arena) {
     network->kind = view->kind;
     network->n_samples = view->n_samples;
+    network->n_needed = view->n_samples;
     if (view->kind == SLIDE_STATE_SPACE) {
+        network->n_needed = view->n_samples - view->cell.n_out + 1;
         slide_cells_place(&network->cells, view, model->n_inputs, arena);
         return;
     }

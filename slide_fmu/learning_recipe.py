@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator
 
 PositiveInt = Annotated[int, Field(gt=0)]
 PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -37,6 +38,18 @@ class FeedForwardRecipe(Table):
     time_invariant: bool = False
 
 
+def _size_from(least: int) -> Callable[[Any], Any]:
+    """Check of a size that may also be found automatically."""
+
+    def check(value: Any) -> Any:
+        number = isinstance(value, int) and not isinstance(value, bool) and value >= least
+        if not (number or value == "auto"):
+            raise ValueError(f"expected a whole number from {least}, or 'auto'")
+        return value
+
+    return check
+
+
 class StateSpaceRecipe(Table):
     """The nonlinear state-space network, run from zero state over the window.
 
@@ -55,8 +68,8 @@ class StateSpaceRecipe(Table):
     """
 
     family: Literal["state_space"] = "state_space"
-    order: PositiveInt | Literal["auto"] = "auto"
-    hidden: Annotated[int, Field(ge=0)] | Literal["auto"] = "auto"
+    order: Annotated[int | Literal["auto"], PlainValidator(_size_from(1))] = "auto"
+    hidden: Annotated[int | Literal["auto"], PlainValidator(_size_from(0))] = "auto"
     padding: int = Field(default=2, ge=0)
     units: Literal["tanh", "cubic"] = "tanh"
     bias: bool = True

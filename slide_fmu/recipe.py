@@ -306,6 +306,9 @@ def _describe(item: Any) -> str:
     if parts[:1] in (["network"], ["training"]):  # the union's choice is not part of the key
         parts[1:2] = [part for part in parts[1:2] if part not in (*METHODS, *METHODS.values())]
     place = ".".join(parts) or "recipe"
+    if item["type"] == "union_tag_not_found":
+        key = item["ctx"]["discriminator"].strip("'")
+        return f"{place}.{key} is missing"
     if item["type"] == "union_tag_invalid":
         context = item["ctx"]
         key = context["discriminator"].strip("'")

@@ -4,7 +4,8 @@
 
 Data are generated once, in ``runs/<name>``. Every seed trains a surrogate (and error estimator) of
 its own, which is exported and run beside the reference FMU on unseen trajectories. ``--train``
-compares recipes on the same number of trajectories (give it a ``--runs`` of its own).
+compares recipes on the same number of trajectories, ``--surrogate-only`` leaves out the error
+estimator (give both a ``--runs`` of their own).
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from slide_fmu.cli import UNSEEN_SEED, progress_bars
 from slide_fmu.data.sampling import recipe_system
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.learn.fit import fit_surrogate
+from slide_fmu.recipe import Recipe
 from slide_fmu.validation import validate
 
 
@@ -33,10 +35,7 @@ def study(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
     """Train and validate every seed."""
     torch.set_num_threads(1)
     job = pipeline.open_job(arguments.recipe, arguments.runs, bar)
-    if arguments.train is not None:
-        data = job.recipe.data.model_copy(update={"train": arguments.train})
-        recipe = job.recipe.model_copy(update={"data": data})
-        job = dataclasses.replace(job, recipe=recipe)
+    job = dataclasses.replace(job, recipe=adapted(job.recipe, arguments))
     pipeline.generate_data(job, None, False)
     seeds = []
     for seed in range(arguments.seeds):
@@ -75,6 +74,17 @@ def study(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
         "summary": {name: summary([seed[name] for seed in seeds]) for name in names},
         "seeds": seeds,
     }
+
+
+def adapted(recipe: Recipe, arguments: argparse.Namespace) -> Recipe:
+    """The recipe with the number of trajectories and the networks that were asked for."""
+    data: dict[str, Any] = {}
+    if arguments.train is not None:
+        data["train"] = arguments.train
+    if arguments.surrogate_only:
+        data |= {"estimator": 0, "estimator_validation": 0}
+        recipe = recipe.model_copy(update={"estimator": None})
+    return recipe.model_copy(update={"data": recipe.data.model_copy(update=data)})
 
 
 def quiet(done: int, total: int) -> None:
@@ -116,6 +126,7 @@ def main() -> None:
     parser.add_argument("recipe", type=Path)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--train", type=int, help="trajectories to learn from; the recipe's")
+    parser.add_argument("--surrogate-only", action="store_true", help="no error estimator")
     parser.add_argument("--trajectories", type=int, help="the recipe's if not given")
     parser.add_argument("--seed", type=int, default=UNSEEN_SEED, help="of the trajectories")
     parser.add_argument("--runs", type=Path, default=Path("runs"))

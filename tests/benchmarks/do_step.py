@@ -14,8 +14,6 @@ step). torch runs in process, without FMI: its step is window or states, network
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -23,6 +21,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from figures_out import write_figures
 from fmpy.fmi2 import FMU2Slave
 from kernel_time import KernelTime
 from rivals import TorchStep, python_fmu
@@ -116,11 +115,8 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--json", default="-")
     arguments = parser.parse_args()
-    text = json.dumps(measure(arguments.fmu, arguments.steps, arguments.rounds), indent=2) + "\n"
-    if arguments.json == "-":
-        sys.stdout.write(text)
-    else:
-        Path(arguments.json).write_text(text, encoding="utf-8")
+    figures = measure(arguments.fmu, arguments.steps, arguments.rounds)
+    write_figures(figures, arguments.json)
 
 
 if __name__ == "__main__":

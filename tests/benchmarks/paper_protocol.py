@@ -11,12 +11,11 @@ function of the inputs.
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from figures_out import write_figures
 
 from slide_fmu.cli import UNSEEN_SEED, progress_bars
 from slide_fmu.data.sampling import TEST, Stream, draw, recipe_system
@@ -76,11 +75,8 @@ def main() -> None:
     parser.add_argument("--json", default="-")
     arguments = parser.parse_args()
     with progress_bars() as bar:
-        text = json.dumps(measure(arguments, bar), indent=2) + "\n"
-    if arguments.json == "-":
-        sys.stdout.write(text)
-    else:
-        Path(arguments.json).write_text(text, encoding="utf-8")
+        figures = measure(arguments, bar)
+    write_figures(figures, arguments.json)
 
 
 if __name__ == "__main__":

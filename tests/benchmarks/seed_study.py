@@ -12,8 +12,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import json
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -21,6 +19,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from figures_out import write_figures
 
 from slide_fmu import pipeline
 from slide_fmu.cli import UNSEEN_SEED, progress_bars
@@ -133,11 +132,8 @@ def main() -> None:
     parser.add_argument("--json", default="-")
     arguments = parser.parse_args()
     with progress_bars() as bar:
-        text = json.dumps(study(arguments, bar), indent=2) + "\n"
-    if arguments.json == "-":
-        sys.stdout.write(text)
-    else:
-        Path(arguments.json).write_text(text, encoding="utf-8")
+        figures = study(arguments, bar)
+    write_figures(figures, arguments.json)
 
 
 if __name__ == "__main__":

@@ -11,8 +11,6 @@ simulation from the inputs 105200 to 183999, the first 50 samples of which are n
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 import tempfile
 import time
 from dataclasses import dataclass
@@ -22,6 +20,7 @@ from typing import Any
 import h5py
 import numpy as np
 import torch
+from figures_out import write_figures
 
 from slide_fmu.cli import progress_bars
 from slide_fmu.errors import rms
@@ -148,11 +147,8 @@ def main() -> None:
     parser.add_argument("--json", default="-")
     arguments = parser.parse_args()
     with progress_bars() as bar:
-        text = json.dumps(study(arguments, bar), indent=2) + "\n"
-    if arguments.json == "-":
-        sys.stdout.write(text)
-    else:
-        Path(arguments.json).write_text(text, encoding="utf-8")
+        figures = study(arguments, bar)
+    write_figures(figures, arguments.json)
 
 
 if __name__ == "__main__":

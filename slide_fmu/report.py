@@ -140,8 +140,9 @@ def training_section(histories: Mapping[str, Mapping[str, Sequence[float]]]) -> 
         rows.append((stage, str(history["step"][-1]), f"{best:.4g}"))
     return Section(
         "Training",
-        "The weights of the best validation are kept. Errors are RMSE in scaled units; at single "
-        "samples, where the estimator learns by likelihood, a mean standard deviation.",
+        "The weights of the best validation are kept. Errors are RMSE in scaled units; of the "
+        "estimator at single samples, where it learns by likelihood, a mean standard deviation, "
+        "and then the mean deviation of its scaled logarithm.",
         rows,
         [figures.training_history(histories)],
     )

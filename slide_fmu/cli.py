@@ -67,7 +67,9 @@ TrajectoriesOption = Annotated[
 ]
 TrainingSeedOption = Annotated[
     int | None,
-    typer.Option("--seed", min=0, help="Seed of the training; the recipe's if not given."),
+    typer.Option(
+        "--seed", min=0, max=2**31 - 1, help="Seed of the training; the recipe's if not given."
+    ),
 ]
 DataSeedOption = Annotated[
     int | None,

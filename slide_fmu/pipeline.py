@@ -263,6 +263,7 @@ def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ..
     """
     tests = check_stability(surrogate, job.recipe, recipe_system(job.recipe))
     picture = job.folder.path / STABILITY_PICTURE
+    picture.unlink(missing_ok=True)
     if any(test.problem is not None for test in tests):
         picture.write_bytes(stability_tests(tests, surrogate.window.step))
     require_stability(tests, job.recipe, str(picture))

@@ -183,11 +183,13 @@ class Recipe(Table):
         network, training = values.get("network", {}), values.get("training", {})
         if isinstance(network, str):
             network = {"family": network}
-        if not (isinstance(network, dict) and isinstance(training, dict)):
+        if not isinstance(network, dict):  # one mistake, not those of the training too
+            return {**values, "training": LeastSquaresRecipe()}
+        if not isinstance(training, dict):
             return values
         network = {"family": "state_space", **network}
         method = METHODS.get(str(network["family"]))
-        if method is None:  # one mistake, not those of the training too
+        if method is None:
             return {**values, "network": network, "training": LeastSquaresRecipe()}
         given = training.get("method", method)
         if given != method:

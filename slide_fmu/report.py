@@ -124,7 +124,8 @@ def stability_section(tests: Sequence[AmplitudeTest], step: float) -> Section:
     return Section(
         "Contraction and growth",
         "Two runs from different states under the same inputs, after one window, relative to the "
-        "outputs' RMS; and the largest output, relative to that at the trained amplitude times "
+        "output's standard deviation; and the largest output, relative to that at the trained "
+        "amplitude times "
         "the factor. Beyond the trained amplitude systems may have several lasting responses: "
         "there the median pair counts.",
         rows,

@@ -98,7 +98,7 @@ class RunFolder:
                 f"no trained surrogate in {self.path}; train it first (slide-fmu train RECIPE)"
             )
         record = json.loads(self.training.read_text(encoding="utf-8"))
-        if record["recipe"] != recipe.model_dump(mode="json"):
+        if _learnt(record["recipe"]) != _learnt(recipe.model_dump(mode="json")):
             raise StageError(
                 f"{self.surrogate} was trained from other values than recipe {recipe.name!r} "
                 "holds now; train again (slide-fmu train RECIPE) or restore the recipe"
@@ -110,6 +110,11 @@ class RunFolder:
                 "was broken off between them; train again (slide-fmu train RECIPE)"
             )
         return Trained(Surrogate.from_bytes(data), record["histories"], record["versions"])
+
+
+def _learnt(recipe: dict[str, Any]) -> dict[str, Any]:
+    """What a recipe says about learning: not how the result is tested and measured."""
+    return {key: value for key, value in recipe.items() if key not in ("stability", "validation")}
 
 
 def _replace(path: Path, data: bytes) -> None:

@@ -37,9 +37,11 @@ class AmplitudeTest:
 
     Attributes:
         amplitude: factor on the excitation's amplitude.
-        growth: largest output, relative to the largest at amplitude 1 times the factor.
-        differences: of two runs at the end of a window, relative to the outputs' RMS, one per
-            record, shape (R,); infinite where a run is not finite.
+        growth: largest deviation of an output from its value at rest, relative to the largest at
+            amplitude 1 times the factor.
+        differences: of two runs at the end of a window, relative to the outputs' standard
+            deviation, of the worst output, one per record, shape (R,); infinite where a run is
+            not finite.
         pair: outputs of two runs along the window, of the worst record, scaled,
             shape (2, n_in, n_outputs).
         problem: what is wrong, in words; None if nothing.
@@ -65,9 +67,8 @@ def check_stability(
         return ()
     with np.errstate(over="ignore", invalid="ignore"):
         unit, _ = network.run(_records(surrogate, recipe, system, 1.0))
-        largest = float(np.max(np.abs(unit)))
     return tuple(
-        _test(network, _records(surrogate, recipe, system, factor), (factor, largest), recipe)
+        _test(network, _records(surrogate, recipe, system, factor), (factor, unit), recipe)
         for factor in recipe.stability.amplitudes
     )
 
@@ -85,7 +86,8 @@ def require_stability(tests: tuple[AmplitudeTest, ...], recipe: Recipe, picture:
     if problems and not recipe.stability.allow_unstable:
         raise UnstableSurrogateError(
             f"surrogate {recipe.name!r} is not exported: {'; '.join(problems)}; see {picture}. "
-            "Train with another training.seed, fewer units, or tanh units (network.units), or set "
+            "Train with another training.seed, fewer units, tanh units (network.units), "
+            "trajectories beyond the range (data.beyond) or a longer window, or set "
             "stability.allow_unstable = true"
         )
 
@@ -105,25 +107,39 @@ def stability_figures(tests: tuple[AmplitudeTest, ...]) -> list[dict[str, Any]]:
 
 
 def _test(
-    network: StateSpace, features: Float32Array, scale: tuple[float, float], recipe: Recipe
+    network: StateSpace,
+    features: Float32Array,
+    reference: tuple[float, Float32Array],
+    recipe: Recipe,
 ) -> AmplitudeTest:
-    """Growth along records, and contraction of pairs of runs in their second window."""
-    (factor, largest), n = scale, network.n_samples
-    with np.errstate(over="ignore", invalid="ignore"):
+    """Growth along records, and contraction of pairs of runs in their second window.
+
+    Args:
+        reference: factor on the amplitude, and outputs at amplitude 1.
+    """
+    (factor, unit), n = reference, network.n_samples
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         first, states = network.run(features[:, :n])
         inputs = features[:, n : 2 * n]
         own, ends = network.run(inputs, states)
         other, _ = network.run(inputs, np.roll(states, 1, axis=0))
         last, _ = network.run(features[:, 2 * n :], ends)
-        peak = np.max(np.abs(np.concatenate([first, own, last], axis=1)))
-        level = np.sqrt(np.mean(np.square(own, dtype=np.float64)))
-        gap = np.square((own - other)[:, -NEWEST:], dtype=np.float64).mean(axis=(1, 2))
-        differences = np.nan_to_num(np.sqrt(gap) / level, nan=np.inf, posinf=np.inf)
-        growth = float(np.nan_to_num(peak / (factor * largest), nan=np.inf, posinf=np.inf))
+        middle = unit.mean(axis=(0, 1), dtype=np.float64)
+        peak = np.abs(np.concatenate([first, own, last], axis=1) - middle).max(axis=(0, 1))
+        largest = _at_least_tiny(np.abs(unit - middle).max(axis=(0, 1)))
+        gap = np.square((own - other)[:, -NEWEST:], dtype=np.float64).mean(axis=1)
+        ratio = np.sqrt(gap) / _at_least_tiny(own.std(axis=(0, 1), dtype=np.float64))
+        differences = np.nan_to_num(ratio, nan=np.inf, posinf=np.inf).max(axis=1)
+        growth = np.nan_to_num(peak / (factor * largest), nan=np.inf, posinf=np.inf).max()
     worst = int(np.argmax(differences))
     pair = np.stack([own[worst], other[worst]]).astype(np.float64)
-    problem = _problem(factor, growth, differences, recipe)
-    return AmplitudeTest(factor, growth, differences, pair, problem)
+    problem = _problem(factor, float(growth), differences, recipe)
+    return AmplitudeTest(factor, float(growth), differences, pair, problem)
+
+
+def _at_least_tiny(values: FloatArray) -> FloatArray:
+    """Values to divide by: an output that never moves shall not move later either."""
+    return np.maximum(values, np.finfo(np.float32).tiny)
 
 
 def _problem(factor: float, growth: float, gaps: FloatArray, recipe: Recipe) -> str | None:
@@ -140,8 +156,8 @@ def _problem(factor: float, growth: float, gaps: FloatArray, recipe: Recipe) -> 
         which = "the median pair" if beyond else "the worst pair"
         return (
             f"at {factor:g} times the trained amplitude two runs from different states still "
-            f"differ by {gap:.3g} of the outputs' RMS after one window ({which}); expected at "
-            f"most {limit:g}"
+            f"differ by {gap:.3g} of the output's standard deviation after one window ({which}); "
+            f"expected at most {limit:g}"
         )
     return None
 

@@ -10,6 +10,8 @@ from slide_fmu.learn.cell import CellShape, Matrices
 
 PAD_POLE, PAD_GAIN = 0.6, 0.8
 """Of states that are added: short memories of the features, which no output sees yet."""
+JITTER = 1e-10
+"""Added to the variances of the states, relative to them, before they are made uncorrelated."""
 
 
 def rescale(m: Matrices, states: torch.Tensor, whiten: bool) -> Matrices:
@@ -22,17 +24,25 @@ def rescale(m: Matrices, states: torch.Tensor, whiten: bool) -> Matrices:
     n = len(m.f)
     flat = states.reshape(-1, n)
     if whiten:
-        covariance = flat.T @ flat / len(flat)
-        covariance.diagonal().add_(1e-10 * covariance.diagonal().mean())
-        back = torch.linalg.cholesky(covariance)
-        there = torch.linalg.inv(back)
+        # of states in units of their spread, and in double precision: they may be nearly dependent
+        spread = _spread(flat).double()
+        unit = flat.double() / spread
+        covariance = unit.T @ unit / len(unit)
+        covariance.diagonal().add_(JITTER)
+        back = spread[:, None] * torch.linalg.cholesky(covariance)
+        there, back = torch.linalg.inv(back).to(flat), back.to(flat)
     else:
-        spread = flat.square().mean(0).sqrt()
-        spread = spread.clamp_min(1e-9 * float(spread.max()))
+        spread = _spread(flat)
         there, back = torch.diag(1 / spread), torch.diag(spread)
     f = torch.cat([there @ m.f[:, :n] @ back, there @ m.f[:, n:]], 1)
     w = torch.cat([m.w[:, :n] @ back, m.w[:, n:]], 1)
     return Matrices(f, w, m.c @ back, m.d, m.d0)
+
+
+def _spread(states: torch.Tensor) -> torch.Tensor:
+    """RMS of every state, shape (n,); of one that never moves, a little."""
+    spread = states.square().mean(0).sqrt()
+    return spread.clamp_min(1e-9 * float(spread.max()) + 1e-30)
 
 
 def widen(m: Matrices, old: CellShape, new: CellShape, generator: torch.Generator) -> torch.Tensor:

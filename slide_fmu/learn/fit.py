@@ -19,14 +19,18 @@ from slide_fmu.learn.estimator import fit_estimator
 from slide_fmu.learn.family import fit_network
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.training import History, ProgressOf
+from slide_fmu.learning_recipe import StateSpaceRecipe
 from slide_fmu.modes import spectrum
 from slide_fmu.network import Network
 from slide_fmu.recipe import Recipe
 from slide_fmu.scaling import Affine
-from slide_fmu.signals import Signal
+from slide_fmu.signals import FloatArray, Signal
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.window import Window
+
+STILL = 1e-9
+"""A standard deviation below this part of the range is rounding, not motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +54,9 @@ def fit_surrogate(
     Raises:
         StoreError: trajectories are missing, or were made from another recipe or model.
         TrainingError: a training diverged.
-        ValueError: signs shall be flipped of signals that are not symmetric.
+        UnstableModeError: a mode of the system linearized at rest grows.
+        ValueError: signs shall be flipped of signals that are not symmetric, or a signal never
+            moves in the training data.
     """
     require_origin(store, recipe, probe(recipe, system))
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
@@ -58,9 +64,13 @@ def fit_surrogate(
     splits = [read_split(store, name) for name in names]
     if any(training.flip_signs for training in recipe.trainings()):
         require_symmetry((*system.inputs, *system.outputs))
+    require_motion(system.inputs, splits[0].inputs)
     input_scaling = range_scaling(system.inputs)
     output_scaling = spread_scaling(system.outputs, splits[0])
-    dtype = getattr(torch, recipe.training.precision)
+    state_space = isinstance(recipe.network, StateSpaceRecipe)
+    eigenvalues = eigenvalues_at_rest(system) if state_space else None
+    # differences of inputs are formed in double precision, before a fit rounds
+    dtype = torch.float64 if state_space else getattr(torch, recipe.training.precision)
 
     def scaled(split: Split) -> tuple[torch.Tensor, torch.Tensor]:
         inputs, outputs = input_scaling.apply(split.inputs), output_scaling.apply(split.outputs)
@@ -71,7 +81,9 @@ def fit_surrogate(
 
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
     key = _digest(
+        _code(),
         *(_content(split) for split in splits),
+        str(eigenvalues),
         *(values.tolist() for s in (input_scaling, output_scaling) for values in vars(s).values()),
         recipe.window.model_dump(mode="json"),
         recipe.network.model_dump(mode="json"),
@@ -82,7 +94,7 @@ def fit_surrogate(
         scaled(splits[0]),
         scaled(splits[1]),
         checkpoints / f"surrogate-{key}.pt",
-        eigenvalues_at_rest(system),
+        eigenvalues,
         scaled(splits[2]) if recipe.data.beyond else None,
     )
     network, history = fit_network(problem, recipe.network, recipe.training, progress("surrogate"))
@@ -91,6 +103,7 @@ def fit_surrogate(
         return Fit(surrogate, {"surrogate": history})
     errors = read_split(store, "estimator"), read_split(store, "estimator_validation")
     key = _digest(
+        _code(),
         surrogate.to_bytes().hex(),
         *(_content(split) for split in errors),
         recipe.estimator.model_dump(mode="json"),
@@ -137,6 +150,25 @@ def require_symmetry(signals: tuple[Signal, ...]) -> None:
             )
 
 
+def require_motion(signals: tuple[Signal, ...], values: FloatArray) -> None:
+    """Refuse data in which a signal never moves: nothing can be learnt about it.
+
+    Args:
+        values: shape (n_trajectories, samples, n_signals).
+
+    Raises:
+        ValueError: with the signal.
+    """
+    spread = values.reshape(-1, len(signals)).std(axis=0)
+    for signal, value in zip(signals, spread, strict=True):
+        if not value > STILL * (signal.high - signal.low):
+            raise ValueError(
+                f"{signal.name!r} is constant in the training data; expected it to move within "
+                f"{signal.low} .. {signal.high} {signal.unit}: check data.excitation and the "
+                "signal's range"
+            )
+
+
 def range_scaling(signals: tuple[Signal, ...]) -> Affine:
     """Scaling that maps the signals' ranges to [-1, 1]."""
     return Affine.of_channels(
@@ -152,14 +184,8 @@ def spread_scaling(signals: tuple[Signal, ...], split: Split) -> Affine:
         ValueError: an output never moves.
     """
     middle = np.array([0.5 * (signal.high + signal.low) for signal in signals])
-    spread = split.outputs.reshape(-1, len(signals)).std(axis=0)
-    for signal, value in zip(signals, spread, strict=True):
-        if not value > 0:
-            raise ValueError(
-                f"output {signal.name!r} is constant in the training data; "
-                "expected it to move; check the excitation"
-            )
-    return Affine(middle, spread)
+    require_motion(signals, split.outputs)
+    return Affine(middle, split.outputs.reshape(-1, len(signals)).std(axis=0))
 
 
 def _assemble(
@@ -177,6 +203,13 @@ def _assemble(
 def _content(split: Split) -> str:
     """Digest of a split's values: a checkpoint belongs to the data it was trained on."""
     return hashlib.sha256(split.inputs.tobytes() + split.outputs.tobytes()).hexdigest()
+
+
+def _code() -> str:
+    """Digest of this package and torch: a checkpoint belongs to the code that wrote it."""
+    sources = sorted(Path(__file__).parent.glob("*.py"))
+    text = b"".join(source.read_bytes() for source in sources) + torch.__version__.encode()
+    return hashlib.sha256(text).hexdigest()
 
 
 def _digest(*parts: Any) -> str:

@@ -33,13 +33,13 @@ class LeastSquares:
     Attributes:
         normal: its normal equations at parameters.
         cost: its value alone, which is cheaper.
-        count: number of residuals.
+        count: number of residuals, each as much as its weight's square.
         validation: RMS error on data that choose the parameters.
     """
 
     normal: Callable[[torch.Tensor], NormalEquations]
     cost: Callable[[torch.Tensor], float]
-    count: int
+    count: float
     validation: Callable[[torch.Tensor], float]
 
 

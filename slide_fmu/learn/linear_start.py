@@ -47,11 +47,11 @@ def impulse_responses(features: torch.Tensor, targets: torch.Tensor, taps: int) 
 
 
 def _hankel(responses: torch.Tensor, shift: int) -> torch.Tensor:
-    """Block Hankel matrix of impulse responses, zero beyond their end."""
+    """Block Hankel matrix of impulse responses, from the first (shift 0) or the second on."""
     taps, p, q = responses.shape
     rows = taps // 2
     index = torch.arange(rows)[:, None] + torch.arange(rows)
-    blocks = torch.cat([responses, responses.new_zeros(1, p, q)])[index + shift]
+    blocks = responses[index + shift]
     return blocks.permute(0, 2, 1, 3).reshape(rows * p, rows * q)
 
 

@@ -15,8 +15,9 @@ import torch
 from slide_fmu.learn.cell import UNITS, CellShape, Matrices, simulate
 from slide_fmu.learn.segments import Segments
 
-SENSITIVITIES = 150_000
-"""Numbers in the sensitivities of one chunk of segments: about what a core's cache holds."""
+SENSITIVITIES = {"cpu": 150_000, "cuda": 100_000_000}
+"""Numbers in the sensitivities of one chunk of segments, by device: about what a core's cache
+holds, or what keeps a GPU busy."""
 BLOCK = 16
 """Samples whose rows of J are multiplied at once."""
 ROWS_PER_PARAMETER = 50
@@ -49,7 +50,8 @@ def normal_equations(shape: CellShape, theta: torch.Tensor, segments: Segments) 
         theta: shape (n_parameters,).
     """
     accumulator = _Accumulator(shape, theta, thinning(shape, segments))
-    size = max(8, SENSITIVITIES // (shape.n_states * shape.n_dynamic))
+    numbers = SENSITIVITIES[theta.device.type]
+    size = max(8, numbers // (shape.n_states * shape.n_dynamic))
     with torch.no_grad():
         for chunk in segments.chunks(size):
             _run(shape, theta, chunk, accumulator)

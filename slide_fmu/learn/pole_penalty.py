@@ -19,6 +19,8 @@ from slide_fmu.window import Window
 
 REMAINING = 0.03
 """Part of an initial amplitude that a pole on the circle leaves after the truncated samples."""
+ROOM = 0.5
+"""The circle leaves the system's own slowest pole at least so much of its distance from 1."""
 LARGEST_RADIUS = 0.999
 """Of the circle, however long the window."""
 
@@ -37,12 +39,17 @@ class PolePenalty:
     weight: float
 
     @staticmethod
-    def of(window: Window, residuals: int) -> PolePenalty:
-        """The penalty for a window and a number of residuals."""
-        truncated = max(1, window.n_truncated)
-        return PolePenalty(
-            min(math.exp(math.log(REMAINING) / truncated), LARGEST_RADIUS), residuals
-        )
+    def of(window: Window, slowest: float, residuals: int) -> PolePenalty:
+        """The penalty for a window and a number of residuals.
+
+        Args:
+            slowest: largest absolute value of the system's own poles; 0 if they are not known. A
+                short window, which a recipe may allow, must not hurry them.
+        """
+        truncated = window.n_truncated
+        decayed = math.exp(math.log(REMAINING) / truncated) if truncated else LARGEST_RADIUS
+        own = 1 - ROOM * (1 - slowest) if slowest > decayed else 0.0
+        return PolePenalty(min(max(decayed, own), LARGEST_RADIUS), residuals)
 
     def cost(self, shape: CellShape, theta: torch.Tensor) -> float:
         """Its value."""

@@ -17,6 +17,7 @@ from slide_fmu.learn.cell import CellShape, simulate
 from slide_fmu.learn.normal_equations import normal_equations
 from slide_fmu.learn.pole_penalty import pole_radii
 from slide_fmu.learn.segments import Segments
+from slide_fmu.learn.training import SEED_STRIDE
 
 MATRIX_SEGMENTS = 96
 """Segments of which the matrix is made."""
@@ -71,17 +72,17 @@ def advance_stretch(
     shape: CellShape,
     segments: Segments,
     validation: Callable[[torch.Tensor], float],
-    seed_and_radius: tuple[int, float],
+    radius: float,
+    seed: int,
 ) -> Descent:
     """One stretch: a new matrix, then ``STRETCH`` preconditioned steps.
 
     Args:
         validation: RMS error on data that choose the parameters.
-        seed_and_radius: seed of the batches, together with the number of the stretch; circle
-            outside of which poles are penalised.
+        radius: of the circle outside of which poles are penalised.
+        seed: of the batches, together with the number of the stretch.
     """
-    seed, radius = seed_and_radius
-    generator = torch.Generator().manual_seed((seed * 1_000_003 + state.stretch) % 2**32)
+    generator = torch.Generator().manual_seed((seed * SEED_STRIDE + state.stretch) % 2**32)
     factor = _factor(
         shape, state.theta, segments.chosen(_draw(segments, MATRIX_SEGMENTS, generator))
     )

@@ -25,7 +25,7 @@ class Problem:
             none.
         checkpoint: file that holds the state of an interrupted fit.
         eigenvalues: of the linearized system at rest in 1/s, one of each conjugate pair, without
-            those of rigid-body modes; None where the system has no linearization.
+            those of rigid-body modes; None where they are not known, as of measured records.
     """
 
     window: Window

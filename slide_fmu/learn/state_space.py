@@ -10,7 +10,7 @@ import torch
 
 from slide_fmu.learn.normal_equations import sum_of_squares
 from slide_fmu.learn.problem import Problem
-from slide_fmu.learn.segments import cut_segments, with_differences
+from slide_fmu.learn.segments import Segments, cut_segments, with_differences
 from slide_fmu.learn.tournament import LINEAR_ITERATIONS, Entrant, FitData, Tournament
 from slide_fmu.learn.training import History, TrainingError, TrainingProgress
 from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
@@ -22,6 +22,10 @@ WORTHWHILE = 0.8
 """A larger network is chosen when it has at most this part of the smaller one's error."""
 FIRST_UNITS, MOST_UNITS = 16, 64
 """Numbers of units that are tried."""
+FEWEST = 8
+"""Segments that the starts have, at least, where there are as many."""
+STILL = 1e-9
+"""A difference below this part of its input's spread is rounding."""
 MORE_STATES = 8
 """States tried beyond the first guess, at most."""
 
@@ -42,7 +46,7 @@ def fit_state_space(
     tournament = Tournament(problem, network, training, data, progress)
     tournament.plan(_iterations(training))
     order, units = choose_sizes(tournament)
-    winner = hold(tournament, order, units)
+    winner = compete(tournament, order, units)
     if not math.isfinite(winner.error):
         raise TrainingError(
             "training diverged: no start of the state-space network has a finite validation "
@@ -56,30 +60,65 @@ def _history(winner: Entrant, data: FitData) -> History:
     rows = winner.state.history
     if not rows or min(row[2] for row in rows) > winner.error:
         cost = sum_of_squares(winner.shape, winner.state.best, data.whole)
-        error = math.sqrt(cost / data.whole.targets.numel())
+        scored = data.whole.targets.numel() / data.whole.count
+        error = math.sqrt(cost / (scored * float(data.whole.weights.square().sum())))
         rows = ((0, error, winner.error), *rows)
     return History(*zip(*rows, strict=True))
 
 
 def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresRecipe) -> FitData:
     """Features, and trajectories cut into segments."""
-    burn_in, n_inputs = problem.window.n_truncated, problem.training[0].shape[2]
     features = with_differences(problem.training[0], network.differences)
-    scale = features.new_ones(features.shape[2])
-    if network.differences:
-        scale[n_inputs:] = features[:, :, n_inputs:].std((0, 1)).clamp_min(1e-12)
-    scale = scale.float().to(features)  # as the network keeps it
-    features = features / scale
-    whole = cut_segments(features, problem.training[1], burn_in, training.segment)
+    scale = feature_scale(features, problem.training[0].shape[2])
+    dtype = getattr(torch, training.precision)
+
+    def segments(record: tuple[torch.Tensor, torch.Tensor]) -> Segments:
+        seen = with_differences(record[0], network.differences) / scale
+        burn_in, length = problem.window.n_truncated, training.segment
+        return cut_segments(seen.to(dtype), record[1].to(dtype), burn_in, length)
+
+    whole = segments(problem.training)
+    pieces = whole.count // len(features)
     if problem.beyond is not None:
-        seen = with_differences(problem.beyond[0], network.differences) / scale
-        others = cut_segments(seen, problem.beyond[1], burn_in, training.segment)
-        whole = whole.and_others(others, training.beyond_weight)
+        whole = whole.and_others(segments(problem.beyond), training.beyond_weight)
     if training.flip_signs:
         whole = whole.and_others(whole.mirrored(), 1.0)
-    seen = with_differences(problem.validation[0], network.differences) / scale
-    validation = cut_segments(seen, problem.validation[1], burn_in, training.segment)
-    return FitData(whole, whole.every(training.part), validation, features, scale)
+    part = whole.every(_stride(training.part, pieces, whole.count))
+    records = (features / scale).to(dtype)
+    return FitData(whole, part, segments(problem.validation), records, scale)
+
+
+def feature_scale(features: torch.Tensor, n_inputs: int) -> torch.Tensor:
+    """What the features are divided by: 1 for inputs, their standard deviation for differences.
+
+    Args:
+        features: shape (n_trajectories, N, q), the inputs first.
+
+    Returns:
+        Shape (q,), rounded as the network keeps it.
+
+    Raises:
+        ValueError: a difference is always zero.
+    """
+    scale = features.new_ones(features.shape[2])
+    spread = features.flatten(0, 1).std(0, unbiased=False)
+    for index in range(n_inputs, features.shape[2]):
+        if not spread[index] > STILL * spread[index % n_inputs]:
+            raise ValueError(
+                f"network.differences = {features.shape[2] // n_inputs - 1}, but input "
+                f"{index % n_inputs} never changes within a trajectory; expected it to: set "
+                "network.differences = 0, or check data.excitation"
+            )
+        scale[index] = spread[index]
+    return scale.float().to(features)
+
+
+def _stride(part: int, pieces: int, count: int) -> int:
+    """Stride by which the starts' segments are taken: early and late pieces of trajectories."""
+    stride = min(part, max(1, count // FEWEST))
+    while math.gcd(stride, pieces) > 1:
+        stride += 1
+    return stride
 
 
 def choose_sizes(tournament: Tournament) -> tuple[int, int]:
@@ -91,16 +130,16 @@ def choose_sizes(tournament: Tournament) -> tuple[int, int]:
         tried = 0 if units == 0 else FIRST_UNITS if units == "auto" else units
         last = min(first + MORE_STATES, max(first, tournament.highest_order()))
         orders = range(first, last + 1, 2)
-        found = _raise(list(orders), lambda n: _judge(tournament, n, tried))
+        found = _largest_worthwhile(list(orders), lambda n: _judge(tournament, n, tried))
     if units != "auto":
         return found, units
     numbers = [0]
     while (numbers[-1] or FIRST_UNITS // 2) < MOST_UNITS:
         numbers.append(2 * numbers[-1] or FIRST_UNITS)
-    return found, _raise(numbers, lambda h: _judge(tournament, found, h))
+    return found, _largest_worthwhile(numbers, lambda h: _judge(tournament, found, h))
 
 
-def hold(tournament: Tournament, order: int, units: int) -> Entrant:
+def compete(tournament: Tournament, order: int, units: int) -> Entrant:
     """The tournament of one size: the winner, refined on all data."""
     training = tournament.training
     linear = tournament.linear(order)
@@ -134,13 +173,14 @@ def _judge(tournament: Tournament, order: int, units: int) -> float:
     linear = tournament.linear(order)
     if units == 0:
         return linear.error
+    units = _dense_units(tournament, order, units)
     judging = SEARCH_STARTS * tournament.training.start_iterations
     tournament.plan(judging + _iterations(tournament.training))
     starts = [tournament.start(linear, units, number) for number in range(SEARCH_STARTS)]
     return min(start.error for start in starts)
 
 
-def _raise(sizes: list[int], judge: Callable[[int], float]) -> int:
+def _largest_worthwhile(sizes: list[int], judge: Callable[[int], float]) -> int:
     """The largest size that still was worth its price against the one before."""
     chosen, error = sizes[0], judge(sizes[0])
     for size in sizes[1:]:

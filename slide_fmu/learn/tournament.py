@@ -35,9 +35,10 @@ from slide_fmu.learn.training import TrainingProgress
 from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
 
 LINEAR_ITERATIONS = 15
-LONGEST_RESPONSE = 200
-"""Samples of the impulse responses that a linear model is realized from, at most."""
-SEED_STRIDE = 1009
+SHORTEST_RESPONSE, LONGEST_RESPONSE = 40, 200
+"""Samples of the impulse responses that a linear model is realized from; between them, as many as
+the window truncates."""
+START_STRIDE = 1009
 """Random starts that a seed has of its own."""
 
 
@@ -117,7 +118,9 @@ class Tournament:
     def first_order(self) -> int:
         """Number of states of the excited eigenvalues, else of the impulse responses."""
         excited = self._excited()
-        return states_shown(self._impulse_responses()) if excited is None else states_of(excited)
+        if excited is not None:
+            return states_of(excited)
+        return min(states_shown(self._impulse_responses()), self.highest_order())
 
     def highest_order(self) -> int:
         """Number of states that impulse responses of this length can show."""
@@ -127,13 +130,14 @@ class Tournament:
     def linear(self, order: int) -> Entrant:
         """The best linear model of an order, on all data."""
         shape = self.shape(order, 0)
-        starts = {"impulse responses": realize(self._impulse_responses(), order)}
-        excited = self._excited()
+        starts, excited = {}, self._excited()
         if excited is not None and states_of(excited) == order:
             sizes = (shape.n_features, shape.n_outputs)
             generator = torch.Generator().manual_seed(self.training.seed)
             step = self.problem.window.step
             starts["eigenvalues"] = from_eigenvalues(excited, step, sizes, generator)
+        if order <= self.highest_order() or not starts:
+            starts["impulse responses"] = realize(self._impulse_responses(), order)
         found = []
         for source, m in starts.items():
             theta = shape.join(m).to(self.data.features)
@@ -148,7 +152,7 @@ class Tournament:
         features = self.data.part.features
         _, states = simulate(old, linear.state.best, features)
         m = rescale(old.split(linear.state.best), states, whiten=number % 2 == 1)
-        seed = (self.training.seed * SEED_STRIDE + number) % 2**32
+        seed = (self.training.seed * START_STRIDE + number) % 2**32
         theta = widen(m, old, shape, torch.Generator().manual_seed(seed))
         name = f"start {number}, {order} states, {units} units"
         return self._descend(name, shape, theta, self.data.part, self.training.start_iterations)
@@ -176,18 +180,18 @@ class Tournament:
         generator = torch.Generator().manual_seed(training.seed)
         theta = widen(old.split(entrant.state.best), old, shape, generator)
         validation = self._least_squares(shape, self.data.validation).validation
-        penalty = PolePenalty.of(self.problem.window, 1)
+        radius = self._penalty(1).radius
 
         def stretch(state: Descent) -> Descent:
             after = preconditioned_descent.advance_stretch(
-                state, shape, self.data.whole, validation, (training.seed, penalty.radius)
+                state, shape, self.data.whole, validation, radius, training.seed
             )
             self._best = min(self._best, after.best_error)
             return after
 
         begin = Descent.begin(theta, validation(theta))
         done = self._ledger.run(f"widened to {units}", begin, stretch, training.stretches)
-        return Entrant(shape, done)
+        return self._entered(shape, done)
 
     def _descend(
         self, name: str, shape: CellShape, theta: torch.Tensor, segments: Segments, iterations: int
@@ -201,12 +205,23 @@ class Tournament:
             return after
 
         begin = Iterate.begin(theta, least_squares)
-        return Entrant(shape, self._ledger.run(name, begin, step, iterations))
+        return self._entered(shape, self._ledger.run(name, begin, step, iterations))
+
+    def _entered(self, shape: CellShape, state: Iterate | Descent) -> Entrant:
+        """An entrant whose run is done, perhaps before this fit was resumed."""
+        self._best = min(self._best, state.best_error)
+        return Entrant(shape, state)
+
+    def _penalty(self, residuals: int) -> PolePenalty:
+        excited, step = self._excited(), self.problem.window.step
+        slowest = 0.0 if excited is None else float(np.exp(excited.real * step).max())
+        return PolePenalty.of(self.problem.window, slowest, residuals)
 
     def _least_squares(self, shape: CellShape, segments: Segments) -> LeastSquares:
-        """Errors on segments with the penalty on poles; no pole outside the circle validates."""
-        validation, count = self.data.validation, segments.targets.numel()
-        penalty = PolePenalty.of(self.problem.window, count)
+        """Errors on segments with the penalty on poles; an unstable A never validates."""
+        validation, penalty = self.data.validation, self._penalty(segments.targets.numel())
+        scored = segments.targets.numel() / segments.count
+        count = scored * float(segments.weights.square().sum())
 
         def normal(theta: torch.Tensor) -> NormalEquations:
             return penalty.join(normal_equations(shape, theta, segments), shape, theta)
@@ -231,7 +246,8 @@ class Tournament:
     def _impulse_responses(self) -> torch.Tensor:
         if self._responses is None:
             longest = min(LONGEST_RESPONSE, self.data.features.shape[1] // 2)
-            taps = max(2, min(self.problem.window.receptive_field, longest))
+            wanted = max(self.problem.window.receptive_field, SHORTEST_RESPONSE)
+            taps = max(2, min(wanted, longest))
             targets = self.problem.training[1]
             self._responses = impulse_responses(self.data.features, targets, taps)
         return self._responses

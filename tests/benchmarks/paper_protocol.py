@@ -33,6 +33,11 @@ def measure(arguments: argparse.Namespace, bar: Bar) -> dict[str, Any]:
     """RMSE of the output window, and its floor, in the output's unit."""
     surrogate, found = read_fmu(arguments.fmu)
     recipe = recipe_of_provenance(found, str(arguments.fmu))
+    if recipe.data.burn_in:
+        raise SystemExit(
+            f"recipe {recipe.name!r}: data.burn_in = {recipe.data.burn_in:g}; expected 0, as the "
+            "paper's simulations start in the states that are not known"
+        )
     system, window = recipe_system(recipe), surrogate.window
     stream = Stream(TEST, arguments.seed, (1.0, 1.0), window.n_in * window.step)
     scored = slice(window.n_truncated + 1, None)

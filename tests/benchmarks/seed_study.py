@@ -123,7 +123,7 @@ def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("recipe", type=Path)
-    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--seeds", type=int, choices=range(1, 100), default=3, metavar="N")
     parser.add_argument("--train", type=int, help="trajectories to learn from; the recipe's")
     parser.add_argument("--surrogate-only", action="store_true", help="no error estimator")
     parser.add_argument("--trajectories", type=int, help="the recipe's if not given")

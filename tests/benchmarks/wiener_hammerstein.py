@@ -140,7 +140,7 @@ def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True, help="folder of the record")
-    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--seeds", type=int, choices=range(1, 100), default=3, metavar="N")
     parser.add_argument("--seed", type=int, default=0, help="the first of them")
     parser.add_argument("--order", type=int, default=6)
     parser.add_argument("--hidden", type=int, default=16)

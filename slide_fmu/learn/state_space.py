@@ -101,7 +101,7 @@ def feature_scale(features: torch.Tensor, n_inputs: int) -> torch.Tensor:
         ValueError: a difference is always zero.
     """
     scale = features.new_ones(features.shape[2])
-    spread = features.flatten(0, 1).std(0, unbiased=False)
+    spread = features.flatten(0, 1).std(0)
     for index in range(n_inputs, features.shape[2]):
         if not spread[index] > STILL * spread[index % n_inputs]:
             raise ValueError(

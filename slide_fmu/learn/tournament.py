@@ -248,6 +248,6 @@ class Tournament:
             longest = min(LONGEST_RESPONSE, self.data.features.shape[1] // 2)
             wanted = max(self.problem.window.receptive_field, SHORTEST_RESPONSE)
             taps = max(2, min(wanted, longest))
-            targets = self.problem.training[1]
+            targets = self.problem.training[1].to(self.data.features)
             self._responses = impulse_responses(self.data.features, targets, taps)
         return self._responses

@@ -14,6 +14,8 @@ from slide_fmu.learn.normal_equations import normal_equations
 
 SAME = 1e-10
 """Roundings of float64 in outputs of order 1."""
+SINGLE = 1e-4
+"""Those of float32, along a record and in states that depend on each other."""
 
 
 def generator(seed: int = 0) -> torch.Generator:
@@ -49,6 +51,34 @@ def test_a_state_that_never_moves_makes_no_trouble(whiten: bool) -> None:
     assert not states[:, :, 1].any()
     found, _ = simulate(shape, shape.join(rescale(shape.split(theta), states, whiten)), features)
     torch.testing.assert_close(found, outputs, rtol=0, atol=SAME)
+
+
+DECADES = torch.tensor([1.0, 3e-3, 1e-5])
+"""Units of states that lie five decades apart."""
+
+
+@pytest.mark.parametrize("whiten", [False, True])
+def test_single_precision_states_of_very_different_size_are_rescaled(whiten: bool) -> None:
+    shape = CellShape(3, 2, 4, 2)
+    m, n = shape.split(random_theta(shape, 2)), 3
+    f, w = m.f.clone(), m.w.clone()
+    f[:, :n] = f[:, :n] / DECADES
+    w[:, :n] = w[:, :n] / DECADES
+    apart = replace(m, f=DECADES[:, None] * f, w=w, c=m.c / DECADES)
+    theta, features = shape.join(apart).float(), random_features(60, 5, shape).float()
+    outputs, states = simulate(shape, theta, features)
+    spread = states.flatten(0, 1).std(0)
+    assert float(spread.max() / spread.min()) > 1e4
+    found, moved = simulate(
+        shape, shape.join(rescale(shape.split(theta), states, whiten)), features
+    )
+    assert found.dtype == torch.float32
+    torch.testing.assert_close(found, outputs, rtol=0, atol=SINGLE)
+    flat = moved.flatten(0, 1).double()
+    covariance = flat.T @ flat / len(flat)
+    torch.testing.assert_close(covariance.diagonal(), torch.ones(3).double(), rtol=0, atol=SINGLE)
+    if whiten:
+        torch.testing.assert_close(covariance, torch.eye(3).double(), rtol=0, atol=SINGLE)
 
 
 CELLS = [

@@ -69,7 +69,7 @@ def test_all_rows_give_the_exact_normal_equations(
     rows, residuals = jacobian(shape, theta, segments)
     j, r = rows.reshape(-1, shape.n_parameters), residuals.reshape(-1)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "SENSITIVITIES", 1)  # chunks of eight segments
+        patch.setitem(module.SENSITIVITIES, "cpu", 1)  # chunks of eight segments
         patch.setattr(module, "ROWS_PER_PARAMETER", 10**9)  # nothing is left out
         found = normal_equations(shape, theta, segments)
     assert deviation(found.matrix, j.T @ j) < EXACT
@@ -83,10 +83,15 @@ def test_chunks_make_no_difference(monkeypatch: pytest.MonkeyPatch, size: int) -
     shape = CellShape(3, 2, 4, 2)
     theta, segments = random_theta(shape), random_weights(random_segments(shape, 4, 21, 30))
     default = normal_equations(shape, theta, segments)
-    monkeypatch.setattr(module, "SENSITIVITIES", size)
+    monkeypatch.setitem(module.SENSITIVITIES, "cpu", size)
     found = normal_equations(shape, theta, segments)
     assert deviation(found.matrix, default.matrix) < EXACT
     assert deviation(found.gradient, default.gradient) < EXACT
+
+
+def test_chunks_of_a_gpu_are_larger() -> None:
+    assert module.SENSITIVITIES.keys() == {"cpu", "cuda"}
+    assert module.SENSITIVITIES["cuda"] > 100 * module.SENSITIVITIES["cpu"]
 
 
 @pytest.mark.parametrize("units", ["tanh", "cubic"])

@@ -11,7 +11,13 @@ from cells import random_theta
 
 from slide_fmu.learn.cell import CellShape
 from slide_fmu.learn.normal_equations import NormalEquations
-from slide_fmu.learn.pole_penalty import LARGEST_RADIUS, REMAINING, PolePenalty, pole_radii
+from slide_fmu.learn.pole_penalty import (
+    LARGEST_RADIUS,
+    REMAINING,
+    ROOM,
+    PolePenalty,
+    pole_radii,
+)
 from slide_fmu.window import Window
 
 SHAPE = CellShape(4, 2, 3, 1)
@@ -59,8 +65,35 @@ def test_radii_are_those_of_the_state_matrix() -> None:
 
 
 def test_circle_is_what_the_truncated_samples_forget() -> None:
-    penalty = PolePenalty.of(Window(0.1, 48, 8), 100)
+    penalty = PolePenalty.of(Window(0.1, 48, 8), 0.0, 100)
     assert penalty.radius**40 == pytest.approx(REMAINING)
     assert penalty.weight == 100
-    assert PolePenalty.of(Window(0.1, 10**5, 1), 1).radius == LARGEST_RADIUS
-    assert 0 < PolePenalty.of(Window(0.1, 4, 4), 1).radius < 1
+    assert PolePenalty.of(Window(0.1, 10**5, 1), 0.0, 1).radius == LARGEST_RADIUS
+
+
+SHORT = Window(0.1, 12, 8)
+"""Its circle has a radius of 0.42 where the system's poles are not known."""
+
+
+@pytest.mark.parametrize("slowest", [0.5, 0.9, 0.99, 0.9975])
+def test_circle_of_a_short_window_leaves_room_for_the_systems_own_poles(slowest: float) -> None:
+    radius = PolePenalty.of(SHORT, slowest, 1).radius
+    assert slowest < radius < 1
+    assert 1 - radius == pytest.approx(ROOM * (1 - slowest))
+
+
+@pytest.mark.parametrize("slowest", [0.0, 0.2, 0.4])
+def test_systems_that_a_window_holds_do_not_change_its_circle(slowest: float) -> None:
+    assert PolePenalty.of(SHORT, slowest, 1) == PolePenalty.of(SHORT, 0.0, 1)
+
+
+@pytest.mark.parametrize("slowest", [1.0, 1.01])
+def test_circle_of_a_system_that_never_forgets_is_the_largest(slowest: float) -> None:
+    assert PolePenalty.of(SHORT, slowest, 1).radius == LARGEST_RADIUS
+
+
+@pytest.mark.parametrize("slowest", [0.0, 0.9, 1.0])
+def test_window_that_truncates_nothing_says_nothing_about_poles(slowest: float) -> None:
+    window = Window(0.1, 4, 4)
+    assert window.n_truncated == 0
+    assert PolePenalty.of(window, slowest, 1).radius == LARGEST_RADIUS

@@ -51,7 +51,7 @@ def stretches(
 ) -> list[Descent]:
     states = [state]
     for _ in range(count):
-        states.append(advance_stretch(states[-1], SHAPE, training, error, (seed, CIRCLE)))
+        states.append(advance_stretch(states[-1], SHAPE, training, error, CIRCLE, seed))
     return states
 
 
@@ -79,6 +79,9 @@ def test_stretch_depends_on_state_and_seed_alone() -> None:
     assert not torch.equal(one.theta, other.theta)
     later = stretches(replace(state, stretch=7), 1, seed=3)[-1]
     assert not torch.equal(one.theta, later.theta)  # every stretch draws anew
+    # and none of them what a stretch of a neighbouring seed draws
+    neighbour = stretches(replace(state, stretch=state.stretch + 1), 1, seed=2)[-1]
+    assert not torch.equal(one.theta, neighbour.theta)
 
 
 def test_segments_of_low_weight_teach_little() -> None:
@@ -141,7 +144,7 @@ def test_units_that_act_on_nothing_yet_make_no_trouble() -> None:
     def error(theta: torch.Tensor) -> float:
         return 5.0 if bool(theta.isfinite().all()) else math.inf
 
-    wide = advance_stretch(Descent.begin(theta, 10.0), new, TRAINING, error, (0, CIRCLE))
+    wide = advance_stretch(Descent.begin(theta, 10.0), new, TRAINING, error, CIRCLE, 0)
     assert len(wide.history) == 1
     first = new.n_states + new.n_features + old.n_units
     before, after = (new.split(t).f[: old.n_states, first:] for t in (theta, wide.best))

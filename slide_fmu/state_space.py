@@ -10,8 +10,10 @@ The cell, with the features f_k of the scaled inputs and z_k = [x_k, f_k, 1]:
 - Ping-pong: two states, restarted in turn, one cell each per sample. Memory is strictly finite
   and a step still costs two cells, whatever the window: the way of the FMU.
 
-They differ by what the cell has not forgotten after n_samples inputs. Every restart of the
-ping-pong measures that: the truncation error, see ``StateSpace.ping_pong``.
+They differ by what the cell has not forgotten. The ping-pong measures that between its restarts:
+the truncation error, see ``StateSpace.ping_pong``. (With differences among the features, windows
+of long records also differ in their first two samples: alone, a window counts its first input as
+held before it; within a record, the inputs before it are known.)
 """
 
 from __future__ import annotations
@@ -193,10 +195,10 @@ class StateSpace(Network):
 
         The older state has seen between n_samples and 2 n_samples inputs. When the younger has
         seen n_samples, it becomes the older and a new one starts from x = 0. Until then the
-        values fade from the older to the younger over the last n_out samples: no jump. At each
-        of these hand-overs the difference between the two is a measurement of what the younger
-        misses: the truncation error, kept until the next one. The first input counts as held
-        for ever before: the first sample is a hand-over after 2 n_samples of it.
+        values fade from the older to the younger over the last n_out samples: no jump. What the
+        younger changes in the values is what its shorter memory costs: the truncation error is
+        the largest of that between two hand-overs, kept until the next one. The first input
+        counts as held for ever before: the first sample is a hand-over after 2 n_samples of it.
 
         Args:
             records: scaled inputs, shape (B, N, n_channels), N >= 1.
@@ -225,8 +227,9 @@ class StateSpace(Network):
         older, _ = self.run(features[:, 1:].reshape(count * (segments - 1), n, -1), states)
         younger = younger.reshape(count, segments, n, -1)[:, 1:]
         older = older.reshape(younger.shape)
-        values = older + self.fade()[:, None] * (younger - older)
-        errors = np.repeat(np.abs(younger - older)[:, :, -1], n, axis=1)
+        faded = self.fade()[:, None] * (younger - older)
+        values = older + faded
+        errors = np.repeat(np.abs(faded).max(axis=2), n, axis=1)
         shown = slice(n - 1, n - 1 + length)
         kept = errors[:, :length]  # of the hand-over at or before each sample
         return values.reshape(count, -1, self.n_values)[:, shown], kept
@@ -294,6 +297,7 @@ class PingPong(Stepper):
         self._recent: NDArray[np.float64] | None = None
         self._states = np.zeros((2, len(network.cell.a)), np.float32)
         self._age = 0
+        self._largest = np.zeros(network.n_values, np.float32)
         self._error: Float32Array | None = None
 
     def step(self, row: NDArray[Any]) -> Float32Array:
@@ -313,10 +317,12 @@ class PingPong(Stepper):
         features = network.features(self._recent[None])[:, -1:]
         pairs, self._states = network.run(np.repeat(features, 2, axis=0), self._states)
         older, younger = pairs[:, 0]
-        values = older + self._fade[self._age] * (younger - older)
+        faded = self._fade[self._age] * (younger - older)
+        values = older + faded
+        self._largest = np.maximum(self._largest, np.abs(faded))
         self._age += 1
         if self._age == network.n_samples:
-            self._error = np.abs(younger - older)
+            self._error, self._largest = self._largest, np.zeros_like(self._largest)
             self._states = np.stack([self._states[1], np.zeros_like(self._states[1])])
             self._age = 0
         return np.asarray(values, dtype=np.float32)

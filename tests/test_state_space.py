@@ -84,6 +84,17 @@ def test_three_evaluations_agree_within_the_truncation_error() -> None:
         assert np.max(np.abs(one - other)) < 2 * largest
 
 
+def test_truncation_error_covers_the_whole_fade() -> None:
+    """With a long fade the younger state counts long before it has forgotten."""
+    network = network_of(dataclasses.replace(SLOW, n_out=16))
+    records = np.random.default_rng(3).normal(size=(1, 600, 1))
+    (ping_pong,), (errors,) = network.ping_pong(records)
+    deviation = np.abs(ping_pong - network.recursive(records)[0])
+    at_hand_over = deviation[19::20].max()
+    assert deviation.max() > 5 * at_hand_over
+    assert 0.7 * deviation.max() < errors.max() < 1.5 * deviation.max()
+
+
 def test_no_jump_at_the_hand_over() -> None:
     """Under a held input the true value rests; a switch without fade would jump by its error."""
     cell = CellShape(states=1, units=0, contraction=0.95)

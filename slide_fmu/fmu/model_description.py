@@ -191,7 +191,7 @@ def _truncation_error(signal: Signal) -> Variable:
 def _summary(surrogate: Surrogate) -> str:
     window = surrogate.window
     return (
-        f"SLIDE surrogate: a network that sees the last {surrogate.network.n_samples} samples of "
+        f"SLIDE surrogate: a network that needs the last {surrogate.network.n_needed} samples of "
         f"the inputs, {window.step:g} s apart, and gives the outputs one step later"
     )
 

@@ -17,7 +17,7 @@ SCRIPT = '''
 from pathlib import Path
 import numpy as np
 from pythonfmu import Fmi2Causality, Fmi2Slave, Real
-from slide_fmu.network import FeedForward
+from slide_fmu.network import ACTIVATIONS, FeedForward
 from slide_fmu.surrogate import Surrogate
 
 
@@ -34,8 +34,41 @@ class Window:
         return self.network.evaluate(self.samples)[0]
 
 
+class PingPong:
+    """A state-space network in plain numpy: both states in the rows of one small matrix."""
+
+    def __init__(self, network):
+        cell, n = network.cell, network.cell.a.shape[0]
+        self.of_x = np.concatenate([cell.w[:, :n], cell.a]).T.copy()
+        self.of_f = np.concatenate([cell.w[:, n:-1], cell.b])
+        self.bias = np.concatenate([cell.w[:, -1], np.zeros(n, np.float32)])
+        self.e, self.c, self.d, self.d0 = cell.e.T.copy(), cell.c.T.copy(), cell.d, cell.d0
+        self.act = ACTIVATIONS[cell.activation]
+        self.units, self.fade, self.age = len(cell.w), network.fade(), 0
+        self.x, self.network, self.before = np.zeros((2, n), np.float32), network, None
+
+    def features(self, row):
+        if not self.network.differences:
+            return row.astype(np.float32)
+        last = [row] * 3 if self.before is None else [*self.before[1:], row]
+        self.before = last
+        return self.network.features(np.array(last)[None])[0, -1]
+
+    def step(self, row):
+        f = self.features(row)
+        total = self.x @ self.of_x + (self.of_f @ f + self.bias)
+        x = total[:, self.units :] + self.act(total[:, : self.units]) @ self.e
+        older, younger = x @ self.c + (self.d @ f + self.d0)
+        values = older + self.fade[self.age] * (younger - older)
+        self.age += 1
+        if self.age == self.network.n_samples:
+            x[0], x[1], self.age = x[1], 0, 0
+        self.x = x
+        return values
+
+
 def stepper(network):
-    return Window(network) if isinstance(network, FeedForward) else network.stepper()
+    return Window(network) if isinstance(network, FeedForward) else PingPong(network)
 
 
 class NumpySurrogate(Fmi2Slave):

@@ -37,14 +37,17 @@ def plain_pair(network: StateSpace, features: FloatArray) -> tuple[FloatArray, F
     n = network.n_samples
     older = younger = np.zeros(len(network.cell.a))
     age, error, values, errors = 0, np.zeros(network.n_values), [], []
+    largest = np.zeros(network.n_values)  # of what the younger changes, since the last hand-over
     for f in features:
         older, y_old = plain_step(network, older, f)
         younger, y_young = plain_step(network, younger, f)
         age += 1
         weight = max(0.0, (age - (n - network.n_out)) / network.n_out)
         values.append((1 - weight) * y_old + weight * y_young)
+        largest = np.maximum(largest, weight * np.abs(y_young - y_old))
         if age == n:
-            error, older, younger, age = np.abs(y_young - y_old), younger, 0 * younger, 0
+            error, older, younger, age = largest, younger, 0 * younger, 0
+            largest = 0 * largest
         errors.append(error)
     return np.array(values), np.array(errors)
 

@@ -154,14 +154,47 @@ def test_short_steps_are_joined_without_loss_on_a_line(load: Load) -> None:
             assert found[k] == pytest.approx(expected, abs=2 * OUTPUT_TOLERANCE * 8)
 
 
-def test_short_held_steps_are_joined_within_a_quarter_step(load: Load) -> None:
+@pytest.mark.parametrize("parts", [5, 10, 30, 100])
+def test_small_steps_of_a_held_input_lose_nothing(load: Load, parts: int) -> None:
+    """A master with a small step, whose input changes once in h."""
+    loaded = load(random_surrogate(Shape(n_in=20, n_out=4, cell=FORGETFUL)))
+    inputs = drawn(80, 1)
+    whole = go(loaded.instance().start(), [1] * 80, inputs)
+    often = np.repeat(inputs, parts, axis=0)
+    small = go(loaded.instance().start(), [1 / parts] * 80 * parts, often)
+    assert small[parts - 1 :: parts] == pytest.approx(whole, abs=4 * OUTPUT_TOLERANCE * 8)
+
+
+def test_shorter_steps_than_a_thirty_second_are_joined(load: Load) -> None:
+    """Of an input that changes in every step; each sample is off by less than a joined step."""
     native, oracle = load(sum_surrogate(20)).instance().start(), Resampling(sum_surrogate(20))
-    count = 40 * 30
+    count = 80 * 15
     inputs = np.linspace(-1, 1, count)[:, None]
-    found = go(native, [1 / 40] * count, inputs)
-    expected = np.array([oracle.step(STEP / 40, row)[0] for row in inputs[: count // 2]])
-    slope = 40 * (inputs[1] - inputs[0])  # per h
-    assert np.max(np.abs(found[: count // 2] - expected)) < 20 * slope * (0.25 + 1 / 40)
+    found = go(native, [1 / 80] * count, inputs)
+    expected = np.array([oracle.step(STEP / 80, row)[0] for row in inputs[: count // 2]])
+    slope = 80 * (inputs[1] - inputs[0])  # per h
+    assert np.max(np.abs(found[: count // 2] - expected)) < 20 * slope * (1 / 32 + 1 / 80)
+
+
+@pytest.mark.parametrize("scale", [np.float64(np.float32(STEP)) / STEP, 1 - 1e-7, 1 + 5e-7])
+def test_a_master_may_mean_h_and_give_it_roughly(load: Load, scale: float) -> None:
+    """The time is the master's; samples are one h apart."""
+    native, count = load(random_surrogate(Shape(cell=FORGETFUL))).instance().start(), 2000
+    for k in range(count):
+        assert native.do_step(k * STEP * scale, STEP * scale) == OK, native.messages
+    assert native.time() == pytest.approx(count * STEP * scale, rel=1e-12)
+
+
+def test_an_event_step_after_a_summed_time_is_taken(load: Load) -> None:
+    """A master that adds up its time is off a little; a tiny step must not make that an error."""
+    native, time = load(random_surrogate(Shape(cell=FORGETFUL))).instance().start(), 0.0
+    for _ in range(20_000):
+        assert native.do_step(time, STEP) == OK
+        time += STEP
+    time += 2e-9
+    for length in (1e-8, STEP, STEP):
+        assert native.do_step(time, length) == OK, native.messages
+        time += length
 
 
 @pytest.mark.parametrize(

@@ -76,6 +76,7 @@ void slide_cells_place(SlideCells *cells, const SlideNetworkView *view, uint32_t
     cells->next = place_panels(2 * cells->cell.state_panels, 1, arena);
     cells->both = place_panels(2 * cells->cell.value_panels, 1, arena);
     cells->newest = slide_place(arena, view->n_values, sizeof(float));
+    cells->faded = slide_place(arena, view->n_values, sizeof(float));
     if (arena->base != NULL) {
         for (size_t i = 0; i < cell->n_features; ++i) {
             cells->feature_scale[i] = slide_f32(cell->feature_scale + 4 * i);
@@ -92,11 +93,13 @@ void slide_cell_state_place(SlideCellState *state, const SlideCells *cells, Slid
     state->taken = slide_place(arena, 1, sizeof *state->taken);
     state->states = slide_place(arena, n_state_values(cells), sizeof(float));
     state->errors = slide_place(arena, cells->n_values, sizeof(float));
+    state->largest = slide_place(arena, cells->n_values, sizeof(float));
 }
 
 void slide_cells_restart(const SlideCells *cells, SlideCellState *state) {
     *state->taken = 0;
     memset(state->states, 0, n_state_values(cells) * sizeof(float));
+    memset(state->largest, 0, cells->n_values * sizeof(float));
 }
 
 /* Differences are formed in double precision: they cancel. */
@@ -130,21 +133,25 @@ const float *slide_cells_advance(const SlideCells *cells, const SlideKernel *ker
     write_features(cells, input, before);
     kernel->advance(&cells->cell, cells->features, state->states, cells->next, cells->both);
     for (size_t i = 0; i < cells->n_values; ++i) {
-        cells->newest[i] = older[i] + weight * (younger[i] - older[i]);
+        cells->faded[i] = weight * (younger[i] - older[i]);
+        cells->newest[i] = older[i] + cells->faded[i];
     }
     return cells->newest;
 }
 
 void slide_cells_accept(const SlideCells *cells, SlideCellState *state) {
     size_t half = n_state_values(cells) / 2;
+    for (size_t i = 0; i < cells->n_values; ++i) {
+        state->largest[i] = fmaxf(state->largest[i], fabsf(cells->faded[i]));
+    }
     if (age_after_input(cells, state) < cells->n_samples) {
         memcpy(state->states, cells->next, 2 * half * sizeof(float));
     } else {
         /* The first time both are the same: nothing is measured. */
-        for (size_t i = 0; *state->taken >= cells->n_samples && i < cells->n_values; ++i) {
-            float younger = cells->both[cells->cell.value_panels * SLIDE_LANES + i];
-            state->errors[i] = fabsf(younger - cells->both[i]);
+        if (*state->taken >= cells->n_samples) {
+            memcpy(state->errors, state->largest, cells->n_values * sizeof(float));
         }
+        memset(state->largest, 0, cells->n_values * sizeof(float));
         memcpy(state->states, cells->next + half, half * sizeof(float));
         memset(state->states + half, 0, half * sizeof(float));
     }

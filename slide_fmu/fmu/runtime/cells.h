@@ -17,6 +17,7 @@ typedef struct {
     float *next;           /* scratch: the states after an input, before they are accepted */
     float *both;           /* scratch: values of both states */
     float *newest;         /* scratch [n_values]: the values of the network */
+    float *faded;          /* scratch [n_values]: what the younger state changes in them */
 } SlideCells;
 
 /* All that changes; part of the flat state block. */
@@ -24,7 +25,8 @@ typedef struct {
     uint64_t *taken;  /* inputs since both states were zero; the younger's age is its rest by
                          n_samples */
     float *states;    /* [2][state panels][SLIDE_LANES], older first */
-    float *errors;    /* [n_values], scaled: the truncation error of the last hand-over */
+    float *errors;    /* [n_values], scaled: the truncation error, up to the last hand-over */
+    float *largest;   /* [n_values], scaled: the same since then, not known before the next */
 } SlideCellState;
 
 void slide_cells_place(SlideCells *cells, const SlideNetworkView *view, uint32_t n_inputs,

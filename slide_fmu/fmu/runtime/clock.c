@@ -30,9 +30,9 @@ double slide_clock_meant(const SlideClock *clock, double step, double sample_ste
     return multiple ? nearest : step;
 }
 
-void slide_clock_advance(SlideClock *clock, double step) {
+void slide_clock_advance(SlideClock *clock, double point, double step) {
     if (step != clock->stride) {
-        clock->anchor = slide_clock_time(clock);
+        clock->anchor = point;
         clock->stride = step;
         clock->count = 0;
     }

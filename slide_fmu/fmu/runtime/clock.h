@@ -7,7 +7,7 @@
 
 /* Equal steps are counted, never accumulated: time = anchor + count * stride. */
 typedef struct {
-    double anchor, stride; /* s; a step of another size starts a new anchor */
+    double anchor, stride; /* s; the master's; a step of another size starts a new anchor */
     uint64_t count;
 } SlideClock;
 
@@ -24,6 +24,7 @@ double slide_clock_farthest(double step);
  * rounding only. */
 double slide_clock_meant(const SlideClock *clock, double step, double sample_step);
 
-void slide_clock_advance(SlideClock *clock, double step);
+/* A step of the master's, from its communication point. */
+void slide_clock_advance(SlideClock *clock, double point, double step);
 
 #endif

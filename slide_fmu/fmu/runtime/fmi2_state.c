@@ -6,7 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STATE_VERSION = 2 };
+enum { STATE_VERSION = 3 };
+
+/* Counters of past inputs: none comes near it, and loops over them end. */
+static const uint64_t LARGEST_COUNT = (uint64_t)1 << 62;
 
 typedef struct {
     char magic[8];
@@ -137,7 +140,11 @@ static bool is_intact(const SlideInstance *instance, const fmi2Byte bytes[]) {
     bool known_mode = head.mode == SLIDE_INSTANTIATED || head.mode == SLIDE_INITIALIZATION ||
                       head.mode == SLIDE_STEPPING || head.mode == SLIDE_TERMINATED;
     const unsigned char *block = (const unsigned char *)bytes + sizeof header;
-    return known_mode && isfinite(slide_clock_time(&head.clock)) &&
+    const SlideState *state = &instance->state;
+    size_t counter = (size_t)((const char *)state->history.count - (const char *)state->head);
+    uint64_t steps;
+    memcpy(&steps, block + counter, sizeof steps);
+    return known_mode && steps < LARGEST_COUNT && isfinite(slide_clock_time(&head.clock)) &&
            header.checksum == slide_crc32(block, instance->state.size);
 }
 

@@ -24,7 +24,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint,
     if (instance == NULL) {
         return fmi2Error;
     }
-    const SlideClock *clock = &instance->state.head->clock;
+    SlideClock *clock = &instance->state.head->clock;
     double step = instance->model.step, time = slide_clock_time(clock);
     if (!slide_clock_is_now(clock, currentCommunicationPoint, step)) {
         return slide_report(instance, fmi2Error,
@@ -46,6 +46,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint,
                             "their ranges and step again; nothing was changed",
                             time + length);
     }
+    slide_clock_advance(clock, currentCommunicationPoint, communicationStepSize);
     return fmi2OK;
 }
 

@@ -2,13 +2,14 @@
 
 #include <string.h>
 
-static const double SHORTEST = 0.25, SLACK = 1e-6; /* in sample steps */
+enum { STEPS_PER_SAMPLE = 32 };
+static const double SLACK = 1e-6; /* in sample steps */
 
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
                                       bool ramp) {
-    uint64_t capacity = 4 * (uint64_t)n_samples + 4;
-    return (SlideHistoryShape){n_inputs, capacity, SHORTEST * sample_step, SLACK * sample_step,
-                               ramp};
+    uint64_t capacity = STEPS_PER_SAMPLE * ((uint64_t)n_samples + 1);
+    return (SlideHistoryShape){n_inputs, capacity, sample_step / STEPS_PER_SAMPLE,
+                               SLACK * sample_step, ramp};
 }
 
 void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape,
@@ -23,10 +24,16 @@ static double *step_at(const SlideHistoryShape *shape, const SlideHistory *histo
     return history->steps + (index % shape->capacity) * (1 + (size_t)shape->n_inputs);
 }
 
+/* May a step be joined to the one before it? Held inputs that stay lose nothing by it. */
+static bool joins(const SlideHistoryShape *shape, const double *before, const double *inputs) {
+    bool same = memcmp(before + 1, inputs, shape->n_inputs * sizeof *inputs) == 0;
+    return before[0] < shape->shortest || (same && !shape->ramp);
+}
+
 void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
                           const double *inputs) {
     uint64_t count = *history->count;
-    if (count > 1 && step_at(shape, history, count - 1)[0] < shape->shortest) {
+    if (count > 1 && joins(shape, step_at(shape, history, count - 1), inputs)) {
         count -= 1;
         length += step_at(shape, history, count)[0];
     }

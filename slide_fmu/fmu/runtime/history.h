@@ -23,14 +23,15 @@ typedef struct {
     double *steps;   /* [capacity][1 + n_inputs]: length in s, physical inputs */
 } SlideHistory;
 
-/* For n_samples samples of the past; a sample step of them holds four steps at most. */
+/* For n_samples samples of the past; a sample step of them holds 32 steps at most. */
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
                                       bool ramp);
 
 void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape, SlideArena *arena);
 
-/* Take in a step of this length under these inputs. A step before it that is shorter than
- * shape->shortest is joined to it and its inputs are forgotten, unless it is the first of all. */
+/* Take in a step of this length under these inputs. A step before it with the same held inputs is
+ * joined to it. So is one that is shorter than shape->shortest; its inputs are forgotten. The first
+ * step of all is never joined. */
 void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
                           const double *inputs);
 

@@ -265,7 +265,6 @@ static bool step_of(const SlideModel *model, SlideState *state, double length) {
     if (done) {
         accept(model, state);
         state->head->filled += whole ? count : length / model->step;
-        slide_clock_advance(&state->head->clock, length);
     }
     return done;
 }
@@ -279,7 +278,6 @@ bool slide_stream_step(const SlideModel *model, SlideState *state, double length
         accept(model, state);
         slide_history_append(&model->history, &state->history, length, state->inputs);
         state->head->filled += 1;
-        slide_clock_advance(&state->head->clock, length);
         return true;
     }
     memcpy(state->backup, state->head, state->size);

@@ -133,10 +133,10 @@ class StabilityRecipe(Table):
 
     Attributes:
         amplitudes: factors on the trained amplitude at which it is tested.
-        growth: largest output allowed, relative to the largest one at the trained amplitude
-            times the factor.
+        growth: largest deviation of an output from its mean allowed, relative to the largest one
+            at the trained amplitude times the factor.
         contraction: largest difference allowed between two runs from different states, after the
-            inputs of one window, relative to the outputs' RMS.
+            inputs of one window, relative to the output's standard deviation.
         contraction_beyond: the same beyond the trained amplitude, for the median run: systems
             may have several lasting responses there.
         allow_unstable: export all the same.
@@ -186,7 +186,7 @@ class Recipe(Table):
         if not isinstance(network, dict):  # one mistake, not those of the training too
             return {**values, "training": LeastSquaresRecipe()}
         if not isinstance(training, dict):
-            return values
+            return {**values, "network": {"family": "state_space", **network}}
         network = {"family": "state_space", **network}
         method = METHODS.get(str(network["family"]))
         if method is None:

@@ -37,9 +37,9 @@ class AmplitudeTest:
 
     Attributes:
         amplitude: factor on the excitation's amplitude.
-        growth: largest deviation of an output from its value at rest, relative to the largest at
-            amplitude 1 times the factor.
-        differences: of two runs at the end of a window, relative to the outputs' standard
+        growth: largest deviation of an output from its mean at amplitude 1, relative to the
+            largest there times the factor; of the worst output.
+        differences: of two runs at the end of a window, relative to the output's standard
             deviation, of the worst output, one per record, shape (R,); infinite where a run is
             not finite.
         pair: outputs of two runs along the window, of the worst record, scaled,

@@ -98,6 +98,26 @@ def test_several_mistakes_give_several_lines() -> None:
     ]
 
 
+@pytest.mark.parametrize("value", ["5", "true", '["state_space"]'])
+@pytest.mark.parametrize("more", ["", "[training]\nsteps = 3\nstop = 1\n"])
+def test_network_that_is_no_table_gives_one_line(value: str, more: str) -> None:
+    (line,) = mistakes(f"network = {value}\n{WITHOUT_LEARNING}{more}")
+    found = tomllib.loads(f"value = {value}")["value"]
+    assert line.startswith(f"network = {found!r}: Input should be a valid dictionary")
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        "",
+        "[network]\nhidden = 4\n",
+    ],
+)
+def test_training_that_is_no_table_gives_one_line(more: str) -> None:
+    (line,) = mistakes(f"training = 5\n{WITHOUT_LEARNING}{more}")
+    assert line.startswith("training = 5: Input should be a valid dictionary")
+
+
 @pytest.mark.parametrize("counts", [{}, {"estimator": 3}, {"estimator_validation": 3}])
 def test_estimator_needs_trajectories_of_its_own(counts: dict[str, int]) -> None:
     text = TINY.replace(

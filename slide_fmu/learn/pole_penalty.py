@@ -20,7 +20,7 @@ from slide_fmu.window import Window
 REMAINING = 0.03
 """Part of an initial amplitude that a pole on the circle leaves after the truncated samples."""
 ROOM = 0.5
-"""The circle leaves the system's own slowest pole at least so much of its distance from 1."""
+"""Where the system's own slowest pole lies outside, the circle goes so far from 1 towards it."""
 LARGEST_RADIUS = 0.999
 """Of the circle, however long the window."""
 

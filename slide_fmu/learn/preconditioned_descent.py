@@ -86,7 +86,7 @@ def advance_stretch(
     factor = _factor(
         shape, state.theta, segments.chosen(_draw(segments, MATRIX_SEGMENTS, generator))
     )
-    theta, momentum, cost = state.theta, state.momentum, math.nan
+    theta, momentum, cost, batch = state.theta, state.momentum, math.nan, segments
     for _ in range(STRETCH):
         if factor is None:
             break
@@ -103,7 +103,8 @@ def advance_stretch(
         return replace(
             done, theta=state.best, momentum=torch.zeros_like(theta), rate=0.5 * state.rate
         )
-    row = (done.stretch, math.sqrt(cost), error)
+    counted = float(batch.weights.square().mean())  # as much as its weight's square, each
+    row = (done.stretch, math.sqrt(cost / counted), error)
     done = replace(done, theta=theta, momentum=momentum, history=(*state.history, row))
     if error < state.best_error:
         return replace(done, best=theta, best_error=error)

@@ -115,10 +115,10 @@ def feature_scale(features: torch.Tensor, n_inputs: int) -> torch.Tensor:
 
 def _stride(part: int, pieces: int, count: int) -> int:
     """Stride by which the starts' segments are taken: early and late pieces of trajectories."""
-    stride = min(part, max(1, count // FEWEST))
-    while math.gcd(stride, pieces) > 1:
-        stride += 1
-    return stride
+    most = max(1, count // FEWEST)
+    wished = [*range(part, most + 1), *range(min(part, most), 0, -1)]
+    fitting: list[int] = [stride for stride in wished if math.gcd(stride, pieces) == 1]
+    return fitting[0]
 
 
 def choose_sizes(tournament: Tournament) -> tuple[int, int]:

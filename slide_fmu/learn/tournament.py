@@ -210,6 +210,7 @@ class Tournament:
     def _entered(self, shape: CellShape, state: Iterate | Descent) -> Entrant:
         """An entrant whose run is done, perhaps before this fit was resumed."""
         self._best = min(self._best, state.best_error)
+        self._report(self._ledger.iterations)
         return Entrant(shape, state)
 
     def _penalty(self, residuals: int) -> PolePenalty:

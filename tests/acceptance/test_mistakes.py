@@ -256,11 +256,20 @@ def test_benchmark_of_the_step_runs(duffing: Finished) -> None:
     assert json.loads(result.stdout)["median_us"]["fmu_step"] > 0
 
 
-def unstable_surrogate(job: pipeline.Job) -> Surrogate:
-    """A state-space network of the job's signals that never forgets: y -> 0.9999 y + u."""
+NEVER_FORGETS, FORGETS = 0.9999, 0.5
+
+
+def surrogate_of(job: pipeline.Job, pole: float = NEVER_FORGETS) -> Surrogate:
+    """A state-space network of the job's signals: y -> pole y + u."""
     one, zero = np.ones((1, 1), np.float32), np.zeros((1, 1), np.float32)
     cell = Cell(
-        0.9999 * one, one, zero[:, :0], np.zeros((0, 3), np.float32), one, zero, zero[:, 0]
+        np.float32(pole) * one,
+        one,
+        zero[:, :0],
+        np.zeros((0, 3), np.float32),
+        one,
+        zero,
+        zero[:, 0],
     )
     system, table = recipe_system(job.recipe), job.recipe.window
     scaling = Affine.of_channels([0.0], [1.0])
@@ -278,7 +287,7 @@ def test_export_refuses_a_network_that_does_not_forget(tmp_path: Path, allowed: 
     recipe.write_text(text, encoding="utf-8")
     job = pipeline.open_job(recipe, runs, no_bar)
     job.folder.path.mkdir(parents=True)
-    job.folder.save_surrogate(unstable_surrogate(job), job.recipe, {}, pipeline.versions())
+    job.folder.save_surrogate(surrogate_of(job), job.recipe, {}, pipeline.versions())
     result = invoke("export", recipe, "--runs", runs, "-o", out)
     picture = job.folder.path / pipeline.STABILITY_PICTURE
     assert picture.read_bytes().startswith(b"\x89PNG")
@@ -291,3 +300,44 @@ def test_export_refuses_a_network_that_does_not_forget(tmp_path: Path, allowed: 
         assert "stability.allow_unstable = true" in message
         assert str(picture) in "".join(result.output.split())
         assert "Traceback" not in result.output
+
+
+def test_limits_change_without_a_new_training_and_old_pictures_vanish(tmp_path: Path) -> None:
+    text = SMALL_LINEAR[: SMALL_LINEAR.index("[network]")]
+    recipe, runs = tmp_path / "recipe.toml", tmp_path / "runs"
+    recipe.write_text(text, encoding="utf-8")
+    job = pipeline.open_job(recipe, runs, no_bar)
+    job.folder.path.mkdir(parents=True)
+    job.folder.save_surrogate(surrogate_of(job), job.recipe, {}, pipeline.versions())
+    picture = job.folder.path / pipeline.STABILITY_PICTURE
+    export = ("export", recipe, "--runs", runs)
+    assert invoke(*export).exit_code == 1
+    assert picture.exists()
+    remedy = "\n[stability]\nallow_unstable = true\n[validation]\ntrajectories = 3\n"
+    recipe.write_text(text + remedy, encoding="utf-8")
+    result = invoke(*export)
+    assert result.exit_code == 0, result.output
+    assert picture.exists()  # it failed all the same
+    recipe.write_text(text.replace("seed = 8", "seed = 9") + remedy, encoding="utf-8")
+    result = invoke(*export)
+    assert result.exit_code == 1
+    assert "was trained from other values" in " ".join(result.output.split())
+    recipe.write_text(text + remedy.replace("= true", "= false"), encoding="utf-8")
+    job.folder.save_surrogate(surrogate_of(job, FORGETS), job.recipe, {}, pipeline.versions())
+    result = invoke(*export)
+    assert result.exit_code == 0, result.output
+    assert not picture.exists()
+
+
+@pytest.mark.parametrize("seed", [2**31, 99999999999, -1])
+def test_seed_that_no_recipe_may_have_is_a_mistake_of_the_call(tmp_path: Path, seed: int) -> None:
+    recipe = tmp_path / "recipe.toml"
+    recipe.write_text(SMALL_LINEAR, encoding="utf-8")
+    for verb in ("train", "run", "export"):
+        result = invoke(verb, recipe, "--runs", tmp_path / "runs", "--seed", seed)
+        assert result.exit_code == 2
+        output = " ".join(result.output.split())
+        assert "Invalid value for '--seed'" in output
+        assert "validation error" not in output
+        assert "Traceback" not in output
+    assert not (tmp_path / "runs").exists()

@@ -97,6 +97,13 @@ def test_segments_of_low_weight_teach_little() -> None:
     assert errors[1] > 0.5 * begin.best_error
 
 
+def test_training_error_does_not_depend_on_a_weight_that_all_segments_have() -> None:
+    noisy = taught_segments(SHAPE, 1, 40, noise=0.1)
+    light = replace(noisy, weights=0.1 * noisy.weights)
+    one, other = (stretches(start(), 1, training=data)[-1].history[0] for data in (noisy, light))
+    assert other[1] == pytest.approx(one[1])
+
+
 @pytest.mark.parametrize("worse", [math.nan, math.inf, 1e3])
 def test_failed_stretch_goes_back_to_the_best_at_half_the_rate(worse: float) -> None:
     before = stretches(start(), 2)[-1]

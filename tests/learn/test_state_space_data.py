@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,7 +27,7 @@ from springs import (
 from slide_fmu.learn.cell import CellShape, simulate
 from slide_fmu.learn.levenberg_marquardt import Iterate
 from slide_fmu.learn.segments import with_differences
-from slide_fmu.learn.state_space import freeze, prepare
+from slide_fmu.learn.state_space import FEWEST, _stride, feature_scale, freeze, prepare
 from slide_fmu.learn.tournament import Entrant
 from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
 
@@ -84,6 +85,91 @@ def test_frozen_network_is_the_fitted_cell(
     spreads = data.features.std((0, 1))
     assert spreads[2:].tolist() == pytest.approx([1.0] * (2 * differences), rel=1e-6)
     assert data.feature_scale[:2].tolist() == [1.0, 1.0]
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_differences_are_formed_before_the_precision_is_lost(
+    tmp_path: Path, precision: str
+) -> None:
+    """Slow inputs far from zero: in single precision their differences would be steps."""
+    slow = torch.cumsum(spring(1, 6, 160)[0], 1) * 1e-6 + 0.9
+    problem = problem_of(tmp_path, training=(slow, spring(1, 6, 160)[1]))
+    table = StateSpaceRecipe(differences=2)
+    found, exact = (
+        prepare(problem, table, LeastSquaresRecipe(**QUICK, precision=kind))
+        for kind in (precision, "float64")
+    )
+    dtype = getattr(torch, precision)
+    assert torch.equal(found.features, exact.features.to(dtype))
+    for part in ("whole", "part", "validation"):
+        segments, expected = getattr(found, part), getattr(exact, part)
+        assert torch.equal(segments.features, expected.features.to(dtype))
+        assert torch.equal(segments.targets, expected.targets.to(dtype))
+    assert torch.equal(found.feature_scale, exact.feature_scale)
+
+
+@pytest.mark.parametrize("differences", [1, 2])
+@pytest.mark.parametrize(("still", "rounding"), [(0, 0.0), (1, 0.0), (1, 1e-12)])
+def test_differences_of_an_input_that_never_changes_are_refused(
+    tmp_path: Path, differences: int, still: int, rounding: float
+) -> None:
+    """Another value in every trajectory, or constant up to rounding."""
+    inputs = torch.cat([spring(seed, 6, 160)[0] for seed in (1, 2)], 2)
+    held = 0.1 * torch.arange(6, dtype=torch.float64)[:, None]
+    inputs[:, :, still] = held + rounding * inputs[:, :, still]
+    problem = problem_of(tmp_path, training=(inputs, spring(1, 6, 160)[1]))
+    network = {"order": 2, "hidden": 0}
+    message = (
+        rf"^network\.differences = {differences}, but input {still} never changes within a "
+        r"trajectory; .* set network\.differences = 0, or check data\.excitation$"
+    )
+    with pytest.raises(ValueError, match=message):
+        fit(problem, {**network, "differences": differences})
+    prepare(problem, StateSpaceRecipe(**network), LeastSquaresRecipe(**QUICK))
+
+
+def test_features_are_divided_by_the_spread_of_the_differences() -> None:
+    """However small an input is beside the others."""
+    inputs = torch.cat([spring(1, 6, 160)[0], 1e-10 * spring(2, 6, 160)[0]], 2)
+    features = with_differences(inputs, 2)
+    scale = feature_scale(features, 2)
+    assert scale[:2].tolist() == [1.0, 1.0]
+    spread = features.flatten(0, 1).std(0)[2:]
+    assert scale[2:].tolist() == pytest.approx(spread.tolist(), rel=1e-6)
+    assert torch.equal(scale, scale.float().double())  # as the network keeps it
+
+
+@pytest.mark.parametrize("part", [1, 2, 3, 5, 7])
+@pytest.mark.parametrize("pieces", [1, 2, 3, 4, 5, 6, 12, 30])
+@pytest.mark.parametrize("trajectories", [1, 4, 16, 100])
+def test_starts_see_all_pieces_of_trajectories(part: int, pieces: int, trajectories: int) -> None:
+    count = pieces * trajectories
+    stride = _stride(part, pieces, count)
+    assert math.gcd(stride, pieces) == 1
+    chosen = range(0, count, stride)
+    if len(chosen) >= pieces:  # one after the other, of trajectories all over the data
+        assert {number % pieces for number in chosen} == set(range(pieces))
+    if math.gcd(part, pieces) == 1 and count >= FEWEST * part:
+        assert stride == part
+
+
+@pytest.mark.parametrize(
+    ("part", "pieces", "count"),
+    [
+        (1, 4, 20), (5, 3, 8), (5, 1, 9), (2, 3, 18), (5, 7, 28),
+        (5, 2, 16), (5, 30, 30), (2, 2, 16),
+    ],
+)  # fmt: skip
+def test_starts_have_some_segments_at_least(part: int, pieces: int, count: int) -> None:
+    assert len(range(0, count, _stride(part, pieces, count))) >= FEWEST
+
+
+def test_starts_have_early_and_late_segments(tmp_path: Path) -> None:
+    """Four segments of each trajectory, and every second of them would be the same two."""
+    data = prepare(problem_of(tmp_path), StateSpaceRecipe(), LeastSquaresRecipe(**QUICK))
+    assert (data.whole.count, QUICK["part"], data.part.count) == (24, 2, 8)
+    expected = data.whole.every(3)
+    assert torch.equal(data.part.features, expected.features)
 
 
 @pytest.mark.parametrize("units", ["tanh", "cubic"])

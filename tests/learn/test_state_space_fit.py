@@ -215,18 +215,7 @@ def test_short_trajectories_and_high_orders_are_told(tmp_path: Path) -> None:
         fit(problem_of(tmp_path), {"order": 21, "hidden": 0})
 
 
-@pytest.mark.parametrize(
-    "records",
-    [
-        torch.float32,
-        pytest.param(
-            torch.float64,
-            marks=pytest.mark.xfail(
-                strict=True, raises=RuntimeError, reason="impulse responses mix precisions"
-            ),
-        ),
-    ],
-)
+@pytest.mark.parametrize("records", [torch.float32, torch.float64])
 def test_single_precision_fits_too(tmp_path: Path, records: torch.dtype) -> None:
     """Whatever the precision of the records: programs give either, recipes float64."""
     pairs = [tuple(v.to(records) for v in spring(seed, 4, 200, CUBIC)) for seed in (1, 2)]

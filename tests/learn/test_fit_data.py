@@ -1,0 +1,183 @@
+"""What a fit makes of its trajectories: refusals, precision, and names of checkpoints."""
+
+from __future__ import annotations
+
+import shutil
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
+
+from slide_fmu.data.generation import generate
+from slide_fmu.data.sampling import recipe_system
+from slide_fmu.data.store import Split, read_split
+from slide_fmu.learn import fit as module
+from slide_fmu.learn.fit import STILL, fit_surrogate, require_motion
+from slide_fmu.learn.problem import Problem
+from slide_fmu.recipe import Recipe
+from slide_fmu.signals import Signal
+
+FEED_FORWARD = tiny_recipe(
+    data={"estimator": 2, "estimator_validation": 1}, training={"steps": 2}, estimator=ESTIMATOR
+)
+STATE_SPACE = tiny_state_space_recipe(data=FEED_FORWARD.data.model_dump(mode="json"))
+
+
+def no_progress(stage: str):  # type: ignore[no-untyped-def]
+    return lambda done, total, best: None
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("data") / "store"
+    with ThreadPoolExecutor(1) as pool:
+        generate(FEED_FORWARD, path, pool, lambda done, total: None)
+    return path
+
+
+class Reached(Exception):
+    """The fit has come as far as its problem."""
+
+
+def problem_of(recipe: Recipe, store: Path) -> Problem:
+    """The problem that a fit hands to its network family."""
+
+    def reached(problem: Problem, *rest: object) -> None:
+        raise Reached(problem)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "fit_network", reached)
+        with pytest.raises(Reached) as caught:
+            fit_surrogate(recipe, recipe_system(recipe), store, store, no_progress)
+    found: Problem = caught.value.args[0]
+    return found
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_state_space_problems_are_double_whatever_the_precision(
+    store: Path, precision: str
+) -> None:
+    """Differences of inputs are formed before a fit rounds; other families see windows."""
+    state_space = tiny_state_space_recipe(
+        data=STATE_SPACE.data.model_dump(mode="json"), training={"precision": precision}
+    )
+    feed_forward = FEED_FORWARD.model_copy(
+        update={"training": FEED_FORWARD.training.model_copy(update={"precision": precision})}
+    )
+    expected = [torch.float64, getattr(torch, precision)]
+    for recipe, dtype in zip((state_space, feed_forward), expected, strict=True):
+        problem = problem_of(recipe, store)
+        records = (*problem.training, *problem.validation)
+        assert {values.dtype for values in records} == {dtype}
+
+
+def test_eigenvalues_are_those_of_state_space_recipes_alone(
+    store: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Systems that cannot be linearized, or grow, may have a feed-forward network."""
+    found = problem_of(STATE_SPACE, store).eigenvalues
+    assert found is not None
+    assert complex(found[0]) == pytest.approx(complex(-20, np.sqrt(1200)), rel=1e-4)
+
+    def never(system: object) -> None:
+        raise AssertionError("nobody needs them")
+
+    monkeypatch.setattr(module, "eigenvalues_at_rest", never)
+    assert problem_of(FEED_FORWARD, store).eigenvalues is None
+    with pytest.raises(AssertionError, match="nobody"):
+        problem_of(STATE_SPACE, store)
+
+
+def test_checkpoints_belong_to_the_eigenvalues(
+    store: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = problem_of(STATE_SPACE, store).checkpoint
+    assert problem_of(STATE_SPACE, store).checkpoint == before
+    monkeypatch.setattr(module, "eigenvalues_at_rest", lambda system: np.array([-20 + 1j]))
+    assert problem_of(STATE_SPACE, store).checkpoint != before
+
+
+def test_checkpoints_belong_to_the_code(
+    store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of the surrogate and of the estimator, both."""
+
+    def names() -> set[str]:
+        fit_surrogate(FEED_FORWARD, recipe_system(FEED_FORWARD), store, tmp_path, no_progress)
+        return {path.name for path in tmp_path.iterdir()}
+
+    before = names()
+    assert names() == before
+    assert len(before) == 2
+    monkeypatch.setattr(module, "_code", lambda: "another")
+    new = names() - before
+    assert sorted(name.split("-")[0] for name in new) == ["estimator", "surrogate"]
+
+
+def test_code_is_every_source_of_the_package_and_torch(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here = module._code()
+    copy = tmp_path / "learn"
+    shutil.copytree(Path(module.__file__).parent, copy)
+    monkeypatch.setattr(module, "__file__", str(copy / "fit.py"))
+    assert module._code() == here
+    seen = {here}
+    for source in ("cell.py", "tournament.py", "new.py"):
+        with (copy / source).open("a", encoding="utf-8") as file:
+            file.write("# changed\n")
+        seen.add(module._code())
+    monkeypatch.setattr(torch, "__version__", "0.1")
+    seen.add(module._code())
+    assert len(seen) == 5
+
+
+SIGNALS = (Signal("a", "N", -2.0, 6.0), Signal("b", "m", 0.0, 4.0))
+
+
+def noise(seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(-1, 1, (4, 500, 2))
+
+
+def test_signals_that_move_pass() -> None:
+    require_motion(SIGNALS, noise())
+    # a little more than rounding, and one that is held along each trajectory
+    require_motion(SIGNALS, 3.0 + noise() * [1.0, 4 * STILL * 4.0])
+    held = noise()
+    held[:, :, 1] = np.arange(4)[:, None]
+    require_motion(SIGNALS, held)
+
+
+@pytest.mark.parametrize("remaining", [0.0, 1e-12, 0.5 * STILL * 4.0])
+@pytest.mark.parametrize("level", [0.0, 3.1])
+def test_signal_that_is_constant_up_to_rounding_is_refused(remaining: float, level: float) -> None:
+    still = noise()
+    still[:, :, 1] = level + remaining * still[:, :, 1]
+    with pytest.raises(ValueError, match="constant") as caught:
+        require_motion(SIGNALS, still)
+    assert str(caught.value) == (
+        "'b' is constant in the training data; expected it to move within 0.0 .. 4.0 m: check "
+        "data.excitation and the signal's range"
+    )
+
+
+@pytest.mark.parametrize(
+    "recipe", [FEED_FORWARD, STATE_SPACE], ids=["feed_forward", "state_space"]
+)
+@pytest.mark.parametrize(("part", "name"), [("inputs", "force"), ("outputs", "position")])
+def test_fit_refuses_what_never_moves(
+    store: Path, monkeypatch: pytest.MonkeyPatch, recipe: Recipe, part: str, name: str
+) -> None:
+    def still(path: Path, split: str) -> Split:
+        found = read_split(path, split)
+        change: dict[str, Any] = {part: np.full_like(getattr(found, part), 0.1)}
+        return replace(found, **change) if split == "train" else found
+
+    monkeypatch.setattr(module, "read_split", still)
+    with pytest.raises(ValueError, match=rf"^'{name}' is constant in the training data; expected"):
+        fit_surrogate(recipe, recipe_system(recipe), store, store, no_progress)

@@ -1,0 +1,188 @@
+"""The runs of a state-space fit: linear starts, poles, training errors, progress, sizes tried."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from springs import (
+    CUBIC,
+    EIGENVALUES,
+    NONLINEAR,
+    POLE,
+    QUICK,
+    WINDOW,
+    Fitted,
+    fit,
+    problem_of,
+    spring,
+)
+
+from slide_fmu.learn import ledger, preconditioned_descent, state_space
+from slide_fmu.learn.cell import CellShape
+from slide_fmu.learn.pole_penalty import PolePenalty
+from slide_fmu.learn.preconditioned_descent import Descent
+from slide_fmu.learn.problem import Problem
+from slide_fmu.learn.state_space import prepare
+from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.window import Window
+
+SINGLE = 1e-3
+"""Of errors of a network that is kept in float32, relative to themselves."""
+TWO_PAIRS = np.array([-3 + 4j, -5 + 9j])
+"""Eigenvalues in 1/s of four states."""
+
+
+def runs(problem: Problem) -> set[str]:
+    """Names of the runs that a fit consisted of."""
+    return set(torch.load(problem.checkpoint, weights_only=True))
+
+
+def short_records(folder: Path) -> Problem:
+    """Impulse responses of half a record, four samples, show two states."""
+    window, records = Window(0.1, 5, 1), [spring(seed, 20, 8) for seed in (1, 2)]
+    return problem_of(
+        folder, window=window, training=records[0], validation=records[1], eigenvalues=TWO_PAIRS
+    )
+
+
+@pytest.mark.parametrize("order", [4, "auto"])
+def test_order_beyond_the_impulse_responses_starts_from_eigenvalues_alone(
+    tmp_path: Path, order: Any
+) -> None:
+    problem = short_records(tmp_path)
+    found = fit(problem, {"order": order, "hidden": 0})
+    assert len(found.network.cell.a) == 4
+    assert runs(problem) == {"linear, 4 states, from eigenvalues", "refined"}
+
+
+def test_order_that_neither_shows_is_told(tmp_path: Path) -> None:
+    problem = short_records(tmp_path)
+    with pytest.raises(ValueError, match=r"network\.order = 3; expected at most 2 .* 4 samples"):
+        fit(problem, {"order": 3, "hidden": 0})
+
+
+def test_order_that_both_show_starts_from_both(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, 0.0)
+    fit(problem, {"order": 2, "hidden": 0})
+    sources = ("eigenvalues", "impulse responses")
+    assert runs(problem) == {f"linear, 2 states, from {s}" for s in sources} | {"refined"}
+
+
+@pytest.mark.parametrize(
+    ("eigenvalues", "slowest"), [(EIGENVALUES, abs(POLE)), (None, 0.0), (EIGENVALUES[:0], 0.0)]
+)
+def test_penalty_knows_the_slowest_pole_of_the_system(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, eigenvalues: Any, slowest: float
+) -> None:
+    told, of = set(), PolePenalty.of
+
+    def heard(window: Window, slowest: float, residuals: int) -> PolePenalty:
+        told.add((window, slowest))
+        return of(window, slowest, residuals)
+
+    monkeypatch.setattr(PolePenalty, "of", staticmethod(heard))
+    fit(problem_of(tmp_path, 0.0, eigenvalues=eigenvalues), {"order": 2, "hidden": 0})
+    ((window, value),) = told
+    assert window == WINDOW
+    assert value == pytest.approx(slowest)
+
+
+def weighted_error(problem: Problem, network: dict[str, Any], found: Fitted) -> float:
+    """RMS error of the network on all segments, each as often as its weight squared."""
+    data = prepare(problem, StateSpaceRecipe(**network), LeastSquaresRecipe(**QUICK)).whole
+    values, _ = found.network.run(data.features.numpy().swapaxes(0, 1).astype(np.float32))
+    squares = (values[:, data.burn_in :] - data.targets.numpy().swapaxes(0, 1)) ** 2
+    weights = data.weights.numpy() ** 2
+    return float(np.sqrt(np.sum(weights * squares.mean((1, 2))) / np.sum(weights)))
+
+
+def told_error(found: Fitted) -> float:
+    """The training error beside the best validation error."""
+    history = found.history
+    return history.training_error[int(np.argmin(history.validation_error))]
+
+
+@pytest.mark.parametrize("network", [NONLINEAR, {"order": 2, "hidden": 0}])
+def test_training_error_counts_segments_by_their_weights(
+    tmp_path: Path, network: dict[str, Any]
+) -> None:
+    problem = problem_of(tmp_path, beyond=spring(4, 6, 160, CUBIC, 2.0))
+    found = fit(problem, network)
+    assert told_error(found) == pytest.approx(weighted_error(problem, network, found), rel=SINGLE)
+
+
+def test_training_error_of_a_start_that_nothing_improves_counts_likewise(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def wild(theta: torch.Tensor, error: float) -> Descent:
+        return Descent(theta, torch.zeros_like(theta), theta, error, rate=1e30)
+
+    monkeypatch.setattr(Descent, "begin", staticmethod(wild))
+    monkeypatch.setattr(preconditioned_descent, "STRETCH", 4)
+    network = {"order": 2, "hidden": 12}
+    problem = problem_of(tmp_path, beyond=spring(4, 6, 160, CUBIC, 2.0))
+    found = fit(problem, network, dense_limit=100, stretches=2)
+    assert found.history.step == (0,)
+    assert told_error(found) == pytest.approx(weighted_error(problem, network, found), rel=SINGLE)
+
+
+class Stop(Exception):
+    pass
+
+
+@pytest.mark.parametrize("store_every", [0.0, 1e9])
+@pytest.mark.parametrize("share", [0.45, 0.6, 0.75, 0.97])
+def test_resumed_fit_tells_the_best_error_so_far(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, share: float, store_every: float
+) -> None:
+    """Broken after a share of the iterations; the best error may be that of a run before."""
+    monkeypatch.setattr(ledger, "STORE_EVERY", store_every)
+    whole = fit(problem_of(tmp_path / "whole"), NONLINEAR)
+    states: list[tuple[int, int, float]] = []
+
+    def stop(*state: Any) -> None:
+        states.append(state)
+        if state[0] == round(share * whole.iterations):
+            raise Stop
+
+    problem = problem_of(tmp_path / "broken")
+    with pytest.raises(Stop):
+        fit(problem, NONLINEAR, stop)
+    before = dict((done, best) for done, _, best in states)
+    states.clear()
+    found = fit(problem, NONLINEAR, lambda *state: states.append(state))
+    first = states[0][0]
+    assert all(np.isfinite(best) for _, _, best in states[1:])  # the first: nothing is known yet
+    after = [(done, best) for done, _, best in states if done > first]
+    assert after[-1] == (whole.iterations, found.error)
+    assert len({done for done, _ in after}) == whole.iterations - first
+    for done, best in after:
+        assert best <= before.get(done, np.inf)
+        assert best <= before[first]
+
+
+@pytest.mark.parametrize("network", [NONLINEAR, {"order": 2, "hidden": 0}])
+def test_finished_fit_tells_its_error(tmp_path: Path, network: dict[str, Any]) -> None:
+    problem, told = problem_of(tmp_path), []
+    fit(problem, network)
+    found = fit(problem, network, lambda done, total, best: told.append(best))
+    assert told[-1] == found.error
+
+
+def test_search_keeps_to_the_dense_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(state_space, "FIRST_UNITS", 12)
+    monkeypatch.setattr(state_space, "MOST_UNITS", 24)
+    monkeypatch.setattr(preconditioned_descent, "STRETCH", 2)
+    problem = problem_of(tmp_path)
+    found = fit(problem, {"order": 2}, dense_limit=100, stretches=1)
+    assert len(found.network.cell.w) == 12  # 24 units start as the same few
+    starts = [re.fullmatch(r"start \d, 2 states, (\d+) units", name) for name in runs(problem)]
+    units = {int(start[1]) for start in starts if start is not None}
+    assert len(units) == 1
+    assert CellShape(4, 1, units.pop(), 1).n_parameters <= 50
+    assert "widened to 12" in runs(problem)

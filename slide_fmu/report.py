@@ -211,10 +211,13 @@ def _estimate_section(validations: Mapping[str, Validation]) -> Section:
                 _percent(data["p95_relative_deviation"]),
             )
         )
-    window = next(iter(validations.values())).surrogate.window
+    first = next(iter(validations.values()))
+    assert first.recipe.estimator is not None
     text = (
-        f"The FMU estimates the RMSE of its outputs over the last {window.n_out} samples. Here "
-        "the estimate is held against the true error; the band holds deviations up to 37.5 %."
+        f"The FMU estimates the RMSE of its outputs over the last {first.surrogate.window.n_out} "
+        "samples. Here the estimate is held against the true error; the band holds deviations up "
+        f"to 37.5 %. Errors below {first.recipe.estimator.resolution:g} of the output's scale are "
+        "not told apart: where both lie there, they do not deviate."
     )
     return Section("Error estimate", text, rows, [figures.estimate_scatter(validations)])
 

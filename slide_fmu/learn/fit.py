@@ -60,6 +60,41 @@ def fit_surrogate(
     """
     require_origin(store, recipe, probe(recipe, system))
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    surrogate, history = _fit_network(recipe, system, (store, checkpoints), device, progress)
+    if recipe.estimator is None:
+        return Fit(surrogate, {"surrogate": history})
+    errors = read_split(store, "estimator"), read_split(store, "estimator_validation")
+    key = _digest(
+        _code(),
+        surrogate.to_bytes().hex(),
+        *(_content(split) for split in errors),
+        recipe.estimator.model_dump(mode="json"),
+    )
+    estimator, histories = fit_estimator(
+        surrogate,
+        errors,
+        recipe.estimator,
+        checkpoints / f"estimator-{key}.pt",
+        device,
+        progress,
+    )
+    histories = {"surrogate": history, **histories}
+    return Fit(dataclasses.replace(surrogate, estimator=estimator), histories)
+
+
+def _fit_network(
+    recipe: Recipe,
+    system: System,
+    places: tuple[Path, Path],
+    device: torch.device,
+    progress: ProgressOf,
+) -> tuple[Surrogate, History]:
+    """The surrogate without its error estimator.
+
+    Args:
+        places: the store of the trajectories, and the folder of the checkpoints.
+    """
+    store, checkpoints = places
     names = ("train", "validation", *(["beyond"] if recipe.data.beyond else []))
     splits = [read_split(store, name) for name in names]
     if any(training.flip_signs for training in recipe.trainings()):
@@ -98,26 +133,8 @@ def fit_surrogate(
         scaled(splits[2]) if recipe.data.beyond else None,
     )
     network, history = fit_network(problem, recipe.network, recipe.training, progress("surrogate"))
-    surrogate = _assemble(recipe, system, window, (input_scaling, output_scaling), network)
-    if recipe.estimator is None:
-        return Fit(surrogate, {"surrogate": history})
-    errors = read_split(store, "estimator"), read_split(store, "estimator_validation")
-    key = _digest(
-        _code(),
-        surrogate.to_bytes().hex(),
-        *(_content(split) for split in errors),
-        recipe.estimator.model_dump(mode="json"),
-    )
-    estimator, estimator_histories = fit_estimator(
-        surrogate,
-        errors,
-        recipe.estimator,
-        checkpoints / f"estimator-{key}.pt",
-        device,
-        progress,
-    )
-    histories = {"surrogate": history, **estimator_histories}
-    return Fit(dataclasses.replace(surrogate, estimator=estimator), histories)
+    scalings = input_scaling, output_scaling
+    return _assemble(recipe, system, window, scalings, network), history
 
 
 def eigenvalues_at_rest(system: System) -> NDArray[np.complex128]:

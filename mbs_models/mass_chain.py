@@ -69,7 +69,9 @@ class MassChain(PlantSystem[MassChainPlant]):
         """Positions of the second, fourth and sixth mass in m, shape (3,)."""
         return self._coordinates[list(OBSERVED)]
 
-    def random_state(self, rng: np.random.Generator) -> State:
+    def random_state(
+        self, rng: np.random.Generator, first_input: FloatArray | None = None
+    ) -> State:
         """Positions U(-0.05, 0.05) m and velocities U(-2, 2) m/s."""
         coordinates = rng.uniform(-0.05, 0.05, MASSES)
         return State(coordinates, rng.uniform(-2.0, 2.0, MASSES), np.zeros(len(LOADED)))

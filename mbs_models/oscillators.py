@@ -74,7 +74,9 @@ class LinearOscillator(_OscillatorSystem):
         oscillator = Oscillator(mass, CubicSpring(stiffness, damping, 0.0), step, substeps)
         super().__init__(oscillator, "held", _force_signal(force_limit), position_limit)
 
-    def random_state(self, rng: np.random.Generator) -> State:
+    def random_state(
+        self, rng: np.random.Generator, first_input: FloatArray | None = None
+    ) -> State:
         """Position U(-0.5, 0.5) m and velocity U(-0.5, 0.5) m/s."""
         return _random_state(rng, 0.5, 0.5, 0.0)
 
@@ -112,7 +114,9 @@ class DuffingOscillator(_OscillatorSystem):
         oscillator = Oscillator(mass, CubicSpring(stiffness, damping, alpha), step, substeps)
         super().__init__(oscillator, "held", _force_signal(force_limit), position_limit)
 
-    def random_state(self, rng: np.random.Generator) -> State:
+    def random_state(
+        self, rng: np.random.Generator, first_input: FloatArray | None = None
+    ) -> State:
         """Position U(-1, 1) m and velocity U(-10, 10) m/s."""
         return _random_state(rng, 1.0, 10.0, 0.0)
 
@@ -154,7 +158,9 @@ class DuffingBaseMotion(_OscillatorSystem):
         base = Signal("base", "m", -base_limit, base_limit, "position of the base at step end")
         super().__init__(oscillator, "ramp", base, position_limit)
 
-    def random_state(self, rng: np.random.Generator) -> State:
+    def random_state(
+        self, rng: np.random.Generator, first_input: FloatArray | None = None
+    ) -> State:
         """Position U(-1, 1) m, velocity U(-10, 10) m/s, base uniform in its range."""
         return _random_state(rng, 1.0, 10.0, self.inputs[0].high)
 

@@ -1,4 +1,4 @@
-"""What reference systems on an explicit plant share: their state, and stepping from it."""
+"""What reference systems on an exudyn plant share: their state, and stepping from it."""
 
 from __future__ import annotations
 
@@ -7,9 +7,27 @@ from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from mbs_models.solver import ExplicitPlant
 from slide_fmu.signals import FloatArray
 from slide_fmu.systems.base import Linearization, State, System
+
+
+class Plant(Protocol):
+    """What goes on from a state by one sample step, and is linearized at a state."""
+
+    def set_state(self, coordinates: FloatArray, velocities: FloatArray) -> None:
+        """Continue from a state, shape (n,) each."""
+
+    def coordinates(self) -> FloatArray:
+        """Current coordinates, shape (n,)."""
+
+    def velocities(self) -> FloatArray:
+        """Current velocities, shape (n,)."""
+
+    def advance(self) -> None:
+        """Go on by one sample step; raise SimulationError where that fails."""
+
+    def linearize(self, coordinates: FloatArray, velocities: FloatArray) -> Linearization:
+        """Linearize at a state; the current state stays."""
 
 
 class Model(Protocol):
@@ -19,14 +37,15 @@ class Model(Protocol):
         plant: steps the system and linearizes it.
     """
 
-    plant: ExplicitPlant
+    @property
+    def plant(self) -> Plant: ...
 
 
 M = TypeVar("M", bound=Model)
 
 
 class PlantSystem(System, Generic[M]):
-    """A system without constraints that exudyn integrates; interface, never instantiated.
+    """A system that exudyn integrates; interface, never instantiated.
 
     The exudyn system is built on first use and left out when pickled; a copy goes on from the
     same state. Subclasses set ``step``, ``hold``, ``inputs`` and ``outputs``.
@@ -96,7 +115,7 @@ class PlantSystem(System, Generic[M]):
         return self.output()
 
     def linearize(self, state: State) -> Linearization:
-        """M, D, K at a state, no constraints; the current state stays."""
+        """M, D, K and G at a state; the current state stays."""
         return self._model().plant.linearize(state.coordinates, state.velocities)
 
     def _finite_inputs(self, what: str, inputs: FloatArray) -> FloatArray:

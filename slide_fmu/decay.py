@@ -104,12 +104,10 @@ def measured_decay(
     """
     if not inputs:
         raise ValueError("measured decay: no inputs; expected at least one record")
-    rates = [
-        _measured_rate(
-            system, record, system.random_state(rng), system.random_state(rng), remaining_amplitude
-        )
-        for record in inputs
-    ]
+    rates = []
+    for record in inputs:
+        one, other = (system.random_state(rng, record[0]) for _ in range(2))
+        rates.append(_measured_rate(system, record, one, other, remaining_amplitude))
     return _decay_of_rates(np.array(rates), remaining_amplitude)
 
 

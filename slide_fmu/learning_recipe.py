@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, PlainValidator
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, model_validator
 
 PositiveInt = Annotated[int, Field(gt=0)]
+FeatureNames = Annotated[tuple[str, ...], Field(min_length=1)]
 PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
@@ -28,6 +29,7 @@ class FeedForwardRecipe(Table):
         linear_skip: whether a linear path leads from the inputs to the outputs.
         time_invariant: one network for every position of the output window, which sees the
             n_in - n_out + 1 inputs before it; else one network gives the whole block.
+        features: names of the features that it sees (``slide_fmu.features``).
     """
 
     family: Literal["feed_forward"]
@@ -36,6 +38,11 @@ class FeedForwardRecipe(Table):
     bias: bool = True
     linear_skip: bool = False
     time_invariant: bool = False
+    features: FeatureNames = ("inputs",)
+
+    def feature_names(self) -> tuple[str, ...]:
+        """Names of all features that it uses."""
+        return self.features
 
 
 def _size_from(least: int) -> Callable[[Any], Any]:
@@ -61,19 +68,64 @@ class StateSpaceRecipe(Table):
         hidden: number of units; 0 for a linear network; ``"auto"``: raised likewise.
         padding: states that are added to the order for the units' use.
         units: activation. Cubic units suit polynomial springs, but have no bound: they may grow
-            without end beyond the trained range.
+            without end beyond the trained range. Gated units make the response linear with
+            coefficients that follow a schedule: for mechanisms whose inertia depends on their
+            configuration.
         bias: whether there are constant terms; without, the network answers -u with -y.
-        differences: 1 or 2: the cell also sees the first (and second) differences of the inputs,
-            for prescribed motions.
+        drive: names of the features that move the states (``slide_fmu.features``).
+        static: names of those that the outputs follow at once; as the drive if not given.
+        gated: names of those that gated units multiply beside the states; as the drive if not
+            given.
+        schedule: names of those that open and close gated units.
+        readout: names of factors of the outputs, as the lever arm of a rotation.
+        turned_pairs: pairs of states that gated units see in the turned frame of the features.
     """
 
     family: Literal["state_space"] = "state_space"
     order: Annotated[int | Literal["auto"], PlainValidator(_size_from(1))] = "auto"
     hidden: Annotated[int | Literal["auto"], PlainValidator(_size_from(0))] = "auto"
     padding: int = Field(default=2, ge=0)
-    units: Literal["tanh", "cubic"] = "tanh"
+    units: Literal["tanh", "cubic", "gated"] = "tanh"
     bias: bool = True
-    differences: int = Field(default=0, ge=0, le=2)
+    drive: FeatureNames = ("inputs",)
+    static: FeatureNames | None = None
+    gated: FeatureNames | None = None
+    schedule: tuple[str, ...] = ()
+    readout: tuple[str, ...] = ()
+    turned_pairs: int = Field(default=0, ge=0)
+
+    @model_validator(mode="after")
+    def _gated_units_have_a_schedule(self) -> StateSpaceRecipe:
+        gated = self.units == "gated"
+        if gated != bool(self.schedule):
+            raise ValueError(
+                f"units = {self.units!r} with schedule = {list(self.schedule)}; expected a "
+                "schedule for gated units, and for them alone"
+            )
+        if not gated and (self.gated is not None or self.turned_pairs):
+            raise ValueError(
+                f"units = {self.units!r} with gated = {self.gated}, turned_pairs = "
+                f"{self.turned_pairs}; expected neither without gated units"
+            )
+        if gated and not self.bias:
+            raise ValueError("bias = false with gated units; expected true")
+        return self
+
+    def roles(self) -> dict[str, tuple[str, ...]]:
+        """Names of the features in each of the ``slide_fmu.features.Roles``."""
+        gated = self.units == "gated"
+        return {
+            "drive": self.drive,
+            "static": self.drive if self.static is None else self.static,
+            "gated": (self.drive if self.gated is None else self.gated) if gated else (),
+            "schedule": self.schedule,
+            "readout": self.readout,
+            "turn": ("frame",) if self.turned_pairs else (),
+        }
+
+    def feature_names(self) -> tuple[str, ...]:
+        """Names of all features that it uses, each once."""
+        return tuple(dict.fromkeys(name for names in self.roles().values() for name in names))
 
 
 class LeastSquaresRecipe(Table):

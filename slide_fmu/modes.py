@@ -103,15 +103,15 @@ def nullspace(constraints: FloatArray, rank_tolerance: float = 1e-10) -> FloatAr
 
 
 def spectrum(
-    linearization: Linearization, remaining_amplitude: float = 0.01, rigid_below: float = 1e-5
+    linearization: Linearization, remaining_amplitude: float = 0.01, uncertainty: float = 1e-10
 ) -> Spectrum:
     """Modes of a linearized system in the directions that its constraints leave free.
 
     Args:
         linearization: M, D, K, G at one state.
         remaining_amplitude: fraction A_rel that initial effects decay to.
-        rigid_below: |v| under which a mode is a rigid-body mode, relative to the largest |v|;
-            numerical differentiation spreads the eigenvalues of such modes about zero.
+        uncertainty: of the stiffness, relative to its norm: rounding and numerical
+            differentiation. A mode that this alone would explain is a rigid-body mode.
 
     Raises:
         UnstableModeError: a mode has Re(v) > 0.
@@ -122,8 +122,9 @@ def spectrum(
         free.T @ matrix @ free
         for matrix in (linearization.mass, linearization.damping, linearization.stiffness)
     )
-    values, n_instant = _eigenvalues(mass, damping, stiffness)
-    rigid = np.abs(values) <= rigid_below * np.max(np.abs(values), initial=0.0)
+    values, shapes, n_instant = _eigenvalues(mass, damping, stiffness)
+    unresolved = uncertainty * float(np.linalg.norm(stiffness))
+    rigid = np.abs(values) <= _rigid_limits(mass, damping, unresolved, shapes)
     _refuse_growth(values[~rigid])
     one_of_each_pair = values[~rigid & (values.imag >= 0.0)].tolist()
     slowest_first = sorted(one_of_each_pair, key=lambda v: (-v.real, v.imag))
@@ -131,10 +132,24 @@ def spectrum(
     return Spectrum(modes, tuple(values[rigid].tolist()), n_instant)
 
 
+def _rigid_limits(
+    mass: FloatArray, damping: FloatArray, stiffness: float, shapes: NDArray[np.complex128]
+) -> FloatArray:
+    """|v| up to which a small stiffness k alone explains a slow mode: v^2 m + v d + k = 0.
+
+    Args:
+        stiffness: k in N/m for shapes of unit length, not negative.
+        shapes: one column for each mode, shape (n, n_modes).
+    """
+    m, d = (np.abs(np.sum(shapes.conj() * (matrix @ shapes), 0)) for matrix in (mass, damping))
+    root = d + np.sqrt(d**2 + 4 * m * stiffness)
+    return np.divide(2 * stiffness, root, out=np.zeros_like(root), where=root > 0)
+
+
 def _eigenvalues(
     mass: FloatArray, damping: FloatArray, stiffness: FloatArray
-) -> tuple[NDArray[np.complex128], int]:
-    """Finite eigenvalues v of v^2 M + v D + K, and the number of infinite ones.
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128], int]:
+    """Finite eigenvalues v of v^2 M + v D + K, their shapes, and the number of infinite ones.
 
     Solves A z = -v B z for z = [q, q'] with A = [[K, D], [0, -I]], B = [[0, M], [I, 0]]: the
     paper's form with I for M in the second row, so that a singular M gives infinite eigenvalues
@@ -146,7 +161,8 @@ def _eigenvalues(
             raise ValueError(f"linearization: {name} matrix is not finite")
     n = len(mass)
     if n == 0:
-        return np.zeros(0, dtype=np.complex128), 0
+        nothing = np.zeros(0, dtype=np.complex128)
+        return nothing, nothing[:, None], 0
     size, stiff, damped = (float(np.linalg.norm(m)) for m in (mass, stiffness, damping))
     if size == 0.0:
         raise ValueError("linearization: mass matrix is zero; expected mass in some coordinate")
@@ -154,7 +170,7 @@ def _eigenvalues(
     one, zero = np.eye(n), np.zeros((n, n))
     a = np.block([[stiffness / (size * rate**2), damping / (size * rate)], [zero, -one]])
     b = np.block([[zero, mass / size], [one, zero]])
-    alpha, beta = scipy.linalg.eig(a, -b, right=False, homogeneous_eigvals=True)
+    (alpha, beta), vectors = scipy.linalg.eig(a, -b, homogeneous_eigvals=True)
     scale = np.maximum(np.abs(alpha), np.abs(beta))
     if np.any(scale < 1e-12):
         raise ValueError(
@@ -162,7 +178,9 @@ def _eigenvalues(
             "expected one of them: fix it, or give it a constraint"
         )
     finite = np.abs(alpha) < INSTANT * np.abs(beta)
-    return rate * alpha[finite] / beta[finite], int(np.sum(~finite))
+    shapes = vectors[:n, finite]
+    shapes /= np.maximum(np.linalg.norm(shapes, axis=0), np.finfo(np.float64).tiny)
+    return rate * alpha[finite] / beta[finite], shapes, int(np.sum(~finite))
 
 
 def _refuse_growth(values: NDArray[np.complex128]) -> None:

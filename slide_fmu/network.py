@@ -1,8 +1,8 @@
 """Networks as data: what is left of a trained network, evaluated with numpy.
 
 The interface and the feed-forward family; the other family is in ``state_space.py``. A family is
-a final class of ``Network``, its reader and writer in ``payload.py``, and its kernel in the C
-runtime.
+a final class of ``Network``, its reader and writer in ``network_bytes.py``, and its kernel in the
+C runtime.
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from slide_fmu.features import BEFORE, Differences, FeatureMap
 
 Float32Array = NDArray[np.float32]
 
@@ -180,14 +182,14 @@ class Layer:
 
 
 class FeedForward(Network):
-    """Feed-forward network on the flattened sequence (time first, then channel). Final.
+    """Feed-forward network on the flattened features (time first, then feature). Final.
 
     Args:
         layers: at least one; the output of each fits the next.
         n_samples: length of the input sequence.
-        n_channels: number of input channels.
-        skip: optional linear path from the flattened input to the output,
-            shape (n_values, n_samples * n_channels).
+        features: what it sees of the inputs at each sample.
+        skip: optional linear path from the flattened features to the output,
+            shape (n_values, n_samples * n_features).
 
     Raises:
         ValueError: sizes do not fit.
@@ -197,34 +199,37 @@ class FeedForward(Network):
         self,
         layers: tuple[Layer, ...],
         n_samples: int,
-        n_channels: int,
+        features: FeatureMap,
         skip: Float32Array | None = None,
     ) -> None:
         if not layers:
             raise ValueError("feed-forward network without layers; expected at least one")
         if n_samples < 1:
             raise ValueError(f"network on {n_samples} samples; expected at least one")
-        width = n_samples * n_channels
+        width = n_first = n_samples * features.n_signals
         for index, layer in enumerate(layers):
             if layer.weights.shape[1] != width:
                 raise ValueError(
                     f"layer {index} takes {layer.weights.shape[1]} values; expected {width}"
                 )
             width = layer.weights.shape[0]
-        if skip is not None and skip.shape != (width, n_samples * n_channels):
-            raise ValueError(
-                f"linear skip of shape {skip.shape}; expected {(width, n_samples * n_channels)}"
-            )
+        if skip is not None and skip.shape != (width, n_first):
+            raise ValueError(f"linear skip of shape {skip.shape}; expected {(width, n_first)}")
         if skip is not None and not np.all(np.isfinite(skip)):
             raise ValueError("linear skip: a weight is not finite; was the training stable?")
         self.layers = layers
         self.skip = skip
+        self.features = features
         self.n_samples = self.n_needed = n_samples
-        self.n_channels = n_channels
+        self.n_channels = features.n_channels
         self.n_values = width
 
     def evaluate(self, sequences: NDArray[Any]) -> Float32Array:
-        flat = np.asarray(sequences, dtype=np.float32).reshape(len(sequences), -1)
+        return self.evaluate_features(self.features.along(sequences))
+
+    def evaluate_features(self, features: Float32Array) -> Float32Array:
+        """Evaluate on features of windows: (B, n_samples, n_features) to (B, n_values)."""
+        flat = np.asarray(features, dtype=np.float32).reshape(len(features), -1)
         hidden = flat
         for layer in self.layers:
             hidden = ACTIVATIONS[layer.activation](hidden @ layer.weights.T + layer.bias)
@@ -234,29 +239,33 @@ class FeedForward(Network):
 
     def block(self, sequences: NDArray[Any], n_out: int) -> Float32Array:
         """One evaluation that gives a block of samples, or one at each of n_out positions."""
-        if sequences.shape[1] == self.n_samples:
-            return self.evaluate(sequences).reshape(len(sequences), n_out, -1)
-        views = np.lib.stride_tricks.sliding_window_view(sequences, self.n_samples, axis=1)
+        features = self.features.along(sequences)
+        if features.shape[1] == self.n_samples:
+            return self.evaluate_features(features).reshape(len(features), n_out, -1)
+        views = np.lib.stride_tricks.sliding_window_view(features, self.n_samples, axis=1)
         windows = np.moveaxis(views[:, :n_out], -1, 2)
-        flat = windows.reshape(-1, self.n_samples, self.n_channels)
-        return self.evaluate(flat).reshape(len(sequences), n_out, -1)
+        flat = windows.reshape(-1, self.n_samples, self.features.n_signals)
+        return self.evaluate_features(flat).reshape(len(sequences), n_out, -1)
 
     def stream(self, records: NDArray[Any]) -> Float32Array:
-        return np.stack([self._slide_over(np.asarray(row, np.float32)) for row in records])
+        lead = self.n_samples - 1
+        padded = np.pad(np.asarray(records), ((0, 0), (lead, 0), (0, 0)), mode="edge")
+        return np.stack([self._slide_over(row) for row in self.features.along(padded)])
 
-    def _slide_over(self, record: Float32Array) -> Float32Array:
-        """Values of the window that ends at each sample: (N, n_channels) to (N, n_values)."""
-        lead = np.repeat(record[:1], self.n_samples - 1, axis=0)
-        padded, columns = np.concatenate([lead, record]), np.arange(self.n_samples)
-        starts = [np.arange(s, min(s + BATCH, len(record))) for s in range(0, len(record), BATCH)]
-        return np.concatenate([self.evaluate(padded[s[:, None] + columns]) for s in starts])
+    def _slide_over(self, padded: Float32Array) -> Float32Array:
+        """Values at the end of every window of features: (N + n_samples - 1, q) to (N, p)."""
+        count, columns = len(padded) - self.n_samples + 1, np.arange(self.n_samples)
+        starts = [np.arange(s, min(s + BATCH, count)) for s in range(0, count, BATCH)]
+        parts = [self.evaluate_features(padded[s[:, None] + columns]) for s in starts]
+        return np.concatenate(parts)
 
     def stepper(self) -> SlidingWindow:
         return SlidingWindow(self)
 
     @property
     def is_affine(self) -> bool:
-        return all(layer.activation == "identity" for layer in self.layers)
+        affine = all(layer.activation == "identity" for layer in self.layers)
+        return affine and isinstance(self.features.features, Differences)
 
     def count_parameters(self) -> int:
         count = sum(layer.weights.size + layer.bias.size for layer in self.layers)
@@ -268,16 +277,20 @@ class SlidingWindow(Stepper):
 
     def __init__(self, network: FeedForward) -> None:
         self._network = network
+        self._recent: NDArray[np.float64] | None = None
         self._window: Float32Array | None = None
 
     def step(self, row: NDArray[Any]) -> Float32Array:
-        newest = np.asarray(row, dtype=np.float32)[None]
-        if self._window is None:
-            self._window = np.repeat(newest, self._network.n_samples, axis=0)
+        network, newest = self._network, np.asarray(row, dtype=np.float64)[None]
+        if self._recent is None or self._window is None:
+            self._recent = np.repeat(newest, BEFORE + 1, axis=0)
+            seen = network.features.along(self._recent[None])[0, -1:]
+            self._window = np.repeat(seen, network.n_samples, axis=0)
         else:
-            self._window = np.concatenate([self._window[1:], newest])
-        values = self._network.evaluate(self._window[None])
-        return values.reshape(-1)
+            self._recent = np.concatenate([self._recent[1:], newest])
+            seen = network.features.along(self._recent[None])[0, -1:]
+            self._window = np.concatenate([self._window[1:], seen])
+        return network.evaluate_features(self._window[None]).reshape(-1)
 
     @property
     def truncation_error(self) -> Float32Array | None:

@@ -12,7 +12,7 @@ from typing import Any
 
 from slide_fmu import report as reports
 from slide_fmu.card import card
-from slide_fmu.data.sampling import recipe_system, system_parameters
+from slide_fmu.data.sampling import recipe_system, reference_parameters
 from slide_fmu.figures import side_by_side, stability_tests
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
 from slide_fmu.recipe import SPLITS, Recipe, parse_recipe, read_recipe_text
@@ -133,7 +133,8 @@ def generate_data(job: Job, workers: int | None, overwrite: bool) -> dict[str, A
     Raises:
         StoreError: the store was made from other values.
     """
-    from slide_fmu.data.generation import generate, process_pool
+    from slide_fmu.data.generation import generate
+    from slide_fmu.data.pool import process_pool
     from slide_fmu.data.store import remove_store
 
     if overwrite:
@@ -228,7 +229,7 @@ def write_reference(recipe: Recipe, path: Path) -> Path:
         LoadError: the system cannot be made.
         ValueError: the path does not end in ``.fmu``.
     """
-    return write_reference_fmu(recipe.system.model, system_parameters(recipe), path)
+    return write_reference_fmu(recipe.system.model, reference_parameters(recipe), path)
 
 
 def validate_fmu_file(fmu: Path, task: Task, bar: Bar) -> Validation:
@@ -241,7 +242,9 @@ def validate_fmu_file(fmu: Path, task: Task, bar: Bar) -> Validation:
     surrogate, found = read_fmu(fmu)
     recipe = recipe_of_provenance(found, str(fmu))
     advance = bar(_title(task))
-    return validate(fmu, surrogate, recipe, task, lambda done, n: advance(done, n, ""))
+    return validate(
+        fmu, surrogate, recipe, task, lambda done, n: advance(done, n, ""), workers=None
+    )
 
 
 def validation_report(validation: Validation) -> Report:

@@ -8,7 +8,8 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationError, model_validator
 
-from slide_fmu.excitation import Excitation, PositiveRange
+from slide_fmu.excitation.base import PositiveRange
+from slide_fmu.excitation.mix import Excitation
 from slide_fmu.learning_recipe import (
     METHODS,
     FeedForwardRecipe,
@@ -34,10 +35,13 @@ class SystemRecipe(Table):
     Attributes:
         model: ``"module:Class"`` of a ``slide_fmu.systems.base.System``.
         parameters: keyword arguments of the class beside ``step``.
+        reference: those that are other when an FMU is measured: a finer model may be the
+            reference of what a faster one has taught. Empty: the same model.
     """
 
     model: str = Field(pattern=r"^[\w.]+:\w+$")
     parameters: dict[str, float | int | str | bool] = Field(default={})
+    reference: dict[str, float | int | str | bool] = Field(default={})
 
 
 class WindowRecipe(Table):

@@ -21,6 +21,11 @@ from slide_fmu.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.validation import Validation
 
+MODEL_TEXT = (
+    " The reference is a finer model than the one that made the data; what that one errs on the "
+    "same inputs stands beside the surrogate's error."
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Section:
@@ -78,7 +83,8 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
         Section(
             "Side by side with the reference",
             f"{len(main.comparisons)} trajectories that no training saw (seed "
-            f"{main.task.seed}), the FMU and the reference FMU run by the same master.",
+            f"{main.task.seed}), the FMU and the reference FMU run by the same master."
+            + (MODEL_TEXT if main.recipe.system.reference else ""),
             _accuracy_rows(validations),
             pictures,
         ),
@@ -171,6 +177,7 @@ def _matrix_picture(learnt: FloatArray, exact: FloatArray) -> bytes:
 
 
 def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]:
+    with_model = any(validation.recipe.system.reference for validation in validations.values())
     rows: list[Sequence[str]] = [
         (
             "inputs",
@@ -180,6 +187,7 @@ def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]
             "relative RMSE",
             "median of trajectories (10 % .. 90 %)",
             "largest error",
+            *(["relative RMSE of the data's model"] if with_model else []),
         )
     ]
     for name, validation in validations.items():
@@ -195,6 +203,7 @@ def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]
                     f"{_percent(spread['median'])} ({_percent(spread['p10'])} .. "
                     f"{_percent(spread['p90'])})",
                     f"{output['max_error']:.4g} {unit}",
+                    *([_percent(output["model_relative_rmse"])] if with_model else []),
                 )
             )
     return rows

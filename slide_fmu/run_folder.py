@@ -114,7 +114,9 @@ class RunFolder:
 
 def _learnt(recipe: dict[str, Any]) -> dict[str, Any]:
     """What a recipe says about learning: not how the result is tested and measured."""
-    return {key: value for key, value in recipe.items() if key not in ("stability", "validation")}
+    learnt = {k: v for k, v in recipe.items() if k not in ("stability", "validation")}
+    learnt["system"] = {k: v for k, v in recipe["system"].items() if k != "reference"}
+    return learnt
 
 
 def _replace(path: Path, data: bytes) -> None:

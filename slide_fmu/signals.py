@@ -29,9 +29,10 @@ class Signal:
         low: smallest value of the intended range, in ``unit``.
         high: largest value of the intended range, in ``unit``.
         description: one line for people.
+        start: value before anybody sets one, within the range; the one nearest to 0 if None.
 
     Raises:
-        ValueError: the name is empty or the range is empty or not finite.
+        ValueError: the name is empty, the range is empty or not finite, or the start outside it.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Signal:
     low: float
     high: float
     description: str = ""
+    start: float | None = None
 
     def __post_init__(self) -> None:
         if not self.name or any(character.isspace() for character in self.name):
@@ -50,6 +52,16 @@ class Signal:
                 f"signal {self.name!r}: range [{self.low}, {self.high}] {self.unit}; "
                 "expected two finite numbers, the first smaller than the second"
             )
+        if self.start is not None and not self.low <= self.start <= self.high:
+            raise ValueError(
+                f"signal {self.name!r}: start {self.start}; expected a value within its range, "
+                f"{self.low} .. {self.high} {self.unit}"
+            )
+
+    @property
+    def start_value(self) -> float:
+        """Value before anybody sets one."""
+        return min(max(0.0, self.low), self.high) if self.start is None else self.start
 
 
 @dataclass(frozen=True, eq=False)

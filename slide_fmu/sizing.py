@@ -19,8 +19,12 @@ from slide_fmu.window import Window
 MOTIONS = 40
 """Motions along which is linearized, and pairs of motions whose meeting is measured."""
 POINTS_PER_MOTION = 10
+"""States along each motion, an input window apart at most."""
 MEASURED_DECAYS = 3.0
 """Length of the measured motions, in decay times."""
+MEASURED_SAMPLES, LEAST_MEASURED = 40_000, 4
+"""Samples after which no more motions are measured, but at least so many motions: where the decay
+takes long, a few pairs tell what the window needs."""
 
 
 class ShortWindowError(ValueError):
@@ -99,16 +103,18 @@ def size_window(recipe: Recipe, system: System, seed: int | None = None) -> Sizi
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
     training = split_stream(recipe, "train", 0)
     entropy = recipe.data.seed if seed is None else seed
-    stream = Stream(training.number, entropy, (1.0, 1.0), training.duration)
+    duration = min(training.duration, POINTS_PER_MOTION * window.n_in * window.step)
+    stream = Stream(training.number, entropy, (1.0, 1.0), duration)
     draws = [draw(recipe, system, stream, index) for index in range(MOTIONS)]
     states = [state for d in draws for state in _states_along(system, d.initial, d.inputs)]
     linearized = decay_along(system, states, amplitude)
     recommend_window(linearized.worst, window.step, window.n_out)  # refuses a lasting motion
     count = max(window.n_in, int(np.ceil(MEASURED_DECAYS * linearized.worst / window.step)))
-    records = [np.resize(d.inputs, (count, d.inputs.shape[1])) for d in draws]
+    measured_draws = draws[: max(LEAST_MEASURED, MEASURED_SAMPLES // count)]
+    records = [np.resize(d.inputs, (count, d.inputs.shape[1])) for d in measured_draws]
     rng = np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=(stream.number,)))
     measured = measured_decay(system, records, rng, amplitude)
-    rest = system.rest_state(np.array([0.5 * (s.low + s.high) for s in system.inputs]))
+    rest = system.rest_state(np.array([signal.start_value for signal in system.inputs]))
     modes = spectrum(system.linearize(rest), amplitude)
     return Sizing(window, amplitude, modes, linearized, measured)
 

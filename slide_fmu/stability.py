@@ -169,7 +169,7 @@ def _records(surrogate: Surrogate, recipe: Recipe, system: System, factor: float
     duration = count * surrogate.window.step
     stream = Stream(STABILITY, recipe.data.seed, (factor, factor), duration)
     drawn = [draw(recipe, system, stream, index).inputs[-count:] for index in range(RECORDS)]
-    return surrogate.network.features(surrogate.input_scaling.apply(np.array(drawn)))
+    return surrogate.network.features.along(surrogate.input_scaling.apply(np.array(drawn)))
 
 
 def _finite(value: float) -> float | None:

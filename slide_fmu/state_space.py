@@ -1,9 +1,15 @@
 """State-space networks: one small cell, run along the inputs, evaluated in three ways.
 
-The cell, with the features f_k of the scaled inputs and z_k = [x_k, f_k, 1]:
+The cell, with features of the scaled inputs in several roles (``slide_fmu.features``): the drive
+f, the static part w, the factors r:
 
-    x_{k+1} = A x_k + B f_k + E act(W z_k)
-    y_{k+1} = C x_{k+1} + D f_k + d0
+    x_{k+1} = A x_k + B f_k + T_k E h_k
+    y_{k+1} = sum over r in [1, r_k] of r (C_r x_{k+1} + D_r w_k + d_r)
+    h_k     = act(W [x_k, f_k, 1]),  or gated:  tanh(W [s_k, 1]) * (V [T_k' x_k, g_k])
+
+Gated units are linear in the state; the schedule s says how. T turns the first pairs of states
+from the frame in which gated units act into the fixed one. Without factors, r has no entries; in
+the simplest case f = w are the inputs.
 
 - Window: n_samples cells from x = 0; the values are a pure function of the window.
 - Recursive: one cell per sample, never restarted; it forgets by contraction alone.
@@ -11,9 +17,9 @@ The cell, with the features f_k of the scaled inputs and z_k = [x_k, f_k, 1]:
   and a step still costs two cells, whatever the window: the way of the FMU.
 
 They differ by what the cell has not forgotten. The ping-pong measures that between its restarts:
-the truncation error, see ``StateSpace.ping_pong``. (With differences among the features, windows
-of long records also differ in their first two samples: alone, a window counts its first input as
-held before it; within a record, the inputs before it are known.)
+the truncation error, see ``StateSpace.ping_pong``. (With changes among the features, windows of
+long records also differ in their first samples: alone, a window counts its first input as held
+before it; within a record, the inputs before it are known.)
 """
 
 from __future__ import annotations
@@ -24,13 +30,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.features import BEFORE, Differences, FeatureMap, Roles
 from slide_fmu.network import ACTIVATIONS, Float32Array, Network, Stepper, check_sequences
 
-CELL_ACTIVATIONS = ("tanh", "cubic")
+GATED = "gated"
+CELL_ACTIVATIONS = ("tanh", "cubic", GATED)
 """Activations that a cell may have: odd, and both exact and fast in the C runtime."""
-
-MAX_DIFFERENCES = 2
-"""Highest order of the differences among the features."""
 
 CHUNK = 1 << 16
 """Samples evaluated at once: bounds the memory of a long prediction."""
@@ -38,17 +43,21 @@ CHUNK = 1 << 16
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """Weights of the cell: n states, q features, H units, p values; all float32.
+    """Weights of the cell: n states, q drives, H units, m static features, R factors, p values.
+
+    All float32.
 
     Attributes:
         a: shape (n, n).
         b: shape (n, q).
         e: shape (n, H).
-        w: shape (H, n + q + 1), its columns in the order of z = [x, f, 1].
-        c: shape (p, n).
-        d: shape (p, q).
-        d0: shape (p,).
+        w: shape (H, n + q + 1), its columns in the order [x, f, 1]; of gated units
+            (H, n_schedule + 1), [s, 1].
+        c: shape (p R, n), the R rows of a value together.
+        d: shape (p R, m).
+        d0: shape (p R,).
         activation: one of ``CELL_ACTIVATIONS``; without units (H = 0) the cell is linear.
+        v: of gated units, shape (H, n + n_gated), [x, g]; else None.
 
     Raises:
         ValueError: shapes differ, values are not finite, or the activation is unknown.
@@ -62,14 +71,21 @@ class Cell:
     d: Float32Array
     d0: Float32Array
     activation: str = "tanh"
+    v: Float32Array | None = None
 
     def __post_init__(self) -> None:
         if self.activation not in CELL_ACTIVATIONS:
             raise ValueError(
                 f"cell: activation {self.activation!r}; expected one of {list(CELL_ACTIVATIONS)}"
             )
-        if self.a.ndim != 2 or min(self.b.ndim, self.e.ndim, self.c.ndim) != 2:
-            raise ValueError("cell: a, b, e or c is no matrix; expected two axes each")
+        matrices = (self.a, self.b, self.e, self.w, self.c, self.d)
+        if any(matrix.ndim != 2 for matrix in matrices):
+            raise ValueError("cell: a, b, e, w, c or d is no matrix; expected two axes each")
+        if (self.v is not None) != self.gated:
+            raise ValueError(
+                f"cell: activation {self.activation!r} and v {'is' if self.gated else 'not'} "
+                "missing; expected v for gated units alone"
+            )
         n, q, units, values = len(self.a), self.b.shape[1], self.e.shape[1], len(self.c)
         if n < 1 or values < 1:
             raise ValueError(f"cell of {n} states and {values} values; expected at least one each")
@@ -77,13 +93,25 @@ class Cell:
             "a": (n, n),
             "b": (n, q),
             "e": (n, units),
-            "w": (units, n + q + 1),
+            "w": (units, self.w.shape[1] if self.gated else n + q + 1),
             "c": (values, n),
-            "d": (values, q),
+            "d": (values, self.d.shape[1]),
             "d0": (values,),
         }
         for name, shape in expected.items():
             self._check(name, getattr(self, name), shape)
+        if self.v is not None:
+            if self.v.ndim != 2 or self.v.shape[1] < n or self.w.shape[1] < 1:
+                raise ValueError(
+                    f"cell: v of shape {self.v.shape}, w of shape {self.w.shape}; expected at "
+                    f"least {n} columns and 1"
+                )
+            self._check("v", self.v, (units, self.v.shape[1]))
+
+    @property
+    def gated(self) -> bool:
+        """Whether the units are gated."""
+        return self.activation == GATED
 
     def _check(self, name: str, weights: Float32Array, shape: tuple[int, ...]) -> None:
         if weights.shape != shape or weights.dtype != np.float32:
@@ -103,20 +131,18 @@ class Cell:
 class StateSpace(Network):
     """A cell along a sequence of scaled inputs. Final.
 
-    The features are the scaled inputs u, all channels, and behind them their differences,
-    u_k - u_{k-1} and u_k - 2 u_{k-1} + u_{k-2}, each divided by its ``feature_scale``. They are
-    formed in float64 and then rounded. Inputs before a sequence count as equal to its first.
+    Inputs before a sequence count as equal to its first.
 
     Args:
         cell: the weights.
         n_samples: inputs that a state sees before it counts: n_in of the window.
         n_out: samples over which the ping-pong fades to its younger state: n_out of the window.
-        n_channels: number of input channels.
-        differences: highest order of the differences among the features, 0 to 2.
-        feature_scale: shape (q,), q = n_channels (differences + 1); ones if not given.
+        features: what it sees of the inputs.
+        roles: what the features are for; all are drive and static part if not given.
+        turned: pairs of states, the first ones, that gated units see in the turned frame.
 
     Raises:
-        ValueError: sizes do not fit, or a scale is not positive and finite.
+        ValueError: sizes do not fit.
     """
 
     def __init__(
@@ -124,49 +150,31 @@ class StateSpace(Network):
         cell: Cell,
         n_samples: int,
         n_out: int,
-        n_channels: int,
-        differences: int = 0,
-        feature_scale: NDArray[Any] | None = None,
+        features: FeatureMap,
+        roles: Roles | None = None,
+        turned: int = 0,
     ) -> None:
         if not 1 <= n_out <= n_samples:
             raise ValueError(
                 f"state-space network: n_samples = {n_samples}, n_out = {n_out}; "
                 "expected 1 <= n_out <= n_samples"
             )
-        if not 0 <= differences <= MAX_DIFFERENCES:
-            raise ValueError(
-                f"state-space network: differences = {differences}; "
-                f"expected 0 to {MAX_DIFFERENCES}"
-            )
-        n_features = n_channels * (differences + 1)
-        if n_channels < 1 or cell.b.shape[1] != n_features:
-            raise ValueError(
-                f"state-space network: {n_channels} channels with differences to order "
-                f"{differences} make {n_features} features, but the cell takes {cell.b.shape[1]}"
-            )
-        scale = np.ones(n_features) if feature_scale is None else np.asarray(feature_scale)
-        scale = scale.astype(np.float32)
-        if scale.shape != (n_features,) or not np.all(np.isfinite(scale) & (scale > 0)):
-            raise ValueError(
-                f"state-space network: feature scale {scale.tolist()}; expected {n_features} "
-                "positive, finite numbers"
-            )
+        every = tuple(range(features.n_signals))
+        self.roles = Roles(drive=every, static=every) if roles is None else roles
+        _check_roles(cell, self.roles, features.n_signals, turned)
         self.cell = cell
+        self.features = features
+        self.turned = turned
         self.n_samples = n_samples
         self.n_needed = n_samples - n_out + 1
         self.n_out = n_out
-        self.n_channels = n_channels
-        self.n_values = len(cell.c)
-        self.differences = differences
-        self.feature_scale = scale
-        n = len(cell.a)  # what W, A and B, D share, in one product each
-        self._of_states = np.ascontiguousarray(np.concatenate([cell.w[:, :n], cell.a]).T)
-        self._of_features = np.concatenate([cell.w[:, n:-1], cell.b, cell.d]).T
-        self._constant = np.concatenate([cell.w[:, -1], np.zeros(n, np.float32), cell.d0])
+        self.n_channels = features.n_channels
+        self.n_values = len(cell.c) // (1 + len(self.roles.readout))
 
     @property
     def is_affine(self) -> bool:
-        return len(self.cell.w) == 0
+        plain = isinstance(self.features.features, Differences) and not self.roles.readout
+        return len(self.cell.w) == 0 and plain
 
     def count_parameters(self) -> int:
         return self.cell.count_parameters()
@@ -182,7 +190,7 @@ class StateSpace(Network):
         check_sequences(self, sequences)
         rows = max(1, CHUNK // self.n_samples)
         parts = [
-            self.run(self.features(sequences[first : first + rows]))[0][:, -n_out:]
+            self.run(self.features.along(sequences[first : first + rows]))[0][:, -n_out:]
             for first in range(0, len(sequences), rows)
         ]
         return np.concatenate(parts)
@@ -220,7 +228,7 @@ class StateSpace(Network):
         segments = 2 + -(-(length - 1) // n)
         lead, tail = 2 * n - 1, (segments - 2) * n - (length - 1)
         padded = np.pad(records, ((0, 0), (lead, tail), (0, 0)), mode="edge")
-        features = self.features(padded).reshape(count, segments, n, -1)
+        features = self.features.along(padded).reshape(count, segments, n, -1)
         rows = features.reshape(count * segments, n, -1)
         younger, states = self.run(rows)
         states = states.reshape(count, segments, -1)[:, :-1].reshape(-1, states.shape[-1])
@@ -249,20 +257,10 @@ class StateSpace(Network):
             Values, shape (B, N, n_values).
         """
         padded = np.pad(records, ((0, 0), (self.n_samples - 1, 0), (0, 0)), mode="edge")
-        return self.run(self.features(padded))[0][:, self.n_samples - 1 :]
+        return self.run(self.features.along(padded))[0][:, self.n_samples - 1 :]
 
     def stepper(self) -> PingPong:
         return PingPong(self)
-
-    def features(self, sequences: NDArray[Any]) -> Float32Array:
-        """Features f of scaled inputs: (B, N, n_channels) to (B, N, q), float32."""
-        latest = np.asarray(sequences, dtype=np.float64)
-        blocks = [latest]
-        for _ in range(self.differences):
-            latest = np.diff(latest, axis=1, prepend=latest[:, :1])
-            blocks.append(latest)
-        scaled = np.concatenate(blocks, axis=2) / self.feature_scale.astype(np.float64)
-        return scaled.astype(np.float32)
 
     def run(
         self, features: Float32Array, states: Float32Array | None = None
@@ -276,16 +274,104 @@ class StateSpace(Network):
         Returns:
             Values after each, shape (B, N, n_values), and x after the last, shape (B, n).
         """
-        cell, act = self.cell, ACTIVATIONS[self.cell.activation]
-        n, units = len(cell.a), len(cell.w)
-        driven = np.moveaxis(features, 1, 0) @ self._of_features + self._constant
-        x = np.zeros((len(features), n), np.float32) if states is None else states
-        values = driven[:, :, units + n :]
-        for row, value in zip(driven, values, strict=True):
-            total = x @ self._of_states + row[:, : units + n]
-            x = total[:, units:] + act(total[:, :units]) @ cell.e.T
-            value += x @ cell.c.T
+        x = np.zeros((len(features), len(self.cell.a)), np.float32) if states is None else states
+        by_sample = np.moveaxis(features, 1, 0)
+        run = self._run_gated if self.cell.gated else self._run_plain
+        states_after, x = run(by_sample, x)
+        values = self._values(states_after, by_sample)
         return np.ascontiguousarray(np.moveaxis(values, 0, 1)), x
+
+    def _run_plain(
+        self, features: Float32Array, x: Float32Array
+    ) -> tuple[Float32Array, Float32Array]:
+        """States (N, B, n) after features (N, B, q), and the last of them."""
+        cell, act, n = self.cell, ACTIVATIONS[self.cell.activation], len(self.cell.a)
+        of_states = np.ascontiguousarray(np.concatenate([cell.w[:, :n], cell.a]).T)
+        of_drive = np.concatenate([cell.w[:, n:-1], cell.b]).T
+        constant = np.concatenate([cell.w[:, -1], np.zeros(n, np.float32)])
+        driven = features[:, :, list(self.roles.drive)] @ of_drive + constant
+        units, states = len(cell.w), np.empty((*features.shape[:2], n), np.float32)
+        for row, state in zip(driven, states, strict=True):
+            total = x @ of_states + row
+            x = total[:, units:] + act(total[:, :units]) @ cell.e.T
+            state[:] = x
+        return states, x
+
+    def _run_gated(
+        self, features: Float32Array, x: Float32Array
+    ) -> tuple[Float32Array, Float32Array]:
+        """As ``_run_plain``, with gated units."""
+        cell, roles, n = self.cell, self.roles, len(self.cell.a)
+        assert cell.v is not None
+        driven = features[:, :, list(roles.drive)] @ cell.b.T
+        gates = np.tanh(features[:, :, list(roles.schedule)] @ cell.w[:, :-1].T + cell.w[:, -1])
+        offered = features[:, :, list(roles.gated)] @ cell.v[:, n:].T
+        turn = features[:, :, list(roles.turn)]
+        states = np.empty((*features.shape[:2], n), np.float32)
+        for k, state in enumerate(states):
+            seen = _turned(x, turn[k] * _BACK[: turn.shape[2]], self.turned)
+            units = gates[k] * (seen @ cell.v[:, :n].T + offered[k])
+            x = x @ cell.a.T + driven[k] + _turned(units @ cell.e.T, turn[k], self.turned)
+            state[:] = x
+        return states, x
+
+    def _values(self, states: Float32Array, features: Float32Array) -> Float32Array:
+        """Values (N, B, p) of states (N, B, n) and the features before them."""
+        cell, roles = self.cell, self.roles
+        parts = states @ cell.c.T + features[:, :, list(roles.static)] @ cell.d.T + cell.d0
+        if not roles.readout:
+            return np.asarray(parts)
+        factors = features[:, :, list(roles.readout)]
+        shares = parts.reshape(*parts.shape[:2], self.n_values, -1)
+        return np.asarray(shares[..., 0] + (shares[..., 1:] * factors[:, :, None]).sum(3))
+
+
+_BACK = np.array([1, -1], np.float32)
+"""Factors on cosine and sine that make the opposite turn."""
+
+
+def _turned(vectors: Float32Array, turn: Float32Array, pairs: int) -> Float32Array:
+    """Vectors (B, n) whose first pairs are turned by an angle with cosine and sine (B, 2)."""
+    if pairs == 0:
+        return vectors
+    c, s, result = turn[:, :1], turn[:, 1:], vectors.copy()
+    x, y = vectors[:, 0 : 2 * pairs : 2], vectors[:, 1 : 2 * pairs : 2]
+    result[:, 0 : 2 * pairs : 2], result[:, 1 : 2 * pairs : 2] = c * x - s * y, s * x + c * y
+    return result
+
+
+def _check_roles(cell: Cell, roles: Roles, n_signals: int, turned: int) -> None:
+    """Refuse roles that do not fit the cell.
+
+    Raises:
+        ValueError: with the numbers.
+    """
+    n, factors = len(cell.a), 1 + len(roles.readout)
+    if roles.highest() >= n_signals:
+        raise ValueError(
+            f"state-space network: role of feature {roles.highest()}; there are {n_signals}"
+        )
+    found = {"drive": cell.b.shape[1], "static": cell.d.shape[1], "schedule": 0, "gated": 0}
+    if cell.v is not None:
+        found |= {"schedule": cell.w.shape[1] - 1, "gated": cell.v.shape[1] - n}
+    for name, count in found.items():
+        if len(getattr(roles, name)) != count:
+            raise ValueError(
+                f"state-space network: {len(getattr(roles, name))} features are {name}; the "
+                f"cell takes {count}"
+            )
+    if len(cell.c) % factors:
+        raise ValueError(
+            f"state-space network: {len(cell.c)} rows of c; expected a multiple of {factors}, "
+            "one for each factor"
+        )
+    if not 0 <= 2 * turned <= n or len(roles.turn) != (2 if turned else 0):
+        raise ValueError(
+            f"state-space network: {turned} turned pairs of {n} states with {len(roles.turn)} "
+            "features of the turn; expected none, or cosine and sine and at most half the states"
+        )
+    if turned and not cell.gated:
+        raise ValueError("state-space network: turned states need gated units")
 
 
 class PingPong(Stepper):
@@ -303,7 +389,7 @@ class PingPong(Stepper):
     def step(self, row: NDArray[Any]) -> Float32Array:
         newest = np.asarray(row, dtype=np.float64)
         if self._recent is None:
-            self._recent = np.repeat(newest[None], MAX_DIFFERENCES + 1, axis=0)
+            self._recent = np.repeat(newest[None], BEFORE + 1, axis=0)
             for _ in range(2 * self._network.n_samples):
                 values = self._advance()
             return values
@@ -314,7 +400,7 @@ class PingPong(Stepper):
         """Take the newest input into both states; older first."""
         network = self._network
         assert self._recent is not None
-        features = network.features(self._recent[None])[:, -1:]
+        features = network.features.along(self._recent[None])[:, -1:]
         pairs, self._states = network.run(np.repeat(features, 2, axis=0), self._states)
         older, younger = pairs[:, 0]
         faded = self._fade[self._age] * (younger - older)

@@ -3,33 +3,40 @@
 from __future__ import annotations
 
 import math
+import os
 import tempfile
+import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from concurrent.futures import as_completed
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from slide_fmu.cosim import UnpackedFmu, run_fmu, unpacked
+from slide_fmu.data.pool import process_pool
 from slide_fmu.data.sampling import (
     TEST,
     Draw,
     Stream,
     draw,
     recipe_system,
-    system_parameters,
+    reference_parameters,
+    reference_system,
 )
 from slide_fmu.errors import moving_rms, relative_deviation, rms
 from slide_fmu.recipe import Recipe
 from slide_fmu.signals import FloatArray
 from slide_fmu.surrogate import Surrogate
-from slide_fmu.systems.base import System
+from slide_fmu.systems.base import System, simulate
 from slide_fmu.systems.reference_fmu import write_reference_fmu
 from slide_fmu.systems.reference_slave import FROM_STATE
 
 Progress = Callable[[int, int], None]
 """Called with the number of trajectories done and to do."""
+WORTH_PROCESSES = 20.0
+"""Work in s from which on worker processes, which take seconds to start, do the rest."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +80,8 @@ class Comparison:
         true_error: RMSE over the output window that ends at each sample, same shape; NaN where
             the output window reaches before the first scored sample.
         step_seconds: wall time per step of surrogate and reference, shapes (steps,).
+        model: outputs of the model that made the data, shape (N, n_outputs), or None where the
+            reference is the same model.
     """
 
     kind: int
@@ -83,6 +92,7 @@ class Comparison:
     estimate: FloatArray | None
     true_error: FloatArray
     step_seconds: tuple[FloatArray, FloatArray]
+    model: FloatArray | None
 
     @property
     def error(self) -> FloatArray:
@@ -128,7 +138,7 @@ class Validation:
         reference = np.concatenate([c.reference for c in self.comparisons])
         error = np.concatenate([c.error for c in self.comparisons])
         single = [float(rms(c.error)[index] / _rms(c.reference, index)) for c in self.comparisons]
-        return {
+        figures = {
             "name": signal.name,
             "unit": signal.unit,
             "rms_reference": float(rms(reference)[index]),
@@ -137,6 +147,11 @@ class Validation:
             "max_error": float(np.max(np.abs(error[:, index]))),
             "relative_rmse_of_trajectories": _quantiles(single),
         }
+        differences = [c.model - c.reference for c in self.comparisons if c.model is not None]
+        if differences:
+            model_error = rms(np.concatenate(differences))[index]
+            figures["model_relative_rmse"] = float(model_error / _rms(reference, index))
+        return figures
 
     def _excitations(self) -> list[dict[str, Any]]:
         rows = []
@@ -179,25 +194,54 @@ class Validation:
         }
 
 
+@dataclass(frozen=True, eq=False)
+class _Bench:
+    """What every trajectory is measured with; it goes to worker processes."""
+
+    fmu: UnpackedFmu
+    reference: UnpackedFmu
+    surrogate: Surrogate
+    recipe: Recipe
+    stream: Stream
+
+
+class _Models:
+    """The models of a recipe, made anew in every process: the reference, and the data's."""
+
+    def __init__(self, recipe: Recipe) -> None:
+        self.reference = reference_system(recipe)
+        self.data = recipe_system(recipe) if recipe.system.reference else None
+
+
 def validate(
-    fmu: Path, surrogate: Surrogate, recipe: Recipe, task: Task, progress: Progress
+    fmu: Path,
+    surrogate: Surrogate,
+    recipe: Recipe,
+    task: Task,
+    progress: Progress,
+    workers: int | None = 1,
 ) -> Validation:
     """Run an FMU and the reference FMU of its recipe side by side on unseen trajectories.
 
     Samples are scored from the end of the burn-in on, and not before the input window is filled
     with inputs of the trajectory. Where the estimate is scored, its output window is filled too.
+    Where the recipe has a reference of its own, the model that made the data is simulated on the
+    same inputs, to tell its error from that of the surrogate.
 
     Args:
         fmu: the surrogate FMU.
         surrogate: what is in it.
         recipe: what it was made from.
+        workers: processes that measure when there is much to do, one per core if None. Both FMUs
+            of a trajectory run in one process, one after the other.
 
     Raises:
         CoSimulationError: an FMU reports an error.
         LoadError: the reference system is not installed here.
+        SimulationError: the model that made the data could not be simulated.
         ValueError: the trajectories are too short to score anything.
     """
-    system = recipe_system(recipe)
+    models = _Models(recipe)
     count = task.trajectories or recipe.validation.trajectories
     duration = task.duration or recipe.validation.duration or recipe.data.duration
     stream = Stream(TEST, task.seed, task.amplitude, duration)
@@ -207,17 +251,70 @@ def validate(
             f"duration = {duration} s; expected at least {needed:g} s, so that the FMU's windows "
             "are filled and outputs are left to score"
         )
-    comparisons = []
     progress(0, count)
     with tempfile.TemporaryDirectory() as folder:
         reference_path = Path(folder) / "reference.fmu"
-        write_reference_fmu(recipe.system.model, system_parameters(recipe), reference_path)
+        write_reference_fmu(recipe.system.model, reference_parameters(recipe), reference_path)
         with unpacked(fmu) as fmu_files, unpacked(reference_path) as reference_files:
-            for index in range(count):
-                drawn = draw(recipe, system, stream, index)
-                comparisons.append(compare(fmu_files, reference_files, surrogate, system, drawn))
-                progress(index + 1, count)
+            bench = _Bench(fmu_files, reference_files, surrogate, recipe, stream)
+            comparisons = _measure_all(bench, models, count, workers, progress)
     return Validation(task, surrogate, recipe, tuple(comparisons))
+
+
+def _measure_all(
+    bench: _Bench, models: _Models, count: int, workers: int | None, progress: Progress
+) -> list[Comparison]:
+    """All trajectories in order; by worker processes if the first one took long."""
+    begin = time.perf_counter()
+    found = [_measure(bench, models, 0)]
+    seconds = time.perf_counter() - begin
+    progress(1, count)
+    workers = min(workers or os.cpu_count() or 1, count - 1)
+    if workers > 1 and seconds * (count - 1) > WORTH_PROCESSES:
+        return found + _measure_by_processes(bench, count, workers, progress)
+    for index in range(1, count):
+        found.append(_measure(bench, models, index))
+        progress(index + 1, count)
+    return found
+
+
+def _measure_by_processes(
+    bench: _Bench, count: int, workers: int, progress: Progress
+) -> list[Comparison]:
+    """All trajectories but the first, in order."""
+    with process_pool(workers, _set_up, (bench,)) as pool:
+        futures = [pool.submit(_measure_here, index) for index in range(1, count)]
+        try:
+            for done, future in enumerate(as_completed(futures), start=2):
+                future.result()
+                progress(done, count)
+        finally:
+            for future in futures:
+                future.cancel()
+    return [future.result() for future in futures]
+
+
+_here: list[tuple[_Bench, _Models]] = []
+"""What a worker process measures with."""
+
+
+def _set_up(bench: _Bench) -> None:
+    _here[:] = [(bench, _Models(bench.recipe))]
+
+
+def _measure_here(index: int) -> Comparison:
+    return _measure(*_here[0], index)
+
+
+def _measure(bench: _Bench, models: _Models, index: int) -> Comparison:
+    """Draw a trajectory and run everything on it."""
+    drawn = draw(bench.recipe, models.reference, bench.stream, index)
+    found = compare(bench.fmu, bench.reference, bench.surrogate, models.reference, drawn)
+    if models.data is None:
+        return found
+    own = draw(bench.recipe, models.data, bench.stream, index)
+    outputs = simulate(models.data, own.inputs, own.initial).outputs
+    return replace(found, model=outputs[len(outputs) - len(found.reference) :])
 
 
 def compare(
@@ -248,6 +345,7 @@ def compare(
         own.values[first:, len(names) :] if estimates else None,
         true_error,
         (own.seconds, true.seconds),
+        None,
     )
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from fmu.samples import CellShape, Shape
 from hypothesis import strategies as st
 
 from slide_fmu.network import ACTIVATIONS
 from slide_fmu.scaling import Affine, LogError
-from slide_fmu.state_space import CELL_ACTIVATIONS
+from slide_fmu.state_space import CELL_ACTIVATIONS, GATED
 from slide_fmu.window import Window
 
 numbers = st.floats(-1e6, 1e6)
@@ -38,13 +40,24 @@ def log_errors(draw: st.DrawFn) -> LogError:
 
 
 @st.composite
+def seen_features(draw: st.DrawFn, most: int = 3) -> dict[str, Any]:
+    """Inputs and the features formed of them: arguments of Shape."""
+    kind = draw(st.sampled_from(["differences", "differences", "director", "chain"]))
+    n_inputs = 2 if kind == "director" else draw(st.integers(1, most))
+    return {
+        "n_inputs": n_inputs,
+        "features": kind,
+        "differences": draw(st.integers(0, 2)),
+    }
+
+
+@st.composite
 def surrogate_shapes(draw: st.DrawFn) -> Shape:
     """Shapes of small surrogates: one-sample or block, with and without skip and estimator."""
     n_in = draw(st.integers(1, 10))
     return Shape(
         n_in=n_in,
         n_out=draw(st.integers(1, n_in)),
-        n_inputs=draw(st.integers(1, 3)),
         n_outputs=draw(st.integers(1, 3)),
         hidden=tuple(draw(st.lists(st.integers(1, 6), max_size=2))),
         activation=draw(st.sampled_from(list(ACTIVATIONS))),
@@ -53,6 +66,22 @@ def surrogate_shapes(draw: st.DrawFn) -> Shape:
         positions=draw(st.integers(0, n_in)),
         means=draw(st.booleans()),
         seed=draw(st.integers(0, 1000)),
+        **draw(seen_features()),
+    )
+
+
+@st.composite
+def cell_shapes(draw: st.DrawFn) -> CellShape:
+    """Small cells of all kinds."""
+    activation, states = draw(st.sampled_from(CELL_ACTIVATIONS)), draw(st.integers(1, 10))
+    return CellShape(
+        states=states,
+        units=draw(st.integers(0, 10)),
+        activation=activation,
+        estimates=draw(st.booleans()),
+        roles=draw(st.booleans()),
+        turned=draw(st.integers(0, states // 2)) if activation == GATED else 0,
+        factors=draw(st.sampled_from([0, 0, 1, 3])),
     )
 
 
@@ -63,20 +92,14 @@ def state_space_shapes(draw: st.DrawFn) -> Shape:
     return Shape(
         n_in=n_in,
         n_out=draw(st.integers(1, n_in)),
-        n_inputs=draw(st.integers(1, 3)),
         n_outputs=draw(st.integers(1, 3)),
         hidden=(4,),
         positions=draw(st.integers(0, n_in)),
         means=draw(st.booleans()),
         seed=draw(st.integers(0, 1000)),
         hold=draw(st.sampled_from(["held", "ramp"])),
-        cell=CellShape(
-            states=draw(st.integers(1, 10)),
-            units=draw(st.integers(0, 10)),
-            differences=draw(st.integers(0, 2)),
-            activation=draw(st.sampled_from(CELL_ACTIVATIONS)),
-            estimates=draw(st.booleans()),
-        ),
+        cell=draw(cell_shapes()),
+        **draw(seen_features()),
     )
 
 

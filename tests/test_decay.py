@@ -31,7 +31,9 @@ class Rates(System):
         self.step, self.hold = 0.1, "held"
         self.inputs = self.outputs = (Signal("x", "m", -1.0, 1.0),)
 
-    def random_state(self, rng: np.random.Generator) -> State:
+    def random_state(
+        self, rng: np.random.Generator, first_input: FloatArray | None = None
+    ) -> State:
         raise NotImplementedError
 
     def rest_state(self, held_input: FloatArray) -> State:

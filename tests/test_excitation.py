@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from slide_fmu.excitation import Excitation, choose_kind, draw_inputs
+from slide_fmu.excitation.mix import Excitation, choose_kind, draw_inputs
 from slide_fmu.signals import FloatArray, Signal
 
 STEP = 0.01
@@ -25,6 +25,16 @@ TABLES = {
     "steps": {"duration": [0.3, 0.5]},
     "rest": {"duration": [0.3, 0.5]},
 }
+DRAWN = {
+    "held_random": (1.28885499, 290.590784652, 0.775495966),
+    "moving_average_random": (-0.20126041, 282.360778815, 0.007079944),
+    "harmonic": (-0.928812107, 288.574654995, 0.670445743),
+    "sweep": (1.496348912, 297.630994378, 0.670445743),
+    "multisine": (-0.928874621, 287.36934394, 0.691773264),
+    "steps": (-1.042990384, 279.203493922, 0.106851274),
+    "rest": (-1.616877881, 290.0, 0.007079944),
+}
+"""Values that released data were drawn with: two of the signals, and the next random number."""
 BOUNDED = sorted(TABLES.keys() - {"multisine"})
 
 
@@ -58,6 +68,13 @@ def test_drawn_inputs_are_reproducible_and_independent_by_channel(name: str) -> 
     # correlations of independent channels, mean over seeds: harmonics of one frequency correlate
     parts = [np.corrcoef(drawn(seed).T)[np.triu_indices(3, 1)] for seed in range(30)]
     assert np.max(np.abs(np.mean(parts, axis=0))) < 0.3
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_draws_stay_those_of_released_data(name: str) -> None:
+    rng, kind = np.random.default_rng(12), kind_of(name, amplitude=[0.5, 1.0])
+    inputs = draw_inputs(kind, (FORCE, SHIFTED), TIME[:50], 1.3, rng)
+    assert (inputs[7, 0], inputs[49, 1], rng.random()) == pytest.approx(DRAWN[name], abs=1e-8)
 
 
 @pytest.mark.parametrize("name", BOUNDED)

@@ -8,11 +8,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import torch
+from fmu.plain import plain_features
 from fmu.samples import Shape, random_surrogate
 from hypothesis import given
 from strategies import surrogate_shapes
 from torch.nn import functional
 
+from slide_fmu.features import Differences, FeatureMap
 from slide_fmu.network import ACTIVATIONS, FeedForward, Layer
 
 ROUNDING = 1e-5
@@ -57,13 +59,14 @@ def plain_evaluation(network: FeedForward, sequence: np.ndarray) -> list[float]:
 def test_evaluation_is_the_plain_loop(shape: Shape) -> None:
     network = random_surrogate(shape).network
     assert isinstance(network, FeedForward)
-    rng = np.random.default_rng(shape.seed)
-    batch = rng.normal(size=(3, network.n_samples, network.n_channels)).astype(np.float32)
+    batch = np.random.default_rng(shape.seed).normal(
+        size=(3, network.n_samples, network.n_channels)
+    )
     found = network.evaluate(batch)
     assert found.dtype == np.float32
     assert found.shape == (3, network.n_values)
     for row, sequence in zip(found, batch, strict=True):
-        expected = plain_evaluation(network, sequence)
+        expected = plain_evaluation(network, plain_features(network.features, sequence))
         assert row == pytest.approx(expected, abs=ROUNDING, rel=ROUNDING)
 
 
@@ -84,23 +87,26 @@ def layer(n_in: int, n_out: int) -> Layer:
     return Layer(np.zeros((n_out, n_in), np.float32), np.zeros(n_out, np.float32), "relu")
 
 
+ONE, TWO = FeatureMap(Differences(1)), FeatureMap(Differences(2))
+
+
 def test_parameters_are_counted() -> None:
     skip = np.zeros((2, 6), np.float32)
-    assert FeedForward((layer(6, 4), layer(4, 2)), 3, 2).count_parameters() == 28 + 10
-    assert FeedForward((layer(6, 4), layer(4, 2)), 3, 2, skip).count_parameters() == 50
+    assert FeedForward((layer(6, 4), layer(4, 2)), 3, TWO).count_parameters() == 28 + 10
+    assert FeedForward((layer(6, 4), layer(4, 2)), 3, TWO, skip).count_parameters() == 50
 
 
 def test_sizes_that_do_not_fit_are_refused() -> None:
     with pytest.raises(ValueError, match="without layers"):
-        FeedForward((), 3, 2)
+        FeedForward((), 3, TWO)
     with pytest.raises(ValueError, match="layer 0 takes 5 values; expected 6"):
-        FeedForward((layer(5, 4),), 3, 2)
+        FeedForward((layer(5, 4),), 3, TWO)
     with pytest.raises(ValueError, match="layer 1 takes 3 values; expected 4"):
-        FeedForward((layer(6, 4), layer(3, 2)), 3, 2)
+        FeedForward((layer(6, 4), layer(3, 2)), 3, TWO)
     with pytest.raises(ValueError, match=r"linear skip of shape \(4, 5\); expected \(4, 6\)"):
-        FeedForward((layer(6, 4),), 3, 2, np.zeros((4, 5), np.float32))
+        FeedForward((layer(6, 4),), 3, TWO, np.zeros((4, 5), np.float32))
     with pytest.raises(ValueError, match="on 0 samples"):
-        FeedForward((layer(0, 4),), 0, 2)
+        FeedForward((layer(0, 4),), 0, TWO)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
@@ -111,7 +117,7 @@ def test_weights_are_finite(value: float) -> None:
     with pytest.raises(ValueError, match="not finite"):
         Layer(good, bad[0], "relu")
     with pytest.raises(ValueError, match=r"skip.*not finite"):
-        FeedForward((layer(1, 1),), 1, 1, bad)
+        FeedForward((layer(1, 1),), 1, ONE, bad)
 
 
 def test_layer_needs_a_known_activation_and_fitting_bias() -> None:

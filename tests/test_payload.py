@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import struct
 import zlib
 from collections.abc import Iterator
@@ -13,6 +14,7 @@ from fmu.samples import CellShape, Shape, random_surrogate
 from hypothesis import given
 from strategies import all_shapes
 
+from slide_fmu.features import ChainMotion, FeatureMap
 from slide_fmu.network import FeedForward, Network
 from slide_fmu.payload import PayloadError, decode, encode
 from slide_fmu.state_space import StateSpace
@@ -24,11 +26,24 @@ SMALL = random_surrogate(
 """About a thousand bytes with every kind of section, so that each of them can be damaged."""
 
 CELLS = random_surrogate(
-    Shape(n_in=3, n_out=2, positions=2, cell=CellShape(2, 3, differences=1, estimates=True))
+    Shape(n_in=3, n_out=2, positions=2, differences=1, cell=CellShape(2, 3, estimates=True))
 ).to_bytes()
 """The same with two state-space networks."""
 
-both_files = pytest.mark.parametrize("data", [SMALL, CELLS], ids=["feed_forward", "cells"])
+GATED = random_surrogate(
+    Shape(
+        n_in=3,
+        n_out=2,
+        n_inputs=2,
+        features="chain",
+        cell=CellShape(2, 2, "gated", turned=1, factors=1),
+    )
+).to_bytes()
+"""Gated units, with roles and the longest of the sets of features."""
+
+both_files = pytest.mark.parametrize(
+    "data", [SMALL, CELLS, GATED], ids=["feed_forward", "cells", "gated"]
+)
 
 
 def with_checksum(body: bytes) -> bytes:
@@ -44,13 +59,23 @@ def refused_or_read(data: bytes) -> bool:
     return False
 
 
+def features_of(features: FeatureMap) -> list[object]:
+    """All that makes features."""
+    normalised = [features.chosen, features.offset, features.scale]
+    if not isinstance(features.features, ChainMotion):
+        return [*normalised, *vars(features.features).values(), features.features.blocks]
+    own = dict(vars(features.features))
+    return [*normalised, *vars(own.pop("chain")).values(), *own.values()]
+
+
 def arrays_of(network: Network) -> list[object]:
     """All that makes a network, sizes and names among arrays."""
     sizes: list[object] = [network.n_samples, network.n_channels, network.n_values]
+    assert isinstance(network, StateSpace | FeedForward)
+    sizes += features_of(network.features)
     if isinstance(network, StateSpace):
-        rest = [network.n_out, network.differences, network.feature_scale]
+        rest = [network.n_out, network.turned, *vars(network.roles).values()]
         return [*sizes, *rest, *vars(network.cell).values()]
-    assert isinstance(network, FeedForward)
     layers = [value for layer in network.layers for value in vars(layer).values()]
     return [*sizes, network.skip is None, *layers, 0 if network.skip is None else network.skip]
 
@@ -120,25 +145,66 @@ def test_no_size_is_believed(data: bytes, value: int) -> None:
         refused_or_read(with_checksum(body))
 
 
-def test_sizes_of_a_cell_are_named() -> None:
-    """Words of the predictor: kind, n_samples, n_out, n, H, p, activation, differences."""
-    start = CELLS.index(b"PRED") + 8
-    wrong = [
-        (0, 3, "network of kind 3"),
-        (1, 4, "n_samples, n_out, n_values"),
-        (2, 1, "n_samples, n_out, n_values"),
-        (3, 0, "0 states"),
-        (5, 0, "0 values"),
-        (6, 2, "activation 2 of a cell"),
-        (7, 3, "differences 3"),
-        (3, 2**32 - 1, "bytes expected"),
-        (4, 2**32 - 1, "bytes expected"),
-    ]
-    for word, value, message in wrong:
+def refused_because(data: bytes, changes: list[tuple[int, int | float, str]], start: int) -> None:
+    """Each word from a place on, changed on its own, is refused with its message."""
+    for word, value, message in changes:
         place = start + 4 * word
-        body = CELLS[:place] + struct.pack("<I", value) + CELLS[place + 4 : -4]
+        number = struct.pack("<I" if isinstance(value, int) else "<d", value)
+        body = data[:place] + number + data[place + len(number) : -4]
         with pytest.raises(PayloadError, match=message):
             decode(with_checksum(body))
+
+
+def test_features_are_checked() -> None:
+    """Words: kind; set, order; count, signals 0 to 3; f64 offset[4]; f64 scale[4]."""
+    wrong: list[tuple[int, int | float, str]] = [
+        (0, 3, "network of kind 3"),
+        (1, 0, "features of set 0; expected 1, 2 or 3"),
+        (1, 2, "director of 1 inputs; expected 2"),
+        (2, 3, "differences = 3"),
+        (3, 0, "chosen features .*; expected at least one"),
+        (4, 2, "chosen features .* from 0 to 1"),
+        (3, 2**32 - 1, "bytes expected"),
+        (8, math.nan, "finite numbers"),
+        (16, math.inf, "finite numbers"),
+        (22, 0.0, "expected positive numbers"),
+        (22, -1.0, "expected positive numbers"),
+    ]
+    refused_because(CELLS, wrong, CELLS.index(b"PRED") + 8)
+
+
+def test_sizes_of_a_cell_are_named() -> None:
+    """Words after the features: n_samples, n_out, n, H, p, units, turned, roles."""
+    start = CELLS.index(b"PRED") + 8 + 4 * 24
+    wrong: list[tuple[int, int | float, str]] = [
+        (0, 4, "n_samples, n_out, n_values"),
+        (1, 1, "n_samples, n_out, n_values"),
+        (1, 0, "expected 1 <= n_out"),
+        (2, 0, "0 states"),
+        (4, 0, "0 values"),
+        (5, 2, "units 2 of a cell"),
+        (5, 7, "units 7 of a cell"),
+        (6, 1, "1 turned pairs"),
+        (8, 4, "role of feature 4; there are 4"),
+        (2, 2**32 - 1, "bytes expected"),
+        (3, 2**32 - 1, "bytes expected"),
+        (7, 2**32 - 1, "bytes expected"),
+    ]
+    refused_because(CELLS, wrong, start)
+
+
+def test_chains_are_checked() -> None:
+    """f64 step, then finite numbers; 8 joints would not fit."""
+    start = GATED.index(b"PRED") + 8 + 8
+    step = "expected a positive, finite step"
+    wrong: list[tuple[int, int | float, str]] = [
+        *((0, value, step) for value in (0.0, -1.0, math.nan, math.inf)),
+        (2, math.nan, "middle or half range"),
+        (8, math.inf, "middle or half range"),
+        (10, math.nan, "serial chain: a "),
+        (40, math.inf, "serial chain: inertias"),
+    ]
+    refused_because(GATED, wrong, start)
 
 
 def test_hold_is_checked() -> None:
@@ -149,7 +215,7 @@ def test_hold_is_checked() -> None:
 
 
 def test_huge_layer_is_refused_before_it_is_allocated() -> None:
-    place = SMALL.index(b"PRED") + 8 + 12
+    place = SMALL.index(b"PRED") + 8 + 12 + 4 * (1 + 2) + 16 * 2 + 4
     sizes = struct.pack("<II", 2**32 - 1, 2**32 - 1)
     with pytest.raises(PayloadError, match="bytes expected"):
         decode(with_checksum(SMALL[:place] + sizes + SMALL[place + 8 : -4]))
@@ -158,8 +224,8 @@ def test_huge_layer_is_refused_before_it_is_allocated() -> None:
 def test_messages_name_what_is_wrong() -> None:
     with pytest.raises(PayloadError, match="expected it to begin with 'SLIDEFMU'"):
         decode(b"PK\x03\x04" + bytes(100))
-    with pytest.raises(PayloadError, match="version 1; expected version 2"):
-        decode(with_checksum(SMALL[:8] + struct.pack("<I", 1) + SMALL[12:-4]))
+    with pytest.raises(PayloadError, match="version 2; expected version 3"):
+        decode(with_checksum(SMALL[:8] + struct.pack("<I", 2) + SMALL[12:-4]))
     with pytest.raises(PayloadError, match="checksum does not match"):
         decode(SMALL[:-4] + bytes(4))
     with pytest.raises(PayloadError, match="unexpected bytes"):

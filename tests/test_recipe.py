@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from recipes import ESTIMATOR, TINY, tiny_recipe
 
-from slide_fmu.data.sampling import recipe_system
+from slide_fmu.data.sampling import recipe_system, reference_parameters, system_parameters
 from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe, TrainingRecipe
 from slide_fmu.recipe import Recipe, RecipeError, load_recipe, parse_recipe
 
@@ -84,6 +84,69 @@ def test_each_mistake_gives_one_line_with_key_and_value(old: str, new: str, line
     assert message.count("\n") == 0
     assert message.startswith(f"mine.toml: {line}")
     assert len(message) < 250
+
+
+def test_reference_may_have_parameters_of_its_own() -> None:
+    text = TINY.replace("substeps = 6 }", "substeps = 6 }\nreference = { substeps = 48 }")
+    recipe = parse_recipe(text, "mine.toml")
+    assert recipe.system.reference == {"substeps": 48}
+    assert reference_parameters(recipe) == {"damping": 40.0, "substeps": 48, "step": 0.015625}
+    assert system_parameters(recipe) == {"damping": 40.0, "substeps": 6, "step": 0.015625}
+    assert Recipe.model_validate_json(recipe.model_dump_json()) == recipe
+    assert parse_recipe(TINY, "mine.toml").system.reference == {}
+    with pytest.raises(RecipeError, match=r"system\.reference = 48: Input should be a valid dict"):
+        parse_recipe(text.replace("{ substeps = 48 }", "48"), "mine.toml")
+
+
+MOTIONS = """
+[[data.excitation]]
+kind = "speed_ramps"
+weight = 1.0
+speed = 8.0
+acceleration = 20.0
+
+[[data.excitation]]
+kind = "point_to_point"
+weight = 2.0
+duration = [0.6, 2.0]
+ramp = [0.15, 0.5]
+speed = [1.4, 1.3]
+acceleration = [8.0, 10.0]
+dwell = 0.4
+"""
+
+
+def test_motions_are_kinds_of_excitation() -> None:
+    recipe = parse_recipe(TINY + MOTIONS, "mine.toml")
+    assert [kind.kind for kind in recipe.data.excitation[1:]] == ["speed_ramps", "point_to_point"]
+    assert Recipe.model_validate_json(recipe.model_dump_json()) == recipe
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        (
+            "ramp = [0.15, 0.5]",
+            "ramp = [0.15, 0.6]",
+            "data.excitation.2.point_to_point.ramp = [0.15, 0.6]: expected at most 0.5",
+        ),
+        (
+            "dwell = 0.4",
+            "keep = 0.7\nsingle = 0.4",
+            "data.excitation.2.point_to_point: keep = 0.7, single = 0.4; expected shares of",
+        ),
+        (
+            "acceleration = 20.0\n",
+            "",
+            "data.excitation.1.speed_ramps.acceleration is missing",
+        ),
+    ],
+)
+def test_mistakes_in_motions_give_one_line(old: str, new: str, line: str) -> None:
+    with pytest.raises(RecipeError) as caught:
+        parse_recipe(TINY + MOTIONS.replace(old, new, 1), "mine.toml")
+    assert str(caught.value).startswith(f"mine.toml: {line}")
+    assert "\n" not in str(caught.value)
 
 
 def test_several_mistakes_give_several_lines() -> None:
@@ -243,6 +306,56 @@ def test_mistakes_about_trajectories_beyond_the_range(key: str, line: str) -> No
     assert found.startswith(line)
 
 
+GATED = 'units = "gated"\nschedule = ["inputs"]\n'
+"""Keys of a state-space network with gated units."""
+
+
+def test_network_sees_the_inputs_unless_told_otherwise() -> None:
+    state_space, feed_forward = (
+        parse_recipe(text, "mine.toml").network for text in (WITHOUT_LEARNING, TINY)
+    )
+    assert isinstance(state_space, StateSpaceRecipe)
+    nothing: tuple[str, ...] = ()
+    assert state_space.roles() == {
+        "drive": ("inputs",), "static": ("inputs",), "gated": nothing,
+        "schedule": nothing, "readout": nothing, "turn": nothing,
+    }  # fmt: skip
+    assert state_space.feature_names() == feed_forward.feature_names() == ("inputs",)
+
+
+def test_features_of_gated_units_have_roles() -> None:
+    keys = 'drive = ["changes"]\nreadout = ["inputs"]\n'
+    recipe = parse_recipe(STATE_SPACE + GATED + keys + "turned_pairs = 2\n", "mine.toml")
+    assert Recipe.model_validate_json(recipe.model_dump_json()) == recipe
+    network = recipe.network
+    assert isinstance(network, StateSpaceRecipe)
+    assert network.roles() == {
+        "drive": ("changes",), "static": ("changes",), "gated": ("changes",),
+        "schedule": ("inputs",), "readout": ("inputs",), "turn": ("frame",),
+    }  # fmt: skip
+    assert network.feature_names() == ("changes", "inputs", "frame")
+    own = 'static = ["rates"]\ngated = ["wrench"]\n'
+    other = parse_recipe(STATE_SPACE + GATED + keys + own, "mine.toml").network
+    assert isinstance(other, StateSpaceRecipe)
+    assert other.roles() == {
+        "drive": ("changes",), "static": ("rates",), "gated": ("wrench",),
+        "schedule": ("inputs",), "readout": ("inputs",), "turn": (),
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("keys", "line"),
+    [
+        ("features = []", "network.features = []: Tuple should have at least 1 item"),
+        ("features = 2", "network.features = 2: Input should be a valid tuple"),
+        ("differences = 1", "network.differences is not a known key"),
+    ],
+)
+def test_mistakes_about_features_of_feed_forward_networks(keys: str, line: str) -> None:
+    (found,) = mistakes(TINY.replace("hidden = []", f"hidden = []\n{keys}"))
+    assert found.startswith(line)
+
+
 METHOD_LINE = "recipe: training.method = {!r}; expected {!r} for network.family = {!r}"
 
 
@@ -291,8 +404,32 @@ def test_method_that_does_not_suit_the_family_gives_one_line(text: str, line: st
         ('order = "some"', r"network\.order = 'some': expected a whole number from 1, or 'auto'"),
         ("hidden = true", r"network\.hidden = True: expected a whole number from 0, or 'auto'"),
         ("hidden = -1", r"network\.hidden = -1: expected a whole number from 0, or 'auto'"),
-        ("differences = 3", r"network\.differences = 3: Input should be less than or equal to"),
-        ('units = "relu"', r"network\.units = 'relu': Input should be 'tanh' or 'cubic'"),
+        ("differences = 2", r"network\.differences is not a known key"),
+        ('units = "relu"', r"network\.units = 'relu': Input should be 'tanh', 'cubic' or 'gated'"),
+        ("drive = []", r"network\.drive = \[\]: Tuple should have at least 1 item"),
+        ("static = []", r"network\.static = \[\]: Tuple should have at least 1 item"),
+        ('drive = "inputs"', r"network\.drive = 'inputs': Input should be a valid tuple"),
+        (GATED + "gated = []", r"network\.gated = \[\]: Tuple should have at least 1 item"),
+        (GATED + "turned_pairs = -1", r"network\.turned_pairs = -1: Input should be greater than"),
+        (
+            'units = "gated"',
+            r"network: units = 'gated' with schedule = \[\]; expected a schedule for gated units, "
+            "and for them alone$",
+        ),
+        (
+            'schedule = ["inputs"]',
+            r"network: units = 'tanh' with schedule = \['inputs'\]; expected a schedule for gated",
+        ),
+        (
+            'units = "cubic"\nturned_pairs = 1',
+            r"network: units = 'cubic' with gated = None, turned_pairs = 1; expected neither "
+            "without gated units$",
+        ),
+        (
+            'gated = ["inputs"]',
+            r"network: units = 'tanh' with gated = \('inputs',\), turned_pairs = 0; expected",
+        ),
+        (GATED + "bias = false", r"network: bias = false with gated units; expected true$"),
         ("[training]\npart = 0", r"training\.part = 0: Input should be greater than 0"),
         ("[stability]\namplitudes = []", r"stability.amplitudes = \[\]: "),
         ("[stability]\namplitudes = [1, 0]", r"stability.amplitudes.1 = 0: Input should be great"),

@@ -14,6 +14,7 @@ from fmu.samples import CellShape, random_cell
 from recipes import TINY, merged, tiny_recipe
 
 from slide_fmu.data.sampling import recipe_system
+from slide_fmu.features import Differences, FeatureMap, Roles
 from slide_fmu.figures import stability_tests
 from slide_fmu.learn.fit import range_scaling
 from slide_fmu.network import FeedForward, Layer, Network
@@ -50,6 +51,10 @@ RECIPE = recipe_of()
 SYSTEM = recipe_system(RECIPE)
 
 
+INPUTS = FeatureMap(Differences(1))
+"""Features that are the input."""
+
+
 def surrogate_of(network: Network, outputs: tuple[Signal, ...] = SYSTEM.outputs) -> Surrogate:
     window = Window(*(getattr(RECIPE.window, name) for name in ("step", "n_in", "n_out")))
     return Surrogate(
@@ -59,7 +64,7 @@ def surrogate_of(network: Network, outputs: tuple[Signal, ...] = SYSTEM.outputs)
 
 
 def network_of(cell: Cell) -> StateSpace:
-    return StateSpace(cell, RECIPE.window.n_in, RECIPE.window.n_out, 1)
+    return StateSpace(cell, RECIPE.window.n_in, RECIPE.window.n_out, INPUTS)
 
 
 def scalar_cell(
@@ -231,6 +236,59 @@ def test_two_lasting_responses_are_judged_by_the_worst_pair_in_range_the_median_
     assert tests[3].problem is None
 
 
+def gated_cell(pole: float, effect: float, factor: float = 0.0) -> StateSpace:
+    """x -> (pole + effect tanh(u)) x + u, y = (1 + factor u) x."""
+    one, zero = np.ones((1, 1), np.float32), np.zeros((1, 1), np.float32)
+    cell = Cell(
+        pole * one, one, effect * one, np.array([[1.0, 0.0]], np.float32),
+        np.array([[1.0], [factor]], np.float32), np.zeros((2, 1), np.float32),
+        np.zeros(2, np.float32), "gated", np.concatenate([one, zero], 1),
+    )  # fmt: skip
+    roles = Roles((0,), (0,), (0,), (0,), (0,))
+    return StateSpace(cell, RECIPE.window.n_in, RECIPE.window.n_out, INPUTS, roles)
+
+
+def test_gated_units_that_open_too_far_beyond_the_range_are_refused() -> None:
+    """Half open they contract; wide open, as large inputs hold them, they grow without bound."""
+    fine, wild = (
+        check_stability(surrogate_of(gated_cell(0.5, effect)), RECIPE, SYSTEM)
+        for effect in (0.3, 1.2)
+    )
+    assert all(test.problem is None for test in fine)
+    assert "outputs grow" in str(wild[-1].problem)
+    assert stability_tests(wild, 0.1).startswith(b"\x89PNG")
+
+
+def test_factors_let_outputs_grow_faster_than_the_inputs() -> None:
+    """With a factor that follows the input, as its square."""
+    tests = check_stability(surrogate_of(gated_cell(0.5, 0.0, factor=1e3)), RECIPE, SYSTEM)
+    for test in tests:
+        assert test.growth == pytest.approx(test.amplitude, rel=0.3)
+
+
+def test_records_are_seen_through_the_features() -> None:
+    """A network that sees changes alone, divided by a scale, answers as one that forms them."""
+    cell = scalar_cell(0.8)
+    window = RECIPE.window
+    changes = FeatureMap(Differences(1, 1), (1,), scale=np.array([0.25]))
+    network = StateSpace(cell, window.n_in, window.n_out, changes)
+    both = FeatureMap(Differences(1, 1))
+    column = np.zeros((1, 1), np.float32)
+    wide = replace(
+        cell,
+        b=np.concatenate([column, 4 * cell.b], 1),
+        w=np.insert(cell.w, 2, 0, axis=1),
+        d=np.concatenate([cell.d, column], 1),
+    )
+    other = StateSpace(wide, window.n_in, window.n_out, both)
+    found, expected = (
+        check_stability(surrogate_of(one), RECIPE, SYSTEM) for one in (network, other)
+    )
+    for one, two in zip(found, expected, strict=True):
+        assert one.growth == pytest.approx(two.growth, rel=ROUNDED)
+        assert one.differences == pytest.approx(two.differences, rel=ROUNDED, abs=1e-6)
+
+
 def test_unstable_network_may_be_allowed() -> None:
     recipe = recipe_of(allow_unstable=True)
     tests = examine(scalar_cell(1.5), recipe)
@@ -270,6 +328,6 @@ def test_tests_repeat_themselves() -> None:
 
 def test_networks_with_a_window_for_their_memory_are_not_tested() -> None:
     layer = Layer(np.ones((8, 48), np.float32), np.zeros(8, np.float32), "identity")
-    surrogate = surrogate_of(FeedForward((layer,), 48, 1))
+    surrogate = surrogate_of(FeedForward((layer,), 48, INPUTS))
     assert check_stability(surrogate, tiny_recipe(), SYSTEM) == ()
     require_stability((), tiny_recipe(), "nowhere.png")

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import state_space_shapes
 
+from slide_fmu.features import BEFORE, Differences, FeatureMap, Roles
 from slide_fmu.signals import FloatArray
 from slide_fmu.state_space import Cell, StateSpace
 
@@ -35,7 +36,7 @@ def test_window_is_the_plain_loop(shape: Shape) -> None:
     assert found.shape == (3, shape.n_outputs)
     assert blocks.shape == (3, shape.n_out, shape.n_outputs)
     for row, block, sequence in zip(found, blocks, batch, strict=True):
-        expected, _ = plain_pair(network, plain_features(network, sequence))
+        expected, _ = plain_pair(network, plain_features(network.features, sequence))
         assert block == pytest.approx(expected[-shape.n_out :], abs=ROUNDING)
         assert np.array_equal(row, block[-1])
 
@@ -44,7 +45,7 @@ def plain_ping_pong(network: StateSpace, record: FloatArray) -> tuple[FloatArray
     """The first input is held for 2 n_samples; then the record goes on."""
     lead = 2 * network.n_samples - 1
     held = np.concatenate([np.repeat(record[:1], lead, axis=0), record])
-    values, errors = plain_pair(network, plain_features(network, held))
+    values, errors = plain_pair(network, plain_features(network.features, held))
     return values[lead:], errors[lead:]
 
 
@@ -108,13 +109,13 @@ def test_no_jump_at_the_hand_over() -> None:
 
 @given(state_space_shapes())
 def test_memory_is_finite(shape: Shape) -> None:
-    """Inputs before the last 2 n_in and the two of the differences have no influence at all."""
+    """Inputs before the last 2 n_in and the three of the features have no influence at all."""
     network, rng = network_of(shape), np.random.default_rng(shape.seed)
     record = rng.normal(size=(4 * shape.n_in + 8, shape.n_inputs))
     changed = record.copy()
     first = 2 * shape.n_in + 3
     changed[:first] = rng.normal(size=(first, shape.n_inputs))
-    seen = first + 2 * shape.n_in + network.differences
+    seen = first + 2 * shape.n_in + BEFORE
     one, other = (network.stream(inputs[None])[0] for inputs in (record, changed))
     assert not np.array_equal(one[:first], other[:first])
     assert np.array_equal(one[seen:], other[seen:])
@@ -124,27 +125,31 @@ def test_memory_is_finite(shape: Shape) -> None:
         assert k < seen or np.array_equal(*pair)
 
 
-def test_differences_do_not_cancel() -> None:
-    """Small changes of large inputs keep six digits: they are formed before rounding."""
-    shape = Shape(n_in=4, n_out=1, cell=CellShape(differences=2))
-    network = network_of(shape)
-    sequence = 0.75 + 1e-8 * np.array([0.0, 1.0, 3.0, 6.0])
-    features = network.features(sequence[None, :, None])[0] * network.feature_scale
-    assert features[:, 1] == pytest.approx(1e-8 * np.array([0, 1, 2, 3]), rel=1e-6)
-    assert features[:, 2] == pytest.approx(1e-8 * np.array([0, 1, 1, 1]), rel=1e-6)
-
-
 def test_parameters_are_counted() -> None:
-    network = network_of(Shape(n_inputs=2, n_outputs=2, cell=CellShape(3, 5, differences=1)))
-    assert network.count_parameters() == 9 + 12 + 15 + 5 * 8 + 6 + 8 + 2
+    plain = Shape(n_inputs=2, n_outputs=2, cell=CellShape(3, 5))
+    assert network_of(plain).count_parameters() == 9 + 6 + 15 + 5 * 6 + 6 + 4 + 2
+    network = network_of(dataclasses.replace(plain, cell=CellShape(3, 5, "gated", factors=1)))
+    drive, static, gated, schedule = (
+        len(getattr(network.roles, name)) for name in ("drive", "static", "gated", "schedule")
+    )
+    units = 5 * (schedule + 1) + 5 * (3 + gated)
+    expected = 9 + 3 * drive + 15 + units + 4 * (3 + static + 1)
+    assert network.count_parameters() == expected
 
 
 def test_a_cell_without_units_is_affine() -> None:
     assert network_of(Shape(cell=CellShape(units=0))).is_affine
+    assert network_of(Shape(differences=2, cell=CellShape(units=0, roles=True))).is_affine
     assert not network_of(Shape(cell=CellShape(units=1))).is_affine
+    assert not network_of(Shape(cell=CellShape(units=0, factors=1))).is_affine
+    for features in ("director", "chain"):
+        shape = Shape(n_inputs=2, features=features, cell=CellShape(units=0))  # type: ignore[arg-type]
+        assert not network_of(shape).is_affine
 
 
 CELL = random_cell(CellShape(), 1, 1, 0)
+ONE, THREE = FeatureMap(Differences(1)), FeatureMap(Differences(3))
+ROLES = Roles(drive=(0,), static=(1, 2), gated=(2,), schedule=(0, 1), readout=(2,))
 
 
 @pytest.mark.parametrize(
@@ -165,23 +170,66 @@ def test_cells_that_do_not_fit_are_refused(change: dict[str, object], message: s
         dataclasses.replace(CELL, **change)  # type: ignore[arg-type]
 
 
+GATED_CELL = random_cell(CellShape(4, 5, "gated", factors=1), 3, 2, 0, ROLES)
+
+
+def test_gated_cells_need_v_and_others_have_none() -> None:
+    with pytest.raises(ValueError, match="'gated' and v is missing"):
+        dataclasses.replace(GATED_CELL, v=None)
+    with pytest.raises(ValueError, match="'tanh' and v not missing"):
+        dataclasses.replace(CELL, v=np.zeros((5, 3), np.float32))
+    with pytest.raises(ValueError, match=r"v of shape \(5, 3\), .* at least 4 columns"):
+        dataclasses.replace(GATED_CELL, v=np.zeros((5, 3), np.float32))
+    with pytest.raises(ValueError, match=r"v of shape \(6, 5\).*expected \(5, 5\)"):
+        dataclasses.replace(GATED_CELL, v=np.zeros((6, 5), np.float32))
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((CELL, 4, 5, 1), "n_samples = 4, n_out = 5"),
-        ((CELL, 4, 0, 1), "n_out = 0"),
-        ((CELL, 4, 2, 1, 3), "differences = 3; expected 0 to 2"),
-        ((CELL, 4, 2, 2), "2 features, but the cell takes 1"),
-        ((CELL, 4, 2, 1, 0, np.array([0.0])), "feature scale"),
-        ((CELL, 4, 2, 1, 0, np.array([math.inf])), "feature scale"),
-        ((CELL, 4, 2, 1, 0, np.ones(2)), "expected 1 positive"),
+        ((CELL, 4, 5, ONE), "n_samples = 4, n_out = 5"),
+        ((CELL, 4, 0, ONE), "n_out = 0"),
+        ((CELL, 4, 2, THREE), "3 features are drive; the cell takes 1"),
+        ((CELL, 4, 2, THREE, Roles((0,), (0, 1))), "2 features are static; the cell takes 1"),
+        ((CELL, 4, 2, THREE, Roles((3,), (0,))), "role of feature 3; there are 3"),
+        ((CELL, 4, 2, THREE, Roles((0,), (0,), gated=(1,))), "1 features are gated; .* takes 0"),
+        ((CELL, 4, 2, ONE, Roles((0,), (0,), readout=(0,))), "1 rows of c; .* multiple of 2"),
+        ((CELL, 4, 2, THREE, Roles((0,), (0,), turn=(1, 2)), 1), "need gated units"),
+        ((GATED_CELL, 4, 2, THREE, dataclasses.replace(ROLES, gated=())), "0 features are gated"),
+        ((GATED_CELL, 4, 2, THREE, ROLES, 1), "1 turned pairs of 4 states with 0 features"),
+        ((GATED_CELL, 4, 2, THREE, dataclasses.replace(ROLES, turn=(0, 1)), 3), "3 turned pairs"),
+        ((GATED_CELL, 4, 2, THREE, dataclasses.replace(ROLES, turn=(0, 1))), "0 turned pairs"),
     ],
 )
 def test_networks_that_do_not_fit_are_refused(
-    arguments: tuple[Cell, int, int, int], message: str
+    arguments: tuple[Cell, int, int, FeatureMap], message: str
 ) -> None:
     with pytest.raises(ValueError, match=message):
         StateSpace(*arguments)
+
+
+def test_gated_units_see_turned_states_and_push_turned_ones() -> None:
+    """Turning the drive, the states and the frame alike turns the response alike."""
+    cell = Cell(
+        a=0.5 * np.eye(2, dtype=np.float32),
+        b=np.eye(2, dtype=np.float32),
+        e=0.1 * np.ones((2, 3), np.float32),
+        w=np.ones((3, 1), np.float32),
+        c=np.eye(2, dtype=np.float32),
+        d=np.zeros((2, 0), np.float32),
+        d0=np.zeros(2, np.float32),
+        activation="gated",
+        v=np.array([[1, 0], [0, 1], [1, -1]], np.float32),
+    )
+    roles = Roles(drive=(0, 1), static=(), turn=(2, 3))
+    network = StateSpace(cell, 6, 1, FeatureMap(Differences(4)), roles, 1)
+    drive = np.random.default_rng(0).normal(size=(6, 2))
+    fixed = network.evaluate(np.hstack([drive, np.tile([1.0, 0.0], (6, 1))])[None])[0]
+    c, s = math.cos(0.7), math.sin(0.7)
+    turn = np.array([[c, -s], [s, c]])
+    turned = network.evaluate(np.hstack([drive @ turn.T, np.tile([c, s], (6, 1))])[None])[0]
+    assert turned == pytest.approx(turn @ fixed, abs=ROUNDING)
+    assert np.max(np.abs(turned - fixed)) > 0.1
 
 
 def test_sequences_of_another_length_are_refused() -> None:

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
-import os
 import threading
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from collections.abc import Callable
+from concurrent.futures import Executor, as_completed
 from pathlib import Path
 
 from slide_fmu.data.sampling import draw, probe, recipe_system, simulate_draw, split_stream
@@ -30,7 +27,7 @@ def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress)
 
     Args:
         path: the Zarr store.
-        executor: where to simulate; see ``process_pool``.
+        executor: where to simulate; see ``slide_fmu.data.pool``.
         progress: told at the start and after every trajectory.
 
     Raises:
@@ -55,26 +52,6 @@ def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress)
     finally:
         for future in futures:
             future.cancel()
-
-
-@contextmanager
-def process_pool(workers: int | None = None) -> Iterator[Executor]:
-    """A process pool whose workers end with their parent, however it ends."""
-    context = multiprocessing.get_context("spawn")
-    count = workers or os.cpu_count() or 1
-    with ProcessPoolExecutor(count, mp_context=context, initializer=_end_with_parent) as pool:
-        yield pool
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-
-    def wait() -> None:
-        if parent is not None:
-            parent.join()
-            os._exit(1)
-
-    threading.Thread(target=wait, daemon=True).start()
 
 
 class _Worker(threading.local):

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slide_fmu.excitation import choose_kind, draw_inputs
-from slide_fmu.recipe import Recipe
-from slide_fmu.signals import FloatArray, Trajectory
+from slide_fmu.excitation.mix import choose_kind, draw_inputs
+from slide_fmu.recipe import Recipe, RecipeError
+from slide_fmu.signals import FloatArray, Signal, Trajectory
 from slide_fmu.systems.base import State, System, simulate
 from slide_fmu.systems.loading import load_system
 
@@ -70,17 +70,70 @@ class Stream:
 
 
 def recipe_system(recipe: Recipe) -> System:
-    """The reference system of a recipe, at the recipe's sample step.
+    """The system that makes the data of a recipe, at the recipe's sample step.
 
     Raises:
         LoadError: model, class or parameters are not there.
+        RecipeError: an excitation of the recipe cannot drive the system's inputs.
     """
-    return load_system(recipe.system.model, system_parameters(recipe))
+    return _drivable(load_system(recipe.system.model, system_parameters(recipe)), recipe)
+
+
+def reference_system(recipe: Recipe) -> System:
+    """The system that the FMU of a recipe is measured against, at the recipe's sample step.
+
+    Raises:
+        LoadError: model, class or parameters are not there.
+        RecipeError: an excitation of the recipe cannot drive the system's inputs, or its signals
+            are not those of the system that makes the data.
+    """
+    system = _drivable(load_system(recipe.system.model, reference_parameters(recipe)), recipe)
+    if recipe.system.reference:
+        _require_same_signals(recipe, recipe_system(recipe), system)
+    return system
+
+
+def _drivable(system: System, recipe: Recipe) -> System:
+    """The system, if all excitations of the recipe can drive it."""
+    for index, kind in enumerate(recipe.data.excitation):
+        try:
+            kind.check(system.inputs)
+        except ValueError as error:
+            place = f"recipe {recipe.name!r}: data.excitation.{index}"
+            raise RecipeError(f"{place}: {error}") from error
+    return system
+
+
+def _require_same_signals(recipe: Recipe, made: System, reference: System) -> None:
+    """Refuse a reference with other inputs, or with outputs that mean something else."""
+    for what, found, wanted in (
+        ("inputs", _ranges(reference.inputs), _ranges(made.inputs)),
+        ("outputs", _units(reference.outputs), _units(made.outputs)),
+    ):
+        if found != wanted:
+            raise RecipeError(
+                f"recipe {recipe.name!r}: system.reference = {recipe.system.reference} changes "
+                f"the {what} to {found}; expected those of system.parameters, {wanted}: leave out "
+                "what changes them"
+            )
+
+
+def _ranges(signals: tuple[Signal, ...]) -> list[tuple[str, str, float, float]]:
+    return [(signal.name, signal.unit, signal.low, signal.high) for signal in signals]
+
+
+def _units(signals: tuple[Signal, ...]) -> list[tuple[str, str]]:
+    return [(signal.name, signal.unit) for signal in signals]
 
 
 def system_parameters(recipe: Recipe) -> dict[str, float | int | str | bool]:
-    """Keyword arguments of the recipe's system."""
+    """Keyword arguments of the system that makes the data."""
     return {**recipe.system.parameters, "step": recipe.window.step}
+
+
+def reference_parameters(recipe: Recipe) -> dict[str, float | int | str | bool]:
+    """Keyword arguments of the system that an FMU is measured against."""
+    return {**system_parameters(recipe), **recipe.system.reference, "step": recipe.window.step}
 
 
 def split_stream(recipe: Recipe, split: str, index: int) -> Stream:
@@ -95,7 +148,11 @@ def split_stream(recipe: Recipe, split: str, index: int) -> Stream:
 
 
 def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:
-    """Draw trajectory ``index`` of a stream; depends on nothing but the arguments."""
+    """Draw trajectory ``index`` of a stream; depends on nothing but the arguments.
+
+    Two systems of one recipe get the same inputs, but initial states of their own, which the
+    burn-in lets decay.
+    """
     seeds = np.random.SeedSequence(stream.seed, spawn_key=(stream.number, index))
     rng = np.random.default_rng(seeds)
     step = recipe.window.step
@@ -105,7 +162,7 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:
     time = step * np.arange(burn_in + count, dtype=np.float64)
     excitation = recipe.data.excitation[kind]
     inputs = draw_inputs(excitation, system.inputs, time, factor, rng)
-    return Draw(kind, factor, system.random_state(rng), inputs, burn_in)
+    return Draw(kind, factor, system.random_state(rng, inputs[0]), inputs, burn_in)
 
 
 def probe(recipe: Recipe, system: System) -> FloatArray:

@@ -59,7 +59,7 @@ class Layout:
 def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     """What the data depends on: a store made from other values is not used."""
     fingerprint = {
-        "system": recipe.system.model_dump(mode="json"),
+        "system": recipe.system.model_dump(mode="json", exclude={"reference"}),
         "step": recipe.window.step,
         "data": recipe.data.model_dump(mode="json"),
     }

@@ -35,8 +35,12 @@ def rescale(m: Matrices, states: torch.Tensor, whiten: bool) -> Matrices:
         spread = _spread(flat)
         there, back = torch.diag(1 / spread), torch.diag(spread)
     f = torch.cat([there @ m.f[:, :n] @ back, there @ m.f[:, n:]], 1)
-    w = torch.cat([m.w[:, :n] @ back, m.w[:, n:]], 1)
-    return Matrices(f, w, m.c @ back, m.d, m.d0)
+    w, v = m.w, m.v
+    if v.shape[1]:  # the units are gated: W does not see the states
+        v = torch.cat([v[:, :n] @ back, v[:, n:]], 1)
+    else:
+        w = torch.cat([w[:, :n] @ back, w[:, n:]], 1)
+    return Matrices(f, w, v, m.c @ back, m.d, m.constant)
 
 
 def _spread(states: torch.Tensor) -> torch.Tensor:
@@ -57,7 +61,7 @@ def widen(m: Matrices, old: CellShape, new: CellShape, generator: torch.Generato
     Returns:
         Shape (new.n_parameters,).
     """
-    n, q, units = old.n_states, old.n_features, old.n_units
+    n, q, units = old.n_states, len(old.roles.drive), old.n_units
     f = m.f.new_zeros(new.n_states, new.n_next)
     first = new.n_states + q
     f[:n, :n], f[:n, new.n_states : first] = m.f[:, :n], m.f[:, n : n + q]
@@ -65,11 +69,19 @@ def widen(m: Matrices, old: CellShape, new: CellShape, generator: torch.Generato
     for state in range(n, new.n_states):
         f[state, state] = PAD_POLE
         f[state, new.n_states + (state - n) % q] = PAD_GAIN
-    w = torch.randn(new.n_units, new.n_arguments, generator=generator, dtype=torch.float64)
-    w = (w / math.sqrt(new.n_arguments)).to(m.f)
-    w[:units] = 0
-    w[:units, :n] = m.w[:, :n]
-    w[:units, new.n_states :] = m.w[:, n : n + q + int(new.bias)]
-    c = m.c.new_zeros(new.n_outputs, new.n_states)
-    c[:, :n] = m.c
-    return new.join(Matrices(f, w, c, m.d, m.d0))
+    w = _random(new.n_units, new.n_arguments, generator).to(m.f)
+    v = _random(new.n_units, new.n_products if new.gated else 0, generator).to(m.f)
+    seeing = v if new.gated else w
+    seeing[:units], source = 0, m.v if new.gated else m.w
+    seeing[:units, :n], seeing[:units, new.n_states :] = source[:, :n], source[:, n:]
+    if new.gated:
+        w[:units] = m.w
+    c = m.c.new_zeros(new.n_outputs, new.n_factors, new.n_states)
+    c[:, :, :n] = m.c
+    return new.join(Matrices(f, w, v, c, m.d, m.constant))
+
+
+def _random(units: int, arguments: int, generator: torch.Generator) -> torch.Tensor:
+    """Normal numbers, such that sums over the arguments have unit variance."""
+    values = torch.randn(units, arguments, generator=generator, dtype=torch.float64)
+    return values / math.sqrt(max(1, arguments))

@@ -11,6 +11,7 @@ import torch
 from slide_fmu.data.store import Split
 from slide_fmu.errors import moving_rms
 from slide_fmu.learn.family import seeded_generator
+from slide_fmu.learn.feature_choice import feature_map, require_odd
 from slide_fmu.learn.feed_forward import FeedForwardModule
 from slide_fmu.learn.training import History, Objective, ProgressOf, train
 from slide_fmu.learn.windows import WindowData
@@ -18,6 +19,7 @@ from slide_fmu.recipe import EstimatorRecipe
 from slide_fmu.scaling import LogError
 from slide_fmu.signals import FloatArray
 from slide_fmu.surrogate import ErrorEstimator, Surrogate
+from slide_fmu.systems.base import System
 from slide_fmu.window import Window
 
 POSITIONS, BLOCKS = "error at single samples", "error estimator"
@@ -40,7 +42,7 @@ class EstimatorModule(torch.nn.Module):
     """Evaluates one network along a stretch; gives the log of its moving RMS. Final.
 
     Args:
-        network: gives eps of the samples (B, n_samples, n_inputs) it sees, or mu and eps.
+        network: gives eps of the features (B, n_samples, n_features) it sees, or mu and eps.
         positions: evaluations that one RMS is made of, each one sample later; 1: the network sees
             the whole window.
         log_error: map between eps and relative errors.
@@ -55,10 +57,10 @@ class EstimatorModule(torch.nn.Module):
         self.n_outputs = n_outputs
 
     def forward(self, windows: torch.Tensor) -> torch.Tensor:
-        """Stretches of inputs to eps at the ends of all whole windows in them.
+        """Stretches of features to eps at the ends of all whole windows in them.
 
         Args:
-            windows: shape (B, n_samples + positions - 1 + n, n_inputs).
+            windows: shape (B, n_samples + positions - 1 + n, n_features).
 
         Returns:
             Shape (B, (n + 1) * n_outputs), sample by sample.
@@ -114,6 +116,7 @@ def likelihood(log_error: LogError, resolution: float, n_outputs: int) -> Object
 
 def fit_estimator(
     surrogate: Surrogate,
+    system: System,
     splits: tuple[Split, Split],
     recipe: EstimatorRecipe,
     checkpoint: Path,
@@ -124,13 +127,15 @@ def fit_estimator(
 
     Args:
         surrogate: stays as it is.
+        system: what it stands for.
         splits: trajectories to learn from and to validate by; not those of the surrogate.
         checkpoint: file for the state of an interrupted training; one for the pretraining lies
             beside it.
 
     Raises:
         TrainingError: the training diverged.
-        ValueError: the surrogate makes no error above the resolution.
+        ValueError: the surrogate makes no error above the resolution, or signs shall be flipped
+            of features that do not follow.
     """
     window, n_outputs = surrogate.window, len(surrogate.outputs)
     dtype = getattr(torch, recipe.training.precision)
@@ -141,11 +146,16 @@ def fit_estimator(
     errors = [streamed_errors(surrogate, split) for split in splits]
     blocks = [block_errors(surrogate, error) for error in errors]
     log_error = _log_error(blocks[0][:, window.n_in :], recipe.resolution)
-    inputs = [tensor(surrogate.input_scaling.apply(split.inputs)) for split in splits]
+    scaled = [surrogate.input_scaling.apply(split.inputs) for split in splits]
+    features = feature_map(recipe.network, system, surrogate.input_scaling, scaled[0])
+    trainings = (recipe.training, recipe.pretraining)
+    if any(training is not None and training.flip_signs for training in trainings):
+        require_odd(features)
+    inputs = [tensor(features.along(values).astype(np.float64)) for values in scaled]
     positions = window.n_out if recipe.network.time_invariant else 1
     n_samples = window.n_in - positions + 1
     n_values = 2 * n_outputs if recipe.network.time_invariant else n_outputs
-    network = FeedForwardModule(recipe.network, n_samples, len(surrogate.inputs), n_values)
+    network = FeedForwardModule(recipe.network, n_samples, features, n_values)
     network.to(device, dtype)
     network.initialise(seeded_generator(recipe.training.seed, device))
     histories = {}

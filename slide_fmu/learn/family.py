@@ -57,8 +57,8 @@ def fit_feed_forward(
     if network.time_invariant:
         window = Window(window.step, window.receptive_field, 1)
     data = WindowData(*problem.training, window)
-    n_inputs, n_outputs = data.inputs.shape[2], data.targets.shape[2]
-    module = FeedForwardModule(network, window.n_in, n_inputs, window.n_out * n_outputs)
+    n_values = window.n_out * data.targets.shape[2]
+    module = FeedForwardModule(network, window.n_in, problem.features, n_values)
     module.to(data.inputs.device, data.inputs.dtype)
     module.initialise(seeded_generator(training.seed, data.inputs.device))
     validation = WindowData(*problem.validation, window)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import torch
 
+from slide_fmu.features import FeatureMap
 from slide_fmu.learning_recipe import FeedForwardRecipe
 from slide_fmu.network import FeedForward, Float32Array, Layer
 
@@ -36,17 +37,17 @@ class FeedForwardModule(torch.nn.Module):
     Args:
         recipe: hidden widths, activation, bias, linear skip.
         n_samples: length of the input sequence.
-        n_channels: number of input channels.
+        features: what it sees of the inputs at each sample.
         n_values: number of values it gives.
     """
 
     def __init__(
-        self, recipe: FeedForwardRecipe, n_samples: int, n_channels: int, n_values: int
+        self, recipe: FeedForwardRecipe, n_samples: int, features: FeatureMap, n_values: int
     ) -> None:
         super().__init__()
         self.recipe = recipe
-        self.n_samples, self.n_channels = n_samples, n_channels
-        first = n_samples * n_channels
+        self.n_samples, self.features = n_samples, features
+        first = n_samples * features.n_signals
         widths = (first, *recipe.hidden, n_values)
         self.linear = torch.nn.ModuleList(
             torch.nn.Linear(n_in, n_out, bias=recipe.bias)
@@ -64,7 +65,7 @@ class FeedForwardModule(torch.nn.Module):
                 torch.nn.init.zeros_(module.bias)
 
     def forward(self, windows: torch.Tensor) -> torch.Tensor:
-        """Windows (B, n_samples, n_channels) to values (B, n_values)."""
+        """Windows of features (B, n_samples, n_features) to values (B, n_values)."""
         flat = windows.flatten(1)
         hidden = flat
         for index, linear in enumerate(self.linear):
@@ -86,9 +87,7 @@ class FeedForwardModule(torch.nn.Module):
             weights = state[f"linear.{index}.weight"]
             bias = state.get(f"linear.{index}.bias", np.zeros(len(weights), np.float32))
             layers.append(Layer(weights, bias, name))
-        return FeedForward(
-            tuple(layers), self.n_samples, self.n_channels, state.get("skip.weight")
-        )
+        return FeedForward(tuple(layers), self.n_samples, self.features, state.get("skip.weight"))
 
 
 def _array(tensor: torch.Tensor) -> Float32Array:

@@ -17,6 +17,7 @@ from slide_fmu.data.sampling import probe
 from slide_fmu.data.store import Split, read_split, require_origin
 from slide_fmu.learn.estimator import fit_estimator
 from slide_fmu.learn.family import fit_network
+from slide_fmu.learn.feature_choice import feature_map, require_odd
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.training import History, ProgressOf
 from slide_fmu.learning_recipe import StateSpaceRecipe
@@ -31,6 +32,8 @@ from slide_fmu.window import Window
 
 STILL = 1e-9
 """A standard deviation below this part of the range is rounding, not motion."""
+FEATURE_SOURCES = ("features.py", "serial_chain.py")
+"""Beside this package: what networks see of the inputs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +75,7 @@ def fit_surrogate(
     )
     estimator, histories = fit_estimator(
         surrogate,
+        system,
         errors,
         recipe.estimator,
         checkpoints / f"estimator-{key}.pt",
@@ -104,13 +108,17 @@ def _fit_network(
     output_scaling = spread_scaling(system.outputs, splits[0])
     state_space = isinstance(recipe.network, StateSpaceRecipe)
     eigenvalues = eigenvalues_at_rest(system) if state_space else None
-    # differences of inputs are formed in double precision, before a fit rounds
     dtype = torch.float64 if state_space else getattr(torch, recipe.training.precision)
+    scaled_inputs = input_scaling.apply(splits[0].inputs)
+    features = feature_map(recipe.network, system, input_scaling, scaled_inputs)
+    if recipe.training.flip_signs:
+        require_odd(features)
 
     def scaled(split: Split) -> tuple[torch.Tensor, torch.Tensor]:
-        inputs, outputs = input_scaling.apply(split.inputs), output_scaling.apply(split.outputs)
+        seen = features.along(input_scaling.apply(split.inputs))
+        outputs = output_scaling.apply(split.outputs)
         return (
-            torch.as_tensor(inputs, dtype=dtype).to(device),
+            torch.as_tensor(seen, dtype=dtype).to(device),
             torch.as_tensor(outputs, dtype=dtype).to(device),
         )
 
@@ -126,6 +134,7 @@ def _fit_network(
     )
     problem = Problem(
         window,
+        features,
         scaled(splits[0]),
         scaled(splits[1]),
         checkpoints / f"surrogate-{key}.pt",
@@ -138,7 +147,7 @@ def _fit_network(
 
 
 def eigenvalues_at_rest(system: System) -> NDArray[np.complex128]:
-    """Eigenvalues in 1/s of the system linearized at rest under the middle of its inputs' ranges.
+    """Eigenvalues in 1/s of the system linearized at rest under its start inputs.
 
     Returns:
         One of each conjugate pair, without those of rigid-body modes.
@@ -146,8 +155,8 @@ def eigenvalues_at_rest(system: System) -> NDArray[np.complex128]:
     Raises:
         UnstableModeError: a mode grows.
     """
-    middle = np.array([0.5 * (signal.low + signal.high) for signal in system.inputs])
-    found = spectrum(system.linearize(system.rest_state(middle)))
+    start = np.array([signal.start_value for signal in system.inputs])
+    found = spectrum(system.linearize(system.rest_state(start)))
     return np.array([mode.eigenvalue for mode in found.modes], dtype=np.complex128)
 
 
@@ -223,8 +232,9 @@ def _content(split: Split) -> str:
 
 
 def _code() -> str:
-    """Digest of this package and torch: a checkpoint belongs to the code that wrote it."""
-    sources = sorted(Path(__file__).parent.glob("*.py"))
+    """Digest of this package, the features and torch: a checkpoint belongs to what wrote it."""
+    here = Path(__file__).parent
+    sources = [*sorted(here.glob("*.py")), *(here.parent / name for name in FEATURE_SOURCES)]
     text = b"".join(source.read_bytes() for source in sources) + torch.__version__.encode()
     return hashlib.sha256(text).hexdigest()
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
 import torch
 from numpy.typing import NDArray
-
-from slide_fmu.learn.cell import Matrices
 
 RIDGE = 1e-6
 """Of the impulse responses' regression, relative to the mean power of the features."""
@@ -18,32 +17,44 @@ LARGEST_POLE = 0.995
 LEAST_SHOWN = 0.03
 """Singular values of the impulse responses below this part of the largest show no state."""
 EXCITED_POWER = 0.999
-"""The excited band holds this part of the inputs' power."""
+"""The excited band holds this part of the drive's power."""
 
 
-def impulse_responses(features: torch.Tensor, targets: torch.Tensor, taps: int) -> torch.Tensor:
-    """Impulse responses by ridge regression on the last samples.
+class LinearModel(NamedTuple):
+    """x[k+1] = A x[k] + B f[k], y[k+1] = C x[k+1]."""
+
+    a: torch.Tensor
+    b: torch.Tensor
+    c: torch.Tensor
+
+
+def impulse_responses(
+    drive: torch.Tensor, static: torch.Tensor, targets: torch.Tensor, taps: int
+) -> torch.Tensor:
+    """Impulse responses to the drive by ridge regression on the last samples.
 
     Args:
-        features: shape (n_trajectories, N, q).
+        drive: shape (n_trajectories, N, q).
+        static: shape (n_trajectories, N, m): what the targets also follow at once.
         targets: shape (n_trajectories, N + 1, p); targets[k + 1] follows features[.. k].
         taps: their length.
 
     Returns:
         Shape (taps, p, q); the first is the response to the newest feature.
     """
-    q, p = features.shape[2], targets.shape[2]
-    width = taps * q + 1
-    matrix, right = features.new_zeros(width, width), features.new_zeros(width, p)
-    for record, target in zip(features, targets, strict=True):
+    q, p = drive.shape[2], targets.shape[2]
+    width = taps * q + static.shape[2] + 1
+    matrix, right = drive.new_zeros(width, width), drive.new_zeros(width, p)
+    for record, other, target in zip(drive, static, targets, strict=True):
         newest_first = record.unfold(0, taps, 1).flip(-1).transpose(1, 2)
         regressors = newest_first.reshape(len(newest_first), -1)
-        rows = torch.cat([regressors, regressors.new_ones(len(regressors), 1)], 1)
+        one = regressors.new_ones(len(regressors), 1)
+        rows = torch.cat([regressors, other[taps - 1 :], one], 1)
         matrix += rows.T @ rows
         right += rows.T @ target[taps:]
     matrix.diagonal().add_(RIDGE * matrix.diagonal()[:-1].mean())
     solution: torch.Tensor = torch.linalg.solve(matrix, right)
-    return solution[:-1].view(taps, q, p).transpose(1, 2)
+    return solution[: taps * q].view(taps, q, p).transpose(1, 2)
 
 
 def _hankel(responses: torch.Tensor, shift: int) -> torch.Tensor:
@@ -61,7 +72,7 @@ def states_shown(responses: torch.Tensor) -> int:
     return int((singular > LEAST_SHOWN * singular[0]).sum())
 
 
-def realize(responses: torch.Tensor, n_states: int) -> Matrices:
+def realize(responses: torch.Tensor, n_states: int) -> LinearModel:
     """A linear model of impulse responses: eigensystem realization (Juang and Pappa, 1985).
 
     Args:
@@ -82,32 +93,42 @@ def realize(responses: torch.Tensor, n_states: int) -> Matrices:
     root = singular[:n_states].clamp_min(1e-12 * float(singular[0])).sqrt()
     left, right = left[:, :n_states], right[:n_states].T
     a = (left / root).T @ _hankel(responses, 1) @ (right / root)
-    return _linear(a, (right * root).T[:, :q], (left * root)[:p])
+    return _pulled_inside(a, (right * root).T[:, :q], (left * root)[:p])
 
 
-def band_edge(inputs: torch.Tensor, step: float) -> float:
-    """Angular frequency in rad/s below which nearly all power of the inputs lies.
+def band_edge(drive: torch.Tensor, step: float) -> float:
+    """Angular frequency in rad/s below which nearly all power of the drive lies.
 
     Records fade in and out (Hann), else oscillations that do not close within them would leak.
 
     Args:
-        inputs: shape (n_trajectories, N, n_inputs).
+        drive: shape (n_trajectories, N, q).
         step: sample step in s.
     """
-    fade = torch.hann_window(inputs.shape[1], dtype=inputs.dtype, device=inputs.device)
-    faded = fade[:, None] * inputs
+    fade = torch.hann_window(drive.shape[1], dtype=drive.dtype, device=drive.device)
+    faded = fade[:, None] * drive
     power = torch.fft.rfft(faded, dim=1).abs().square().sum((0, 2)).cumsum(0)
     bins = int((power < EXCITED_POWER * power[-1]).sum())
-    return 2 * math.pi * bins / (inputs.shape[1] * step)
+    return 2 * math.pi * bins / (drive.shape[1] * step)
 
 
 def excited_eigenvalues(
-    eigenvalues: NDArray[np.complex128], inputs: torch.Tensor, step: float
+    eigenvalues: NDArray[np.complex128], drive: torch.Tensor, step: float
 ) -> NDArray[np.complex128]:
     """The eigenvalues in the excited band, the lowest first; at least one."""
     ordered = eigenvalues[np.argsort(np.abs(eigenvalues), kind="stable")]
-    count = int(np.sum(np.abs(ordered) <= band_edge(inputs, step)))
+    count = int(np.sum(np.abs(ordered) <= band_edge(drive, step)))
     return ordered[: max(1, count)]
+
+
+def lowest_eigenvalues(
+    eigenvalues: NDArray[np.complex128], order: int
+) -> NDArray[np.complex128] | None:
+    """The lowest eigenvalues that have so many states; None if no number of them has."""
+    ordered = eigenvalues[np.argsort(np.abs(eigenvalues), kind="stable")]
+    states = np.cumsum(np.where(ordered.imag != 0, 2, 1))
+    found = np.flatnonzero(states == order)
+    return ordered[: found[0] + 1] if found.size else None
 
 
 def states_of(eigenvalues: NDArray[np.complex128]) -> int:
@@ -120,7 +141,7 @@ def from_eigenvalues(
     step: float,
     sizes: tuple[int, int],
     generator: torch.Generator,
-) -> Matrices:
+) -> LinearModel:
     """A linear model in modal form with the poles exp(v h), and random B and C.
 
     Args:
@@ -139,16 +160,14 @@ def from_eigenvalues(
         return torch.randn(*shape, generator=generator, dtype=torch.float64)
 
     scale = 1 / math.sqrt(len(a))
-    return _linear(a, scale * random(len(a), sizes[0]), scale * random(sizes[1], len(a)))
+    return _pulled_inside(a, scale * random(len(a), sizes[0]), scale * random(sizes[1], len(a)))
 
 
-def _linear(a: torch.Tensor, b: torch.Tensor, c: torch.Tensor) -> Matrices:
-    """Matrices of a linear model, its poles pulled inside the circle."""
+def _pulled_inside(a: torch.Tensor, b: torch.Tensor, c: torch.Tensor) -> LinearModel:
+    """A linear model with its poles pulled inside the circle."""
     values, vectors = torch.linalg.eig(a)
     radius = values.abs()
     if float(radius.max()) > LARGEST_POLE:
         kept = values * (LARGEST_POLE / radius).clamp_max(1.0)
         a = torch.linalg.solve(vectors, kept * vectors, left=False).real.contiguous()
-    n, q, p = len(a), b.shape[1], len(c)
-    nothing = a.new_zeros(0, n + q + 1)
-    return Matrices(torch.cat([a, b], 1), nothing, c, a.new_zeros(p, q), a.new_zeros(p))
+    return LinearModel(a, b, c)

@@ -1,9 +1,10 @@
 """Sum of squares, gradient and Gauss-Newton matrix of a cell, by forward sensitivities.
 
-S[k] = dx[k]/dtheta follows S[k+1] = (A + E act' W_x) S[k] + df/dtheta along the segments. J'J and
-J'r are accumulated over blocks of samples, so that J itself is never stored. Where residuals
-outnumber the parameters by far, J'J is taken from every second, fourth or eighth sample and
-scaled: neighbours say nearly the same, and the gradient, which decides where a fit ends, has all.
+S[k] = dx[k]/dtheta follows S[k+1] = (A + E act' W_x) S[k] + df/dtheta along the segments (gated
+units: A + T E diag(gates) V_x T'). J'J and J'r are accumulated over blocks of samples, so that J
+itself is never stored. Where residuals outnumber the parameters by far, J'J is taken from every
+second, fourth or eighth sample and scaled: neighbours say nearly the same, and the gradient, which
+decides where a fit ends, has all.
 """
 
 from __future__ import annotations
@@ -12,7 +13,16 @@ from dataclasses import dataclass
 
 import torch
 
-from slide_fmu.learn.cell import UNITS, CellShape, Matrices, simulate
+from slide_fmu.learn.cell import (
+    ACTIVATIONS,
+    CellShape,
+    Matrices,
+    Sequences,
+    opposite,
+    simulate,
+    turned,
+    values,
+)
 from slide_fmu.learn.segments import Segments
 
 SENSITIVITIES = {"cpu": 150_000, "cuda": 100_000_000}
@@ -88,23 +98,32 @@ class _Accumulator:
 class _Rows:
     """Rows of J of a block of samples, with views on the parts of the output's parameters."""
 
-    def __init__(self, shape: CellShape, theta: torch.Tensor, weights: torch.Tensor) -> None:
-        batch, n, q, p = len(weights), shape.n_states, shape.n_features, shape.n_outputs
+    def __init__(self, shape: CellShape, theta: torch.Tensor, batch: int) -> None:
+        p, factors = shape.n_outputs, shape.n_factors
         self.rows = theta.new_zeros(BLOCK, batch, p, shape.n_parameters)
         self.residuals = theta.new_zeros(BLOCK, batch, p)
-        dynamic, (_, _, c, d, _) = shape.n_dynamic, shape.sizes
-        self.dynamic = self.rows[..., :dynamic]
-        # rows of output i belong to row i of C, D and d0 only
-        self.c = self._own(dynamic, p, n)
-        self.d = self._own(dynamic + c, p, q)
-        if shape.bias:
-            self._own(dynamic + c + d, p, 1).copy_(weights[:, None, None])
+        self.dynamic = self.rows[..., : shape.n_dynamic]
+        # rows of output i belong to block i of C, D and d only
+        sizes, first = shape.sizes[3:], shape.n_dynamic
+        self.own = []
+        for size in sizes:
+            part = self.rows[..., first : first + size]
+            own = part.view(BLOCK, batch, p, p, size // p).diagonal(dim1=2, dim2=3)
+            shape_of_own = (BLOCK, batch, factors, size // (p * factors), p)
+            self.own.append(own.view(shape_of_own) if size else None)
+            first += size
         self.filled = 0
 
-    def _own(self, first: int, p: int, n: int) -> torch.Tensor:
-        """Of the p x n parameters from the first on, each output's own: (block, B, n, p)."""
-        part = self.rows[..., first : first + p * n]
-        return part.view(*part.shape[:2], p, p, n).diagonal(dim1=2, dim2=3)
+    def fill_own(self, parts: tuple[torch.Tensor, ...], factors: torch.Tensor) -> None:
+        """The next row: of C, D and d, the products of all factors with x, w and 1.
+
+        Args:
+            parts: x, w and 1, shape (B, ...) each.
+            factors: [1, r], weighted, shape (B, R).
+        """
+        for own, part in zip(self.own, parts, strict=True):
+            if own is not None:
+                own[self.filled] = (factors[:, :, None] * part[:, None, :])[..., None]
 
     def take(self) -> tuple[torch.Tensor, torch.Tensor]:
         """The filled rows and residuals; the block is empty again."""
@@ -113,63 +132,122 @@ class _Rows:
 
 
 class _Sensitivities:
-    """S = dx/dtheta of a chunk, shape (B, n, n_dynamic), and its recursion."""
+    """S = dx/dtheta of a chunk, shape (B, n, n_dynamic), with the state x, and their recursion."""
 
-    def __init__(self, shape: CellShape, m: Matrices, batch: int) -> None:
-        n, q = shape.n_states, shape.n_features
-        self.shape, self.m = shape, m
-        self.a, self.e = m.f[:, :n].contiguous(), m.f[:, n + q :].contiguous()
-        self.w = m.w[:, :n].contiguous()
+    def __init__(self, shape: CellShape, m: Matrices, sequences: Sequences) -> None:
+        n, q = shape.n_states, len(shape.roles.drive)
+        batch = sequences.drive.shape[1]
+        self.shape, self.m, self._sequences = shape, m, sequences
+        self._a, self._b = m.f[:, :n].contiguous(), m.f[:, n : n + q].T.contiguous()
+        self._e = m.f[:, n + q :].contiguous()
+        self.state = m.f.new_zeros(batch, n)
         self.values = m.f.new_zeros(batch, n, shape.n_dynamic)
         self._next = torch.empty_like(self.values)
 
-    def advance(self, arguments: torch.Tensor, terms: torch.Tensor, slope: torch.Tensor) -> None:
-        """One sample on.
-
-        Args:
-            arguments: [x, f, 1], shape (B, n_arguments).
-            terms: [x, f, act], shape (B, n_next).
-            slope: derivative of the units, shape (B, n_units).
-        """
-        shape = self.shape
-        gain = self.e * slope[:, None, :]
-        torch.bmm(self.a + gain @ self.w, self.values, out=self._next)
+    def advance(self, k: int) -> None:
+        """Take in sample k."""
+        step = self._gated if self.shape.gated else self._plain
+        units, acting, slopes, terms = step(k)
+        drive = self._sequences.drive[k]
+        torch.bmm(self._a + slopes, self.values, out=self._next)
         self.values, self._next = self._next, self.values
-        batch, n = self.values.shape[:2]
+        self._add_direct(torch.cat([self.state, drive], 1), units, acting)
+        first = self.shape.sizes[0]
+        for gain, arguments in terms:
+            size = gain.shape[2] * arguments.shape[1]
+            part = self.values[..., first : first + size]
+            part.view(*gain.shape, arguments.shape[1]).add_(
+                gain[..., None] * arguments[:, None, None, :]
+            )
+            first += size
+        moved = torch.bmm(acting, units[..., None])[..., 0]
+        self.state = torch.addmm(drive @ self._b, self.state, self._a.T) + moved
+
+    def _add_direct(self, linear: torch.Tensor, units: torch.Tensor, acting: torch.Tensor) -> None:
+        """What the state depends on F directly; ``acting`` is T E, shape (B, n, H)."""
+        shape, (batch, n) = self.shape, self.values.shape[:2]
         of_f = self.values[..., : shape.sizes[0]].view(batch, n, n, shape.n_next)
-        of_f.diagonal(dim1=1, dim2=2).add_(terms[..., None])
-        of_w = self.values[..., shape.sizes[0] :]
-        of_w.view(batch, n, shape.n_units, shape.n_arguments).add_(
-            gain[..., None] * arguments[:, None, None, :]
-        )
+        before = linear.shape[1]
+        of_f[..., :before].diagonal(dim1=1, dim2=2).add_(linear[..., None])
+        pairs = shape.turned
+        rest = of_f[:, 2 * pairs :, 2 * pairs :, before:]
+        rest.diagonal(dim1=1, dim2=2).add_(units[..., None])
+        if pairs:
+            c, s = (part[:, None] * units for part in self._turn.unbind(1))
+            for first in range(0, 2 * pairs, 2):
+                of_f[:, first, first, before:] += c
+                of_f[:, first, first + 1, before:] -= s
+                of_f[:, first + 1, first, before:] += s
+                of_f[:, first + 1, first + 1, before:] += c
+
+    def _plain(self, k: int) -> _Step:
+        n = self.shape.n_states
+        arguments = torch.cat([self.state, self._sequences.arguments[k]], 1)
+        units, slope = ACTIVATIONS[self.shape.units](arguments @ self.m.w.T)
+        gain = self._e * slope[:, None, :]
+        return units, self._e.expand_as(gain), gain @ self.m.w[:, :n], [(gain, arguments)]
+
+    def _gated(self, k: int) -> _Step:
+        n, sequences, pairs = self.shape.n_states, self._sequences, self.shape.turned
+        arguments, turn = sequences.arguments[k], sequences.turn[k]
+        gates, slope = ACTIVATIONS["gated"](arguments @ self.m.w.T)
+        offered = torch.cat([turned(self.state, opposite(turn), pairs), sequences.gated[k]], 1)
+        products = offered @ self.m.v.T
+        acting = _turned_rows(self._e.expand(len(turn), -1, -1), turn, pairs)
+        gain = acting * gates[:, None, :]
+        # V T': the transpose of T acting on the rows of V
+        seen = _turned_rows(self.m.v[:, :n].T.expand(len(turn), -1, -1), turn, pairs)
+        slopes = torch.bmm(gain, seen.transpose(1, 2))
+        terms = [(acting * (products * slope)[:, None, :], arguments), (gain, offered)]
+        self._turn = turn
+        return gates * products, acting, slopes, terms
+
+
+_Step = tuple[torch.Tensor, torch.Tensor, torch.Tensor, list[tuple[torch.Tensor, torch.Tensor]]]
+"""Of one sample: units h (B, H); T E (B, n, H); what they add to dx'/dx (B, n, n); and for W, and
+V, the gains (B, n, H) and the arguments (B, ...) whose products are dx'/dW and dx'/dV."""
+
+
+def _turned_rows(matrices: torch.Tensor, turn: torch.Tensor, pairs: int) -> torch.Tensor:
+    """T M of matrices M (B, n, m)."""
+    if pairs == 0:
+        return matrices
+    first = matrices[:, : 2 * pairs].reshape(len(matrices), pairs, 2, -1)
+    c, s = turn[:, :1, None], turn[:, 1:, None]
+    x, y = first[:, :, 0], first[:, :, 1]
+    moved = torch.stack([c * x - s * y, s * x + c * y], 2).flatten(1, 2)
+    return torch.cat([moved, matrices[:, 2 * pairs :]], 1)
 
 
 def _run(
     shape: CellShape, theta: torch.Tensor, chunk: Segments, accumulator: _Accumulator
 ) -> None:
     """Run a chunk of segments with its sensitivities."""
-    m, batch, burn_in = shape.split(theta), chunk.count, chunk.burn_in
-    rows = _Rows(shape, theta, chunk.weights)
-    weights = chunk.weights[:, None]
-    weighted_c = weights[:, None] * m.c
-    sensitivities = _Sensitivities(shape, m, batch)
-    state = theta.new_zeros(batch, shape.n_states)
-    one = theta.new_ones(batch, int(shape.bias))
-    f, w, c = m.f.T.contiguous(), m.w.T.contiguous(), m.c.T.contiguous()
-    for k, feature in enumerate(chunk.features):
-        arguments = torch.cat([state, feature, one], 1)
-        units, slope = UNITS[shape.units](arguments @ w)
-        terms = torch.cat([state, feature, units], 1)
-        sensitivities.advance(arguments, terms, slope)
-        state = terms @ f
+    m, burn_in, samples = shape.split(theta), chunk.burn_in, len(chunk.features)
+    sequences = Sequences.of(shape, chunk.features)
+    rows, weights = _Rows(shape, theta, chunk.count), chunk.weights[:, None]
+    sensitivities = _Sensitivities(shape, m, sequences)
+    states, one = [], theta.new_ones(chunk.count, 1)
+    for k in range(samples):
+        sensitivities.advance(k)
         if k < burn_in:
             continue
-        at = rows.filled
-        rows.dynamic[at] = weighted_c @ sensitivities.values
-        rows.c[at] = (weights * state)[..., None]
-        rows.d[at] = (weights * feature)[..., None]
-        outputs = torch.addmm(m.d0, state, c) + feature @ m.d.T
-        rows.residuals[at] = weights * (outputs - chunk.targets[k - burn_in])
+        factors = weights * sequences.factors[k]
+        rows.dynamic[rows.filled] = _to_outputs(m, factors) @ sensitivities.values
+        rows.fill_own((sensitivities.state, sequences.static[k], one), factors)
+        states.append(sensitivities.state)
         rows.filled += 1
-        if rows.filled == BLOCK or k + 1 == len(chunk.features):
+        if rows.filled == BLOCK or k + 1 == samples:
+            block = slice(k + 1 - rows.filled, k + 1)
+            outputs = values(m, torch.stack(states), sequences.chosen(block))
+            targets = chunk.targets[block.start - burn_in : block.stop - burn_in]
+            rows.residuals[: rows.filled] = weights * (outputs - targets)
             accumulator.add(*rows.take())
+            states = []
+
+
+def _to_outputs(m: Matrices, factors: torch.Tensor) -> torch.Tensor:
+    """dy/dx times the weights, shape (B, p, n)."""
+    if m.c.shape[1] == 1:
+        return factors[:, :, None] * m.c[:, 0]
+    return torch.einsum("br,prn->bpn", factors, m.c)

@@ -9,26 +9,29 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from slide_fmu.features import FeatureMap
 from slide_fmu.window import Window
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """One regression: from scaled input windows to scaled outputs.
+    """One regression: from features of input windows to scaled outputs.
 
     Attributes:
         window: the surrogate's window.
-        training: inputs (n_trajectories, N, n_inputs) and outputs (n_trajectories, N + 1,
+        features: what the network sees of the inputs.
+        training: features (n_trajectories, N, n_features) and outputs (n_trajectories, N + 1,
             n_outputs) to learn from.
-        validation: inputs and outputs to choose the weights by.
-        beyond: inputs and outputs beyond the range, learnt with a low weight; None if there are
-            none.
+        validation: features and outputs to choose the weights by.
+        beyond: features and outputs beyond the range, learnt with a low weight; None if there
+            are none.
         checkpoint: file that holds the state of an interrupted fit.
         eigenvalues: of the linearized system at rest in 1/s, one of each conjugate pair, without
             those of rigid-body modes; None where they are not known, as of measured records.
     """
 
     window: Window
+    features: FeatureMap
     training: tuple[torch.Tensor, torch.Tensor]
     validation: tuple[torch.Tensor, torch.Tensor]
     checkpoint: Path

@@ -93,19 +93,3 @@ def cut_segments(
         torch.stack(scores, 1).flatten(0, 1).transpose(0, 1).contiguous(),
         features.new_ones(len(features) * pieces),
     )
-
-
-def with_differences(inputs: torch.Tensor, differences: int) -> torch.Tensor:
-    """Inputs and their backward differences up to an order.
-
-    Args:
-        inputs: shape (n_trajectories, N, n_inputs); before, the first one was held.
-
-    Returns:
-        Shape (n_trajectories, N, (1 + differences) n_inputs): u, u[k] - u[k-1], and the
-        difference of that.
-    """
-    parts = [inputs]
-    for _ in range(differences):
-        parts.append(torch.diff(parts[-1], dim=1, prepend=parts[-1][:, :1]))
-    return torch.cat(parts, dim=2)

@@ -8,9 +8,10 @@ from collections.abc import Callable
 import numpy as np
 import torch
 
+from slide_fmu.learn.feature_choice import roles_of
 from slide_fmu.learn.normal_equations import sum_of_squares
 from slide_fmu.learn.problem import Problem
-from slide_fmu.learn.segments import Segments, cut_segments, with_differences
+from slide_fmu.learn.segments import Segments, cut_segments
 from slide_fmu.learn.tournament import LINEAR_ITERATIONS, Entrant, FitData, Tournament
 from slide_fmu.learn.training import History, TrainingError, TrainingProgress
 from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
@@ -24,8 +25,6 @@ FIRST_UNITS, MOST_UNITS = 16, 64
 """Numbers of units that are tried."""
 FEWEST = 8
 """Segments that the starts have, at least, where there are as many."""
-STILL = 1e-9
-"""A difference below this part of its input's spread is rounding."""
 MORE_STATES = 8
 """States tried beyond the first guess, at most."""
 
@@ -52,7 +51,7 @@ def fit_state_space(
             "training diverged: no start of the state-space network has a finite validation "
             "error; give more starts (training.starts) or a lower network.order"
         )
-    return freeze(winner, problem, data.feature_scale), _history(winner, data)
+    return freeze(winner, problem), _history(winner, data)
 
 
 def _history(winner: Entrant, data: FitData) -> History:
@@ -68,14 +67,13 @@ def _history(winner: Entrant, data: FitData) -> History:
 
 def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresRecipe) -> FitData:
     """Features, and trajectories cut into segments."""
-    features = with_differences(problem.training[0], network.differences)
-    scale = feature_scale(features, problem.training[0].shape[2])
     dtype = getattr(torch, training.precision)
 
     def segments(record: tuple[torch.Tensor, torch.Tensor]) -> Segments:
-        seen = with_differences(record[0], network.differences) / scale
         burn_in, length = problem.window.n_truncated, training.segment
-        return cut_segments(seen.to(dtype), record[1].to(dtype), burn_in, length)
+        return cut_segments(record[0].to(dtype), record[1].to(dtype), burn_in, length)
+
+    features = problem.training[0].to(dtype)
 
     whole = segments(problem.training)
     pieces = whole.count // len(features)
@@ -84,33 +82,8 @@ def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresR
     if training.flip_signs:
         whole = whole.and_others(whole.mirrored(), 1.0)
     part = whole.every(_stride(training.part, pieces, whole.count))
-    records = (features / scale).to(dtype)
-    return FitData(whole, part, segments(problem.validation), records, scale)
-
-
-def feature_scale(features: torch.Tensor, n_inputs: int) -> torch.Tensor:
-    """What the features are divided by: 1 for inputs, their standard deviation for differences.
-
-    Args:
-        features: shape (n_trajectories, N, q), the inputs first.
-
-    Returns:
-        Shape (q,), rounded as the network keeps it.
-
-    Raises:
-        ValueError: a difference is always zero.
-    """
-    scale = features.new_ones(features.shape[2])
-    spread = features.flatten(0, 1).std(0)
-    for index in range(n_inputs, features.shape[2]):
-        if not spread[index] > STILL * spread[index % n_inputs]:
-            raise ValueError(
-                f"network.differences = {features.shape[2] // n_inputs - 1}, but input "
-                f"{index % n_inputs} never changes within a trajectory; expected it to: set "
-                "network.differences = 0, or check data.excitation"
-            )
-        scale[index] = spread[index]
-    return scale.float().to(features)
+    roles = roles_of(network, problem.features)
+    return FitData(whole, part, segments(problem.validation), features, roles)
 
 
 def _stride(part: int, pieces: int, count: int) -> int:
@@ -191,23 +164,17 @@ def _largest_worthwhile(sizes: list[int], judge: Callable[[int], float]) -> int:
     return chosen
 
 
-def freeze(winner: Entrant, problem: Problem, feature_scale: torch.Tensor) -> StateSpace:
+def freeze(winner: Entrant, problem: Problem) -> StateSpace:
     """The fitted network as data, in float32.
 
     Raises:
         ValueError: a weight is not finite.
     """
-    shape = winner.shape
-    m, n, q = shape.split(winner.state.best), shape.n_states, shape.n_features
+    shape, window = winner.shape, problem.window
+    m, n, q = shape.split(winner.state.best), shape.n_states, len(shape.roles.drive)
     w = m.w if shape.bias else torch.cat([m.w, m.w.new_zeros(shape.n_units, 1)], 1)
-    parts = (m.f[:, :n], m.f[:, n : n + q], m.f[:, n + q :], w, m.c, m.d, m.d0)
-    a, b, e, w32, c, d, d0 = (np.array(part.cpu().numpy(), np.float32) for part in parts)
-    n_channels = problem.training[0].shape[2]
-    return StateSpace(
-        Cell(a, b, e, w32, c, d, d0, shape.units),
-        problem.window.n_in,
-        problem.window.n_out,
-        n_channels,
-        q // n_channels - 1,
-        feature_scale.cpu().numpy(),
-    )
+    rows = [part.flatten(0, 1) for part in (m.c, m.d)]
+    parts = (m.f[:, :n], m.f[:, n : n + q], m.f[:, n + q :], w, *rows, m.constant.flatten(), m.v)
+    a, b, e, w32, c, d, d0, v = (np.array(part.cpu().numpy(), np.float32) for part in parts)
+    cell = Cell(a, b, e, w32, c, d, d0, shape.units, v if shape.gated else None)
+    return StateSpace(cell, window.n_in, window.n_out, problem.features, shape.roles, shape.turned)

@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from slide_fmu.features import Roles
 from slide_fmu.learn import levenberg_marquardt, preconditioned_descent
 from slide_fmu.learn.cell import CellShape, simulate
 from slide_fmu.learn.coordinates import rescale, widen
@@ -18,6 +19,7 @@ from slide_fmu.learn.linear_start import (
     excited_eigenvalues,
     from_eigenvalues,
     impulse_responses,
+    lowest_eigenvalues,
     realize,
     states_of,
     states_shown,
@@ -51,14 +53,14 @@ class FitData:
         part: the segments of the starts.
         validation: segments to choose by.
         features: of whole trajectories, scaled, shape (n_trajectories, N, q).
-        feature_scale: what they were divided by, shape (q,).
+        roles: what they are for.
     """
 
     whole: Segments
     part: Segments
     validation: Segments
     features: torch.Tensor
-    feature_scale: torch.Tensor
+    roles: Roles
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,14 +107,25 @@ class Tournament:
         self._progress(done, max(done, self._planned), self._best)
 
     def shape(self, order: int, units: int) -> CellShape:
-        """The cell of an order and a number of units; a linear one has no states to spare."""
+        """The cell of an order and a number of units; a linear one has no states to spare.
+
+        Raises:
+            ValueError: more pairs of states are turned than there are.
+        """
+        pairs = self.network.turned_pairs
+        if 2 * pairs > order:
+            raise ValueError(
+                f"network.turned_pairs = {pairs} with an order of {order}; expected two states "
+                "for each pair: set network.order, or turn fewer pairs"
+            )
         return CellShape(
             order + (self.network.padding if units else 0),
-            self.data.features.shape[2],
             units,
             self.data.whole.targets.shape[2],
+            self.data.roles,
             self.network.units,
             self.network.bias,
+            pairs,
         )
 
     def first_order(self) -> int:
@@ -130,17 +143,19 @@ class Tournament:
     def linear(self, order: int) -> Entrant:
         """The best linear model of an order, on all data."""
         shape = self.shape(order, 0)
-        starts, excited = {}, self._excited()
-        if excited is not None and states_of(excited) == order:
-            sizes = (shape.n_features, shape.n_outputs)
+        starts, lowest = {}, None
+        if self.problem.eigenvalues is not None:
+            lowest = lowest_eigenvalues(self.problem.eigenvalues, order)
+        if lowest is not None:
+            sizes = (len(shape.roles.drive), shape.n_outputs)
             generator = torch.Generator().manual_seed(self.training.seed)
             step = self.problem.window.step
-            starts["eigenvalues"] = from_eigenvalues(excited, step, sizes, generator)
+            starts["eigenvalues"] = from_eigenvalues(lowest, step, sizes, generator)
         if order <= self.highest_order() or not starts:
             starts["impulse responses"] = realize(self._impulse_responses(), order)
         found = []
-        for source, m in starts.items():
-            theta = shape.join(m).to(self.data.features)
+        for source, model in starts.items():
+            theta = shape.linear(*model).to(self.data.features)
             name = f"linear, {order} states, from {source}"
             found.append(self._descend(name, shape, theta, self.data.whole, LINEAR_ITERATIONS))
         return min(found, key=lambda entrant: entrant.error)
@@ -241,8 +256,8 @@ class Tournament:
     def _excited(self) -> NDArray[np.complex128] | None:
         if self.problem.eigenvalues is None or len(self.problem.eigenvalues) == 0:
             return None
-        inputs = self.problem.training[0]
-        return excited_eigenvalues(self.problem.eigenvalues, inputs, self.problem.window.step)
+        drive = self.data.features[:, :, list(self.data.roles.drive)]
+        return excited_eigenvalues(self.problem.eigenvalues, drive, self.problem.window.step)
 
     def _impulse_responses(self) -> torch.Tensor:
         if self._responses is None:
@@ -250,5 +265,8 @@ class Tournament:
             wanted = max(self.problem.window.receptive_field, SHORTEST_RESPONSE)
             taps = max(2, min(wanted, longest))
             targets = self.problem.training[1].to(self.data.features)
-            self._responses = impulse_responses(self.data.features, targets, taps)
+            roles, features = self.data.roles, self.data.features
+            others = [index for index in roles.static if index not in roles.drive]
+            drive, static = features[:, :, list(roles.drive)], features[:, :, others]
+            self._responses = impulse_responses(drive, static, targets, taps)
         return self._responses

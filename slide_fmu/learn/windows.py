@@ -14,7 +14,7 @@ class WindowData:
     """Trajectories of one split, from which windows are cut.
 
     Attributes:
-        inputs: scaled inputs, shape (n_trajectories, N, n_inputs).
+        inputs: features of the inputs, shape (n_trajectories, N, n_features).
         targets: scaled targets, shape (n_trajectories, N + 1, n_targets).
         window: which inputs and targets belong together.
     """
@@ -42,7 +42,7 @@ class WindowData:
             numbers: shape (B,), each in 0 .. n_windows - 1.
 
         Returns:
-            Inputs (B, n_in, n_inputs) and targets (B, n_out * n_targets), sample by sample.
+            Features (B, n_in, n_features) and targets (B, n_out * n_targets), sample by sample.
         """
         per_trajectory = self.inputs.shape[1] - self.window.n_in + 1
         trajectory, start = numbers // per_trajectory, numbers % per_trajectory

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slide_fmu.serial_chain import SerialChain
 from slide_fmu.signals import FloatArray, Hold, Signal, Trajectory
 
 
@@ -47,16 +48,31 @@ class System(abc.ABC):
 
     Implementations are final, cheap to construct (heavy work on first use) and are made again
     in every worker process from their dotted name and parameters.
+
+    Attributes:
+        step: sample step h in s.
+        inputs, outputs: signals in channel order.
+        hold: how inputs act between samples.
+        chain: rigid bodies of a system whose inputs are the joint angles of a serial chain, for
+            features of its motion; None for other systems.
     """
 
     step: float
     inputs: tuple[Signal, ...]
     outputs: tuple[Signal, ...]
     hold: Hold
+    chain: SerialChain | None = None
 
     @abc.abstractmethod
-    def random_state(self, rng: np.random.Generator) -> State:
-        """A random initial state from the range in which the system is used."""
+    def random_state(
+        self, rng: np.random.Generator, first_input: FloatArray | None = None
+    ) -> State:
+        """A random initial state from the range in which the system is used.
+
+        Args:
+            first_input: what acts first, shape (n_inputs,), if it is known; a system that is made
+                to follow its inputs starts somewhere near.
+        """
 
     @abc.abstractmethod
     def rest_state(self, held_input: FloatArray) -> State:

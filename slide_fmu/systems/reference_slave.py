@@ -51,7 +51,7 @@ class SystemSlave(Fmi2Slave):  # type: ignore[misc]
         self.guid = hashlib.sha256(identity.encode()).hexdigest()[:32]
         self.description = f"Reference system {self.MODEL}, simulated by its own solver"
         self.default_experiment = DefaultExperiment(0.0, 1.0, self.system.step)
-        self.input_values = np.zeros(len(self.system.inputs))
+        self.input_values = np.array([signal.start_value for signal in self.system.inputs])
         rest = self.system.rest_state(self.input_values)
         self.initial = {
             "coordinates": rest.coordinates.copy(),

@@ -37,7 +37,7 @@ class Cart(System):
         self.outputs = (Signal("position", "m", -10, 10),)
         self.state = State(np.zeros(1), np.zeros(1), np.zeros(1))
 
-    def random_state(self, rng):
+    def random_state(self, rng, first_input=None):
         return State(rng.uniform(-1, 1, 1), rng.uniform(-1, 1, 1), np.zeros(1))
 
     def rest_state(self, held_input):

@@ -31,6 +31,10 @@ class KernelTime:
         """The network alone: one evaluation of layers, or both cells of a ping-pong step."""
         return self._call("kernel_seconds", steps)
 
+    def features(self, steps: int) -> float:
+        """What the network sees of an input."""
+        return self._call("features_seconds", steps)
+
     def step(self, steps: int) -> float:
         """The whole step, estimator and history included, without the functions of FMI."""
         return self._call("step_seconds", steps)

@@ -8,7 +8,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from slide_fmu.data.generation import generate, process_pool
+from slide_fmu.data.generation import generate
+from slide_fmu.data.pool import process_pool
 from slide_fmu.recipe import Recipe
 
 if __name__ == "__main__":

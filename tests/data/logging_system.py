@@ -28,8 +28,10 @@ class LoggingSystem(System):
         os.close(log)
         self._inner.set_state(state)
 
-    def random_state(self, rng: np.random.Generator) -> State:
-        return self._inner.random_state(rng)
+    def random_state(
+        self, rng: np.random.Generator, first_input: FloatArray | None = None
+    ) -> State:
+        return self._inner.random_state(rng, first_input)
 
     def rest_state(self, held_input: FloatArray) -> State:
         return self._inner.rest_state(held_input)

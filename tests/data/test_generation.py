@@ -19,7 +19,8 @@ import pytest
 from logging_system import LOG, identity
 from recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
-from slide_fmu.data.generation import generate, process_pool
+from slide_fmu.data.generation import generate
+from slide_fmu.data.pool import process_pool
 from slide_fmu.data.sampling import (
     PROBE,
     PROBE_SAMPLES,

@@ -16,6 +16,7 @@ from recipes import ESTIMATOR, tiny_recipe
 from slide_fmu.data.store import (
     Layout,
     StoreError,
+    data_fingerprint,
     missing_trajectories,
     open_store,
     read_split,
@@ -95,6 +96,14 @@ def test_opening_again_keeps_what_is_done(store: Path) -> None:
     )
     open_store(store, changed_only_in_training, LAYOUT, MOTION)
     assert content(store) == before
+
+
+def test_a_reference_of_its_own_belongs_to_no_data(store: Path) -> None:
+    """Stores made before recipes had such a table stay valid too."""
+    data = {"train": 4, "validation": 1}
+    finer = tiny_recipe(data=data, system={"reference": {"substeps": 24}})
+    open_store(store, finer, LAYOUT, MOTION)
+    assert "reference" not in data_fingerprint(finer)["system"]
 
 
 @pytest.mark.parametrize(

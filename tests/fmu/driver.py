@@ -10,7 +10,8 @@ from pathlib import Path
 
 from slide_fmu.fmu.build import BUILD, RUNTIME, WARNINGS
 
-DRIVERS = [Path(__file__).parent / "c" / name for name in ("driver.c", "cell_driver.c")]
+NAMES = ("driver.c", "cell_driver.c", "gated_driver.c")
+DRIVERS = [Path(__file__).parent / "c" / name for name in NAMES]
 SANITIZE = ["-g", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
 
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from slide_fmu.features import Differences, Director, FeatureMap, Features
 from slide_fmu.network import FeedForward
 from slide_fmu.signals import FloatArray
 from slide_fmu.state_space import StateSpace
@@ -13,23 +16,59 @@ SLACK = 1e-6
 """Times that differ by less, in sample steps, are the same."""
 
 
-def plain_features(network: StateSpace, records: FloatArray) -> FloatArray:
-    """Features by their definition, sample by sample: (N, c) to (N, q)."""
+def plain_signals(features: Features, newest_first: list[FloatArray]) -> FloatArray:
+    """Signals of an input and the three before it, each by its definition."""
+    u, before, earlier = newest_first[:3]
+    if isinstance(features, Differences):
+        parts = [u, u - before, u - 2 * before + earlier]
+        return np.concatenate(parts[: features.order + 1])
+    if isinstance(features, Director):
+        turns = [
+            np.angle(complex(*later) * complex(*sooner).conjugate())
+            for later, sooner in ((u, before), (before, earlier))
+        ]
+        length = math.hypot(*u)
+        return np.array([u[0] / length, u[1] / length, turns[0], turns[0] - turns[1]])
+    return features.of(np.array(newest_first[::-1])[None])[0, 0]
+
+
+def plain_features(features: FeatureMap, records: FloatArray) -> FloatArray:
+    """Features sample by sample: (N, c) to (N, q)."""
     rows = []
     for k in range(len(records)):
-        u, before, earlier = (records[max(k - age, 0)] for age in range(3))
-        parts = [u, u - before, u - 2 * before + earlier][: network.differences + 1]
-        rows.append(np.concatenate(parts) / network.feature_scale)
+        signals = plain_signals(features.features, [records[max(k - age, 0)] for age in range(4)])
+        rows.append((signals[list(features.chosen)] - features.offset) / features.scale)
     return np.array(rows)
+
+
+def plain_turn(network: StateSpace, features: FloatArray) -> FloatArray:
+    """The matrix that turns states out of the frame of gated units."""
+    matrix = np.eye(len(network.cell.a))
+    for i in range(0, 2 * network.turned, 2):
+        c, s = features[list(network.roles.turn)]
+        matrix[i : i + 2, i : i + 2] = [[c, -s], [s, c]]
+    return matrix
+
+
+def plain_units(network: StateSpace, x: FloatArray, features: FloatArray) -> FloatArray:
+    """What the units add to the next state."""
+    cell, roles = network.cell, network.roles
+    if cell.v is None:
+        inner = cell.w @ np.concatenate([x, features[list(roles.drive)], [1.0]])
+        return np.asarray(cell.e @ (np.tanh(inner) if cell.activation == "tanh" else inner**3))
+    turn = plain_turn(network, features)
+    gates = np.tanh(cell.w @ np.append(features[list(roles.schedule)], 1.0))
+    offered = cell.v @ np.concatenate([turn.T @ x, features[list(roles.gated)]])
+    return np.asarray(turn @ cell.e @ (gates * offered))
 
 
 def plain_step(network: StateSpace, x: FloatArray, f: FloatArray) -> tuple[FloatArray, FloatArray]:
     """One cell: the next state and its values."""
-    cell = network.cell
-    inner = cell.w @ np.concatenate([x, f, [1.0]])
-    act = np.tanh(inner) if cell.activation == "tanh" else inner**3
-    x = cell.a @ x + cell.b @ f + cell.e @ act
-    return x, cell.c @ x + cell.d @ f + cell.d0
+    cell, roles = network.cell, network.roles
+    x = cell.a @ x + cell.b @ f[list(roles.drive)] + plain_units(network, x, f)
+    rows = cell.c @ x + cell.d @ f[list(roles.static)] + cell.d0
+    factors = np.array([1.0, *f[list(roles.readout)]])
+    return x, rows.reshape(-1, len(factors)) @ factors
 
 
 def plain_pair(network: StateSpace, features: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -81,7 +120,7 @@ class Resampling:
         self.lengths.append(length)
         self.inputs.append(inputs)
         surrogate, end = self.surrogate, sum(self.lengths)
-        count = surrogate.window.n_in + 2
+        count = surrogate.window.n_in + 3
         begins = end - surrogate.window.step * np.arange(count, 0, -1)
         samples = np.array([self.input_from(begin) for begin in begins])
         scaled = (samples - surrogate.input_scaling.offset) / surrogate.input_scaling.scale
@@ -97,10 +136,11 @@ class Resampling:
     @staticmethod
     def _values(network: object, scaled: FloatArray, positions: int) -> FloatArray:
         """Values at the last positions of the samples, (positions, n_values)."""
+        assert isinstance(network, StateSpace | FeedForward)
+        features = plain_features(network.features, scaled)
         if isinstance(network, StateSpace):
-            features = plain_features(network, scaled)[-(network.n_samples + positions - 1) :]
-            return plain_pair(network, features)[0][-positions:]
-        assert isinstance(network, FeedForward)
-        ends = range(len(scaled) - positions + 1, len(scaled) + 1)
-        windows = np.stack([scaled[end - network.n_samples : end] for end in ends])
-        return network.evaluate(windows).astype(np.float64)
+            seen = features[-(network.n_samples + positions - 1) :]
+            return plain_pair(network, seen)[0][-positions:]
+        ends = range(len(features) - positions + 1, len(features) + 1)
+        windows = np.stack([features[end - network.n_samples : end] for end in ends])
+        return network.evaluate_features(windows.astype(np.float32)).astype(np.float64)

@@ -4,17 +4,29 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 
+from slide_fmu.features import (
+    ChainMotion,
+    Differences,
+    Director,
+    FeatureMap,
+    Features,
+    Roles,
+)
 from slide_fmu.network import FeedForward, Float32Array, Layer, Network
 from slide_fmu.scaling import Affine, LogError
+from slide_fmu.serial_chain import SerialChain
 from slide_fmu.signals import Hold, Signal
-from slide_fmu.state_space import Cell, StateSpace
+from slide_fmu.state_space import GATED, Cell, StateSpace
 from slide_fmu.surrogate import ErrorEstimator, Surrogate
 from slide_fmu.window import Window
 
 STEP = 0.005
+SMALL_TURN = 8.0
+"""What features without an angle are divided by where they serve as cosine and sine."""
 
 
 @dataclass(frozen=True)
@@ -23,10 +35,12 @@ class CellShape:
 
     states: int = 3
     units: int = 5
-    differences: int = 0
     activation: str = "tanh"
     contraction: float = 0.6
     estimates: bool = False  # the error estimator has such a cell too
+    roles: bool = False  # drive and static part differ; always so with gated units
+    turned: int = 0
+    factors: int = 0
 
 
 @dataclass(frozen=True)
@@ -37,6 +51,8 @@ class Shape:
     n_out: int = 4
     n_inputs: int = 1
     n_outputs: int = 1
+    features: Literal["differences", "director", "chain"] = "differences"
+    differences: int = 0
     hidden: tuple[int, ...] = (20,)
     activation: str = "relu"
     block: bool = True
@@ -49,6 +65,68 @@ class Shape:
     cell: CellShape | None = None
 
 
+def random_chain(n: int, seed: int) -> SerialChain:
+    """A chain of n joints; nothing about it is special."""
+    rng = np.random.default_rng(seed)
+    return SerialChain(
+        a=rng.normal(0, 0.3, n),
+        d=rng.normal(0, 0.3, n),
+        alpha=rng.uniform(-2, 2, n),
+        masses=rng.uniform(0.5, 5, n),
+        centres=rng.normal(0, 0.2, (n, 3)),
+        inertias=rng.normal(0, 0.1, (n, 3, 3)),
+        gravity=rng.normal(0, 6, 3),
+        tool=rng.normal(0, 0.2, 3),
+    )
+
+
+def random_features(shape: Shape, seed: int) -> FeatureMap:
+    """Features of zero mean and unit spread; the last two may serve as cosine and sine.
+
+    Without differences they are the inputs as they are.
+    """
+    n, rng = shape.n_inputs, np.random.default_rng(seed)
+    features: Features = Differences(n, shape.differences)
+    turn, scale = (0, n - 1), SMALL_TURN
+    if shape.features == "director":
+        features, turn, scale = Director(), (0, 1), 1.0
+    elif shape.features == "chain":
+        middle, half_range = rng.normal(size=n), rng.uniform(0.5, 1.5, n)
+        features = ChainMotion(random_chain(n, seed), middle, half_range, STEP)
+        turn, scale = features.indices(("frame",)), 1.0  # type: ignore[assignment]
+    elif shape.differences == 0 and (shape.cell is None or not shape.cell.turned):
+        return FeatureMap(features)
+    signals = features.along(rng.uniform(-3, 3, (1, 60, n)))[0]
+    chosen = rng.permutation(features.n_signals)
+    mean, spread = signals.mean(axis=0)[chosen], signals.std(axis=0)[chosen]
+    return FeatureMap(
+        features,
+        (*(int(i) for i in chosen), *turn),
+        np.array([*mean, 0, 0]),
+        np.array([*np.maximum(spread, 1e-3), scale, scale]),
+    )
+
+
+def random_roles(shape: CellShape, n_features: int, seed: int) -> Roles | None:
+    """Some features for each role that the cell has; None where all are drive and static part."""
+    rng, gated = np.random.default_rng(seed), shape.activation == GATED
+    if not (gated or shape.roles or shape.turned or shape.factors):
+        return None
+
+    def some() -> tuple[int, ...]:
+        count = int(rng.integers(1, min(n_features, 6) + 1))
+        return tuple(int(i) for i in rng.integers(0, n_features, count))
+
+    return Roles(
+        drive=some(),
+        static=some(),
+        gated=some() if gated else (),
+        schedule=some() if gated else (),
+        readout=tuple(int(i) for i in rng.integers(0, n_features, shape.factors)),
+        turn=(n_features - 2, n_features - 1) if shape.turned else (),
+    )
+
+
 def _network(shape: Shape, n_samples: int, n_values: int, seed: int) -> FeedForward:
     rng = np.random.default_rng(seed)
     spread = 0.3 if shape.activation == "cubic" else 1.0  # cubes of more would grow without bound
@@ -56,20 +134,26 @@ def _network(shape: Shape, n_samples: int, n_values: int, seed: int) -> FeedForw
     def weights(rows: int, columns: int) -> Float32Array:
         return rng.normal(0, spread * columns**-0.5, (rows, columns)).astype(np.float32)
 
-    sizes = [n_samples * shape.n_inputs, *shape.hidden, n_values]
+    features = random_features(shape, seed)
+    sizes = [n_samples * features.n_signals, *shape.hidden, n_values]
     layers = []
     for index, (n_in, n_out) in enumerate(pairwise(sizes)):
         activation = "identity" if index == len(sizes) - 2 else shape.activation
         bias = rng.normal(0, 0.1, n_out).astype(np.float32)
         layers.append(Layer(weights(n_out, n_in), bias, activation))
     skip = weights(n_values, sizes[0]) if shape.skip else None
-    return FeedForward(tuple(layers), n_samples, shape.n_inputs, skip)
+    return FeedForward(tuple(layers), n_samples, features, skip)
 
 
-def random_cell(shape: CellShape, n_features: int, n_values: int, seed: int) -> Cell:
+def random_cell(
+    shape: CellShape, n_features: int, n_values: int, seed: int, roles: Roles | None = None
+) -> Cell:
     """A cell that contracts: A is ``contraction`` times a rotation, the units add little."""
     rng = np.random.default_rng(seed)
-    n, units = shape.states, shape.units
+    every = tuple(range(n_features))
+    roles = Roles(every, every) if roles is None else roles
+    n, units, gated = shape.states, shape.units, shape.activation == GATED
+    drive, rows = len(roles.drive), n_values * (1 + shape.factors)
 
     def weights(rows: int, columns: int, norm: float) -> Float32Array:
         matrix = rng.normal(size=(rows, columns))
@@ -77,14 +161,16 @@ def random_cell(shape: CellShape, n_features: int, n_values: int, seed: int) -> 
         return (norm * matrix / largest).astype(np.float32)
 
     rotation = np.linalg.qr(rng.normal(size=(n, n)))[0]
+    arguments = len(roles.schedule) + 1 if gated else n + drive + 1
     return Cell(
         a=(shape.contraction * rotation).astype(np.float32),
-        b=weights(n, n_features, 0.5),
+        b=weights(n, drive, 0.5),
         e=weights(n, units, 0.3 * (1 - shape.contraction)),
-        w=weights(units, n + n_features + 1, 0.1 if shape.activation == "cubic" else 1.0),
-        c=weights(n_values, n, 1.0),
-        d=weights(n_values, n_features, 0.3),
-        d0=rng.normal(0, 0.1, n_values).astype(np.float32),
+        w=weights(units, arguments, 0.1 if shape.activation == "cubic" else 1.0),
+        v=weights(units, n + len(roles.gated), 1.0) if gated else None,
+        c=weights(rows, n, 1.0),
+        d=weights(rows, len(roles.static), 0.3),
+        d0=rng.normal(0, 0.1, rows).astype(np.float32),
         activation=shape.activation,
     )
 
@@ -92,11 +178,10 @@ def random_cell(shape: CellShape, n_features: int, n_values: int, seed: int) -> 
 def _state_space(shape: Shape, n_samples: int, n_out: int, n_values: int, seed: int) -> StateSpace:
     cell = shape.cell
     assert cell is not None
-    n_features = shape.n_inputs * (cell.differences + 1)
-    scale = np.random.default_rng(seed).uniform(0.5, 2, n_features)
-    scale[: shape.n_inputs] = 1
-    weights = random_cell(cell, n_features, n_values, seed)
-    return StateSpace(weights, n_samples, n_out, shape.n_inputs, cell.differences, scale)
+    features = random_features(shape, seed)
+    roles = random_roles(cell, features.n_signals, seed)
+    weights = random_cell(cell, features.n_signals, n_values, seed, roles)
+    return StateSpace(weights, n_samples, n_out, features, roles, cell.turned)
 
 
 def _predictor(shape: Shape) -> Network:
@@ -139,7 +224,7 @@ def sum_surrogate(n_in: int = 4) -> Surrogate:
     """The output is the sum of the inputs in the window."""
     ones = Layer(np.ones((1, n_in), np.float32), np.zeros(1, np.float32), "identity")
     unit = Affine.of_channels([0.0], [1.0])
-    network = FeedForward((ones,), n_in, 1)
+    network = FeedForward((ones,), n_in, FeatureMap(Differences(1)))
     signals = [(Signal(name, "1", -1.0, high),) for name, high in (("u", 1.0), ("y", 9.0))]
     window = Window(STEP, n_in, 1)
     return Surrogate("window_sum", window, signals[0], signals[1], "held", unit, unit, network)

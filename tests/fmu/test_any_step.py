@@ -32,9 +32,21 @@ SHAPES = [
         n_in=16,
         n_inputs=2,
         positions=2,
-        cell=dataclasses.replace(FORGETFUL, differences=2, estimates=True),
+        differences=2,
+        cell=dataclasses.replace(FORGETFUL, estimates=True),
+    ),
+    Shape(n_inputs=2, features="director", positions=3, differences=2),
+    Shape(
+        n_in=16,
+        n_inputs=3,
+        features="chain",
+        positions=2,
+        cell=dataclasses.replace(
+            FORGETFUL, activation="gated", turned=2, factors=2, estimates=True
+        ),
     ),
 ]
+NAMES = ["block", "one_sample", "cell", "two_cells", "director", "gated"]
 
 PATTERNS: dict[str, list[float]] = {
     "six_tenths": [0.6],
@@ -65,7 +77,7 @@ def go(native: Native, lengths: Iterable[float], inputs: FloatArray, first: int 
 
 @both_holds
 @pytest.mark.parametrize("pattern", PATTERNS)
-@pytest.mark.parametrize("shape", SHAPES, ids=["block", "one_sample", "cell", "two_cells"])
+@pytest.mark.parametrize("shape", SHAPES, ids=NAMES)
 def test_any_step_is_resampling(load: Load, shape: Shape, pattern: str, hold: Hold) -> None:
     surrogate = random_surrogate(dataclasses.replace(shape, hold=hold))
     lengths = (PATTERNS[pattern] * 60)[:60]
@@ -83,7 +95,7 @@ def test_any_step_is_resampling(load: Load, shape: Shape, pattern: str, hold: Ho
     np.testing.assert_allclose(found[:, 2 * n], np.minimum(seen, 1))
 
 
-LASTING = CellShape(states=4, contraction=0.85, units=6, differences=1)
+LASTING = CellShape(states=4, contraction=0.85, units=6)
 """Far from forgotten after a window of 12: only the same ping-pong gives the same."""
 
 
@@ -93,7 +105,7 @@ LASTING = CellShape(states=4, contraction=0.85, units=6, differences=1)
 def test_a_multiple_is_as_many_single_steps(
     load: Load, cell: CellShape | None, count: int, hold: Hold
 ) -> None:
-    surrogate = random_surrogate(Shape(positions=3, cell=cell, hold=hold))
+    surrogate = random_surrogate(Shape(positions=3, cell=cell, hold=hold, differences=1))
     loaded, inputs = load(surrogate), drawn(20, 1)
     variables = 5 if cell else 4
     found = go(loaded.instance().start(), [count] * 20, inputs, variables)
@@ -108,7 +120,7 @@ def test_a_multiple_is_as_many_single_steps(
 
 def test_switching_is_seamless_within_the_truncation_error(load: Load) -> None:
     """h, 0.6 h, h again: outputs stay within the measured truncation error of the exact window."""
-    surrogate = random_surrogate(Shape(cell=dataclasses.replace(LASTING, differences=0)))
+    surrogate = random_surrogate(Shape(cell=LASTING))
     native, oracle = load(surrogate).instance().start(), Resampling(surrogate)
     lengths = [1.0] * 30 + [0.6] * 30 + [1.0] * 30
     inputs = drawn(len(lengths), 1)
@@ -124,7 +136,8 @@ def test_switching_is_seamless_within_the_truncation_error(load: Load) -> None:
 
 
 def test_the_truncation_error_is_kept_over_odd_steps(load: Load) -> None:
-    native = load(random_surrogate(Shape(cell=LASTING))).instance().start()
+    shape = Shape(cell=LASTING, differences=1)
+    native = load(random_surrogate(shape)).instance().start()
     measured = go(native, [1] * 30, drawn(30, 1), 3)[-1, 2]
     assert measured > 1e-3
     kept = go(native, [0.6] * 30 + [1] * 11, drawn(41, 1), 3)[:, 2]
@@ -201,9 +214,14 @@ def test_an_event_step_after_a_summed_time_is_taken(load: Load) -> None:
     "shape",
     [
         Shape(positions=3, hold="ramp"),
-        Shape(positions=3, cell=dataclasses.replace(LASTING, estimates=True)),
+        Shape(positions=3, cell=dataclasses.replace(LASTING, estimates=True), differences=1),
+        Shape(
+            positions=3,
+            features="chain",
+            cell=dataclasses.replace(LASTING, activation="gated", turned=2, factors=1),
+        ),
     ],
-    ids=["layers", "cells"],
+    ids=["layers", "cells", "gated"],
 )
 def test_states_are_bit_exact_at_any_phase(load: Load, shape: Shape) -> None:
     """Before and in the fade, at the hand-over, after odd steps: saved, restored, gone on."""

@@ -15,6 +15,7 @@ import fmpy
 import numpy as np
 import pytest
 
+from slide_fmu.features import Differences, FeatureMap
 from slide_fmu.fmu.build import BINARIES
 from slide_fmu.network import FeedForward
 from slide_fmu.state_space import StateSpace
@@ -157,7 +158,7 @@ def test_estimates_that_are_not_finite_are_refused(load: Load) -> None:
         dataclasses.replace(layer, weights=np.float32(1e25) * layer.weights)
         for layer in estimator.network.layers
     )
-    network = FeedForward(layers, estimator.network.n_samples, 1)
+    network = FeedForward(layers, estimator.network.n_samples, FeatureMap(Differences(1)))
     estimator = dataclasses.replace(estimator, network=network)
     native = load(dataclasses.replace(surrogate, estimator=estimator)).instance().start()
     native.set(1.0)
@@ -170,7 +171,7 @@ def test_cells_that_overflow_are_refused_and_go_on(load: Load) -> None:
     network = surrogate.network
     assert isinstance(network, StateSpace)
     steep = dataclasses.replace(network.cell, b=1000 * network.cell.b)
-    network = StateSpace(steep, network.n_samples, network.n_out, network.n_channels)
+    network = StateSpace(steep, network.n_samples, network.n_out, network.features)
     native = load(dataclasses.replace(surrogate, network=network)).instance().start()
     native.step(1.0)
     native.set(3e38)
@@ -181,6 +182,22 @@ def test_cells_that_overflow_are_refused_and_go_on(load: Load) -> None:
         assert native.save() == before
     native.step(1.0)
     assert np.all(np.isfinite(native.get(1, 5)))
+
+
+@pytest.mark.parametrize("cell", [None, CellShape(units=8, activation="gated", turned=1)])
+def test_features_that_are_not_finite_are_refused(load: Load, cell: CellShape | None) -> None:
+    """Saturated units would hide them: rates overflow where the inputs do not."""
+    shape = Shape(n_inputs=2, features="chain", activation="tanh", positions=2, cell=cell)
+    native = load(random_surrogate(shape)).instance().start()
+    native.step(0.1, 0.2)
+    native.set(3e38, 0.2)
+    before = native.get(2, 3)
+    for length in (STEP, 2 * STEP, 1.5 * STEP):
+        assert native.do_step(STEP, length) == ERROR
+        assert "not finite" in native.messages[-1]
+        assert native.get(2, 3) == before
+    native.step(0.1, 0.2)
+    assert np.all(np.isfinite(native.get(2, 3)))
 
 
 @pytest.mark.parametrize("length", [2 * STEP, 2.5 * STEP, 9 * STEP])

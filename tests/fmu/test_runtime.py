@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
@@ -31,11 +32,40 @@ SHAPES = [
     Shape(activation="cubic", hidden=(40, 33), n_inputs=2),
     Shape(cell=CellShape(states=4, units=32)),
     Shape(cell=CellShape(states=14, units=40), n_inputs=2, n_outputs=3, hold="ramp"),
-    Shape(cell=CellShape(states=9, units=17, differences=2, activation="cubic"), n_inputs=2),
-    Shape(cell=CellShape(states=2, units=0, differences=1), n_outputs=9, n_in=1, n_out=1),
+    Shape(cell=CellShape(states=9, units=17, activation="cubic"), n_inputs=2, differences=2),
+    Shape(cell=CellShape(states=2, units=0), n_outputs=9, n_in=1, n_out=1, differences=1),
     Shape(cell=CellShape(contraction=0.9), positions=4, n_outputs=2),
     Shape(cell=CellShape(contraction=0.9, estimates=True), positions=5, means=True),
     Shape(cell=CellShape(contraction=0.9), n_in=100, n_out=30, positions=30),
+]
+
+SEEN = [
+    Shape(n_inputs=3, differences=2),
+    Shape(n_inputs=2, features="director"),
+    Shape(n_inputs=1, features="chain"),
+    Shape(n_inputs=7, features="chain"),
+]
+KINDS = [
+    Shape(activation="tanh", positions=3),
+    Shape(activation="relu", block=False, skip=True),
+    Shape(cell=CellShape(states=5, units=7)),
+    Shape(cell=CellShape(states=9, units=9, roles=True, factors=3), n_outputs=3),
+    Shape(cell=CellShape(states=8, units=11, activation="gated")),
+    Shape(
+        cell=CellShape(15, 48, "gated", contraction=0.9, turned=7, factors=4, estimates=True),
+        n_outputs=3,
+        positions=4,
+        hold="ramp",
+    ),
+    Shape(cell=CellShape(1, 0, "gated", factors=1)),
+    Shape(cell=CellShape(2, 1, "gated", turned=1), n_in=1, n_out=1),
+]
+SHAPES += [
+    dataclasses.replace(
+        kind, n_inputs=seen.n_inputs, features=seen.features, differences=seen.differences, seed=5
+    )
+    for kind in KINDS
+    for seen in SEEN
 ]
 
 

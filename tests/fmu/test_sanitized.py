@@ -26,8 +26,28 @@ from .samples import CellShape, Shape, random_surrogate
 SMALL = Shape(n_in=3, n_out=2, n_inputs=2, hidden=(3,), skip=True, positions=2)
 ONE_SAMPLE = Shape(n_in=4, n_out=3, hidden=(2,), activation="tanh", block=False)
 CELLS = Shape(
-    n_in=4, n_out=3, n_inputs=2, positions=2, cell=CellShape(2, 3, differences=1, estimates=True)
+    n_in=4, n_out=3, n_inputs=2, positions=2, differences=1, cell=CellShape(2, 3, estimates=True)
 )
+GATED = Shape(
+    n_in=4,
+    n_out=2,
+    n_inputs=2,
+    n_outputs=2,
+    features="chain",
+    positions=2,
+    hidden=(2,),
+    cell=CellShape(5, 9, "gated", turned=2, factors=2),
+)
+DIRECTOR = Shape(
+    n_in=3,
+    n_out=2,
+    n_inputs=2,
+    features="director",
+    positions=2,
+    hidden=(2,),
+    cell=CellShape(2, 2, "gated", turned=1, estimates=True),
+)
+ROLES = Shape(n_in=3, n_out=2, differences=2, cell=CellShape(9, 2, "cubic", roles=True, factors=1))
 RAMP = Shape(n_in=4, n_out=2, positions=2, hidden=(3,), hold="ramp", cell=CellShape(9, 9))
 TELLING = [0, 1, 2, 3, 0x7F, 0x80000000, 0xFFFFFFFF, 0x7FC00000, 0x7F800000, 0x40000000, 1 << 20]
 """Words that hurt readers: off by one, signs, NaN, infinity, sizes that overflow."""
@@ -86,7 +106,7 @@ def _python_accepts(data: bytes) -> bool | None:
     return True
 
 
-@pytest.mark.parametrize("shape", [SMALL, ONE_SAMPLE, CELLS, RAMP])
+@pytest.mark.parametrize("shape", [SMALL, ONE_SAMPLE, CELLS, RAMP, GATED, DIRECTOR, ROLES])
 def test_damaged_payloads(driver: Path, tmp_path: Path, shape: Shape) -> None:
     rng = np.random.default_rng(5)
     contents = list(_damaged(random_surrogate(shape).to_bytes(), rng))
@@ -103,7 +123,12 @@ def test_damaged_payloads(driver: Path, tmp_path: Path, shape: Shape) -> None:
 
 def test_kernels_are_accurate(driver: Path) -> None:
     """Largest absolute and relative errors; gelu cancels, relative to small results."""
-    bounds = {"affine": (1e-6, 1e-6), "gelu": (5e-7, np.inf), "cell": (1e-6, np.inf)}
+    bounds = {
+        "affine": (1e-6, 1e-6),
+        "gelu": (5e-7, np.inf),
+        "cell": (1e-6, np.inf),
+        "gated": (1e-6, np.inf),
+    }
     for line in _run(driver, "kernels"):
         kernel, what, error, relative, special = line.split()
         absolute_bound, relative_bound = bounds.get(what, (1.5e-7, 3e-7))
@@ -112,14 +137,14 @@ def test_kernels_are_accurate(driver: Path) -> None:
         assert special == "1", (kernel, what)
 
 
-@pytest.mark.parametrize("shape", [SMALL, CELLS])
+@pytest.mark.parametrize("shape", [SMALL, CELLS, GATED])
 def test_calls(driver: Path, load: Callable[[Surrogate], Loaded], shape: Shape) -> None:
     loaded = load(random_surrogate(shape))
     _run(driver, "calls", loaded.uri, loaded.guid)
     assert len(_run(driver, "run", loaded.uri, loaded.guid, "10")) == 10
 
 
-@pytest.mark.parametrize("shape", [SMALL, CELLS, RAMP])
+@pytest.mark.parametrize("shape", [SMALL, CELLS, RAMP, GATED, DIRECTOR])
 def test_damaged_states_stay_in_their_arrays(
     driver: Path, load: Callable[[Surrogate], Loaded], shape: Shape
 ) -> None:
@@ -128,12 +153,15 @@ def test_damaged_states_stay_in_their_arrays(
 
 
 @pytest.mark.parametrize("differences", [0, 2])
+@pytest.mark.parametrize("units", ["tanh", "gated"])
 def test_three_evaluations_are_those_of_numpy(
-    driver: Path, tmp_path: Path, differences: int
+    driver: Path, tmp_path: Path, differences: int, units: str
 ) -> None:
     """In the network's units. What two of them lost may add up, and differs from time to time."""
-    cell = CellShape(states=5, units=9, differences=differences, contraction=0.8)
-    surrogate = random_surrogate(Shape(n_in=20, n_out=6, cell=cell))
+    turned = 2 if units == "gated" else 0
+    cell = CellShape(states=5, units=9, activation=units, contraction=0.8, turned=turned)
+    shape = Shape(n_in=20, n_out=6, differences=differences, cell=cell)
+    surrogate = random_surrogate(shape)
     network, path = surrogate.network, tmp_path / "cell.slide"
     assert isinstance(network, StateSpace)
     surrogate.save(path)
@@ -142,7 +170,8 @@ def test_three_evaluations_are_those_of_numpy(
     record = surrogate.input_scaling.apply(np.sin(0.7 * np.arange(400))[:, None] + 0.5)
     lead = network.n_samples + 1
     padded = np.concatenate([np.repeat(record[:1], lead, axis=0), record])
-    features = np.lib.stride_tricks.sliding_window_view(network.features(padded[None])[0], 20, 0)
+    seen = network.features.along(padded[None])[0]
+    features = np.lib.stride_tricks.sliding_window_view(seen, 20, 0)
     windows, _ = network.run(np.ascontiguousarray(np.moveaxis(features, -1, 1)))
     values, errors = network.ping_pong(record[None])
     for found, expected in (

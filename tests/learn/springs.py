@@ -9,11 +9,16 @@ from typing import Any
 
 import numpy as np
 import torch
+from plants import Still
 
+from slide_fmu.features import FeatureMap
+from slide_fmu.learn.feature_choice import choose_features
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space import fit_state_space
 from slide_fmu.learn.training import History, TrainingProgress
 from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.scaling import Affine
+from slide_fmu.serial_chain import SerialChain
 from slide_fmu.state_space import StateSpace
 from slide_fmu.window import Window
 
@@ -64,10 +69,11 @@ def spring(
     """Records of the spring.
 
     Returns:
-        Inputs up to the amplitude, (count, samples, 1), and outputs one sample longer.
+        Inputs up to the amplitude, (count, samples, 1), and outputs one sample longer. The inputs
+        are numbers that float32 has.
     """
     values = np.random.default_rng(seed).uniform(-1, 1, (count, samples, 1))
-    inputs = amplitude * torch.from_numpy(values)
+    inputs = (amplitude * torch.from_numpy(values)).float().double()
     return inputs, answers(inputs, cubic)
 
 
@@ -83,7 +89,8 @@ class Fitted:
     def content(self) -> bytes:
         cell = self.network.cell
         parts = (cell.a, cell.b, cell.e, cell.w, cell.c, cell.d, cell.d0)
-        return b"".join(part.tobytes() for part in parts)
+        products = [] if cell.v is None else [cell.v]
+        return b"".join(part.tobytes() for part in (*parts, *products))
 
     @property
     def error(self) -> float:
@@ -94,11 +101,42 @@ def ignore(done: int, total: int, best: float) -> None:
     """No progress to show."""
 
 
-def problem_of(folder: Path, cubic: float = CUBIC, **changes: Any) -> Problem:
+def map_of(
+    inputs: torch.Tensor, names: tuple[str, ...], chain: SerialChain | None = None
+) -> FeatureMap:
+    """Features of some names, normalised by these inputs."""
+    n = inputs.shape[2]
+    scaling = Affine(np.zeros(n), np.ones(n))
+    return choose_features(names, Still(n, chain), scaling, inputs.double().numpy())
+
+
+def seen(features: FeatureMap, records: Pair) -> Pair:
+    """Records as a network sees them, in their precision."""
+    inputs, outputs = records
+    return torch.from_numpy(features.along(inputs.numpy())).to(inputs), outputs
+
+
+def problem_of(
+    folder: Path,
+    cubic: float = CUBIC,
+    names: tuple[str, ...] = ("inputs",),
+    chain: SerialChain | None = None,
+    **changes: Any,
+) -> Problem:
+    """A fit to the spring; ``training``, ``validation`` and ``beyond`` are records with inputs."""
+    pairs = {"training": spring(1, 6, 160, cubic), "validation": spring(2, 2, 160, cubic)}
+    pairs |= {name: changes.pop(name) for name in (*pairs, "beyond") if changes.get(name)}
+    features = map_of(pairs["training"][0], names, chain)
+    records = {name: seen(features, pair) for name, pair in pairs.items()}
     problem = Problem(
-        WINDOW, spring(1, 6, 160, cubic), spring(2, 2, 160, cubic), folder / "c.pt", EIGENVALUES
+        WINDOW,
+        features,
+        records.pop("training"),
+        records.pop("validation"),
+        folder / "c.pt",
+        EIGENVALUES,
     )
-    return replace(problem, **changes)
+    return replace(problem, **records, **changes)
 
 
 def fit(

@@ -10,13 +10,16 @@ import numpy as np
 import pytest
 import torch
 from fmu.samples import Shape, random_surrogate
+from plants import Still
 
 from slide_fmu.data.store import Split
 from slide_fmu.errors import relative_deviation
+from slide_fmu.features import Differences, Director, FeatureMap
 from slide_fmu.learn.estimator import EstimatorModule, block_errors, fit_estimator, streamed_errors
 from slide_fmu.learn.feed_forward import FeedForwardModule
+from slide_fmu.network import FeedForward
 from slide_fmu.recipe import EstimatorRecipe, FeedForwardRecipe
-from slide_fmu.scaling import LogError
+from slide_fmu.scaling import Affine, LogError
 from slide_fmu.signals import FloatArray
 from slide_fmu.surrogate import ErrorEstimator, Surrogate
 
@@ -31,12 +34,23 @@ LEARNT = 0.1
 """Mean relative deviation after a second of training on a smooth pattern."""
 
 
+FEATURES = [
+    FeatureMap(Differences(2)),
+    FeatureMap(Differences(2, 1), (3, 0, 1), scale=np.array([4, 1, 1])),
+    FeatureMap(Director(), scale=np.array([1, 1, 4, 8])),
+]
+
+
+@pytest.mark.parametrize("features", FEATURES, ids=["inputs", "differences", "director"])
 @pytest.mark.parametrize(("positions", "n_values"), [(1, 2), (4, 2), (4, 4)])
-def test_module_is_what_the_surrogate_estimates(positions: int, n_values: int) -> None:
+def test_module_is_what_the_surrogate_estimates(
+    positions: int, n_values: int, features: FeatureMap
+) -> None:
+    """Along a record, in which the inputs before a window are known."""
     surrogate = random_surrogate(SHAPE)
     n_in = surrogate.window.n_in
     table = FeedForwardRecipe(family="feed_forward", hidden=(16,), activation="tanh")
-    network = FeedForwardModule(table, n_in - positions + 1, 2, n_values)
+    network = FeedForwardModule(table, n_in - positions + 1, features, n_values)
     network.initialise(torch.Generator().manual_seed(0))
     log_error = LogError(-3.0, 0.5)
     module = EstimatorModule(network, positions, log_error, 2)
@@ -44,10 +58,10 @@ def test_module_is_what_the_surrogate_estimates(positions: int, n_values: int) -
         surrogate, estimator=ErrorEstimator(network.freeze(), log_error, positions)
     )
     inputs = np.random.default_rng(0).uniform(-2, 3, (60, 2))
-    windows = inputs[surrogate.window.input_indices(surrogate.window.starts(60))]
-    scaled = torch.as_tensor(surrogate.input_scaling.apply(windows), dtype=torch.float32)
+    seen = features.along(surrogate.input_scaling.apply(inputs)[None])[0]
+    windows = seen[surrogate.window.input_indices(surrogate.window.starts(60))]
     with torch.no_grad():
-        eps = module(scaled).numpy().astype(np.float64)
+        eps = module(torch.from_numpy(windows)).numpy().astype(np.float64)
     expected = log_error.invert(eps) * surrogate.output_scaling.scale
     found = estimating.estimate_error(inputs)[n_in - 1 :]
     assert found == pytest.approx(expected, rel=ROUNDING)
@@ -110,6 +124,7 @@ def test_estimator_learns_where_the_errors_are_large(
     splits = split_of(surrogate, noise, 8, 200, 1), split_of(surrogate, noise, 2, 200, 2)
     estimator, histories = fit_estimator(
         surrogate,
+        Still(1),
         splits,
         estimator_recipe(time_invariant, **({"pretraining": SHORT} if pretrained else {})),
         tmp_path / "c.pt",
@@ -141,7 +156,7 @@ def test_range_of_the_map_is_resolution_to_largest_error(tmp_path: Path) -> None
     short = {"steps": 1, "batch": 4, "learning_rate": 0.01}
     recipe = estimator_recipe(False, resolution=1e-2, training=short)
     arguments = (recipe, tmp_path / "c.pt", torch.device("cpu"), lambda stage: lambda *state: None)
-    estimator, _ = fit_estimator(surrogate, splits, *arguments)
+    estimator, _ = fit_estimator(surrogate, Still(1), splits, *arguments)
     relative = 0.5 / float(surrogate.output_scaling.scale[0])
     assert estimator.log_error.low == pytest.approx(-2.0)
     assert estimator.log_error.high == pytest.approx(np.log10(relative) + 0.1)
@@ -153,9 +168,60 @@ def test_surrogate_without_errors_has_nothing_to_estimate(tmp_path: Path) -> Non
     with pytest.raises(ValueError, match=r"below estimator.resolution = 0.001; lower the resol"):
         fit_estimator(
             surrogate,
+            Still(1),
             (split, split),
             estimator_recipe(True),
             tmp_path / "c.pt",
             torch.device("cpu"),
             lambda stage: lambda *state: None,
         )
+
+
+def centred_surrogate() -> Surrogate:
+    """Of two inputs, whose ranges are about 0: they may be a director."""
+    surrogate = random_surrogate(Shape(n_in=6, n_out=2, n_inputs=2, n_outputs=2, block=False))
+    return dataclasses.replace(surrogate, input_scaling=Affine(np.zeros(2), np.ones(2)))
+
+
+def short_fit(folder: Path, network: dict[str, Any], **changes: Any) -> ErrorEstimator:
+    """A few steps on the errors of a surrogate of two inputs."""
+    surrogate = centred_surrogate()
+    splits = [split_of(surrogate, lambda given, rng: 0.3 * given, 2, 30, seed) for seed in (0, 1)]
+    training = {"steps": 2, "batch": 4, "learning_rate": 0.01}
+    recipe = estimator_recipe(True, training=training)
+    recipe = EstimatorRecipe.model_validate(
+        {**recipe.model_dump(), "network": {**recipe.network.model_dump(), **network}, **changes}
+    )
+    estimator, _ = fit_estimator(
+        surrogate,
+        Still(2),
+        (splits[0], splits[1]),
+        recipe,
+        folder / "c.pt",
+        torch.device("cpu"),
+        lambda stage: lambda *state: None,
+    )
+    return estimator
+
+
+def test_estimator_sees_features_of_its_own(tmp_path: Path) -> None:
+    """Normalised by its own training data."""
+    estimator = short_fit(tmp_path, {"features": ["changes", "inputs"]})
+    network = estimator.network
+    assert isinstance(network, FeedForward)
+    assert network.features.chosen == (2, 3, 0, 1)
+    assert network.n_channels == 2
+    surrogate = centred_surrogate()
+    inputs = split_of(surrogate, lambda given, rng: 0.3 * given, 2, 30, 0).inputs
+    seen = network.features.along(surrogate.input_scaling.apply(inputs)).astype(np.float64)
+    assert seen.std((0, 1))[:2] == pytest.approx([1.0, 1.0], rel=1e-6)
+
+
+FLIPPED = {"steps": 2, "batch": 4, "learning_rate": 0.01, "flip_signs": True}
+
+
+@pytest.mark.parametrize("stage", ["training", "pretraining"])
+def test_signs_of_angles_are_not_flipped(tmp_path: Path, stage: str) -> None:
+    short_fit(tmp_path, {"features": ["changes"]}, **{stage: FLIPPED})
+    with pytest.raises(ValueError, match=r"^flip_signs = true in a training .* 'turn'"):
+        short_fit(tmp_path, {"features": ["turn"]}, **{stage: FLIPPED})

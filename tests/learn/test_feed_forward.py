@@ -9,19 +9,23 @@ import numpy as np
 import pytest
 import torch
 
+from slide_fmu.features import Differences, Director, FeatureMap
 from slide_fmu.learn.feed_forward import ACTIVATION_MODULES, FeedForwardModule
 from slide_fmu.network import ACTIVATIONS
 from slide_fmu.recipe import FeedForwardRecipe
 
 SAMPLES, CHANNELS, VALUES = 20, 2, 6
 
+INPUTS = FeatureMap(Differences(CHANNELS))
+"""Features that are the inputs."""
+
 TORCH_IS_NUMPY = 2e-6
 """Of the output's range; the bound of the project for torch = numpy = C = FMU."""
 
 
-def module_of(seed: int = 0, **table: Any) -> FeedForwardModule:
+def module_of(seed: int = 0, features: FeatureMap = INPUTS, **table: Any) -> FeedForwardModule:
     recipe = FeedForwardRecipe.model_validate({"family": "feed_forward", "hidden": (16,), **table})
-    module = FeedForwardModule(recipe, SAMPLES, CHANNELS, VALUES)
+    module = FeedForwardModule(recipe, SAMPLES, features, VALUES)
     module.initialise(torch.Generator().manual_seed(seed))
     return module
 
@@ -42,8 +46,9 @@ def test_frozen_network_is_the_module(
     activation: str, hidden: tuple[int, ...], linear_skip: bool
 ) -> None:
     module = module_of(activation=activation, hidden=hidden, linear_skip=linear_skip)
-    for linear in module.linear:
-        torch.nn.init.uniform_(linear.bias, -0.5, 0.5)  # biases begin with zeros
+    generator = torch.Generator().manual_seed(2)
+    for linear in module.linear:  # biases begin with zeros
+        torch.nn.init.uniform_(linear.bias, -0.5, 0.5, generator=generator)
     inputs = windows(200)
     with torch.no_grad():
         expected = module(inputs).numpy()
@@ -51,6 +56,26 @@ def test_frozen_network_is_the_module(
     found = network.evaluate(inputs.numpy())
     assert np.max(np.abs(found - expected)) <= TORCH_IS_NUMPY * np.ptp(expected)
     assert network.count_parameters() == sum(p.numel() for p in module.parameters())
+
+
+@pytest.mark.parametrize(
+    "features",
+    [
+        FeatureMap(Differences(CHANNELS, 2), scale=np.array([1, 1, 0.5, 0.25, 0.5, 2])),
+        FeatureMap(Differences(CHANNELS, 1), (2, 1), np.array([0.0, 0.25])),
+        FeatureMap(Director(), (3, 0)),
+    ],
+)
+def test_frozen_network_forms_the_features_itself(features: FeatureMap) -> None:
+    module = module_of(features=features, linear_skip=True, activation="tanh")
+    assert module.linear[0].in_features == SAMPLES * features.n_signals
+    inputs = windows(200).numpy()
+    with torch.no_grad():
+        expected = module(torch.from_numpy(features.along(inputs))).numpy()
+    network = module.freeze()
+    found = network.evaluate(inputs)
+    assert np.max(np.abs(found - expected)) <= TORCH_IS_NUMPY * np.ptp(expected)
+    assert (network.features, network.n_channels) == (features, CHANNELS)
 
 
 def test_frozen_network_is_a_copy() -> None:

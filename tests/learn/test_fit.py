@@ -15,6 +15,7 @@ from slide_fmu.data.generation import generate
 from slide_fmu.data.sampling import recipe_system
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.errors import rms
+from slide_fmu.features import Differences, FeatureMap
 from slide_fmu.learn import fit as module
 from slide_fmu.learn.family import fit_network
 from slide_fmu.learn.feed_forward import FeedForwardModule
@@ -38,6 +39,9 @@ SMALL_ERROR = 1e-3
 
 TORCH_IS_NUMPY = 2e-6
 """Of the output's range; the bound of the project for torch = numpy = C = FMU."""
+
+SINGLE = 2.0**-24
+"""Relative rounding of float32, in which networks see features."""
 
 LEARNING = tiny_recipe(
     data={"duration": 8.0, "train": 16, "estimator": 4, "estimator_validation": 2},
@@ -94,7 +98,8 @@ def test_torch_is_numpy(fit: Fit, folder: Path) -> None:
     """The best weights of the checkpoint, in float64, on unseen windows."""
     (checkpoint,) = (folder / "checkpoints").glob("surrogate-*.pt")
     surrogate, window = fit.surrogate, fit.surrogate.window
-    module = FeedForwardModule(LEARNING.network, window.n_in, 1, window.n_out).double()
+    inputs = FeatureMap(Differences(1))
+    module = FeedForwardModule(LEARNING.network, window.n_in, inputs, window.n_out).double()
     module.load_state_dict(torch.load(checkpoint, weights_only=True)["best"])
     test = read_split(folder / "store", "estimator_validation")
     windows = test.inputs[0][window.input_indices(window.starts(len(test.inputs[0])))]
@@ -272,7 +277,7 @@ def test_trajectories_beyond_the_range_reach_the_fit(
     assert 1.2 < float(largest.min()) <= float(largest.max()) <= 2.0
     signal = recipe_system(STATE_SPACE).inputs[0]
     split = read_split(tmp_path / "3", "beyond")
-    assert np.allclose(signal.high * inputs.numpy(), split.inputs, rtol=1e-12)
+    assert np.allclose(signal.high * inputs.numpy(), split.inputs, rtol=SINGLE, atol=0)
 
 
 def test_training_of_another_family_is_refused() -> None:

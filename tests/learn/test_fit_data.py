@@ -16,6 +16,7 @@ from recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 from slide_fmu.data.generation import generate
 from slide_fmu.data.sampling import recipe_system
 from slide_fmu.data.store import Split, read_split
+from slide_fmu.features import FeatureMap
 from slide_fmu.learn import fit as module
 from slide_fmu.learn.fit import STILL, fit_surrogate, require_motion
 from slide_fmu.learn.problem import Problem
@@ -62,7 +63,7 @@ def problem_of(recipe: Recipe, store: Path) -> Problem:
 def test_state_space_problems_are_double_whatever_the_precision(
     store: Path, precision: str
 ) -> None:
-    """Differences of inputs are formed before a fit rounds; other families see windows."""
+    """Their sums are long; other families see windows."""
     state_space = tiny_state_space_recipe(
         data=STATE_SPACE.data.model_dump(mode="json"), training={"precision": precision}
     )
@@ -74,6 +75,51 @@ def test_state_space_problems_are_double_whatever_the_precision(
         problem = problem_of(recipe, store)
         records = (*problem.training, *problem.validation)
         assert {values.dtype for values in records} == {dtype}
+
+
+def with_network(recipe: Recipe, **changes: Any) -> Recipe:
+    return recipe.model_copy(update={"network": recipe.network.model_copy(update=changes)})
+
+
+DIFFERENCES = ("inputs", "changes", "second_changes")
+
+
+@pytest.mark.parametrize(
+    "recipe",
+    [
+        with_network(FEED_FORWARD, features=DIFFERENCES),
+        with_network(STATE_SPACE, drive=DIFFERENCES),
+    ],
+    ids=["feed_forward", "state_space"],
+)
+def test_features_are_those_of_the_network_normalised_by_the_training_data(
+    store: Path, recipe: Recipe
+) -> None:
+    problem = problem_of(recipe, store)
+    features, signal = problem.features, recipe_system(recipe).inputs[0]
+    assert features.chosen == (0, 1, 2)
+    for (seen, _), name in ((problem.training, "train"), (problem.validation, "validation")):
+        scaled = read_split(store, name).inputs / signal.high
+        assert np.array_equal(seen.numpy(), features.along(scaled))
+    spread = problem.training[0].double().flatten(0, 1).std(0, correction=0)
+    assert spread[1:].tolist() == pytest.approx([1.0, 1.0], rel=1e-5)
+    assert features.scale[0] == 1
+
+
+@pytest.mark.parametrize("recipe", [FEED_FORWARD, STATE_SPACE], ids=["adam", "least squares"])
+def test_signs_of_features_that_do_not_follow_are_not_flipped(
+    store: Path, monkeypatch: pytest.MonkeyPatch, recipe: Recipe
+) -> None:
+    def refused(features: FeatureMap) -> None:
+        raise Reached(features)
+
+    monkeypatch.setattr(module, "require_odd", refused)
+    problem_of(recipe, store)
+    training = recipe.training.model_copy(update={"flip_signs": True})
+    flipping = recipe.model_copy(update={"training": training})
+    with pytest.raises(Reached) as caught:
+        fit_surrogate(flipping, recipe_system(recipe), store, store, no_progress)
+    assert isinstance(caught.value.args[0], FeatureMap)
 
 
 def test_eigenvalues_are_those_of_state_space_recipes_alone(
@@ -119,22 +165,23 @@ def test_checkpoints_belong_to_the_code(
     assert sorted(name.split("-")[0] for name in new) == ["estimator", "surrogate"]
 
 
-def test_code_is_every_source_of_the_package_and_torch(
+def test_code_is_every_source_of_the_package_the_features_and_torch(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     here = module._code()
-    copy = tmp_path / "learn"
-    shutil.copytree(Path(module.__file__).parent, copy)
-    monkeypatch.setattr(module, "__file__", str(copy / "fit.py"))
+    copy = tmp_path / "slide_fmu"
+    shutil.copytree(Path(module.__file__).parents[1], copy)
+    monkeypatch.setattr(module, "__file__", str(copy / "learn" / "fit.py"))
     assert module._code() == here
     seen = {here}
-    for source in ("cell.py", "tournament.py", "new.py"):
+    sources = ("learn/cell.py", "learn/tournament.py", "learn/new.py")
+    for source in (*sources, "features.py", "serial_chain.py"):
         with (copy / source).open("a", encoding="utf-8") as file:
             file.write("# changed\n")
         seen.add(module._code())
     monkeypatch.setattr(torch, "__version__", "0.1")
     seen.add(module._code())
-    assert len(seen) == 5
+    assert len(seen) == 7
 
 
 SIGNALS = (Signal("a", "N", -2.0, 6.0), Signal("b", "m", 0.0, 4.0))

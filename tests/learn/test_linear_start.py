@@ -7,15 +7,17 @@ import math
 import numpy as np
 import pytest
 import torch
-from cells import random
+from cells import plain, random
 
-from slide_fmu.learn.cell import CellShape, Matrices, simulate
+from slide_fmu.learn.cell import simulate
 from slide_fmu.learn.linear_start import (
     LARGEST_POLE,
+    LinearModel,
     band_edge,
     excited_eigenvalues,
     from_eigenvalues,
     impulse_responses,
+    lowest_eigenvalues,
     realize,
     states_of,
     states_shown,
@@ -28,32 +30,28 @@ RIDGE_AND_TAIL = 1e-4
 STEP = 0.1
 
 
-def known_system(n: int, p: int, q: int, seed: int, radius: float = 0.8) -> Matrices:
+def known_system(n: int, p: int, q: int, seed: int, radius: float = 0.8) -> LinearModel:
     """A random linear system whose slowest pole has the radius."""
     a = random(n, n, seed=seed)
     a = radius * a / torch.linalg.eigvals(a).abs().max()
-    b, c = random(n, q, seed=seed + 1), random(p, n, seed=seed + 2)
-    f = torch.cat([a, b], 1)
-    return Matrices(f, a.new_zeros(0, n + q + 1), c, a.new_zeros(p, q), a.new_zeros(p))
+    return LinearModel(a, random(n, q, seed=seed + 1), random(p, n, seed=seed + 2))
 
 
-def responses_of(m: Matrices, taps: int) -> torch.Tensor:
+def responses_of(m: LinearModel, taps: int) -> torch.Tensor:
     """C A^k B, shape (taps, p, q)."""
-    n = len(m.f)
-    a, b = m.f[:, :n], m.f[:, n:]
-    return torch.stack([m.c @ torch.linalg.matrix_power(a, k) @ b for k in range(taps)])
+    return torch.stack([m.c @ torch.linalg.matrix_power(m.a, k) @ m.b for k in range(taps)])
 
 
-def poles(m: Matrices) -> np.ndarray:
-    return np.sort_complex(np.linalg.eigvals(m.f[:, : len(m.f)].numpy()).round(12))
+def poles(m: LinearModel) -> np.ndarray:
+    return np.sort_complex(np.linalg.eigvals(m.a.numpy()).round(12))
 
 
-def records(m: Matrices, count: int, samples: int) -> tuple[torch.Tensor, torch.Tensor]:
+def records(m: LinearModel, count: int, samples: int) -> tuple[torch.Tensor, torch.Tensor]:
     """White features and what the system answers from rest."""
-    shape = CellShape(len(m.f), m.d.shape[1], 0, len(m.c))
-    features = random(count, samples, shape.n_features, seed=7)
-    outputs, _ = simulate(shape, shape.join(m), features.transpose(0, 1))
-    rest = outputs.new_zeros(1, count, shape.n_outputs)
+    (n, q), p = m.b.shape, len(m.c)
+    shape, features = plain(n, q, 0, p), random(count, samples, q, seed=7)
+    outputs, _ = simulate(shape, shape.linear(*m), features.transpose(0, 1))
+    rest = outputs.new_zeros(1, count, p)
     return features, torch.cat([rest, outputs]).transpose(0, 1)
 
 
@@ -68,9 +66,7 @@ def test_realization_has_the_poles_and_the_responses(
     assert poles(found) == pytest.approx(poles(known), abs=EXACT)
     long = responses_of(known, 60)
     torch.testing.assert_close(responses_of(found, 60), long, rtol=0, atol=EXACT)
-    assert found.f.shape == (n, n + q)
-    assert not found.d.any()
-    assert not found.d0.any()
+    assert (found.a.shape, found.b.shape, found.c.shape) == ((n, n), (n, q), (p, n))
 
 
 @pytest.mark.parametrize(("p", "q"), [(1, 1), (2, 3)])
@@ -78,10 +74,27 @@ def test_impulse_responses_are_found_in_white_noise(p: int, q: int) -> None:
     known = known_system(3, p, q, 4, radius=0.7)
     features, targets = records(known, 4, 400)
     taps = 40
-    found = impulse_responses(features, targets + 5.0, taps)  # a constant is no response
+    constant = targets + 5.0  # is no response
+    found = impulse_responses(features, features[:, :, :0], constant, taps)
     assert found.shape == (taps, p, q)
     expected = responses_of(known, taps)
     assert float((found - expected).abs().max()) < RIDGE_AND_TAIL * float(expected.abs().max())
+
+
+@pytest.mark.parametrize("statics", [1, 3])
+def test_what_outputs_follow_at_once_is_no_impulse_response(statics: int) -> None:
+    """Even where it moves with the drive, at another sample."""
+    known = known_system(3, 2, 1, 4, radius=0.7)
+    drive, targets = records(known, 4, 400)
+    static = random(4, 400, statics, seed=8) + 0.5 * drive.roll(-3, 1)
+    targets = targets + 0.0
+    targets[:, 1:] += static @ random(statics, 2, seed=9)
+    expected = responses_of(known, 40)
+    bound = RIDGE_AND_TAIL * float(expected.abs().max())
+    found = impulse_responses(drive, static, targets, 40)
+    assert float((found - expected).abs().max()) < bound
+    without = impulse_responses(drive, static[:, :, :0], targets, 40)
+    assert float((without - expected).abs().max()) > 100 * bound
 
 
 def test_states_that_show_are_counted() -> None:
@@ -100,7 +113,7 @@ def test_states_that_show_are_counted() -> None:
 @pytest.mark.parametrize(("taps", "p", "q", "most"), [(8, 1, 1, 4), (9, 2, 3, 8), (2, 3, 1, 1)])
 def test_order_that_no_response_shows_is_refused(taps: int, p: int, q: int, most: int) -> None:
     responses = random(taps, p, q)
-    assert len(realize(responses, most).f) == most
+    assert len(realize(responses, most).a) == most
     message = rf"network.order = {most + 1}; expected at most {most} .*{taps} samples: lower it"
     with pytest.raises(ValueError, match=message):
         realize(responses, most + 1)
@@ -113,19 +126,41 @@ def test_eigenvalues_give_the_poles() -> None:
     found = from_eigenvalues(EIGENVALUES, STEP, (2, 3), torch.Generator().manual_seed(1))
     pairs = np.concatenate([EIGENVALUES, EIGENVALUES[[0, 2]].conj()])
     assert poles(found) == pytest.approx(np.sort_complex(np.exp(pairs * STEP)), abs=EXACT)
-    assert found.f.shape == (5, 5 + 2)
-    assert found.c.shape == (3, 5)
+    assert (found.a.shape, found.b.shape, found.c.shape) == ((5, 5), (5, 2), (3, 5))
     again = from_eigenvalues(EIGENVALUES, STEP, (2, 3), torch.Generator().manual_seed(1))
     other = from_eigenvalues(EIGENVALUES, STEP, (2, 3), torch.Generator().manual_seed(2))
-    assert torch.equal(found.f, again.f)
+    assert torch.equal(found.b, again.b)
     assert torch.equal(found.c, again.c)
-    assert torch.equal(found.f[:, :5], other.f[:, :5])
+    assert torch.equal(found.a, again.a)
+    assert torch.equal(found.a, other.a)
+    assert not torch.equal(found.b, other.b)
     assert not torch.equal(found.c, other.c)
 
 
 def test_states_of_pairs_and_single_eigenvalues() -> None:
     assert states_of(EIGENVALUES) == 5
     assert states_of(EIGENVALUES[1:2]) == 1
+
+
+@pytest.mark.parametrize(
+    ("order", "chosen"),
+    [
+        (1, [-3.0]),
+        (3, [-3.0, -0.5 + 4j]),
+        (5, [-3.0, -0.5 + 4j, -1.0 + 9j]),
+        (2, None),
+        (4, None),
+        (6, None),
+    ],
+)
+def test_lowest_eigenvalues_have_as_many_states_as_asked_for(
+    order: int, chosen: list[complex] | None
+) -> None:
+    """Slow ones first, whatever their order; half a pair is none."""
+    for shuffled in (EIGENVALUES, EIGENVALUES[::-1], np.roll(EIGENVALUES, 1)):
+        found = lowest_eigenvalues(shuffled, order)
+        assert (None if found is None else found.tolist()) == chosen
+    assert lowest_eigenvalues(EIGENVALUES[:0], order) is None
 
 
 BIN = 2 * math.pi / (400 * STEP)

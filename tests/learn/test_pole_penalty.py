@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 import torch
-from cells import random_theta
+from cells import TURNED, plain, random_theta
 
 from slide_fmu.learn.cell import CellShape
 from slide_fmu.learn.normal_equations import NormalEquations
@@ -20,32 +20,35 @@ from slide_fmu.learn.pole_penalty import (
 )
 from slide_fmu.window import Window
 
-SHAPE = CellShape(4, 2, 3, 1)
+SHAPE = plain(4, 2, 3, 1)
 EXACT = 1e-10
 """Roundings of float64 in sums of a few products of order 1."""
 
 
-def nothing() -> NormalEquations:
-    zero = torch.zeros(SHAPE.n_parameters, dtype=torch.float64)
+def nothing(shape: CellShape = SHAPE) -> NormalEquations:
+    zero = torch.zeros(shape.n_parameters, dtype=torch.float64)
     return NormalEquations(0.0, torch.diag(zero), zero)
 
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("radius", [0.1, 0.2])
-def test_normal_equations_are_those_of_its_residuals(seed: int, radius: float) -> None:
-    theta, penalty = random_theta(SHAPE, seed), PolePenalty(radius, 7.0)
+@pytest.mark.parametrize("shape", [SHAPE, TURNED])
+def test_normal_equations_are_those_of_its_residuals(
+    seed: int, radius: float, shape: CellShape
+) -> None:
+    theta, penalty = random_theta(shape, seed), PolePenalty(radius, 7.0)
 
     def residuals(parameters: torch.Tensor) -> torch.Tensor:
-        return math.sqrt(7.0) * (pole_radii(SHAPE, parameters) - radius).clamp_min(0)
+        return math.sqrt(7.0) * (pole_radii(shape, parameters) - radius).clamp_min(0)
 
     r = residuals(theta)
     assert r.any()
     j = torch.autograd.functional.jacobian(residuals, theta)
-    found = penalty.join(nothing(), SHAPE, theta)
+    found = penalty.join(nothing(shape), shape, theta)
     torch.testing.assert_close(found.matrix, j.T @ j, rtol=EXACT, atol=EXACT)
     torch.testing.assert_close(found.gradient, j.T @ r, rtol=EXACT, atol=EXACT)
     assert found.cost == pytest.approx(float(r @ r), rel=EXACT)
-    assert penalty.cost(SHAPE, theta) == pytest.approx(found.cost, rel=EXACT)
+    assert penalty.cost(shape, theta) == pytest.approx(found.cost, rel=EXACT)
 
 
 def test_poles_inside_cost_nothing() -> None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 import torch
-from cells import random, random_theta, taught_segments
+from cells import READ, TURNED, plain, random, random_theta, taught_segments
 
 from slide_fmu.learn import preconditioned_descent as module
 from slide_fmu.learn.cell import CellShape
@@ -17,7 +17,7 @@ from slide_fmu.learn.normal_equations import sum_of_squares
 from slide_fmu.learn.preconditioned_descent import RATE, Descent, advance_stretch
 from slide_fmu.learn.segments import Segments
 
-SHAPE = CellShape(2, 1, 4, 1)
+SHAPE = plain(2, 1, 4, 1)
 CIRCLE = 0.99
 """Outside of all poles here."""
 TRAINING, VALIDATION = taught_segments(SHAPE, 1, 40), taught_segments(SHAPE, 2, 10)
@@ -65,6 +65,20 @@ def test_descent_learns() -> None:
     assert [row[0] for row in last.history] == [1, 2, 3, 4, 5, 6]
     assert min(row[2] for row in last.history) == last.best_error
     assert last.stretch == 6
+
+
+@pytest.mark.parametrize("shape", [READ, TURNED])
+def test_gated_cells_learn_too(shape: CellShape) -> None:
+    training, held_out = taught_segments(shape, 1, 40), taught_segments(shape, 2, 10)
+
+    def error(theta: torch.Tensor) -> float:
+        return math.sqrt(sum_of_squares(shape, theta, held_out) / held_out.targets.numel())
+
+    theta = random_theta(shape, 99) + 0.03 * random(shape.n_parameters)
+    state = begin = Descent.begin(theta, error(theta))
+    for _ in range(6):
+        state = advance_stretch(state, shape, training, error, CIRCLE, 0)
+    assert state.best_error < 0.1 * begin.best_error
 
 
 def test_stretch_depends_on_state_and_seed_alone() -> None:
@@ -153,7 +167,7 @@ def test_units_that_act_on_nothing_yet_make_no_trouble() -> None:
 
     wide = advance_stretch(Descent.begin(theta, 10.0), new, TRAINING, error, CIRCLE, 0)
     assert len(wide.history) == 1
-    first = new.n_states + new.n_features + old.n_units
+    first = new.n_states + len(new.roles.drive) + old.n_units
     before, after = (new.split(t).f[: old.n_states, first:] for t in (theta, wide.best))
     assert not before.any()
     assert torch.all(after != 0)

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 import torch
-from cells import numpy_network, random, random_theta
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from slide_fmu.learn.cell import CellShape
-from slide_fmu.learn.segments import Segments, cut_segments, with_differences
-from slide_fmu.state_space import StateSpace
+from slide_fmu.learn.segments import Segments, cut_segments
 
 LONG = 1000
 """More than any trajectory here has samples."""
@@ -121,19 +117,3 @@ def test_mirrored_segments_have_the_opposite_sign_and_the_same_weights() -> None
     assert torch.equal(mirrored.targets, -whole.targets)
     assert torch.equal(mirrored.weights, whole.weights)
     assert mirrored.burn_in == 3
-
-
-@pytest.mark.parametrize("order", [0, 1, 2])
-def test_differences_are_those_of_the_network(order: int) -> None:
-    """By their definition with the first input held before, and as the numpy network has them."""
-    inputs = random(2, 9, 3)
-    found = with_differences(inputs, order)
-    held = torch.cat([inputs[:, :1], inputs[:, :1], inputs], 1)
-    latest, before, earlier = held[:, 2:], held[:, 1:-1], held[:, :-2]
-    expected = torch.cat([latest, latest - before, latest - 2 * before + earlier], 2)
-    torch.testing.assert_close(found, expected[:, :, : 3 * (order + 1)], rtol=1e-14, atol=1e-14)
-    assert not found[:, 0, 3:].any()
-    shape = CellShape(2, 3 * (order + 1), 1, 1)
-    cell = numpy_network(shape, random_theta(shape)).cell
-    network = StateSpace(cell, 4, 2, 3, order)
-    assert np.allclose(network.features(inputs.numpy()), found.numpy(), atol=1e-6)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,20 +19,25 @@ from springs import (
     Pair,
     answers,
     fit,
+    map_of,
     problem_of,
     relative_error,
     spring,
 )
 
+from slide_fmu.features import Roles
 from slide_fmu.learn.cell import CellShape, simulate
 from slide_fmu.learn.levenberg_marquardt import Iterate
-from slide_fmu.learn.segments import with_differences
-from slide_fmu.learn.state_space import FEWEST, _stride, feature_scale, freeze, prepare
+from slide_fmu.learn.state_space import FEWEST, _stride, freeze, prepare
 from slide_fmu.learn.tournament import Entrant
 from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.state_space import StateSpace
 
 ROUNDING = 1e-5
 """Float32 sums of some ten terms of order 1, in a cell that contracts."""
+SINGLE = 1e-7
+"""Half a unit in the last place of float32, and a little more."""
+DIFFERENCES = ("inputs", "changes", "second_changes")
 BEYOND = 2.0
 """Amplitude beyond the range: deflections reach 1.8, in the range 1.0."""
 
@@ -51,40 +56,83 @@ def second_difference(seed: int) -> Pair:
 def test_differences_show_what_one_state_cannot(tmp_path: Path) -> None:
     records = {"training": second_difference(1), "validation": second_difference(2)}
     errors = []
-    for differences in (0, 2):
-        problem = problem_of(tmp_path / str(differences), eigenvalues=None, **records)
-        network = {"order": 1, "hidden": 0, "differences": differences}
-        found = fit(problem, network).network
-        assert (found.differences, found.cell.b.shape) == (differences, (1, 1 + differences))
+    for order in (0, 2):
+        names = DIFFERENCES[: order + 1]
+        problem = problem_of(tmp_path / str(order), names=names, eigenvalues=None, **records)
+        found = fit(problem, {"order": 1, "hidden": 0, "drive": names}).network
+        assert (found.roles.drive, found.cell.b.shape) == (tuple(range(order + 1)), (1, order + 1))
         errors.append(relative_error(found, second_difference(3)))
     assert errors[1] < FORGOTTEN < 0.05 < errors[0]
 
 
-@pytest.mark.parametrize("differences", [0, 1, 2])
+def two_inputs(seed: int = 1) -> Pair:
+    """The spring with a smaller input beside the one that moves it."""
+    inputs, outputs = spring(seed, 6, 60)
+    return torch.cat([inputs, 0.3 * spring(seed + 1, 6, 60)[0]], 2), outputs
+
+
+def check_frozen(folder: Path, table: StateSpaceRecipe, turned: int = 0) -> StateSpace:
+    """The frozen network along whole records is the fitted cell; gives the network."""
+    records = two_inputs()
+    names = table.feature_names()
+    problem = problem_of(folder, names=names, training=records, validation=records)
+    data = prepare(problem, table, LeastSquaresRecipe(**QUICK))
+    roles = data.roles
+    if turned:
+        roles = replace(roles, turn=roles.schedule[:2])
+    shape = CellShape(4, 5, 1, roles, table.units, table.bias, turned)
+    theta = random_theta(shape)
+    theta = 0.5 * theta if table.units == "cubic" else theta  # features are larger than inputs
+    network = freeze(Entrant(shape, Iterate(theta, theta, 0.0)), problem)
+    assert (network.roles, network.turned, network.features) == (roles, turned, problem.features)
+    expected, _ = simulate(shape, theta, data.features.transpose(0, 1))
+    found, _ = network.run(network.features.along(records[0].numpy()))
+    assert np.max(np.abs(found - expected.numpy().swapaxes(0, 1))) < ROUNDING
+    weights = numpy_network(shape, theta).cell
+    for part in fields(weights):
+        assert np.array_equal(getattr(network.cell, part.name), getattr(weights, part.name))
+    return network
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
 @pytest.mark.parametrize("bias", [True, False])
 @pytest.mark.parametrize("units", ["tanh", "cubic"])
 def test_frozen_network_is_the_fitted_cell(
-    tmp_path: Path, differences: int, bias: bool, units: str
+    tmp_path: Path, order: int, bias: bool, units: str
 ) -> None:
     """Two inputs; features with the scales of the training data, along whole records."""
-    inputs = torch.cat([spring(1, 6, 60)[0], 0.3 * spring(2, 6, 60)[0]], 2)
-    problem = problem_of(tmp_path, training=(inputs, spring(1, 6, 60)[1]))
-    table = StateSpaceRecipe(order=3, hidden=5, differences=differences, bias=bias, units=units)
-    problem = replace(problem, validation=problem.training)
-    data = prepare(problem, table, LeastSquaresRecipe(**QUICK))
-    shape = CellShape(3, 2 * (1 + differences), 5, 1, units, bias)
-    theta = random_theta(shape)
-    theta = 0.5 * theta if units == "cubic" else theta  # differences are larger than the inputs
-    network = freeze(Entrant(shape, Iterate(theta, theta, 0.0)), problem, data.feature_scale)
-    expected, _ = simulate(shape, theta, data.features.transpose(0, 1))
-    found, _ = network.run(network.features(inputs.numpy()))
-    assert np.max(np.abs(found - expected.numpy().swapaxes(0, 1))) < ROUNDING
-    plain = numpy_network(shape, theta).cell
-    assert all(np.array_equal(getattr(network.cell, k), getattr(plain, k)) for k in "abewcd")
-    assert np.array_equal(network.cell.d0, plain.d0)
-    spreads = data.features.std((0, 1))
-    assert spreads[2:].tolist() == pytest.approx([1.0] * (2 * differences), rel=1e-6)
-    assert data.feature_scale[:2].tolist() == [1.0, 1.0]
+    table = StateSpaceRecipe(drive=DIFFERENCES[: order + 1], bias=bias, units=units)
+    network = check_frozen(tmp_path, table)
+    features = network.features.along(two_inputs()[0].numpy())
+    spreads = features.astype(np.float64).std((0, 1))
+    assert spreads[2:].tolist() == pytest.approx([1.0] * (2 * order), rel=1e-6)
+    assert network.features.scale[:2].tolist() == [1.0, 1.0]
+    assert not network.features.offset.any()
+
+
+@pytest.mark.parametrize("readout", [(), ("inputs",)])
+@pytest.mark.parametrize("turned", [0, 1, 2])
+def test_frozen_gated_network_is_the_fitted_cell(
+    tmp_path: Path, readout: tuple[str, ...], turned: int
+) -> None:
+    table = StateSpaceRecipe(
+        units="gated",
+        drive=("changes",),
+        static=("second_changes", "changes"),
+        gated=("changes", "inputs"),
+        schedule=("inputs",),
+        readout=readout,
+    )
+    cell = check_frozen(tmp_path, table, turned).cell
+    assert cell.v is not None
+    assert (cell.v.shape, cell.w.shape) == ((5, 4 + 4), (5, 2 + 1))
+    assert cell.d.shape == (1 + 2 * len(readout), 4)
+
+
+def test_frozen_plain_network_with_roles_of_its_own_is_the_fitted_cell(tmp_path: Path) -> None:
+    table = StateSpaceRecipe(drive=("changes",), static=("inputs",), readout=("inputs",))
+    network = check_frozen(tmp_path, table)
+    assert network.roles == Roles((0, 1), (2, 3), readout=(2, 3))
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
@@ -93,50 +141,25 @@ def test_differences_are_formed_before_the_precision_is_lost(
 ) -> None:
     """Slow inputs far from zero: in single precision their differences would be steps."""
     slow = torch.cumsum(spring(1, 6, 160)[0], 1) * 1e-6 + 0.9
-    problem = problem_of(tmp_path, training=(slow, spring(1, 6, 160)[1]))
-    table = StateSpaceRecipe(differences=2)
-    found, exact = (
+    records = slow, spring(1, 6, 160)[1]
+    problem = problem_of(tmp_path, names=DIFFERENCES, training=records)
+    steps = torch.diff(slow, dim=1)
+    exact = torch.cat([steps[:, 1:], torch.diff(steps, dim=1)], 2)
+    exact = exact / torch.from_numpy(problem.features.scale[1:])
+    formed = problem.training[0][:, 2:, 1:]
+    torch.testing.assert_close(formed, exact, rtol=0, atol=SINGLE * float(exact.abs().max()))
+    table = StateSpaceRecipe(drive=DIFFERENCES)
+    found, expected = (
         prepare(problem, table, LeastSquaresRecipe(**QUICK, precision=kind))
         for kind in (precision, "float64")
     )
     dtype = getattr(torch, precision)
-    assert torch.equal(found.features, exact.features.to(dtype))
+    assert torch.equal(found.features, problem.training[0].to(dtype))
     for part in ("whole", "part", "validation"):
-        segments, expected = getattr(found, part), getattr(exact, part)
-        assert torch.equal(segments.features, expected.features.to(dtype))
-        assert torch.equal(segments.targets, expected.targets.to(dtype))
-    assert torch.equal(found.feature_scale, exact.feature_scale)
-
-
-@pytest.mark.parametrize("differences", [1, 2])
-@pytest.mark.parametrize(("still", "rounding"), [(0, 0.0), (1, 0.0), (1, 1e-12)])
-def test_differences_of_an_input_that_never_changes_are_refused(
-    tmp_path: Path, differences: int, still: int, rounding: float
-) -> None:
-    """Another value in every trajectory, or constant up to rounding."""
-    inputs = torch.cat([spring(seed, 6, 160)[0] for seed in (1, 2)], 2)
-    held = 0.1 * torch.arange(6, dtype=torch.float64)[:, None]
-    inputs[:, :, still] = held + rounding * inputs[:, :, still]
-    problem = problem_of(tmp_path, training=(inputs, spring(1, 6, 160)[1]))
-    network = {"order": 2, "hidden": 0}
-    message = (
-        rf"^network\.differences = {differences}, but input {still} never changes within a "
-        r"trajectory; .* set network\.differences = 0, or check data\.excitation$"
-    )
-    with pytest.raises(ValueError, match=message):
-        fit(problem, {**network, "differences": differences})
-    prepare(problem, StateSpaceRecipe(**network), LeastSquaresRecipe(**QUICK))
-
-
-def test_features_are_divided_by_the_spread_of_the_differences() -> None:
-    """However small an input is beside the others."""
-    inputs = torch.cat([spring(1, 6, 160)[0], 1e-10 * spring(2, 6, 160)[0]], 2)
-    features = with_differences(inputs, 2)
-    scale = feature_scale(features, 2)
-    assert scale[:2].tolist() == [1.0, 1.0]
-    spread = features.flatten(0, 1).std(0)[2:]
-    assert scale[2:].tolist() == pytest.approx(spread.tolist(), rel=1e-6)
-    assert torch.equal(scale, scale.float().double())  # as the network keeps it
+        segments, double = getattr(found, part), getattr(expected, part)
+        assert torch.equal(segments.features, double.features.to(dtype))
+        assert torch.equal(segments.targets, double.targets.to(dtype))
+    assert found.roles == expected.roles
 
 
 @pytest.mark.parametrize("part", [1, 2, 3, 5, 7])
@@ -182,9 +205,12 @@ def test_without_bias_the_network_is_odd(tmp_path: Path, units: str) -> None:
 
 
 def test_flipped_signs_are_added(tmp_path: Path) -> None:
-    table = StateSpaceRecipe(differences=1)
+    names = DIFFERENCES[:2]
+    table = StateSpaceRecipe(drive=names)
     plain, flipped = (
-        prepare(problem_of(tmp_path), table, LeastSquaresRecipe(**QUICK, flip_signs=flip))
+        prepare(
+            problem_of(tmp_path, names=names), table, LeastSquaresRecipe(**QUICK, flip_signs=flip)
+        )
         for flip in (False, True)
     )
     count = plain.whole.count
@@ -214,20 +240,20 @@ def test_flipped_signs_teach_what_was_never_seen(tmp_path: Path) -> None:
     assert errors[0] > 5 * errors[1]
 
 
-@pytest.mark.parametrize("differences", [0, 1])
+@pytest.mark.parametrize("order", [0, 1])
 @pytest.mark.parametrize("flip_signs", [False, True])
 def test_trajectories_beyond_the_range_are_added_with_their_weight(
-    tmp_path: Path, differences: int, flip_signs: bool
+    tmp_path: Path, order: int, flip_signs: bool
 ) -> None:
     """They are scaled as the others, flipped as the others, and choose nothing."""
-    table = StateSpaceRecipe(differences=differences)
+    names = DIFFERENCES[: order + 1]
+    table = StateSpaceRecipe(drive=names)
     training = LeastSquaresRecipe(**QUICK, flip_signs=flip_signs, beyond_weight=0.25)
     inputs, outputs = spring(4, 3, 160, CUBIC, BEYOND)
     plain, both = (
-        prepare(problem_of(tmp_path, beyond=beyond), table, training)
+        prepare(problem_of(tmp_path, names=names, beyond=beyond), table, training)
         for beyond in (None, (inputs, outputs))
     )
-    assert torch.equal(both.feature_scale, plain.feature_scale)
     assert torch.equal(both.features, plain.features)
     for part in ("features", "targets"):
         assert torch.equal(getattr(both.validation, part), getattr(plain.validation, part))
@@ -242,7 +268,8 @@ def test_trajectories_beyond_the_range_are_added_with_their_weight(
     assert torch.equal(both.whole.targets[:, :count], plain.whole.targets[:, :count])
     beyond = both.whole.chosen(torch.arange(count, count + more))
     pieces = more // 3
-    scaled = with_differences(inputs, differences) / both.feature_scale
+    features = map_of(spring(1, 6, 160, CUBIC)[0], names)
+    scaled = torch.from_numpy(features.along(inputs.numpy())).double()
     assert torch.equal(
         beyond.features[:, ::pieces].transpose(0, 1), scaled[:, : len(beyond.features)]
     )

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
+from cells import plain
 from springs import (
     CUBIC,
     EIGENVALUES,
@@ -26,7 +27,6 @@ from springs import (
 )
 
 from slide_fmu.learn import ledger, preconditioned_descent
-from slide_fmu.learn.cell import CellShape
 from slide_fmu.learn.preconditioned_descent import Descent
 from slide_fmu.learn.state_space import prepare
 from slide_fmu.learn.tournament import SHORTEST_RESPONSE
@@ -174,7 +174,7 @@ def test_beyond_the_dense_limit_the_network_is_widened(
     cell = widened.network.cell
     assert (len(cell.a), len(cell.w)) == (4, 12)
     # the same tournament without the stretches at the end
-    fewest = max(h for h in range(12) if CellShape(4, 1, h, 1).n_parameters <= 50)
+    fewest = max(h for h in range(12) if plain(4, 1, h, 1).n_parameters <= 50)
     small = fit(problem_of(tmp_path), {"order": 2, "hidden": fewest})
     assert widened.error <= small.error
     assert np.any(cell.e[:2, fewest:])

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
+from cells import plain
 from springs import (
     CUBIC,
     EIGENVALUES,
@@ -23,11 +24,11 @@ from springs import (
 )
 
 from slide_fmu.learn import ledger, preconditioned_descent, state_space
-from slide_fmu.learn.cell import CellShape
 from slide_fmu.learn.pole_penalty import PolePenalty
 from slide_fmu.learn.preconditioned_descent import Descent
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space import prepare
+from slide_fmu.learn.tournament import Tournament
 from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.window import Window
 
@@ -58,6 +59,41 @@ def test_order_beyond_the_impulse_responses_starts_from_eigenvalues_alone(
     found = fit(problem, {"order": order, "hidden": 0})
     assert len(found.network.cell.a) == 4
     assert runs(problem) == {"linear, 4 states, from eigenvalues", "refined"}
+
+
+def test_order_below_the_excited_band_starts_from_the_lowest_eigenvalues(tmp_path: Path) -> None:
+    problem = short_records(tmp_path)
+    found = fit(problem, {"order": 2, "hidden": 0})
+    assert len(found.network.cell.a) == 2
+    sources = ("eigenvalues", "impulse responses")
+    assert runs(problem) == {f"linear, 2 states, from {s}" for s in sources} | {"refined"}
+
+
+def test_pairs_that_an_order_does_not_have_are_not_turned(tmp_path: Path) -> None:
+    """Told before anything is fitted."""
+    problem = problem_of(tmp_path, names=("inputs", "changes"))
+    table = StateSpaceRecipe(units="gated", schedule=("inputs",), order=3, hidden=2)
+    data = prepare(problem, table, LeastSquaresRecipe(**QUICK))
+    table = table.model_copy(update={"turned_pairs": 2})
+    training = LeastSquaresRecipe(**QUICK)
+    tournament = Tournament(problem, table, training, data, lambda *state: None)
+    message = r"^network\.turned_pairs = 2 with an order of 3; expected two states for each pair"
+    with pytest.raises(ValueError, match=message):
+        tournament.linear(3)
+    assert tournament.shape(4, 2).turned == 2
+
+
+def test_static_features_that_also_drive_share_no_impulse_response(tmp_path: Path) -> None:
+    """Twice the same regressor would take half of the newest sample's response."""
+    problem = problem_of(tmp_path, 0.0, names=("inputs", "changes"), eigenvalues=None)
+    training, found = LeastSquaresRecipe(**QUICK), []
+    for static in (("inputs",), ("inputs", "changes"), ("changes",)):
+        table = StateSpaceRecipe(drive=("changes", "inputs"), static=static, order=2, hidden=0)
+        data = prepare(problem, table, training)
+        tournament = Tournament(problem, table, training, data, lambda *state: None)
+        found.append(tournament._impulse_responses())
+    assert torch.equal(found[1], found[0])
+    assert torch.equal(found[2], found[0])
 
 
 def test_order_that_neither_shows_is_told(tmp_path: Path) -> None:
@@ -184,5 +220,5 @@ def test_search_keeps_to_the_dense_limit(tmp_path: Path, monkeypatch: pytest.Mon
     starts = [re.fullmatch(r"start \d, 2 states, (\d+) units", name) for name in runs(problem)]
     units = {int(start[1]) for start in starts if start is not None}
     assert len(units) == 1
-    assert CellShape(4, 1, units.pop(), 1).n_parameters <= 50
+    assert plain(4, 1, units.pop(), 1).n_parameters <= 50
     assert "widened to 12" in runs(problem)

@@ -5,17 +5,21 @@
 #define SLIDE_CELLS_H
 
 #include "arena.h"
+#include "feature_set.h"
 #include "kernel.h"
 #include "network_view.h"
 
 typedef struct {
-    SlideCell cell;
-    uint32_t n_samples, n_out, n_values, n_inputs;
-    uint32_t n_blocks;     /* of features: inputs, differences, second differences */
-    double *feature_scale; /* [n_features] */
-    float *features;       /* scratch [n_features + 1]; the last is 1 */
+    bool is_gated;
+    SlideCell cell;        /* if not gated */
+    SlideGatedCell gated;  /* if gated */
+    uint32_t n_samples, n_out, n_values;
+    size_t state_panels, row_panels;
+    size_t n_factors;      /* of the values, beside the constant one */
+    SlideFeatures seen;    /* in the order [r, turn, g, s, f, w]; w only where it is not f */
+    float *features;       /* scratch [seen.count + 1]; the last is 1 */
     float *next;           /* scratch: the states after an input, before they are accepted */
-    float *both;           /* scratch: values of both states */
+    float *both;           /* scratch: rows of both states, those of a value together */
     float *newest;         /* scratch [n_values]: the values of the network */
     float *faded;          /* scratch [n_values]: what the younger state changes in them */
 } SlideCells;
@@ -29,20 +33,25 @@ typedef struct {
     float *largest;   /* [n_values], scaled: the same since then, not known before the next */
 } SlideCellState;
 
-void slide_cells_place(SlideCells *cells, const SlideNetworkView *view, uint32_t n_inputs,
-                       SlideArena *arena);
+void slide_cells_place(SlideCells *cells, const SlideNetworkView *view, SlideArena *arena);
 void slide_cell_state_place(SlideCellState *state, const SlideCells *cells, SlideArena *arena);
 
 /* Both states to zero; the truncation error stays. n_samples inputs later the exact window is
  * evaluated, 2 n_samples inputs later the truncation error is measured. */
 void slide_cells_restart(const SlideCells *cells, SlideCellState *state);
 
-/* Try the next input: scaled [n_inputs], with the two inputs before it [2][n_inputs], newest first.
- * Gives the values; each has a term of every state, so states that are not finite show there. The
- * state stays as it was until slide_cells_accept. */
+/* Look at a scaled input [n_inputs], with the inputs before it [SLIDE_BEFORE][n_inputs], newest
+ * first. False when a feature is not finite. */
+bool slide_cells_see(const SlideCells *cells, const double *input, const double *before);
+
+/* Both states after what was seen, and the rows of their values. */
+void slide_cells_run(const SlideCells *cells, const SlideKernel *kernel,
+                     const SlideCellState *state);
+
+/* Try the input that was seen. Gives the values; each has a term of every state, so states that are
+ * not finite show there. The state stays as it was until slide_cells_accept. */
 const float *slide_cells_advance(const SlideCells *cells, const SlideKernel *kernel,
-                                 const SlideCellState *state, const double *input,
-                                 const double *before);
+                                 const SlideCellState *state);
 void slide_cells_accept(const SlideCells *cells, SlideCellState *state);
 
 #endif

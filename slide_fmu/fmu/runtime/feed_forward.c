@@ -24,17 +24,16 @@ static SlideLayer place_layer(const unsigned char *weights, const unsigned char 
     return layer;
 }
 
-void slide_feed_forward_place(SlideFeedForward *network, const SlideNetworkView *view,
+void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *view,
                               uint32_t n_kept, SlideArena *arena) {
     size_t widest = 0, n_dropped = view->n_values - n_kept;
-    const SlideLayersView *layers = &view->layers;
-    const unsigned char *at = layers->layers;
-    network->n_layers = layers->n_layers;
-    network->layers = slide_place(arena, layers->n_layers, sizeof *network->layers);
-    for (uint32_t i = 0; i < layers->n_layers; ++i) {
+    const unsigned char *at = view->layers;
+    network->n_layers = view->n_layers;
+    network->layers = slide_place(arena, view->n_layers, sizeof *network->layers);
+    for (uint32_t i = 0; i < view->n_layers; ++i) {
         SlideLayerView source;
         at = slide_layer_view(at, &source);
-        size_t first = i + 1 == layers->n_layers ? n_dropped : 0;
+        size_t first = i + 1 == view->n_layers ? n_dropped : 0;
         SlideLayer layer = place_layer(source.weights + 4 * first * source.n_in,
                                        source.bias + 4 * first, source.n_in,
                                        source.n_out - first, arena);
@@ -45,9 +44,9 @@ void slide_feed_forward_place(SlideFeedForward *network, const SlideNetworkView 
         }
     }
     network->skip = (SlideLayer){0, 0, 0, NULL, NULL};
-    if (layers->skip != NULL) {
-        const unsigned char *rows = layers->skip + 4 * n_dropped * layers->n_first;
-        network->skip = place_layer(rows, NULL, layers->n_first, n_kept, arena);
+    if (view->skip != NULL) {
+        const unsigned char *rows = view->skip + 4 * n_dropped * view->n_first;
+        network->skip = place_layer(rows, NULL, view->n_first, n_kept, arena);
     }
     network->scratch[0] = slide_place(arena, widest, SLIDE_PANEL * sizeof(float));
     network->scratch[1] = slide_place(arena, widest, SLIDE_PANEL * sizeof(float));

@@ -4,7 +4,7 @@
 
 #include "arena.h"
 #include "kernel.h"
-#include "network_view.h"
+#include "layers_view.h"
 
 typedef struct {
     size_t n_in, n_panels;
@@ -22,11 +22,11 @@ typedef struct {
 
 /* Place a network in the arena; of the values it gives, only the last n_kept are kept (the newest
  * sample of a block). While the arena measures, the network is not usable. */
-void slide_feed_forward_place(SlideFeedForward *network, const SlideNetworkView *view,
+void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *view,
                               uint32_t n_kept, SlideArena *arena);
 
-/* Evaluate on a window of n_samples samples, oldest first; the n_kept values stay valid until the
- * next evaluation. */
+/* Evaluate on the features of n_samples samples, oldest first; the n_kept values stay valid until
+ * the next evaluation. */
 const float *slide_feed_forward_evaluate(const SlideFeedForward *network,
                                          const SlideKernel *kernel, const float *window);
 

@@ -46,7 +46,7 @@ static double value_of(const SlideInstance *instance, size_t reference) {
     }
     if (output >= count_filled_outputs(model)) {
         size_t error = output - (size_t)count_filled_outputs(model);
-        return state->predictor.errors[error] * model->output_scaling[error].scale;
+        return state->predictor.cells.errors[error] * model->output_scaling[error].scale;
     }
     size_t n_estimates = model->positions > 0 ? model->n_outputs : 0;
     size_t other = output - model->n_outputs;

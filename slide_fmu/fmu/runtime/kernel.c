@@ -1,6 +1,7 @@
 #include "kernel.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 #define TEXT_OF(name) #name
@@ -119,50 +120,98 @@ typedef struct {
     const float *a, *b;
 } Pair;
 
-/* y = start + weights x for both states, in panels of SLIDE_LANES, the two y one after the other;
- * start may be y. Two sums each, of even and odd columns: less waiting for the last term. */
+/* y = start + weights x for both states, one panel of SLIDE_LANES; the two y one after the other,
+ * n_panels each. Two sums each, of even and odd columns: less waiting for the last term. */
+static inline void affine_panel(const Lanes *w, Pair start, Pair x, size_t n_in, size_t panel,
+                                size_t n_panels, Lanes *y) {
+    Lanes a = ((const Lanes *)start.a)[panel], b = ((const Lanes *)start.b)[panel];
+    Lanes c = {0}, d = {0};
+    size_t i = 0;
+    for (; i + 2 <= n_in; i += 2) {
+        a += x.a[i] * w[i];
+        b += x.b[i] * w[i];
+        c += x.a[i + 1] * w[i + 1];
+        d += x.b[i + 1] * w[i + 1];
+    }
+    if (i < n_in) {
+        a += x.a[i] * w[i];
+        b += x.b[i] * w[i];
+    }
+    y[panel] = a + c;
+    y[n_panels + panel] = b + d;
+}
+
+/* The same for a panel and the next one: each x is read once for both. */
+static inline void affine_panels(const Lanes *w, Pair start, Pair x, size_t n_in, size_t panel,
+                                 size_t n_panels, Lanes *y) {
+    const Lanes *w_next = w + n_in, *start_a = (const Lanes *)start.a + panel;
+    const Lanes *start_b = (const Lanes *)start.b + panel;
+    Lanes a = start_a[0], b = start_b[0], a_next = start_a[1], b_next = start_b[1];
+    Lanes c = {0}, d = {0}, c_next = {0}, d_next = {0};
+    size_t i = 0;
+    for (; i + 2 <= n_in; i += 2) {
+        a += x.a[i] * w[i];
+        b += x.b[i] * w[i];
+        a_next += x.a[i] * w_next[i];
+        b_next += x.b[i] * w_next[i];
+        c += x.a[i + 1] * w[i + 1];
+        d += x.b[i + 1] * w[i + 1];
+        c_next += x.a[i + 1] * w_next[i + 1];
+        d_next += x.b[i + 1] * w_next[i + 1];
+    }
+    if (i < n_in) {
+        a += x.a[i] * w[i];
+        b += x.b[i] * w[i];
+        a_next += x.a[i] * w_next[i];
+        b_next += x.b[i] * w_next[i];
+    }
+    y[panel] = a + c, y[panel + 1] = a_next + c_next;
+    y[n_panels + panel] = b + d, y[n_panels + panel + 1] = b_next + d_next;
+}
+
+/* The same for all panels; start may be y. */
 static inline void affine_pair(const float *weights, Pair start, Pair x, size_t n_in,
                                size_t n_panels, float *y) {
-    for (size_t panel = 0; panel < n_panels; ++panel) {
-        const Lanes *w = (const Lanes *)weights + panel * n_in;
-        Lanes a = ((const Lanes *)start.a)[panel], b = ((const Lanes *)start.b)[panel];
-        Lanes c = {0}, d = {0};
-        size_t i = 0;
-        for (; i + 2 <= n_in; i += 2) {
-            a += x.a[i] * w[i];
-            b += x.b[i] * w[i];
-            c += x.a[i + 1] * w[i + 1];
-            d += x.b[i + 1] * w[i + 1];
-        }
-        if (i < n_in) {
-            a += x.a[i] * w[i];
-            b += x.b[i] * w[i];
-        }
-        ((Lanes *)y)[panel] = a + c;
-        ((Lanes *)y)[n_panels + panel] = b + d;
+    const Lanes *w = (const Lanes *)weights;
+    size_t panel = 0;
+    for (; panel + 2 <= n_panels; panel += 2) {
+        affine_panels(w + panel * n_in, start, x, n_in, panel, n_panels, (Lanes *)y);
+    }
+    if (panel < n_panels) {
+        affine_panel(w + panel * n_in, start, x, n_in, panel, n_panels, (Lanes *)y);
     }
 }
 
-/* y = weights x for one vector, in panels of SLIDE_LANES. */
+/* y = weights x for one vector, in panels of SLIDE_LANES, two at once. */
 static inline void multiply(const float *weights, const float *x, size_t n_in, size_t n_panels,
                             float *y) {
-    for (size_t panel = 0; panel < n_panels; ++panel) {
-        const Lanes *w = (const Lanes *)weights + panel * n_in;
+    const Lanes *w = (const Lanes *)weights;
+    Lanes *result = (Lanes *)y;
+    size_t panel = 0;
+    for (; panel + 2 <= n_panels; panel += 2, w += 2 * n_in) {
+        Lanes a = {0}, b = {0};
+        for (size_t i = 0; i < n_in; ++i) {
+            a += x[i] * w[i];
+            b += x[i] * w[n_in + i];
+        }
+        result[panel] = a, result[panel + 1] = b;
+    }
+    if (panel < n_panels) {
         Lanes a = {0};
         for (size_t i = 0; i < n_in; ++i) {
             a += x[i] * w[i];
         }
-        ((Lanes *)y)[panel] = a;
+        result[panel] = a;
     }
 }
 
 static void advance(const SlideCell *cell, const float *features, const float *states,
-                    float *next, float *values) {
+                    float *next, float *rows) {
     const size_t units = cell->unit_panels * SLIDE_LANES, n = cell->state_panels * SLIDE_LANES;
-    const size_t of_values = units + n, panels = cell->unit_panels + cell->state_panels;
+    const size_t of_rows = units + n, panels = cell->unit_panels + cell->state_panels;
     const float *driven = cell->driven, *from_x = cell->from_states;
     const Pair x = {states, states + n};
-    multiply(cell->from_features, features, cell->n_features + 1, panels + cell->value_panels,
+    multiply(cell->from_features, features, cell->n_features + 1, panels + cell->row_panels,
              cell->driven);
     affine_pair(from_x, (Pair){driven, driven}, x, cell->n_states, cell->unit_panels, cell->units);
     activate(cell->activation, cell->units,
@@ -172,8 +221,71 @@ static void advance(const SlideCell *cell, const float *features, const float *s
     const Pair moved = {next, next + n};
     affine_pair(cell->from_units, moved, (Pair){cell->units, cell->units + units}, units,
                 cell->state_panels, next);
-    affine_pair(cell->to_values, (Pair){driven + of_values, driven + of_values}, moved,
-                cell->n_states, cell->value_panels, values);
+    affine_pair(cell->to_rows, (Pair){driven + of_rows, driven + of_rows}, moved,
+                cell->n_states, cell->row_panels, rows);
 }
 
-const SlideKernel SLIDE_KERNEL = {TEXT(SLIDE_KERNEL), affine, activate, advance};
+static inline void add_to(float *y, const float *x, size_t n_panels) {
+    for (size_t panel = 0; panel < n_panels; ++panel) {
+        ((Lanes *)y)[panel] += ((const Lanes *)x)[panel];
+    }
+}
+
+static inline void multiply_by(float *y, const float *x, size_t n_panels) {
+    for (size_t panel = 0; panel < n_panels; ++panel) {
+        ((Lanes *)y)[panel] *= ((const Lanes *)x)[panel];
+    }
+}
+
+/* Turn the first pairs of a state by an angle with cosine c and sine s. */
+static inline void turn_pairs(float *state, size_t pairs, float c, float s) {
+    for (size_t i = 0; i < pairs; ++i) {
+        float x = state[2 * i], y = state[2 * i + 1];
+        state[2 * i] = c * x - s * y;
+        state[2 * i + 1] = s * x + c * y;
+    }
+}
+
+/* What both states share: gates, what is offered to them, drive and static part. */
+static void share(const SlideGatedCell *cell, const float *gated) {
+    const float *schedule = gated + cell->n_gated, *drive = schedule + cell->n_schedule;
+    const size_t units = cell->unit_panels;
+    multiply(cell->gates, schedule, cell->n_schedule, units, cell->open);
+    add_to(cell->open, cell->gates_start, units);
+    tanh_each(cell->open, units * SLIDE_LANES);
+    multiply(cell->from_gated, gated, cell->n_gated, units, cell->offered);
+    multiply(cell->from_drive, drive, cell->n_drive, cell->state_panels, cell->driven);
+    multiply(cell->from_static, drive + cell->n_drive, cell->n_static, cell->row_panels,
+             cell->rows);
+    add_to(cell->rows, cell->rows_start, cell->row_panels);
+}
+
+static void advance_gated(const SlideGatedCell *cell, const float *features, const float *states,
+                          float *next, float *rows) {
+    const size_t units = cell->unit_panels * SLIDE_LANES, n = cell->state_panels * SLIDE_LANES;
+    const Pair x = {states, states + n}, seen = {cell->seen, cell->seen + n};
+    const Pair zeros = {cell->zeros, cell->zeros}, offered = {cell->offered, cell->offered};
+    const Pair pushed = {cell->pushed, cell->pushed + n}, moved = {next, next + n};
+    const Pair shared = {cell->rows, cell->rows};
+    const bool turns = cell->turned > 0;
+    share(cell, features + (turns ? 2 : 0));
+    memcpy(cell->seen, states, 2 * n * sizeof(float));
+    for (size_t state = 0; turns && state < 2; ++state) {
+        turn_pairs(cell->seen + state * n, cell->turned, features[0], -features[1]);
+    }
+    affine_pair(cell->products, offered, seen, cell->n_states, cell->unit_panels, cell->units);
+    multiply_by(cell->units, cell->open, cell->unit_panels);
+    multiply_by(cell->units + units, cell->open, cell->unit_panels);
+    affine_pair(cell->from_units, zeros, (Pair){cell->units, cell->units + units}, units,
+                cell->state_panels, cell->pushed);
+    for (size_t state = 0; state < 2; ++state) {
+        if (turns) {
+            turn_pairs(cell->pushed + state * n, cell->turned, features[0], features[1]);
+        }
+        add_to(cell->pushed + state * n, cell->driven, cell->state_panels);
+    }
+    affine_pair(cell->from_states, pushed, x, cell->n_states, cell->state_panels, next);
+    affine_pair(cell->to_rows, shared, moved, cell->n_states, cell->row_panels, rows);
+}
+
+const SlideKernel SLIDE_KERNEL = {TEXT(SLIDE_KERNEL), affine, activate, advance, advance_gated};

@@ -15,15 +15,33 @@ enum {
  * lie in panels, [panel][column][SLIDE_LANES], zeros where no row is. */
 typedef struct {
     size_t n_features, n_states;
-    size_t unit_panels, state_panels, value_panels;
+    size_t unit_panels, state_panels, row_panels;
     uint32_t activation;
-    const float *from_features; /* of [f, 1]: rows of W, then of B, then of D and d0 */
+    const float *from_features; /* of [f, w, 1]: rows of W, then of B, then of D and d0 */
     const float *from_states;   /* of x: rows of W, then of A */
     const float *from_units;    /* E, its columns padded to whole panels */
-    const float *to_values;     /* C */
+    const float *to_rows;       /* C */
     float *driven;              /* scratch: rows of from_features */
     float *units;               /* scratch: units of both states, in whole SLIDE_PANELs */
 } SlideCell;
+
+/* The same with gated units. Its features come in the order [turn, g, s, f, w]. */
+typedef struct {
+    size_t n_gated, n_schedule, n_drive, n_static, n_states;
+    size_t turned; /* pairs of states */
+    size_t unit_panels, state_panels, row_panels;
+    const float *gates, *gates_start;     /* W and its last column */
+    const float *products, *from_gated;   /* V of x, V of g */
+    const float *from_states, *from_drive; /* A, B */
+    const float *from_units;              /* E, its columns padded to whole panels */
+    const float *to_rows;                 /* C */
+    const float *from_static, *rows_start; /* D, d0 */
+    float *open, *offered;                /* scratch: gates, and what is offered to them */
+    float *driven, *rows;                 /* scratch: B f; D w + d0 */
+    float *seen, *pushed;                 /* scratch of both states: turned back; E h */
+    float *units;                         /* scratch of both states */
+    const float *zeros;                   /* as long as a state */
+} SlideGatedCell;
 
 typedef struct {
     const char *name;
@@ -34,11 +52,13 @@ typedef struct {
     /* Apply activation 0 identity, 1 relu, 2 elu, 3 tanh, 4 gelu, 5 cubic in place; count: a
      * multiple of SLIDE_PANEL. What is not a number stays so. */
     void (*activate)(uint32_t activation, float *values, size_t count);
-    /* Advance two states of a cell at once, with the same features [f, 1]: next [2][state_panels]
-     * [SLIDE_LANES] from states of that shape, and the values of both, [2][value_panels]
+    /* Advance two states of a cell at once, with the same features: next [2][state_panels]
+     * [SLIDE_LANES] from states of that shape, and the rows of both, [2][row_panels]
      * [SLIDE_LANES]. Weights are read once, and one state fills the waiting times of the other. */
     void (*advance)(const SlideCell *cell, const float *features, const float *states,
-                    float *next, float *values);
+                    float *next, float *rows);
+    void (*advance_gated)(const SlideGatedCell *cell, const float *features, const float *states,
+                          float *next, float *rows);
 } SlideKernel;
 
 extern const SlideKernel slide_kernel_baseline; /* x86-64-v2 */

@@ -12,39 +12,24 @@ static SlideScaling *place_scaling(const unsigned char *pairs, uint32_t channels
     return scaling;
 }
 
-static void place_network(SlideNetwork *network, const SlideNetworkView *view, uint32_t n_kept,
-                          SlideModel *model, SlideArena *arena) {
-    network->kind = view->kind;
-    network->n_samples = view->n_samples;
-    network->n_needed = view->n_samples;
-    if (view->kind == SLIDE_STATE_SPACE) {
-        network->n_needed = view->n_samples - view->cell.n_out + 1;
-        slide_cells_place(&network->cells, view, model->n_inputs, arena);
-        return;
-    }
-    slide_feed_forward_place(&network->layers, view, n_kept, arena);
-    model->capacity = view->n_samples > model->capacity ? view->n_samples : model->capacity;
-}
-
 void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideArena *arena) {
     model->step = payload->step;
     model->n_inputs = payload->n_inputs;
     model->n_outputs = payload->n_outputs;
     model->n_in = payload->n_in;
-    model->capacity = 0;
     model->positions = 0;
     model->input_scaling = place_scaling(payload->input_scaling, payload->n_inputs, arena);
     model->output_scaling = place_scaling(payload->output_scaling, payload->n_outputs, arena);
-    place_network(&model->predictor, &payload->predictor, payload->n_outputs, model, arena);
+    slide_network_place(&model->predictor, &payload->predictor, payload->n_outputs, arena);
     if (payload->has_estimator) {
         const SlideNetworkView *view = &payload->estimator;
-        place_network(&model->estimator, view, view->n_values, model, arena);
+        slide_network_place(&model->estimator, view, view->n_values, arena);
         model->n_means = view->n_values - payload->n_outputs;
         model->positions = payload->positions;
         model->log_middle = 0.5 * (payload->high + payload->low);
         model->log_half_range = 0.5 * (payload->high - payload->low);
     }
-    model->history = slide_history_shape(payload->n_inputs, payload->n_in + SLIDE_LEAD,
+    model->history = slide_history_shape(payload->n_inputs, payload->n_in + SLIDE_BEFORE,
                                          payload->step, payload->ramp);
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
     model->sample = slide_place(arena, payload->n_inputs, sizeof(double));

@@ -6,8 +6,6 @@
 #include "network.h"
 #include "payload.h"
 
-enum { SLIDE_LEAD = 2 }; /* samples before the window that differences need */
-
 typedef struct {
     double offset, scale;
 } SlideScaling;
@@ -16,7 +14,6 @@ typedef struct {
     double step; /* s */
     uint32_t n_inputs, n_outputs;
     uint32_t n_in;      /* samples of the window */
-    uint32_t capacity;  /* input samples that layers must find in one piece; 0 for cells */
     uint32_t positions; /* positions of the error estimator; 0 without one */
     uint32_t n_means;   /* expected errors that the estimator gives before the exponents */
     double log_middle, log_half_range;

@@ -5,13 +5,49 @@
 #include "cells.h"
 #include "feed_forward.h"
 
+/* Layers with what they see: the features of the newest n_samples samples. */
+typedef struct {
+    SlideFeatures seen;
+    float *features; /* scratch [seen.count] */
+    SlideFeedForward stack;
+} SlideLayers;
+
 typedef struct {
     uint32_t kind; /* SlideKind */
     uint32_t n_samples;
     uint32_t n_needed; /* inputs before which the network has forgotten: those it sees, or with
                           cells those of the oldest sample of the output window */
-    SlideFeedForward layers; /* of kind SLIDE_FEED_FORWARD */
-    SlideCells cells;        /* of kind SLIDE_STATE_SPACE */
+    SlideLayers layers; /* of kind SLIDE_FEED_FORWARD */
+    SlideCells cells;   /* of kind SLIDE_STATE_SPACE */
 } SlideNetwork;
+
+/* All that changes; part of the flat state block. */
+typedef struct {
+    float *ring; /* of layers: [2 n_samples][seen.count]; the features of every sample are written
+                    twice, n_samples slots apart, so that each window lies in one piece */
+    SlideCellState cells; /* of cells */
+} SlideNetworkState;
+
+/* Of the values that layers give, only the last n_kept are kept. */
+void slide_network_place(SlideNetwork *network, const SlideNetworkView *view, uint32_t n_kept,
+                         SlideArena *arena);
+void slide_network_state_place(SlideNetworkState *state, const SlideNetwork *network,
+                               SlideArena *arena);
+
+/* Forget all; the present input, scaled [n_inputs], counts for all before the next. What is not
+ * finite shows when the next is seen. */
+void slide_network_restart(const SlideNetwork *network, SlideNetworkState *state,
+                           const double *input, const double *before);
+
+/* Look at the next input, with its number and those before it [SLIDE_BEFORE][n_inputs], newest
+ * first. False when a feature is not finite. The place written to holds the oldest sample, which no
+ * later window needs. */
+bool slide_network_see(const SlideNetwork *network, SlideNetworkState *state, uint64_t sample,
+                       const double *input, const double *before);
+
+/* The values after the input that was seen; cells stay as they were until slide_network_accept. */
+const float *slide_network_evaluate(const SlideNetwork *network, const SlideKernel *kernel,
+                                    const SlideNetworkState *state, uint64_t sample);
+void slide_network_accept(const SlideNetwork *network, SlideNetworkState *state);
 
 #endif

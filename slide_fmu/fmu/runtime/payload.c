@@ -4,11 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { VERSION = 2, MAX_WINDOW = 1 << 20 };
-
-static bool too_short(SlideMessage *message, const char *what) {
-    return slide_say(message, "surrogate file is damaged: %s ends too early", what);
-}
+enum { VERSION = 3, MAX_WINDOW = 1 << 20 };
 
 static bool open_section(SlideCursor *file, const char *tag, SlideCursor *section,
                          SlideMessage *message) {
@@ -18,11 +14,11 @@ static bool open_section(SlideCursor *file, const char *tag, SlideCursor *sectio
         return slide_say(message, "surrogate file is damaged: expected section %s", tag);
     }
     if (!slide_take_u32(file, &length)) {
-        return too_short(message, tag);
+        return slide_too_short(message, tag);
     }
     section->at = slide_take(file, length, 1);
     section->end = section->at == NULL ? NULL : section->at + length;
-    return section->at != NULL || too_short(message, tag);
+    return section->at != NULL || slide_too_short(message, tag);
 }
 
 static bool close_section(const SlideCursor *section, const char *tag, SlideMessage *message) {
@@ -41,7 +37,7 @@ static bool read_window(SlidePayload *payload, SlideCursor *file, SlideMessage *
         !slide_take_u32(&section, &payload->n_out) ||
         !slide_take_u32(&section, &payload->n_inputs) ||
         !slide_take_u32(&section, &payload->n_outputs) || !slide_take_u32(&section, &hold)) {
-        return too_short(message, "WIND");
+        return slide_too_short(message, "WIND");
     }
     if (!(isfinite(payload->step) && payload->step > 0)) {
         return slide_say(message, "surrogate file: step %g s; expected positive", payload->step);
@@ -68,7 +64,7 @@ static bool read_scaling(const unsigned char **scaling, uint32_t channels, const
     }
     *scaling = slide_take(&section, channels, 16);
     if (*scaling == NULL) {
-        return too_short(message, tag);
+        return slide_too_short(message, tag);
     }
     for (size_t i = 0; i < channels; ++i) {
         double offset = slide_f64(*scaling + 16 * i), scale = slide_f64(*scaling + 16 * i + 8);
@@ -120,7 +116,7 @@ static bool read_estimator(SlidePayload *payload, SlideCursor *file, SlideMessag
     }
     if (!slide_take_f64(&section, &payload->low) || !slide_take_f64(&section, &payload->high) ||
         !slide_take_u32(&section, &payload->positions)) {
-        return too_short(message, "ESTI");
+        return slide_too_short(message, "ESTI");
     }
     if (!isfinite(payload->low) || !isfinite(payload->high) || !(payload->low < payload->high)) {
         return slide_say(message, "surrogate file: error exponents %g, %g; expected low < high",

@@ -3,12 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-static void place_cells(SlideCellState *state, const SlideNetwork *network, SlideArena *arena) {
-    if (network->kind == SLIDE_STATE_SPACE) {
-        slide_cell_state_place(state, &network->cells, arena);
-    }
-}
-
 void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *arena) {
     size_t n_inputs = model->n_inputs, n_outputs = model->n_outputs, start;
     state->head = slide_place(arena, 1, sizeof *state->head);
@@ -17,11 +11,10 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
     state->outputs = slide_place(arena, n_outputs, sizeof(double));
     state->errors = slide_place(arena, model->positions > 0 ? n_outputs : 0, sizeof(double));
     state->squares = slide_place(arena, model->positions * n_outputs, sizeof(double));
-    state->before = slide_place(arena, SLIDE_LEAD * n_inputs, sizeof(double));
-    state->ring = slide_place(arena, (size_t)model->capacity * 2 * n_inputs, sizeof(float));
-    place_cells(&state->predictor, &model->predictor, arena);
+    state->before = slide_place(arena, SLIDE_BEFORE * n_inputs, sizeof(double));
+    slide_network_state_place(&state->predictor, &model->predictor, arena);
     if (model->positions > 0) {
-        place_cells(&state->estimator, &model->estimator, arena);
+        slide_network_state_place(&state->estimator, &model->estimator, arena);
     }
     slide_history_place(&state->history, &model->history, arena);
     state->size = arena->used - start;
@@ -54,30 +47,11 @@ static void set_sample(const SlideModel *model, const double *inputs) {
     }
 }
 
-static void write_slot(const SlideModel *model, SlideState *state, size_t slot) {
-    size_t n_inputs = model->n_inputs;
-    float *first = state->ring + slot * n_inputs;
-    for (size_t i = 0; i < n_inputs; ++i) {
-        first[i] = (float)model->sample[i];
-    }
-    memcpy(first + model->capacity * n_inputs, first, n_inputs * sizeof(float));
-}
-
-/* What a network gives with the present sample as its newest. */
-static const float *evaluate(const SlideModel *model, const SlideNetwork *network,
-                             const SlideState *state, const SlideCellState *cells, size_t slot) {
-    if (network->kind == SLIDE_STATE_SPACE) {
-        return slide_cells_advance(&network->cells, model->kernel, cells, model->sample,
-                                   state->before);
-    }
-    size_t first = slot + model->capacity + 1 - network->n_samples;
-    return slide_feed_forward_evaluate(&network->layers, model->kernel,
-                                       state->ring + first * model->n_inputs);
-}
-
-static bool predict(const SlideModel *model, const SlideState *state, size_t slot) {
+/* What the networks give with the present sample as their newest. */
+static bool predict(const SlideModel *model, const SlideState *state, uint64_t sample) {
     bool finite = true;
-    const float *values = evaluate(model, &model->predictor, state, &state->predictor, slot);
+    const float *values =
+        slide_network_evaluate(&model->predictor, model->kernel, &state->predictor, sample);
     for (size_t i = 0; i < model->n_outputs; ++i) {
         const SlideScaling *scaling = &model->output_scaling[i];
         model->candidate[i] = values[i] * scaling->scale + scaling->offset;
@@ -93,10 +67,11 @@ static double squared_error(const SlideModel *model, double value) {
     return isfinite(value) ? pow(10.0, 2 * kept) : value;
 }
 
-static bool estimate(const SlideModel *model, const SlideState *state, size_t slot) {
+static bool estimate(const SlideModel *model, const SlideState *state, uint64_t sample) {
     bool finite = true;
     double *squares = model->candidate + model->n_outputs;
-    const float *values = evaluate(model, &model->estimator, state, &state->estimator, slot);
+    const float *values =
+        slide_network_evaluate(&model->estimator, model->kernel, &state->estimator, sample);
     for (size_t i = 0; i < model->n_outputs; ++i) {
         double mean = model->n_means > 0 ? values[i] : 0;
         squares[i] = mean * mean + squared_error(model, values[model->n_means + i]);
@@ -111,43 +86,54 @@ static void write_squares(const SlideModel *model, SlideState *state, size_t pos
            n_outputs * sizeof(double));
 }
 
-/* Which networks see a sample. */
+/* Which networks are evaluated at a sample; layers see every one. */
 typedef struct {
     bool predictor, estimator;
-} Seen;
+} Due;
 
-static void accept_sample(const SlideModel *model, SlideState *state, Seen seen) {
+static bool see(const SlideModel *model, const SlideNetwork *network, SlideNetworkState *state,
+                const double *before, uint64_t sample, bool due) {
+    return (!due && network->kind == SLIDE_STATE_SPACE) ||
+           slide_network_see(network, state, sample, model->sample, before);
+}
+
+static void accept_sample(const SlideModel *model, SlideState *state, Due due) {
     size_t n_inputs = model->n_inputs;
-    if (seen.predictor && model->predictor.kind == SLIDE_STATE_SPACE) {
-        slide_cells_accept(&model->predictor.cells, &state->predictor);
+    if (due.predictor) {
+        slide_network_accept(&model->predictor, &state->predictor);
     }
-    if (seen.estimator && model->estimator.kind == SLIDE_STATE_SPACE) {
-        slide_cells_accept(&model->estimator.cells, &state->estimator);
+    if (due.estimator) {
+        slide_network_accept(&model->estimator, &state->estimator);
     }
     for (size_t i = 0; i < n_inputs; ++i) {
-        state->before[n_inputs + i] = state->before[i];
+        for (size_t age = SLIDE_BEFORE - 1; age > 0; --age) {
+            state->before[age * n_inputs + i] = state->before[(age - 1) * n_inputs + i];
+        }
         state->before[i] = model->sample[i];
     }
     state->head->samples += 1;
-    if (seen.estimator) {
+    if (due.estimator) {
         write_squares(model, state, (size_t)(state->head->samples % model->positions));
     }
 }
 
-/* Take in model->sample. The slot written here holds the oldest input, which no later window
+/* Take in model->sample. Layers write to the slot of the oldest sample, which no later window
  * needs: when this fails, the state is what it was. */
-static bool take(const SlideModel *model, SlideState *state, Seen seen) {
-    size_t slot = 0;
-    if (model->capacity > 0) {
-        slot = (size_t)((state->head->samples + 1) % model->capacity);
-        write_slot(model, state, slot);
-    }
-    seen.estimator = seen.estimator && model->positions > 0;
-    if ((seen.predictor && !predict(model, state, slot)) ||
-        (seen.estimator && !estimate(model, state, slot))) {
+static bool take(const SlideModel *model, SlideState *state, Due due) {
+    uint64_t sample = state->head->samples + 1;
+    const double *before = state->before;
+    bool estimates = model->positions > 0;
+    due.estimator = due.estimator && estimates;
+    if (!see(model, &model->predictor, &state->predictor, before, sample, due.predictor) ||
+        (estimates &&
+         !see(model, &model->estimator, &state->estimator, before, sample, due.estimator))) {
         return false;
     }
-    accept_sample(model, state, seen);
+    if ((due.predictor && !predict(model, state, sample)) ||
+        (due.estimator && !estimate(model, state, sample))) {
+        return false;
+    }
+    accept_sample(model, state, due);
     return true;
 }
 
@@ -167,18 +153,13 @@ static void accept(const SlideModel *model, SlideState *state) {
 
 /* Forget all samples; the present one counts for those before the next. */
 static void restart(const SlideModel *model, SlideState *state) {
-    if (model->predictor.kind == SLIDE_STATE_SPACE) {
-        slide_cells_restart(&model->predictor.cells, &state->predictor);
-    }
-    if (model->positions > 0 && model->estimator.kind == SLIDE_STATE_SPACE) {
-        slide_cells_restart(&model->estimator.cells, &state->estimator);
-    }
-    for (size_t lead = 0; lead < SLIDE_LEAD; ++lead) {
-        memcpy(state->before + lead * model->n_inputs, model->sample,
+    for (size_t age = 0; age < SLIDE_BEFORE; ++age) {
+        memcpy(state->before + age * model->n_inputs, model->sample,
                model->n_inputs * sizeof(double));
     }
-    for (size_t slot = 0; slot < model->capacity; ++slot) {
-        write_slot(model, state, slot);
+    slide_network_restart(&model->predictor, &state->predictor, model->sample, state->before);
+    if (model->positions > 0) {
+        slide_network_restart(&model->estimator, &state->estimator, model->sample, state->before);
     }
     state->head->samples = 0;
 }
@@ -197,7 +178,7 @@ bool slide_stream_hold(const SlideModel *model, SlideState *state) {
     set_sample(model, state->inputs);
     restart(model, state);
     for (uint64_t left = predictor > estimator ? predictor : estimator; left > 0; --left) {
-        if (!take(model, state, (Seen){left <= predictor, left <= estimator})) {
+        if (!take(model, state, (Due){left <= predictor, left <= estimator})) {
             return false;
         }
     }
@@ -220,7 +201,7 @@ static bool take_in_turn(const SlideModel *model, SlideState *state, uint32_t co
         }
         set_sample(model, model->inputs);
         bool needed = left == 0 || model->predictor.kind == SLIDE_STATE_SPACE;
-        if (!take(model, state, (Seen){needed, true})) {
+        if (!take(model, state, (Due){needed, true})) {
             return false;
         }
     }
@@ -233,14 +214,14 @@ static bool take_anew(const SlideModel *model, SlideState *state) {
     uint64_t predictor = samples_for(&model->predictor, 1, 1);
     uint64_t estimator =
         model->positions > 0 ? samples_for(&model->estimator, model->positions, 1) : 0;
-    for (uint64_t n = (uint64_t)model->n_in + SLIDE_LEAD, left = n; left > 0; --left) {
+    for (uint64_t n = (uint64_t)model->n_in + SLIDE_BEFORE, left = n; left > 0; --left) {
         double begin = -(double)left * model->step, end = -(double)(left - 1) * model->step;
         slide_history_sample(&reader, begin, end, model->inputs);
         set_sample(model, model->inputs);
         if (left == n) {
             restart(model, state);
         }
-        if (!take(model, state, (Seen){left <= predictor, left <= estimator})) {
+        if (!take(model, state, (Due){left <= predictor, left <= estimator})) {
             return false;
         }
     }
@@ -272,7 +253,7 @@ static bool step_of(const SlideModel *model, SlideState *state, double length) {
 bool slide_stream_step(const SlideModel *model, SlideState *state, double length) {
     if (length == model->step && !slide_stream_fresh(state)) { /* undoes itself */
         set_sample(model, state->inputs);
-        if (!take(model, state, (Seen){true, true})) {
+        if (!take(model, state, (Due){true, true})) {
             return false;
         }
         accept(model, state);

@@ -10,8 +10,8 @@ typedef struct {
     SlideClock clock;
     double filled;    /* samples of the inputs that were set in this run; whole unless steps were
                          no multiples of h */
-    uint64_t samples; /* taken in since the ring was started; the newest sits in slot
-                         samples % capacity, its squared error in samples % positions */
+    uint64_t samples; /* taken in since the last restart; what belongs to the newest sits in slot
+                         samples % n_samples, its squared error in samples % positions */
     uint32_t mode;    /* SlideMode of instance.h */
     uint32_t current; /* outputs belong to the present state */
 } SlideHead;
@@ -23,10 +23,8 @@ typedef struct {
     double *outputs; /* [n_outputs] */
     double *errors;  /* [n_outputs], error estimates; none without estimator */
     double *squares; /* [positions][n_outputs], squared errors over scale, a ring over the samples */
-    double *before;  /* [SLIDE_LEAD][n_inputs], the last samples, scaled, newest first */
-    float *ring;     /* [2 capacity][n_inputs], scaled; every sample is written twice, capacity
-                        slots apart, so that each window lies in one piece */
-    SlideCellState predictor, estimator; /* none for layers */
+    double *before;  /* [SLIDE_BEFORE][n_inputs], the last samples, scaled, newest first */
+    SlideNetworkState predictor, estimator;
     SlideHistory history;
     size_t size;  /* bytes of the block, which starts at head */
     void *backup; /* room for a copy of the block; not part of it */

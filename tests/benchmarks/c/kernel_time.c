@@ -8,6 +8,7 @@
 #include <time.h>
 
 double kernel_seconds(const char *path, int steps);
+double features_seconds(const char *path, int steps);
 double step_seconds(const char *path, int steps);
 
 /* A surrogate ready to step, in one block. */
@@ -55,22 +56,43 @@ double kernel_seconds(const char *path, int steps) {
     }
     const SlideModel *model = &loaded.model;
     const SlideCells *cells = &model->predictor.cells;
+    SlideNetworkState *state = &loaded.state.predictor;
     double begin = now();
     for (int k = 0; k < steps; ++k) {
         if (model->predictor.kind == SLIDE_STATE_SPACE) {
             cells->features[0] = (float)(k % 100) * 0.01f;
-            model->kernel->advance(&cells->cell, cells->features, loaded.state.predictor.states,
-                                   cells->next, cells->both);
-            loaded.state.predictor.states[0] = cells->next[0];
+            slide_cells_run(cells, model->kernel, &state->cells);
+            state->cells.states[0] = cells->next[0];
         } else {
-            loaded.state.ring[0] = (float)(k % 100) * 0.01f;
-            slide_feed_forward_evaluate(&model->predictor.layers, model->kernel,
-                                        loaded.state.ring);
+            state->ring[0] = (float)(k % 100) * 0.01f;
+            slide_feed_forward_evaluate(&model->predictor.layers.stack, model->kernel,
+                                        state->ring);
         }
     }
     double seconds = (now() - begin) / steps;
     free(loaded.block);
     return seconds;
+}
+
+/* What the surrogate's network sees of an input. */
+double features_seconds(const char *path, int steps) {
+    Loaded loaded;
+    if (!load(&loaded, path)) {
+        return NAN;
+    }
+    const SlideModel *model = &loaded.model;
+    const double *before = loaded.state.before;
+    bool good = true;
+    double begin = now();
+    for (int k = 0; k < steps; ++k) {
+        model->sample[0] = (k % 100) * 0.01;
+        good = slide_network_see(&model->predictor, &loaded.state.predictor, (uint64_t)k,
+                                 model->sample, before) &&
+               good;
+    }
+    double seconds = (now() - begin) / steps;
+    free(loaded.block);
+    return good ? seconds : NAN;
 }
 
 /* A whole communication step: inputs scaled, networks, outputs, window or states, history. */

@@ -99,7 +99,7 @@ typedef struct {
 } Alone;
 
 static void place(Alone *alone, const SlidePayload *payload, SlideArena *arena) {
-    slide_cells_place(&alone->cells, &payload->predictor, payload->n_inputs, arena);
+    slide_cells_place(&alone->cells, &payload->predictor, arena);
     slide_cell_state_place(&alone->state, &alone->cells, arena);
 }
 
@@ -122,12 +122,12 @@ static double take(Alone *alone, const SlidePayload *payload, int first, int las
     const double scale = slide_f64(payload->input_scaling + 8);
     double value = NAN;
     for (int k = first; k <= last; ++k) {
-        double input[3];
-        for (int age = 0; age < 3; ++age) {
+        double input[1 + SLIDE_BEFORE];
+        for (int age = 0; age <= SLIDE_BEFORE; ++age) {
             input[age] = (input_at(k - age) - offset) / scale;
         }
-        value = slide_cells_advance(&alone->cells, slide_kernel_choose(), &alone->state, input,
-                                    input + 1)[0];
+        slide_cells_see(&alone->cells, input, input + 1);
+        value = slide_cells_advance(&alone->cells, slide_kernel_choose(), &alone->state)[0];
         slide_cells_accept(&alone->cells, &alone->state);
     }
     return value;

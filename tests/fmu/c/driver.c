@@ -129,6 +129,7 @@ static int report_kernels(void) {
         report_activation(kernels[i], 5, "cubic");
         report_affine(kernels[i]);
         report_cell(kernels[i]);
+        report_gated_cell(kernels[i]);
     }
     return 0;
 }

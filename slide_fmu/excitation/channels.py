@@ -1,50 +1,53 @@
-"""Excitations: what drives the inputs of a trajectory.
+"""Excitations that draw every input on its own.
 
-Every kind gives normalised signals (-1 and 1 are the ends of the input's range) of shape
-(n_samples, n_inputs), all channels drawn independently.
+Each kind gives normalised signals: -1 and 1 are the ends of the input's range.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import abc
+from typing import Literal
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from slide_fmu.excitation.base import CountRange, Kind, PositiveRange, Range
 from slide_fmu.signals import FloatArray, Signal
 
 
-def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
-    if not 0 <= pair[0] <= pair[1]:
-        raise ValueError("expected two numbers, not negative, the smaller one first")
-    return pair
+class ChannelKind(Kind):
+    """What these kinds share: the range of the amplitude. Interface: never instantiated.
 
+    Attributes:
+        amplitude: range of the factor on the normalised signal, drawn uniformly for each input.
+    """
 
-def _ordered_counts(pair: tuple[int, int]) -> tuple[int, int]:
-    if pair[0] > pair[1]:
-        raise ValueError("expected two numbers, the smaller one first")
-    return pair
-
-
-Range = Annotated[tuple[float, float], AfterValidator(_ordered)]
-PositiveRange = Annotated[
-    tuple[Annotated[float, Field(gt=0)], Annotated[float, Field(gt=0)]], AfterValidator(_ordered)
-]
-CountRange = Annotated[
-    tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]],
-    AfterValidator(_ordered_counts),
-]
-
-
-class _Kind(BaseModel):
-    """What all kinds share: a weight in the mix and the range of the amplitude."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-    weight: float = Field(gt=0)
     amplitude: Range = (1.0, 1.0)
 
+    @abc.abstractmethod
+    def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
+        """One normalised channel at the sample times, shape (N,)."""
 
-class HeldRandom(_Kind):
+    def inputs(
+        self,
+        signals: tuple[Signal, ...],
+        time: FloatArray,
+        factor: float,
+        rng: np.random.Generator,
+    ) -> FloatArray:
+        """All channels, independent, clipped to ``factor`` times the range, shape (N, n_inputs).
+
+        A normalised value v means middle + half range * factor * v.
+        """
+        columns = []
+        for signal in signals:
+            normalised = np.clip(rng.uniform(*self.amplitude) * self.signal(time, rng), -1, 1)
+            middle, half_range = 0.5 * (signal.high + signal.low), 0.5 * (signal.high - signal.low)
+            columns.append(middle + half_range * factor * normalised)
+        return np.stack(columns, axis=1)
+
+
+class HeldRandom(ChannelKind):
     """Independent uniform values, each held for a random number of samples."""
 
     kind: Literal["held_random"]
@@ -57,7 +60,7 @@ class HeldRandom(_Kind):
         return np.repeat(rng.uniform(-1, 1, count), lengths)[:count]
 
 
-class MovingAverageRandom(_Kind):
+class MovingAverageRandom(ChannelKind):
     """Uniform random values, weighted over successive samples (the paper authors' code).
 
     ``coefficients[0]`` weighs the newest value.
@@ -72,7 +75,7 @@ class MovingAverageRandom(_Kind):
         return np.convolve(values, self.coefficients, mode="valid")
 
 
-class Harmonic(_Kind):
+class Harmonic(ChannelKind):
     """One sine with uniform angular frequency in rad/s and random phase."""
 
     kind: Literal["harmonic"]
@@ -84,7 +87,7 @@ class Harmonic(_Kind):
         return np.asarray(np.sin(frequency * time + rng.uniform(-np.pi, np.pi)))
 
 
-class Sweep(_Kind):
+class Sweep(ChannelKind):
     """A sine whose angular frequency runs linearly through the range, up or down."""
 
     kind: Literal["sweep"]
@@ -99,7 +102,7 @@ class Sweep(_Kind):
         return np.asarray(np.sin(phase))
 
 
-class Multisine(_Kind):
+class Multisine(ChannelKind):
     """A sum of sines with random frequencies in rad/s and phases; the amplitude is its RMS."""
 
     kind: Literal["multisine"]
@@ -115,7 +118,7 @@ class Multisine(_Kind):
         return np.asarray(total * np.sqrt(2 / count))
 
 
-class Steps(_Kind):
+class Steps(ChannelKind):
     """Uniform levels, each held for a random duration in s."""
 
     kind: Literal["steps"]
@@ -127,7 +130,7 @@ class Steps(_Kind):
         return rng.uniform(-1, 1, len(edges) + 1)[np.searchsorted(edges, time, side="right")]
 
 
-class Rest(_Kind):
+class Rest(ChannelKind):
     """Held random values that alternate with rest (input 0); durations of both in s."""
 
     kind: Literal["rest"]
@@ -138,43 +141,6 @@ class Rest(_Kind):
         edges = _edges(time, self.duration, rng)
         active = np.searchsorted(edges, time, side="right") % 2 == 0
         return np.where(active, rng.uniform(-1, 1, len(time)), 0.0)
-
-
-Excitation = Annotated[
-    HeldRandom | MovingAverageRandom | Harmonic | Sweep | Multisine | Steps | Rest,
-    Field(discriminator="kind"),
-]
-
-
-def draw_inputs(
-    kind: Excitation,
-    signals: tuple[Signal, ...],
-    time: FloatArray,
-    factor: float,
-    rng: np.random.Generator,
-) -> FloatArray:
-    """Draw one realisation of an excitation.
-
-    Args:
-        signals: the inputs; a normalised value v means middle + half range * v.
-        time: sample times in s, shape (N,).
-        factor: multiplies what was drawn; above 1 the inputs leave their range.
-
-    Returns:
-        Inputs in their units, shape (N, n_inputs), clipped to ``factor`` times the range.
-    """
-    columns = []
-    for signal in signals:
-        normalised = np.clip(rng.uniform(*kind.amplitude) * kind.signal(time, rng), -1, 1)
-        middle, half_range = 0.5 * (signal.high + signal.low), 0.5 * (signal.high - signal.low)
-        columns.append(middle + half_range * factor * normalised)
-    return np.stack(columns, axis=1)
-
-
-def choose_kind(kinds: tuple[Excitation, ...], rng: np.random.Generator) -> int:
-    """Draw the index of a kind by the weights."""
-    weights = np.array([kind.weight for kind in kinds])
-    return int(rng.choice(len(kinds), p=weights / weights.sum()))
 
 
 def _edges(

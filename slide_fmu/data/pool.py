@@ -1,0 +1,48 @@
+"""Worker processes that simulate."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from typing import Any
+
+
+@contextmanager
+def process_pool(
+    workers: int | None = None,
+    set_up: Callable[..., object] | None = None,
+    arguments: tuple[Any, ...] = (),
+) -> Iterator[Executor]:
+    """A process pool whose workers end with their parent, however it ends.
+
+    Args:
+        workers: number of processes; one per core if None.
+        set_up: called in every worker before its work, with ``arguments``.
+    """
+    context = multiprocessing.get_context("spawn")
+    count = workers or os.cpu_count() or 1
+    with ProcessPoolExecutor(
+        count, mp_context=context, initializer=_start, initargs=(set_up, arguments)
+    ) as pool:
+        yield pool
+
+
+def _start(set_up: Callable[..., object] | None, arguments: tuple[Any, ...]) -> None:
+    _end_with_parent()
+    if set_up is not None:
+        set_up(*arguments)
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+
+    def wait() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()

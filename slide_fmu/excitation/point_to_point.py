@@ -1,0 +1,177 @@
+"""Point-to-point motion of all joints of a machine, synchronous, with trapezoidal speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, Field, model_validator
+
+from slide_fmu.excitation.base import Kind, PositiveFloat, PositiveRange, Share
+from slide_fmu.signals import FloatArray, Signal
+
+
+def _half_at_most(pair: tuple[float, float]) -> tuple[float, float]:
+    if pair[1] > 0.5:
+        raise ValueError("expected at most 0.5: a move speeds up and slows down")
+    return pair
+
+
+Ramp = Annotated[PositiveRange, AfterValidator(_half_at_most)]
+Limits = tuple[PositiveFloat, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Moves:
+    """Moves one after the other, at rest before, between and after them.
+
+    Attributes:
+        start: times at which they start in s, shape (n_moves,); times between them are dwells.
+        duration: in s, shape (n_moves,).
+        ramp: share of the duration of speeding up, and of slowing down, shape (n_moves,).
+        positions: before each move and after the last, shape (n_moves + 1, n_joints).
+    """
+
+    start: FloatArray
+    duration: FloatArray
+    ramp: FloatArray
+    positions: FloatArray
+
+    def at(self, time: FloatArray) -> FloatArray:
+        """Positions at times in s, not before the first move, shape (N, n_joints)."""
+        move = np.searchsorted(self.start, time, side="right") - 1
+        phase = np.minimum((time - self.start[move]) / self.duration[move], 1.0)
+        way = trapezoid_way(phase, self.ramp[move])[:, None]
+        return self.positions[move] + way * (self.positions[move + 1] - self.positions[move])
+
+
+def trapezoid_way(phase: FloatArray, ramp: FloatArray) -> FloatArray:
+    """Part of the way done, 0 .. 1, at a phase 0 .. 1 of a move with trapezoidal speed."""
+    mirrored = np.minimum(phase, 1 - phase)
+    ramped = mirrored**2 / (2 * ramp * (1 - ramp))
+    half = np.where(mirrored < ramp, ramped, (mirrored - ramp / 2) / (1 - ramp))
+    return np.where(phase < 0.5, half, 1 - half)
+
+
+class PointToPoint(Kind):
+    """All joints move from point to point, start and arrive together, and rest between moves.
+
+    Every input is the position of one joint. The speed of a move is a trapezoid in time: constant
+    acceleration, constant speed, the same deceleration. Moves may start and end between samples.
+    The defaults, without limits, are the motion of the SLIDE paper's robot.
+
+    The amplitude factor f runs the same motion f times as fast: times are divided by f, speeds
+    multiplied by f, accelerations by f^2, the limits with them. Positions stay in their range.
+
+    Attributes:
+        duration: range of the duration of a move in s, drawn uniformly.
+        ramp: range of the share of the duration that each of the two ramps takes; 0.5 is constant
+            acceleration, then the same deceleration.
+        speed: limit of each joint's speed, in its unit per s; none if empty. Moves that would
+            break a limit take longer.
+        acceleration: limit of each joint's acceleration, in its unit per s^2; none if empty.
+        reach: part of each joint's range, about its middle, in which targets are drawn.
+        keep: share of the moves in which a random number of random joints, at least one and
+            perhaps all, keep their position.
+        single: share of the moves in which one random joint moves alone.
+        dwell: share of the moves after which the joints rest for a while.
+        dwell_duration: range of the time of these rests in s, drawn uniformly.
+        random_start: begin at a random time within a move; if not, at its start.
+    """
+
+    kind: Literal["point_to_point"]
+    duration: PositiveRange = (1.0, 1.0)
+    ramp: Ramp = (0.5, 0.5)
+    speed: Limits = ()
+    acceleration: Limits = ()
+    reach: float = Field(default=1.0, gt=0, le=1)
+    keep: Share = 0.2
+    single: Share = 0.0
+    dwell: Share = 0.0
+    dwell_duration: PositiveRange = (0.1, 1.0)
+    random_start: bool = True
+
+    @model_validator(mode="after")
+    def _shares_fit(self) -> PointToPoint:
+        if self.keep + self.single > 1:
+            raise ValueError(
+                f"keep = {self.keep}, single = {self.single}; expected shares of the moves, "
+                "together at most 1"
+            )
+        return self
+
+    def check(self, signals: tuple[Signal, ...]) -> None:
+        """One limit for every input, where there are limits."""
+        for name, limits in (("speed", self.speed), ("acceleration", self.acceleration)):
+            if limits and len(limits) != len(signals):
+                raise ValueError(
+                    f"kind = 'point_to_point': {name} has {len(limits)} values; expected "
+                    f"{len(signals)}, one for each input {[signal.name for signal in signals]}, "
+                    "or none: complete the list, or remove it"
+                )
+
+    def inputs(
+        self,
+        signals: tuple[Signal, ...],
+        time: FloatArray,
+        factor: float,
+        rng: np.random.Generator,
+    ) -> FloatArray:
+        """Positions of all joints at the sample times, shape (N, n_joints)."""
+        elapsed = factor * (time - time[0])
+        moves = self.moves(signals, float(elapsed[-1]), rng)
+        low, high = _ends(signals)
+        return np.clip(moves.at(elapsed), low, high)  # the last digit of a sum
+
+    def moves(self, signals: tuple[Signal, ...], until: float, rng: np.random.Generator) -> Moves:
+        """Moves that cover the time from 0 to ``until``, in s, at factor 1."""
+        position = self._target(signals, rng)
+        positions = [position]
+        starts: list[float] = []
+        durations: list[float] = []
+        ramps: list[float] = []
+        clock = 0.0
+        while not starts or clock <= until:
+            position = np.where(
+                self._moving(len(signals), rng), self._target(signals, rng), position
+            )
+            ramp = rng.uniform(*self.ramp)
+            duration = self._stretched(rng.uniform(*self.duration), ramp, positions[-1] - position)
+            if not starts and self.random_start:
+                clock = -rng.uniform(0, duration)
+            positions.append(position)
+            starts.append(clock)
+            durations.append(duration)
+            ramps.append(ramp)
+            rest = rng.random() < self.dwell
+            clock += duration + (rng.uniform(*self.dwell_duration) if rest else 0.0)
+        return Moves(np.array(starts), np.array(durations), np.array(ramps), np.array(positions))
+
+    def _target(self, signals: tuple[Signal, ...], rng: np.random.Generator) -> FloatArray:
+        low, high = _ends(signals)
+        middle, half_range = 0.5 * (low + high), 0.5 * self.reach * (high - low)
+        return np.asarray(rng.uniform(middle - half_range, middle + half_range))
+
+    def _moving(self, count: int, rng: np.random.Generator) -> NDArray[np.bool_]:
+        """Which joints move, booleans of shape (n_joints,)."""
+        choice, order = rng.random(), rng.permutation(count)
+        if choice < self.single:
+            return np.asarray(order == 0)
+        kept = int(np.ceil(count * (1 - rng.random()))) if choice < self.single + self.keep else 0
+        return np.asarray(order >= kept)
+
+    def _stretched(self, duration: float, ramp: float, way: FloatArray) -> float:
+        """The duration of a move, or the least one that keeps all limits."""
+        needed = [duration]
+        if self.speed:
+            needed += list(np.abs(way) / (1 - ramp) / self.speed)
+        if self.acceleration:
+            needed += list(np.sqrt(np.abs(way) / (ramp * (1 - ramp)) / self.acceleration))
+        return float(max(needed))
+
+
+def _ends(signals: tuple[Signal, ...]) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper ends of the ranges, shape (n_inputs,) each."""
+    return np.array([s.low for s in signals]), np.array([s.high for s in signals])

@@ -1,0 +1,104 @@
+"""A rotation whose speed goes up and down in ramps, for inputs that are cosine and sine."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from slide_fmu.excitation.base import CountRange, Kind, PositiveFloat, Share
+from slide_fmu.signals import FloatArray, Signal
+
+
+class SpeedRamps(Kind):
+    """Phases of constant angular acceleration of one angle; the inputs are its cosine and sine.
+
+    The speed is continuous and stays at its limit where a phase would leave it. The motion starts
+    at a random angle and speed, inside a phase. The amplitude factor multiplies the limits of
+    speed and acceleration.
+
+    Attributes:
+        speed: limit of the angular speed in rad/s.
+        acceleration: limit of the angular acceleration in rad/s^2, drawn uniformly within it.
+        samples: range of the length of a phase in samples, both ends included.
+        constant_speed: share of the phases without acceleration.
+        noise: half the width of the uniform noise on the speed, relative to its limit. It is
+            added on the step behind every second sample, chosen at random; it is no part of the
+            limits.
+        noise_share: share of the trajectories with noise.
+    """
+
+    kind: Literal["speed_ramps"]
+    speed: PositiveFloat
+    acceleration: PositiveFloat
+    samples: CountRange = (20, 60)
+    constant_speed: Share = 0.1
+    noise: float = Field(default=0.0, ge=0)
+    noise_share: Share = 0.5
+
+    def check(self, signals: tuple[Signal, ...]) -> None:
+        """Two inputs that may take all values of cosine and sine."""
+        names = [signal.name for signal in signals]
+        if len(signals) != 2:
+            raise ValueError(
+                f"kind = 'speed_ramps' for {len(signals)} inputs {names}; expected two, the "
+                "cosine and the sine of one angle: use another kind of excitation"
+            )
+        for signal in signals:
+            if signal.low > -1 or signal.high < 1:
+                raise ValueError(
+                    f"kind = 'speed_ramps' for {signal.name!r} of range {signal.low:g} .. "
+                    f"{signal.high:g} {signal.unit}; expected -1 .. 1, a cosine or sine: use "
+                    "another kind of excitation, or correct the range"
+                )
+
+    def inputs(
+        self,
+        signals: tuple[Signal, ...],
+        time: FloatArray,
+        factor: float,
+        rng: np.random.Generator,
+    ) -> FloatArray:
+        """Cosine and sine of the angle at the sample times, shape (N, 2)."""
+        angle = self.angle(time, factor, rng)
+        return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+    def angle(self, time: FloatArray, factor: float, rng: np.random.Generator) -> FloatArray:
+        """The angle in rad at the sample times, shape (N,)."""
+        count = len(time) - 1
+        start = rng.uniform(-np.pi, np.pi)
+        if count == 0:
+            return np.array([start])
+        step, limit = (time[-1] - time[0]) / count, factor * self.speed
+        acceleration = factor * self._accelerations(count, rng)
+        speed = _clipped_sums(rng.uniform(-limit, limit), step * acceleration, limit)
+        moved = _integral(speed, acceleration, step)
+        if self.noise > 0 and rng.random() < self.noise_share:
+            noise = rng.uniform(-self.noise * limit, self.noise * limit, count)
+            moved += step * np.where(rng.random(count) < 0.5, noise, 0.0)
+        return start + np.concatenate([[0.0], np.cumsum(moved)])
+
+    def _accelerations(self, count: int, rng: np.random.Generator) -> FloatArray:
+        """Angular acceleration over every step in rad/s^2, shape (count,), at factor 1."""
+        lengths = rng.integers(self.samples[0], self.samples[1] + 1, count + 1)
+        values = rng.uniform(-self.acceleration, self.acceleration, count + 1)
+        values[rng.random(count + 1) < self.constant_speed] = 0.0
+        begun = rng.integers(lengths[0])
+        return np.repeat(values, lengths)[begun : begun + count]
+
+
+def _clipped_sums(start: float, changes: FloatArray, limit: float) -> FloatArray:
+    """Running sum of changes, kept within +-limit at every one; shape (N + 1,)."""
+    sums = np.empty(len(changes) + 1)
+    sums[0] = start
+    for k, change in enumerate(changes):
+        sums[k + 1] = min(max(sums[k] + change, -limit), limit)
+    return sums
+
+
+def _integral(speed: FloatArray, acceleration: FloatArray, step: float) -> FloatArray:
+    """Exact integral over every step of a speed that is held from where it meets its limit."""
+    change = np.diff(speed)
+    changing = np.divide(change, acceleration, out=np.zeros_like(change), where=change != 0)
+    return speed[1:] * step - 0.5 * change * changing

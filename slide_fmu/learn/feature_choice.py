@@ -1,0 +1,136 @@
+"""The features that a recipe names: their set, their normalisation from data, their roles."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slide_fmu.features import (
+    ChainMotion,
+    Differences,
+    Director,
+    FeatureMap,
+    Features,
+    Roles,
+)
+from slide_fmu.learning_recipe import FeedForwardRecipe, StateSpaceRecipe
+from slide_fmu.scaling import Affine
+from slide_fmu.signals import FloatArray
+from slide_fmu.systems.base import System
+
+STILL = 1e-9
+"""A feature whose spread is below this part of its size never changes: it is rounding. So is a
+change below this part of the spread of what changes."""
+CHANGES_OF = {
+    "changes": "inputs",
+    "second_changes": "inputs",
+    "wrench_change": "wrench",
+    "turned_wrench_change": "wrench",
+}
+"""What some features are the changes of, signal by signal."""
+
+
+def choose_features(
+    names: tuple[str, ...], system: System, scaling: Affine, inputs: FloatArray
+) -> FeatureMap:
+    """The features of some names, normalised by data.
+
+    Bounded features are left as they are, the others divided by their standard deviation, some of
+    them after their mean is removed.
+
+    Args:
+        names: of features of one set.
+        scaling: of the inputs.
+        inputs: scaled inputs of the training, shape (n_trajectories, N, n_inputs).
+
+    Raises:
+        ValueError: names are unknown or of several sets, the system has not what the set needs,
+            or a feature never changes.
+    """
+    features = _set_of(names, system, scaling)
+    chosen = features.indices(names)
+    signals = features.along(inputs).reshape(-1, features.n_signals)
+    values = signals[:, list(chosen)]
+    offset, scale = np.zeros(len(chosen)), np.ones(len(chosen))
+    first = 0
+    for name in names:
+        part = slice(first, first + features.blocks[name])
+        first = part.stop
+        if name in features.bounded:
+            continue
+        spread, size = values[:, part].std(0), np.abs(values[:, part]).max(0)
+        if name in CHANGES_OF:
+            size = np.maximum(size, signals[:, features.indices((CHANGES_OF[name],))].std(0))
+        still = spread <= STILL * size
+        if name in features.centred:
+            offset[part] = values[:, part].mean(0)
+        elif np.any(still):
+            raise ValueError(
+                f"feature {name!r} never changes in the training data (its component "
+                f"{np.flatnonzero(still)[0]}); expected it to: leave it out of the network's "
+                "table, or check data.excitation"
+            )
+        scale[part] = np.where(still, 1.0, spread)
+    return FeatureMap(features, chosen, offset, scale.astype(np.float32).astype(np.float64))
+
+
+def require_odd(features: FeatureMap) -> None:
+    """Refuse to flip the signs of features that are not those of inputs of the opposite sign.
+
+    Raises:
+        ValueError: with the names of the features.
+    """
+    if not isinstance(features.features, Differences):
+        raise ValueError(
+            "flip_signs = true in a training of a network that sees "
+            f"{list(features.features.blocks)}; flipping needs features that change their sign "
+            f"with the inputs: set flip_signs = false, or use {', '.join(Differences.NAMES)}"
+        )
+
+
+def roles_of(network: StateSpaceRecipe, features: FeatureMap) -> Roles:
+    """Where the features of each role are among the chosen ones."""
+    place = {signal: index for index, signal in enumerate(features.chosen)}
+
+    def indices(names: tuple[str, ...]) -> tuple[int, ...]:
+        return tuple(place[signal] for signal in features.features.indices(names))
+
+    return Roles(**{role: indices(names) for role, names in network.roles().items()})
+
+
+def feature_map(
+    network: FeedForwardRecipe | StateSpaceRecipe,
+    system: System,
+    scaling: Affine,
+    inputs: FloatArray,
+) -> FeatureMap:
+    """The features of a network's table."""
+    return choose_features(network.feature_names(), system, scaling, inputs)
+
+
+def _set_of(names: tuple[str, ...], system: System, scaling: Affine) -> Features:
+    """The set that all names belong to, on the inputs of a system."""
+    offered = {
+        "differences": Differences.NAMES,
+        "director": tuple(Director.blocks),
+        "chain motion": tuple(ChainMotion.WIDTHS),
+    }
+    found = [kind for kind, names_of in offered.items() if set(names) <= set(names_of)]
+    if not found:
+        lists = "; ".join(f"{', '.join(known)} ({kind})" for kind, known in offered.items())
+        raise ValueError(f"features {list(names)}; expected names of one set: {lists}")
+    n_inputs = len(system.inputs)
+    if found[0] == "differences":
+        return Differences(n_inputs, max(Differences.NAMES.index(name) for name in names))
+    if found[0] == "director":
+        if n_inputs != Director.n_channels or not np.allclose(scaling.offset, 0):
+            raise ValueError(
+                f"features {list(names)} of {n_inputs} inputs; expected two, the cosine and sine "
+                "of an angle, with ranges about 0"
+            )
+        return Director()
+    if system.chain is None:
+        raise ValueError(
+            f"features {list(names)} need the system's serial chain (System.chain); this system "
+            "has none: give it one, or use other features"
+        )
+    return ChainMotion(system.chain, scaling.offset, scaling.scale, system.step)

@@ -1,0 +1,55 @@
+"""A system that has signals, and perhaps a serial chain, but never moves."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slide_fmu.serial_chain import SerialChain
+from slide_fmu.signals import FloatArray, Signal
+from slide_fmu.systems.base import Linearization, State, System
+
+STEP = 0.1
+
+ARM = SerialChain(
+    a=np.array([0.1, 0.5]),
+    d=np.array([0.3, 0.0]),
+    alpha=np.array([0.5 * np.pi, 0.0]),
+    masses=np.array([3.0, 2.0]),
+    centres=np.array([[0.02, 0.01, 0.0], [-0.2, 0.03, 0.05]]),
+    inertias=np.array([np.diag([0.02, 0.03, 0.02]), np.diag([0.01, 0.04, 0.04])]),
+    gravity=np.array([0.0, 0.0, -9.81]),
+    tool=np.array([0.1, 0.0, 0.0]),
+)
+"""Turns about the upright, then lifts."""
+
+
+class Still(System):
+    """Inputs from -1 to 1 and one output, at rest for ever. Final."""
+
+    def __init__(self, n_inputs: int, chain: SerialChain | None = None) -> None:
+        self.step, self.hold, self.chain = STEP, "held", chain
+        self.inputs = tuple(Signal(f"u{i}", "rad", -1.0, 1.0) for i in range(n_inputs))
+        self.outputs = (Signal("y", "m", -1.0, 1.0),)
+
+    def random_state(
+        self, rng: np.random.Generator, first_input: FloatArray | None = None
+    ) -> State:
+        return self.get_state()
+
+    def rest_state(self, held_input: FloatArray) -> State:
+        return self.get_state()
+
+    def set_state(self, state: State) -> None:
+        pass
+
+    def get_state(self) -> State:
+        return State(np.zeros(1), np.zeros(1), np.zeros(len(self.inputs)))
+
+    def output(self) -> FloatArray:
+        return np.zeros(1)
+
+    def advance(self, inputs: FloatArray) -> FloatArray:
+        return self.output()
+
+    def linearize(self, state: State) -> Linearization:
+        return Linearization(np.eye(1), np.eye(1), np.eye(1), np.zeros((0, 1)))

@@ -38,6 +38,8 @@ from slide_fmu.serial_chain import SerialChain
 from slide_fmu.signals import FloatArray
 
 _INITIAL, _CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
+_MATRICES: Any = exu.Matrix3DList  # exudyn's stubs know no arguments of these
+_VECTORS: Any = exu.Vector3DList
 _JOINT = exu.JointType
 _FLANGE_JOINTS = [
     _JOINT.PrismaticX,
@@ -174,11 +176,11 @@ class ManipulatorPlant:
             gravity=arm.gravity,
             jointTypes=_FLANGE_JOINTS + [_JOINT.RevoluteZ] * JOINTS,
             linkParents=np.arange(-1, FLANGE + JOINTS - 1),
-            jointTransformations=exu.Matrix3DList(turns[:-1]),
-            jointOffsets=exu.Vector3DList(offsets[:-1]),
+            jointTransformations=_MATRICES(turns[:-1]),
+            jointOffsets=_VECTORS(offsets[:-1]),
             linkMasses=np.concatenate([none, arm.masses]),
-            linkCOMs=exu.Vector3DList(centres),
-            linkInertiasCOM=exu.Matrix3DList(inertias),
+            linkCOMs=_VECTORS(centres),
+            linkInertiasCOM=_MATRICES(inertias),
             jointForceVector=np.zeros(FLANGE + JOINTS),
             jointPControlVector=np.concatenate([none, drives.proportional]),
             jointDControlVector=np.concatenate([none, drives.differential]),
@@ -226,7 +228,8 @@ class ManipulatorPlant:
         Args:
             time: of the substep's end since the last sample in s; 0 for the initial state.
         """
-        data, when = self._mbs.systemData, _INITIAL if time == 0.0 else _CURRENT
+        data: Any = self._mbs.systemData
+        when = _INITIAL if time == 0.0 else _CURRENT
         places = data.GetODE2Coordinates(when)[:FLANGE]
         rates = data.GetODE2Coordinates_t(when)[:FLANGE]
         if time > 0.0:

@@ -119,8 +119,11 @@ class Socket:
                 f"{path} does not match its checksum: make it again with "
                 "python -m mbs_models.socket_mesh"
             )
-        matrices = (np.array(content[name]) for name in ("mass", "stiffness", "weight"))
-        return Socket(SocketMesh(**content["mesh"]), *matrices, nodes=content["nodes"])
+        mass, stiffness, weight = (
+            np.array(content[name], dtype=np.float64) for name in ("mass", "stiffness", "weight")
+        )
+        mesh = SocketMesh(**content["mesh"])
+        return Socket(mesh, mass, stiffness, weight, content["nodes"])
 
     def _content(self) -> dict[str, Any]:
         return {

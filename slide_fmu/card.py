@@ -11,12 +11,19 @@ from slide_fmu.sizing import seconds
 from slide_fmu.surrogate import Surrogate
 
 
-def card(surrogate: Surrogate, recipe: Recipe, measured: dict[str, Any], picture: str) -> str:
+def card(
+    surrogate: Surrogate,
+    recipe: Recipe,
+    measured: dict[str, Any],
+    picture: str,
+    mechanism: str | None = None,
+) -> str:
     """Write the card as Markdown.
 
     Args:
         measured: the figures of the report.
         picture: file name of the picture beside the card.
+        mechanism: file name of a picture of the system, beside the card; None if there is none.
     """
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("slide_fmu"),
@@ -33,4 +40,5 @@ def card(surrogate: Surrogate, recipe: Recipe, measured: dict[str, Any], picture
         measured=measured,
         main=next(iter(measured["validation"].values())),
         picture=picture,
+        mechanism=mechanism,
     )

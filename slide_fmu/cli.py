@@ -19,7 +19,7 @@ from slide_fmu import pipeline
 from slide_fmu.fmu.check import check_fmu
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.recipe import load_recipe
-from slide_fmu.sizing import require_window, seconds
+from slide_fmu.sizing import decay_rows, require_window
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.validation import Task
 
@@ -120,9 +120,10 @@ def window(
         job = pipeline.open_job(recipe, runs, bar)
         sizing = pipeline.size_recipe(job, seed)
     figures = sizing.figures()
-    table = Table("decay time", "mean", "worst")
-    for name, key in (("linearized", "decay_time_s"), ("measured", "measured_decay_time_s")):
-        table.add_row(name, seconds(figures[key]["mean"]), seconds(figures[key]["worst"]))
+    headings, *rows = decay_rows(figures)
+    table = Table(*headings)
+    for row in rows:
+        table.add_row(*row)
     console.print(table)
     _write_json(json_path, figures)
     with _errors():

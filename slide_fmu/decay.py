@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slide_fmu.modes import UnstableModeError, spectrum, time_to_decay
+from slide_fmu.modes import UnstableModeError, slowest_rate, time_to_decay
 from slide_fmu.signals import FloatArray
 from slide_fmu.systems.base import State, System, simulate
 from slide_fmu.window import Window
@@ -21,15 +21,25 @@ from slide_fmu.window import Window
 
 @dataclass(frozen=True, eq=False)
 class Decay:
-    """Decay times of several states or motions.
+    """Decay of several motions, or at several instants of one.
 
     Attributes:
-        times: decay time in s of each, shape (n,).
-        mean: decay time in s of the mean decay rate (the mean of the real parts, as in the paper).
+        rates: real part Re(v) in 1/s of each, shape (n,): of a motion the mean along it.
+        remaining_amplitude: fraction to which initial effects decay.
     """
 
-    times: FloatArray
-    mean: float
+    rates: FloatArray
+    remaining_amplitude: float
+
+    @property
+    def times(self) -> FloatArray:
+        """Decay time in s of each, shape (n,); infinite where nothing decays."""
+        return np.array([time_to_decay(rate, self.remaining_amplitude) for rate in self.rates])
+
+    @property
+    def mean(self) -> float:
+        """Decay time in s of the mean rate (paper, eq. eigenValuesSum)."""
+        return time_to_decay(float(np.mean(self.rates)), self.remaining_amplitude)
 
     @property
     def worst(self) -> float:
@@ -40,22 +50,41 @@ class Decay:
 def decay_along(
     system: System, states: Sequence[State], remaining_amplitude: float = 0.01
 ) -> Decay:
-    """Decay times at several states along a motion (paper: worst case and mean).
+    """Rates of the slowest mode at states that are evenly spread along a motion.
+
+    What was there at its start decays with the mean of these rates: exp(Re(v) h) at every state
+    after the other (paper, eq. eigenValuesSum). So a mode may grow for a moment.
 
     Raises:
-        UnstableModeError: a mode grows; the message names the state.
+        UnstableModeError: it grows in the mean; the message tells the rates.
         ValueError: no state was given.
     """
     if not states:
         raise ValueError("decay along a motion: no states; expected at least one")
-    rates = np.empty(len(states))
-    for index, state in enumerate(states):
-        try:
-            modes = spectrum(system.linearize(state), remaining_amplitude).modes
-        except UnstableModeError as error:
-            raise UnstableModeError(f"state {index} of {len(states)}: {error}") from error
-        rates[index] = modes[0].eigenvalue.real if modes else -math.inf
-    return _decay_of_rates(rates, remaining_amplitude)
+    rates = np.array([slowest_rate(system.linearize(state)) for state in states])
+    _refuse_growing_motion(rates)
+    return Decay(rates, remaining_amplitude)
+
+
+def decay_in_stretches(motions: Sequence[Decay], length: int) -> Decay:
+    """Mean rates over stretches of motions.
+
+    Args:
+        motions: each at its instants, as many in all of them.
+        length: least instants in a stretch; a motion that is shorter is one stretch.
+
+    Raises:
+        UnstableModeError: a mode grows in the mean over a stretch.
+    """
+    parts = [
+        part
+        for motion in motions
+        for part in np.array_split(motion.rates, max(1, len(motion.rates) // length))
+    ]
+    for part in parts:
+        _refuse_growing_motion(part)
+    means = np.array([np.mean(part) for part in parts])
+    return Decay(means, motions[0].remaining_amplitude)
 
 
 def measured_decay_time(
@@ -108,7 +137,7 @@ def measured_decay(
     for record in inputs:
         one, other = (system.random_state(rng, record[0]) for _ in range(2))
         rates.append(_measured_rate(system, record, one, other, remaining_amplitude))
-    return _decay_of_rates(np.array(rates), remaining_amplitude)
+    return Decay(np.array(rates), remaining_amplitude)
 
 
 def recommend_window(decay_time: float, step: float, n_out: int) -> Window:
@@ -172,7 +201,13 @@ def _measured_rate(
     return 0.5 * float(np.polyfit(time, np.log(ahead[:count]), 1)[0])
 
 
-def _decay_of_rates(rates: FloatArray, remaining_amplitude: float) -> Decay:
-    """Decay times of real parts in 1/s, and of their mean."""
-    times = np.array([time_to_decay(rate, remaining_amplitude) for rate in rates])
-    return Decay(times, time_to_decay(float(np.mean(rates)), remaining_amplitude))
+def _refuse_growing_motion(rates: FloatArray) -> None:
+    """Refuse a motion on which initial effects grow in the mean."""
+    mean = float(np.mean(rates))
+    if mean > 0.0:
+        raise UnstableModeError(
+            "initial effects grow along the motion: the slowest mode has Re(v) = "
+            f"{mean:.4g} 1/s in the mean over {len(rates)} instants ({np.min(rates):.4g} .. "
+            f"{np.max(rates):.4g}); expected a mean below 0: no window can hold such a motion, so give the system more "
+            "damping, check the signs of its control gains, or excite it less (data.excitation)"
+        )

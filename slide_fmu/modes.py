@@ -117,6 +117,37 @@ def spectrum(
         UnstableModeError: a mode has Re(v) > 0.
         ValueError: a matrix is not finite, or a free coordinate has neither mass nor force.
     """
+    values, rigid, n_instant = _finite_eigenvalues(linearization, uncertainty)
+    _refuse_growth(values)
+    one_of_each_pair = values[values.imag >= 0.0].tolist()
+    slowest_first = sorted(one_of_each_pair, key=lambda v: (-v.real, v.imag))
+    modes = tuple(Mode(v, _mode_decay_time(v, remaining_amplitude)) for v in slowest_first)
+    return Spectrum(modes, tuple(rigid.tolist()), n_instant)
+
+
+def slowest_rate(linearization: Linearization, uncertainty: float = 1e-10) -> float:
+    """Re(v) in 1/s of the mode that decays most slowly, at one instant of a motion.
+
+    Positive if it grows: in motion it may for a while, as the equations change with the time.
+
+    Args:
+        linearization, uncertainty: as for ``spectrum``.
+
+    Returns:
+        0 for an undamped mode, minus infinity if all modes are those of rigid bodies.
+
+    Raises:
+        ValueError: as for ``spectrum``.
+    """
+    values, _, _ = _finite_eigenvalues(linearization, uncertainty)
+    undamped = np.abs(values.real) <= UNSTABLE * np.abs(values)
+    return float(np.max(np.where(undamped, 0.0, values.real), initial=-math.inf))
+
+
+def _finite_eigenvalues(
+    linearization: Linearization, uncertainty: float
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128], int]:
+    """Eigenvalues but for those of rigid-body modes, these, and the number of infinite ones."""
     free = nullspace(linearization.constraints)
     mass, damping, stiffness = (
         free.T @ matrix @ free
@@ -125,11 +156,7 @@ def spectrum(
     values, shapes, n_instant = _eigenvalues(mass, damping, stiffness)
     unresolved = uncertainty * float(np.linalg.norm(stiffness))
     rigid = np.abs(values) <= _rigid_limits(mass, damping, unresolved, shapes)
-    _refuse_growth(values[~rigid])
-    one_of_each_pair = values[~rigid & (values.imag >= 0.0)].tolist()
-    slowest_first = sorted(one_of_each_pair, key=lambda v: (-v.real, v.imag))
-    modes = tuple(Mode(v, _mode_decay_time(v, remaining_amplitude)) for v in slowest_first)
-    return Spectrum(modes, tuple(values[rigid].tolist()), n_instant)
+    return values[~rigid], values[rigid], n_instant
 
 
 def _rigid_limits(
@@ -143,7 +170,7 @@ def _rigid_limits(
     """
     m, d = (np.abs(np.sum(shapes.conj() * (matrix @ shapes), 0)) for matrix in (mass, damping))
     root = d + np.sqrt(d**2 + 4 * m * stiffness)
-    return np.divide(2 * stiffness, root, out=np.zeros_like(root), where=root > 0)
+    return np.asarray(np.divide(2 * stiffness, root, out=np.zeros_like(root), where=root > 0))
 
 
 def _eigenvalues(

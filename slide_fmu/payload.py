@@ -7,14 +7,15 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
     section  := 4-byte tag  u32 length in bytes (a multiple of 4)  content
     sections, in this order, each once; ESTI may be absent:
     WIND     := f64 step/s  u32 n_in  u32 n_out  u32 n_inputs  u32 n_outputs  u32 hold
-    SCIN     := n_inputs  x (f64 offset  f64 scale)       network input = (u - offset) / scale
-    SCOU     := n_outputs x (f64 offset  f64 scale)       y = offset + scale * network output
-    PRED     := network                                   the surrogate
-    ESTI     := f64 low  f64 high  u32 positions  network the error estimator
-    META     := UTF-8 JSON, padded with spaces            signals; the C runtime skips it
+    SCIN     := n_inputs  x (f64 offset  f64 scale  f64 start)   input = (u - offset) / scale
+    SCOU     := n_outputs x (f64 offset  f64 scale)              y = offset + scale * output
+    PRED     := network                                          the surrogate
+    ESTI     := f64 low  f64 high  u32 positions  network        the error estimator
+    META     := UTF-8 JSON, padded with spaces                   signals; the C runtime skips it
     network  := see network_bytes.py
 
-Hold (signals.Hold): 0 held, 1 ramp.
+Inputs and outputs in SCIN and SCOU are those of the network. Hold (signals.Hold): 0 held, 1 ramp.
+Start: u before anybody sets it, finite and within offset -+ scale (``check_starts``).
 
 A feed-forward surrogate gives n_outputs values per evaluation (n_samples = n_in - n_out + 1; a
 block is n_out evaluations, one per position), or n_out * n_outputs values (n_samples = n_in; a
@@ -28,6 +29,7 @@ square of e, times the scale of SCOU, is the estimate; n_samples + positions - 1
 
 from __future__ import annotations
 
+import math
 import struct
 import zlib
 from dataclasses import dataclass
@@ -38,7 +40,7 @@ import numpy as np
 from slide_fmu.network import Network
 from slide_fmu.network_bytes import Reader, decode_network, encode_network
 from slide_fmu.scaling import Affine, LogError
-from slide_fmu.signals import Hold
+from slide_fmu.signals import FloatArray, Hold
 from slide_fmu.state_space import StateSpace
 from slide_fmu.window import Window
 
@@ -49,6 +51,9 @@ HOLDS: tuple[Hold, ...] = get_args(Hold)
 
 MAX_WINDOW = 1 << 20
 """Largest n_in: an upper bound against damaged files, far above any use."""
+
+START_TOLERANCE = 1e-12
+"""How far a start may lie outside offset -+ scale, relative to |offset| + scale: rounding."""
 
 
 class PayloadError(ValueError):
@@ -66,11 +71,12 @@ class EstimatorPayload:
 
 @dataclass(frozen=True, eq=False)
 class Payload:
-    """All that a surrogate file holds."""
+    """All that a surrogate file holds; starts: inputs before anybody sets them."""
 
     window: Window
     hold: Hold
     input_scaling: Affine
+    starts: FloatArray
     output_scaling: Affine
     network: Network
     estimator: EstimatorPayload | None
@@ -87,8 +93,10 @@ def encode(payload: Payload) -> bytes:
         struct.pack("<dIIII", window.step, window.n_in, window.n_out, n_inputs, n_outputs)
         + struct.pack("<I", HOLDS.index(payload.hold)),
     )
-    body += _section(b"SCIN", _encode_affine(payload.input_scaling))
-    body += _section(b"SCOU", _encode_affine(payload.output_scaling))
+    scaling = payload.input_scaling
+    body += _section(b"SCIN", _columns(scaling.offset, scaling.scale, payload.starts))
+    scaling = payload.output_scaling
+    body += _section(b"SCOU", _columns(scaling.offset, scaling.scale))
     body += _section(b"PRED", encode_network(payload.network))
     if payload.estimator is not None:
         log_error = payload.estimator.log_error
@@ -121,6 +129,22 @@ def decode(data: bytes) -> Payload:
     if reader.position != len(reader.data):
         raise PayloadError(f"surrogate file: unexpected bytes after byte {reader.position}")
     return payload
+
+
+def check_starts(scaling: Affine, starts: FloatArray) -> None:
+    """Refuse start values of inputs that do not lie in offset -+ scale, the scaled range.
+
+    Raises:
+        ValueError: with the input.
+    """
+    rows = zip(scaling.offset.tolist(), scaling.scale.tolist(), starts.tolist(), strict=True)
+    for index, (offset, scale, start) in enumerate(rows):
+        allowed = scale + START_TOLERANCE * (abs(offset) + scale)
+        if not (math.isfinite(start) and abs(start - offset) <= allowed):
+            raise ValueError(
+                f"input {index} starts at {start:g}, but its scaling covers {offset - scale:g} to "
+                f"{offset + scale:g}; scale the input by its range"
+            )
 
 
 def check_block_sizes(window: Window, network: Network, n_outputs: int) -> None:
@@ -170,8 +194,9 @@ def _section(tag: bytes, content: bytes) -> bytes:
     return tag + struct.pack("<I", len(content)) + content
 
 
-def _encode_affine(scaling: Affine) -> bytes:
-    return np.stack([scaling.offset, scaling.scale], axis=1).astype("<f8").tobytes()
+def _columns(*columns: FloatArray) -> bytes:
+    """Numbers by channel, those of a channel together."""
+    return np.stack(columns, axis=1).astype("<f8").tobytes()
 
 
 def _decode_sections(reader: Reader) -> Payload:
@@ -184,8 +209,10 @@ def _decode_sections(reader: Reader) -> Payload:
         raise ValueError(f"hold {hold}; expected less than {len(HOLDS)}")
     if n_in > MAX_WINDOW or n_inputs < 1 or n_outputs < 1:
         raise ValueError(f"n_in {n_in}, n_inputs {n_inputs}, n_outputs {n_outputs} out of range")
-    input_scaling = _decode_affine(reader.section(b"SCIN"), n_inputs)
-    output_scaling = _decode_affine(reader.section(b"SCOU"), n_outputs)
+    offset, scale, starts = _decode_columns(reader.section(b"SCIN"), n_inputs, 3)
+    input_scaling = Affine(offset, scale)
+    check_starts(input_scaling, starts)
+    output_scaling = Affine(*_decode_columns(reader.section(b"SCOU"), n_outputs, 2))
     section = reader.section(b"PRED")
     network = decode_network(section, n_inputs)
     section.done()
@@ -196,15 +223,14 @@ def _decode_sections(reader: Reader) -> Payload:
         check_estimator_sizes(window, estimator.positions, estimator.network, n_outputs)
     section = reader.section(b"META")
     metadata = section.take(len(section.data)).decode("utf-8").rstrip(" ")
-    return Payload(
-        window, HOLDS[hold], input_scaling, output_scaling, network, estimator, metadata
-    )
+    scalings = input_scaling, starts, output_scaling
+    return Payload(window, HOLDS[hold], *scalings, network, estimator, metadata)
 
 
-def _decode_affine(section: Reader, channels: int) -> Affine:
-    pairs = section.f64(2 * channels).reshape(channels, 2)
+def _decode_columns(section: Reader, channels: int, count: int) -> tuple[FloatArray, ...]:
+    rows = section.f64(count * channels).reshape(channels, count)
     section.done()
-    return Affine(pairs[:, 0].copy(), pairs[:, 1].copy())
+    return tuple(rows.T.copy())
 
 
 def _decode_estimator(section: Reader, n_inputs: int) -> EstimatorPayload:

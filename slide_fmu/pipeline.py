@@ -40,6 +40,8 @@ VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "fmpy", "torch", "exudyn", "python
 IN_RANGE, BEYOND = "in range", "beyond the range"
 PICTURE = "side_by_side.png"
 STABILITY_PICTURE = "stability.png"
+MECHANISM_PICTURE = "mechanism.png"
+"""Of the system itself; who puts it into the run folder finds it on the card."""
 
 
 @dataclass(frozen=True)
@@ -297,7 +299,8 @@ def finish(
     report = _full_report(trained, recipe, sizing, validations, tests)
     page = report.write(job.folder.path)
     (job.folder.path / PICTURE).write_bytes(side_by_side(validations[IN_RANGE], 0))
-    text = card(surrogate, recipe, report.data, PICTURE)
+    drawn = MECHANISM_PICTURE if (job.folder.path / MECHANISM_PICTURE).exists() else None
+    text = card(surrogate, recipe, report.data, PICTURE, drawn)
     (job.folder.path / "card.md").write_text(text, encoding="utf-8")
     released = {**origin, "measured": report.data}
     export_fmu(

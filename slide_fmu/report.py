@@ -15,7 +15,7 @@ import numpy as np
 from slide_fmu import figures
 from slide_fmu.response import exact_matrix, learnt_matrix, matrix_figures
 from slide_fmu.signals import FloatArray
-from slide_fmu.sizing import Sizing, seconds
+from slide_fmu.sizing import Sizing, decay_rows
 from slide_fmu.stability import AmplitudeTest
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.systems.base import System
@@ -103,19 +103,17 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
 
 def sizing_section(sizing: Sizing) -> Section:
     """How long the system remembers its initial state, and what the window truncates."""
-    data = sizing.figures()
-    rows = [("", "mean", "worst")]
-    for name, key in (("linearized", "decay_time_s"), ("measured", "measured_decay_time_s")):
-        rows.append((name, seconds(data[key]["mean"]), seconds(data[key]["worst"])))
     window = sizing.window
     text = (
         f"Time until initial effects have decayed to {sizing.remaining_amplitude:g} of their "
-        "amplitude: from the eigenvalues of the equations linearized along motions, and measured "
-        "as the time in which two motions under the same input meet. The window truncates "
+        "amplitude: from the eigenvalues of the equations linearized along motions, by their mean "
+        "rate over stretches of the motions, and measured as the time in which two motions under "
+        "the same input meet. At an instant on the way the slowest mode may decay more slowly, "
+        "or grow (without end): what counts is the mean. The window truncates "
         f"{window.n_in} - {window.n_out} samples, {window.truncation_time:.4g} s."
     )
     picture = figures.decay_times(sizing.linearized, sizing.measured, window.truncation_time)
-    return Section("Window", text, rows, [picture])
+    return Section("Window", text, decay_rows(sizing.figures()), [picture])
 
 
 def stability_section(tests: Sequence[AmplitudeTest], step: float) -> Section:

@@ -8,21 +8,32 @@ from typing import Any
 
 import numpy as np
 
-from slide_fmu.data.sampling import Stream, draw, split_stream
-from slide_fmu.decay import Decay, decay_along, measured_decay, recommend_window, too_short
-from slide_fmu.modes import Spectrum, spectrum
+from slide_fmu.data.sampling import Draw, Stream, draw, split_stream
+from slide_fmu.decay import (
+    Decay,
+    decay_along,
+    decay_in_stretches,
+    measured_decay,
+    recommend_window,
+    too_short,
+)
+from slide_fmu.modes import Spectrum, UnstableModeError, spectrum
 from slide_fmu.recipe import Recipe
 from slide_fmu.signals import FloatArray
 from slide_fmu.systems.base import State, System
 from slide_fmu.window import Window
 
 MOTIONS = 40
-"""Motions along which is linearized, and pairs of motions whose meeting is measured."""
-POINTS_PER_MOTION = 10
-"""States along each motion, an input window apart at most."""
+"""Pairs of motions, at most, that are measured."""
+LINEARIZED_MOTIONS = 20
+"""Motions, at most, along which is linearized."""
+WINDOWS_PER_MOTION = 10
+"""Length of these motions, at most, in input windows."""
+POINTS_PER_WINDOW = 8
+"""States in each of these windows at which is linearized."""
 MEASURED_DECAYS = 3.0
 """Length of the measured motions, in decay times."""
-MEASURED_SAMPLES, LEAST_MEASURED = 40_000, 4
+MEASURED_SAMPLES, LEAST_MEASURED = 20_000, 4
 """Samples after which no more motions are measured, but at least so many motions: where the decay
 takes long, a few pairs tell what the window needs."""
 
@@ -39,7 +50,10 @@ class Sizing:
         window: the recipe's window.
         remaining_amplitude: fraction to which initial effects shall decay.
         modes: of the system at rest.
-        linearized: decay times at many states along the recipe's motions.
+        linearized: decay along stretches of the recipe's motions, each as long as the input
+            window, or as the mean decay time if that is longer.
+        local_worst: the longest decay time in s at an instant on the way; infinite where a mode
+            grows for a moment.
         measured: decay times of the difference of two motions under the same input.
     """
 
@@ -47,6 +61,7 @@ class Sizing:
     remaining_amplitude: float
     modes: Spectrum
     linearized: Decay
+    local_worst: float
     measured: Decay
 
     @property
@@ -66,7 +81,10 @@ class Sizing:
         recommended = recommend_window(self.linearized.worst, self.window.step, self.window.n_out)
         return {
             "remaining_amplitude": self.remaining_amplitude,
-            "decay_time_s": _times(self.linearized),
+            "decay_time_s": {
+                **_times(self.linearized),
+                "local_worst": _finite(self.local_worst),
+            },
             "measured_decay_time_s": _times(self.measured),
             "modes_at_rest": [
                 {
@@ -95,28 +113,31 @@ def size_window(recipe: Recipe, system: System, seed: int | None = None) -> Sizi
         seed: of the motions; the recipe's data seed if None.
 
     Raises:
-        UnstableModeError: a mode of the linearized system grows.
+        UnstableModeError: a mode of the system linearized at rest grows, or the slowest mode
+            grows in the mean along a motion.
         SimulationError: a motion could not be simulated.
         ValueError: the system has no damping, so that its motions never meet.
     """
     amplitude = recipe.window.remaining_amplitude
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
+    rest = system.rest_state(np.array([signal.start_value for signal in system.inputs]))
+    modes = spectrum(system.linearize(rest), amplitude)
     training = split_stream(recipe, "train", 0)
     entropy = recipe.data.seed if seed is None else seed
-    duration = min(training.duration, POINTS_PER_MOTION * window.n_in * window.step)
+    duration = min(training.duration, WINDOWS_PER_MOTION * window.n_in * window.step)
     stream = Stream(training.number, entropy, (1.0, 1.0), duration)
     draws = [draw(recipe, system, stream, index) for index in range(MOTIONS)]
-    states = [state for d in draws for state in _states_along(system, d.initial, d.inputs)]
-    linearized = decay_along(system, states, amplitude)
+    stride = -(-window.n_in // POINTS_PER_WINDOW)
+    along = _decay_along_motions(system, draws[:LINEARIZED_MOTIONS], stride, amplitude)
+    linearized = _decay_over_windows(along, window, stride)
     recommend_window(linearized.worst, window.step, window.n_out)  # refuses a lasting motion
     count = max(window.n_in, int(np.ceil(MEASURED_DECAYS * linearized.worst / window.step)))
     measured_draws = draws[: max(LEAST_MEASURED, MEASURED_SAMPLES // count)]
     records = [np.resize(d.inputs, (count, d.inputs.shape[1])) for d in measured_draws]
     rng = np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=(stream.number,)))
     measured = measured_decay(system, records, rng, amplitude)
-    rest = system.rest_state(np.array([signal.start_value for signal in system.inputs]))
-    modes = spectrum(system.linearize(rest), amplitude)
-    return Sizing(window, amplitude, modes, linearized, measured)
+    local_worst = max(decay.worst for decay in along)
+    return Sizing(window, amplitude, modes, linearized, local_worst, measured)
 
 
 def require_window(recipe: Recipe, sizing: Sizing) -> None:
@@ -131,16 +152,59 @@ def require_window(recipe: Recipe, sizing: Sizing) -> None:
         )
 
 
-def _states_along(system: System, initial: State, inputs: FloatArray) -> list[State]:
-    """States at evenly spread samples of a motion."""
-    stride = max(1, len(inputs) // POINTS_PER_MOTION)
+def _decay_along_motions(
+    system: System, draws: list[Draw], stride: int, remaining_amplitude: float
+) -> list[Decay]:
+    """Decay along each of the motions, at every ``stride``-th sample."""
+    along = []
+    for index, drawn in enumerate(draws):
+        states = _states_along(system, drawn.initial, drawn.inputs, stride)
+        try:
+            along.append(decay_along(system, states, remaining_amplitude))
+        except UnstableModeError as error:
+            raise UnstableModeError(f"motion {index} of {len(draws)}: {error}") from error
+    return along
+
+
+def _decay_over_windows(along: list[Decay], window: Window, stride: int) -> Decay:
+    """Decay over stretches of the motions in which initial effects decay.
+
+    A stretch is as long as the input window, as in the paper, but not shorter than the decay
+    takes in the mean: rates at single instants tell little where it takes many windows.
+    """
+    decay_time = Decay(
+        np.concatenate([decay.rates for decay in along]), along[0].remaining_amplitude
+    ).mean
+    recommend_window(decay_time, window.step, window.n_out)  # refuses a lasting motion
+    samples = max(window.n_in, decay_time / window.step)
+    return decay_in_stretches(along, math.ceil(samples / stride))
+
+
+def _states_along(
+    system: System, initial: State, inputs: FloatArray, stride: int
+) -> list[State]:
+    """States at every ``stride``-th sample of a motion."""
     system.set_state(initial)
     states = []
-    for k, row in enumerate(inputs[: stride * POINTS_PER_MOTION]):
+    for k, row in enumerate(inputs):
         system.advance(row)
         if (k + 1) % stride == 0:
             states.append(system.get_state())
     return states
+
+
+def decay_rows(figures: dict[str, Any]) -> list[tuple[str, str, str, str]]:
+    """The decay times of ``Sizing.figures`` as people read them, the headings first.
+
+    Measured times are those of whole motions: they have none at an instant.
+    """
+    linearized, measured = figures["decay_time_s"], figures["measured_decay_time_s"]
+    local = seconds(linearized["local_worst"])
+    return [
+        ("decay time", "mean", "worst", "at the worst instant"),
+        ("linearized", seconds(linearized["mean"]), seconds(linearized["worst"]), local),
+        ("measured", seconds(measured["mean"]), seconds(measured["worst"]), ""),
+    ]
 
 
 def seconds(value: float | None) -> str:

@@ -17,6 +17,7 @@ from slide_fmu.payload import (
     PayloadError,
     check_block_sizes,
     check_estimator_sizes,
+    check_starts,
     decode,
     encode,
 )
@@ -62,7 +63,8 @@ class Surrogate:
     Attributes:
         name: C identifier; name of the FMU.
         window: the index law.
-        inputs: input signals, in channel order; their ranges are those of the training.
+        inputs: input signals, in channel order; their ranges are those of the training, and their
+            start values lie in offset -+ scale of the scaling.
         outputs: output signals, in channel order.
         hold: how an input acts between samples, as in the training data.
         input_scaling: physical inputs to network inputs.
@@ -95,6 +97,7 @@ class Surrogate:
                 f"surrogate hold {self.hold!r}; expected one of {list(get_args(Hold))}"
             )
         self._check_channels()
+        check_starts(self.input_scaling, self.starts)
         check_block_sizes(self.window, self.network, len(self.outputs))
         if self.estimator is not None:
             check_estimator_sizes(
@@ -109,6 +112,11 @@ class Surrogate:
                 f"{len(self.inputs)} inputs and {len(self.outputs)} outputs, but networks and "
                 f"scaling for {sorted(inputs)} inputs and {len(self.output_scaling.scale)} outputs"
             )
+
+    @property
+    def starts(self) -> FloatArray:
+        """Inputs before anybody sets them, shape (n_inputs,)."""
+        return np.array([signal.start_value for signal in self.inputs], dtype=np.float64)
 
     @property
     def gives_blocks(self) -> bool:
@@ -241,6 +249,7 @@ class Surrogate:
                 self.window,
                 self.hold,
                 self.input_scaling,
+                self.starts,
                 self.output_scaling,
                 self.network,
                 None
@@ -261,7 +270,7 @@ class Surrogate:
         estimator = payload.estimator
         try:
             metadata = json.loads(payload.metadata)
-            return Surrogate(
+            surrogate = Surrogate(
                 metadata["name"],
                 payload.window,
                 tuple(Signal(**signal) for signal in metadata["inputs"]),
@@ -276,6 +285,12 @@ class Surrogate:
             )
         except (AttributeError, KeyError, OverflowError, TypeError, ValueError) as error:
             raise PayloadError(f"surrogate file: metadata is damaged: {error!r}") from error
+        if not np.array_equal(surrogate.starts, payload.starts):
+            raise PayloadError(
+                f"surrogate file: by its metadata, inputs start at {surrogate.starts.tolist()}; "
+                f"expected {payload.starts.tolist()}"
+            )
+        return surrogate
 
     def save(self, path: Path) -> None:
         """Write the surrogate file."""

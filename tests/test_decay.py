@@ -9,7 +9,9 @@ import pytest
 
 from mbs_models.oscillators import DuffingBaseMotion, DuffingOscillator, LinearOscillator
 from slide_fmu.decay import (
+    Decay,
     decay_along,
+    decay_in_stretches,
     measured_decay,
     measured_decay_time,
     recommend_window,
@@ -67,11 +69,39 @@ def test_mean_is_the_decay_time_of_the_mean_real_part() -> None:
     assert found.mean == pytest.approx(math.log(100) / 3.0)
 
 
-def test_decay_along_names_the_state_that_is_unstable() -> None:
-    with pytest.raises(UnstableModeError, match=r"state 1 of 3: mode with v = 0\.5"):
-        decay_along(Rates(), states(1.0, -0.5, 2.0))
+def test_a_mode_may_grow_for_a_moment() -> None:
+    found = decay_along(Rates(), states(1.0, -0.5, 2.5), 0.01)
+    assert found.rates == pytest.approx([-1.0, 0.5, -2.5], rel=1e-3)
+    assert found.worst == math.inf
+    assert found.mean == pytest.approx(math.log(100) / 1.0, rel=1e-3)
+
+
+def test_decay_along_refuses_a_motion_that_grows_in_the_mean() -> None:
+    message = (
+        r"grow along the motion: .* Re\(v\) = 0\.5 1/s in the mean over 3 instants "
+        r"\(-0\.5 \.\. 1\.5\); .* give the system more damping"
+    )
+    with pytest.raises(UnstableModeError, match=message):
+        decay_along(Rates(), states(-1.5, -0.5, 0.5))
     with pytest.raises(ValueError, match="no states"):
         decay_along(Rates(), [])
+
+
+def test_an_undamped_mode_decays_without_end() -> None:
+    found = decay_along(Rates(), states(0.0, 0.0))
+    assert found.rates.tolist() == [0.0, 0.0]
+    assert found.mean == math.inf
+
+
+def test_stretches_have_the_mean_rates_of_their_instants() -> None:
+    one, other = (Decay(np.array(rates), 0.01) for rates in ([-1, -3, -5, 1, -4], [-7.0]))
+    found = decay_in_stretches([one, other], 2)
+    assert found.rates == pytest.approx([-3.0, -1.5, -7.0])
+    assert found.worst == pytest.approx(math.log(100) / 1.5)
+    whole = decay_in_stretches([one, other], 9)
+    assert whole.rates == pytest.approx([-2.4, -7.0])
+    with pytest.raises(UnstableModeError, match=r"Re\(v\) = 1 1/s in the mean over 1 instants"):
+        decay_in_stretches([one], 1)
 
 
 @pytest.mark.parametrize("make", [LinearOscillator, DuffingOscillator, DuffingBaseMotion])

@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from slide_fmu.modes import UnstableModeError, nullspace, spectrum, time_to_decay
+from slide_fmu.modes import (
+    UnstableModeError,
+    nullspace,
+    slowest_rate,
+    spectrum,
+    time_to_decay,
+)
 from slide_fmu.signals import FloatArray
 from slide_fmu.systems.base import Linearization
 
@@ -147,3 +153,11 @@ def test_undetermined_systems_are_refused() -> None:
 def test_remaining_amplitude_is_a_fraction(amplitude: float) -> None:
     with pytest.raises(ValueError, match="remaining amplitude"):
         time_to_decay(-4.0, amplitude)
+
+
+def test_slowest_rate_may_be_growth() -> None:
+    pair = linear(np.eye(2), np.diag([8.0, -2.0]), np.diag([1600.0, 100.0]))
+    assert slowest_rate(pair) == pytest.approx(1.0)
+    assert slowest_rate(linear(1.0, 8.0, 1600.0)) == pytest.approx(-4.0)
+    assert slowest_rate(linear(1.0, 0.0, 1600.0)) == 0.0
+    assert slowest_rate(linear(1.0, 0.0, 0.0)) == -math.inf  # a free mass is no mode

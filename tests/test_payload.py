@@ -207,6 +207,31 @@ def test_chains_are_checked() -> None:
     refused_because(GATED, wrong, start)
 
 
+def test_starts_are_checked() -> None:
+    """Of every input three numbers of 8 bytes: offset, scale, start."""
+    outside = "input 1 starts at .*, but its scaling covers"
+    begin = SMALL.index(b"SCIN") + 8
+    offset, scale, _ = struct.unpack_from("<ddd", SMALL, begin + 24)
+    ends = [offset - scale, offset + scale]
+    wrong: list[tuple[int, int | float, str]] = [
+        (0, value, outside)
+        for value in (math.nan, math.inf, -math.inf, ends[0] - 1e-6, ends[1] + 1e-6)
+    ]
+    refused_because(SMALL, wrong, begin + 24 + 16)
+    for end in (*ends, np.nextafter(ends[1], math.inf)):  # rounding is none of it
+        body = SMALL[: begin + 40] + struct.pack("<d", end) + SMALL[begin + 48 : -4]
+        assert decode(with_checksum(body)).starts[1] == end
+
+
+def test_starts_of_file_and_metadata_are_the_same() -> None:
+    place = SMALL.index(b"SCIN") + 8 + 16
+    (start,) = struct.unpack_from("<d", SMALL, place)
+    body = SMALL[:place] + struct.pack("<d", start + 1e-6) + SMALL[place + 8 : -4]
+    decode(with_checksum(body))
+    with pytest.raises(PayloadError, match="by its metadata, inputs start at"):
+        Surrogate.from_bytes(with_checksum(body))
+
+
 def test_hold_is_checked() -> None:
     place = SMALL.index(b"WIND") + 8 + 24
     body = SMALL[:place] + struct.pack("<I", 2) + SMALL[place + 4 : -4]
@@ -242,9 +267,10 @@ def test_messages_name_what_is_wrong() -> None:
         {"inputs": []},
         {"inputs": 3},
         {"outputs": [{"name": "y0", "unit": "m", "low": 1, "high": 0}]},
+        {"outputs": [{"name": "y0", "unit": "m", "low": 0, "high": 1, "start": "now"}]},
         {"outputs": [{"name": "y0", "unit": "m", "low": 0, "high": 10**400}]},
     ],
-    ids=["name", "identifier", "no_inputs", "inputs", "range", "overflow"],
+    ids=["name", "identifier", "no_inputs", "inputs", "range", "start", "overflow"],
 )
 def test_damaged_metadata_is_refused(change: dict[str, object]) -> None:
     place = SMALL.index(b"META")

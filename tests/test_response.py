@@ -117,7 +117,7 @@ def test_offset_of_the_inputs_does_not_change_the_matrix() -> None:
     surrogate = random_surrogate(Shape(hidden=()))
     scaling = surrogate.input_scaling
     moved = dataclasses.replace(
-        surrogate, input_scaling=dataclasses.replace(scaling, offset=scaling.offset + 1.0)
+        surrogate, input_scaling=dataclasses.replace(scaling, offset=scaling.offset + 0.5)
     )
     expected = learnt_matrix(surrogate)
     assert np.max(np.abs(learnt_matrix(moved) - expected)) < ROUNDING * np.ptp(expected)

@@ -25,6 +25,28 @@ def test_signal_needs_a_finite_range(low: float, high: float) -> None:
         Signal("force", "N", low, high)
 
 
+@pytest.mark.parametrize(
+    ("low", "high", "start", "value"),
+    [
+        (-1.0, 2.0, None, 0.0),
+        (1.0, 2.0, None, 1.0),
+        (-3.0, -2.0, None, -2.0),
+        (-1.0, 2.0, 2.0, 2.0),
+        (1.0, 2.0, 1.5, 1.5),
+    ],
+)
+def test_start_is_what_is_given_or_nearest_to_zero(
+    low: float, high: float, start: float | None, value: float
+) -> None:
+    assert Signal("force", "N", low, high, start=start).start_value == value
+
+
+@pytest.mark.parametrize("start", [-0.1, 1.1, math.nan, math.inf])
+def test_start_lies_in_the_range(start: float) -> None:
+    with pytest.raises(ValueError, match=rf"signal 'force': start {start}; expected a value"):
+        Signal("force", "N", 0.0, 1.0, start=start)
+
+
 def test_trajectory_has_one_output_more_than_inputs() -> None:
     trajectory = Trajectory(0.25, np.zeros((4, 2)), np.zeros((5, 1)))
     assert trajectory.time.tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]

@@ -7,13 +7,17 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from recipes import tiny_recipe
 
+from mbs_models.oscillators import LinearOscillator
 from slide_fmu import sizing
 from slide_fmu.data.sampling import recipe_system
+from slide_fmu.modes import UnstableModeError
 from slide_fmu.recipe import Recipe, load_recipe
-from slide_fmu.sizing import ShortWindowError, require_window, size_window
+from slide_fmu.sizing import ShortWindowError, decay_rows, require_window, size_window
+from slide_fmu.systems.base import Linearization, State
 
 DECAY = 1.1513
 """s to 1 %, for m = 1 kg and d = 8 N s/m: ln(100) / 4."""
@@ -72,9 +76,12 @@ def test_measured_and_linearized_agree(recipe: Recipe, agreement: float) -> None
 def test_figures() -> None:
     recipe = oscillator("LinearOscillator")
     found = size_window(recipe, recipe_system(recipe))
-    assert len(found.linearized.times) == 10 * sizing.POINTS_PER_MOTION
+    assert len(found.linearized.times) == 10  # motions of 4.25 s, shorter than two windows
     assert len(found.measured.times) == 10
     figures = json.loads(json.dumps(found.figures()))
+    assert figures["decay_time_s"] == pytest.approx(
+        {"mean": DECAY, "worst": DECAY, "local_worst": DECAY}, rel=1e-3
+    )
     assert figures["recommended_n_in"] == 92
     assert figures["sufficient"]
     assert figures["modes_at_rest"][0]["decay_time_s"] == pytest.approx(DECAY, rel=1e-3)
@@ -123,3 +130,53 @@ def test_motion_that_never_ends_is_told() -> None:
     recipe = tiny_recipe(system={"parameters": {"damping": 0.0}})
     with pytest.raises(ValueError, match=r"decay time = inf s; .* give the system damping"):
         size_window(recipe, recipe_system(recipe))
+
+
+class Swaying(LinearOscillator):
+    """Decays with 4 1/s in the mean, but every other instant it seems to grow with 12 1/s."""
+
+    def linearize(self, state: State) -> Linearization:
+        found, self.instants = super().linearize(state), getattr(self, "instants", -1) + 1
+        factor = -3.0 if self.instants % 2 else 5.0
+        return Linearization(found.mass, factor * found.damping, found.stiffness, found.constraints)
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_growth_for_a_moment_is_accepted_and_told() -> None:
+    """The first instant is the state at rest."""
+    recipe = oscillator("LinearOscillator", n_in=96)
+    found = size_window(recipe, Swaying(damping=8.0, step=0.03))
+    figures = found.figures()
+    assert figures["decay_time_s"]["local_worst"] is None
+    assert figures["decay_time_s"]["mean"] == pytest.approx(DECAY, rel=0.3)
+    assert figures["decay_time_s"]["worst"] is not None
+    assert decay_rows(figures)[1][-1] == "without end"
+
+
+class Pushed(LinearOscillator):
+    """At rest only it decays."""
+
+    def linearize(self, state: State) -> Linearization:
+        found, sign = super().linearize(state), -1.0 if np.any(state.velocities) else 1.0
+        return Linearization(found.mass, sign * found.damping, found.stiffness, found.constraints)
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_growth_in_the_mean_is_refused_with_the_motion() -> None:
+    message = r"motion 0 of 10: initial effects grow along the motion: .* Re\(v\) = 4 1/s in the"
+    with pytest.raises(UnstableModeError, match=message):
+        size_window(oscillator("LinearOscillator"), Pushed(damping=8.0, step=0.03))
+
+
+class Unstable(LinearOscillator):
+    """Grows at rest."""
+
+    def linearize(self, state: State) -> Linearization:
+        found = super().linearize(state)
+        return Linearization(found.mass, -found.damping, found.stiffness, found.constraints)
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_growth_at_rest_is_refused() -> None:
+    with pytest.raises(UnstableModeError, match=r"mode with v = .* grows; .* signs of damping"):
+        size_window(oscillator("LinearOscillator"), Unstable(damping=8.0, step=0.03))

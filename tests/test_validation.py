@@ -155,6 +155,15 @@ def test_card_shows_the_settings_of_every_kind(finer: Validation) -> None:
     assert "| speed_ramps | 1.0 | speed 8.0; acceleration 20.0; samples 20 .. 60; " in text
 
 
+def test_card_shows_the_system_under_its_name_if_there_is_a_picture(finer: Validation) -> None:
+    plain = card(finer.surrogate, PLAIN, figures_of(finer), "picture.png")
+    drawn = card(finer.surrogate, PLAIN, figures_of(finer), "picture.png", "mechanism.png")
+    shown = "![tiny: the system in motion](mechanism.png)\n\n"
+    assert drawn.count(shown) == 1
+    assert drawn.replace(shown, "") == plain
+    assert drawn.index("# tiny.fmu") < drawn.index(shown) < drawn.index("| variable |")
+
+
 def test_several_processes_measure_the_same(
     fmu: Path, surrogate: Surrogate, finer: Validation, monkeypatch: pytest.MonkeyPatch
 ) -> None:

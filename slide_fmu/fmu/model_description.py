@@ -7,7 +7,6 @@ filled part only with an estimator, truncation errors only of a state-space netw
 
 from __future__ import annotations
 
-import math
 import zlib
 from dataclasses import dataclass
 from xml.etree import ElementTree
@@ -69,10 +68,9 @@ def fmu_variables(surrogate: Surrogate) -> list[Variable]:
     """All variables in the order of their value references.
 
     Raises:
-        ValueError: two variables would have the same name, or as in ``start_values``.
+        ValueError: two variables would have the same name.
     """
-    starts = start_values(surrogate)
-    variables = [_input(*pair) for pair in zip(surrogate.inputs, starts, strict=True)]
+    variables = [_input(signal) for signal in surrogate.inputs]
     variables += [_output(signal) for signal in surrogate.outputs]
     if surrogate.estimator is not None:
         variables += [_error_estimate(signal) for signal in surrogate.outputs]
@@ -102,26 +100,6 @@ def samples_behind(surrogate: Surrogate) -> dict[str, int]:
         seen = estimator.network.n_needed + estimator.positions - 1
         samples["error_estimate_filled"] = seen
     return samples
-
-
-def start_values(surrogate: Surrogate) -> list[float]:
-    """Inputs before the first is set: nearest to 0 in offset -+ scale, as in ``stream.c``.
-
-    Raises:
-        ValueError: the scaling of an input does not belong to its range.
-    """
-    scaling, values = surrogate.input_scaling, []
-    for signal, offset, scale in zip(surrogate.inputs, scaling.offset, scaling.scale, strict=True):
-        value = float(min(max(0.0, offset - scale), offset + scale))
-        inside = min(max(value, signal.low), signal.high)
-        if not math.isclose(value, inside, rel_tol=1e-12):
-            raise ValueError(
-                f"input {signal.name!r}: its scaling covers {offset - scale:g} to "
-                f"{offset + scale:g} {signal.unit}, so that it would start at {value:g}, outside "
-                f"its range {signal.low:g} to {signal.high:g}; scale the input by its range"
-            )
-        values.append(inside)
-    return values
 
 
 def model_description(surrogate: Surrogate, guid: str) -> bytes:
@@ -158,7 +136,7 @@ def model_description(surrogate: Surrogate, guid: str) -> bytes:
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + text.encode("utf-8") + b"\n"
 
 
-def _input(signal: Signal, start: float) -> Variable:
+def _input(signal: Signal) -> Variable:
     return Variable(
         signal.name,
         signal.unit,
@@ -166,7 +144,7 @@ def _input(signal: Signal, start: float) -> Variable:
         signal.description or "Input; its range is that of the training",
         signal.low,
         signal.high,
-        start,
+        signal.start_value,
     )
 
 

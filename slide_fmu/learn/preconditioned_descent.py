@@ -1,8 +1,8 @@
 """Large cells: gradient steps on many segments, preconditioned by a Gauss-Newton matrix.
 
-Beyond a few thousand parameters the normal equations of every step cost too much. Here they come
-from a part of the segments, are kept for a stretch of steps, and scale the gradients of large
-random batches (natural gradient with momentum).
+With many parameters the normal equations of every step cost too much, and hold for small steps
+only. Here they come from a part of the segments, are kept for a stretch of steps, and scale the
+gradients of large random batches (natural gradient with momentum).
 """
 
 from __future__ import annotations
@@ -19,13 +19,17 @@ from slide_fmu.learn.pole_penalty import pole_radii
 from slide_fmu.learn.segments import Segments
 from slide_fmu.learn.training import SEED_STRIDE
 
-MATRIX_SEGMENTS = 96
-"""Segments of which the matrix is made."""
-BATCH = 256
+MATRIX_ROWS = 40
+"""Residuals for each parameter in the segments that the matrix is made of, about."""
+KEPT = 0.5
+"""Share of the matrix before in a new one."""
+BATCH = 512
 """Segments of one gradient."""
-STRETCH = 40
+STRETCH = 80
 """Steps with the same matrix; after each stretch the validation decides whether to go on."""
-RATE, MOMENTUM = 0.1, 0.8
+RATE, MOMENTUM = 0.08, 0.8
+RECOVERY = 1.2
+"""Factor on a rate that was halved, after a stretch without failure."""
 DAMPING = 0.005
 """Of the diagonal, relative to itself ..."""
 FLOOR = 0.1
@@ -43,6 +47,7 @@ class Descent:
         momentum: running sum of the steps, shape (P,).
         best: parameters of the best validation so far.
         best_error: their validation error.
+        matrix: Gauss-Newton matrix per residual, shape (P, P); None before the first stretch.
         rate: factor on the steps, halved after a failure.
         stretch: number of stretches done.
         history: (stretch, training error, validation error) after every stretch.
@@ -52,6 +57,7 @@ class Descent:
     momentum: torch.Tensor
     best: torch.Tensor
     best_error: float
+    matrix: torch.Tensor | None = None
     rate: float = RATE
     stretch: int = 0
     history: tuple[tuple[int, float, float], ...] = ()
@@ -83,9 +89,12 @@ def advance_stretch(
         seed: of the batches, together with the number of the stretch.
     """
     generator = torch.Generator().manual_seed((seed * SEED_STRIDE + state.stretch) % 2**32)
-    factor = _factor(
-        shape, state.theta, segments.chosen(_draw(segments, MATRIX_SEGMENTS, generator))
-    )
+    per_segment = segments.targets.numel() / segments.count
+    count = math.ceil(MATRIX_ROWS * shape.n_parameters / per_segment)
+    matrix = _matrix(shape, state.theta, segments.chosen(_draw(segments, count, generator)))
+    if state.matrix is not None:
+        matrix = KEPT * state.matrix + (1 - KEPT) * matrix
+    factor = _factor(matrix)
     theta, momentum, cost, batch = state.theta, state.momentum, math.nan, segments
     for _ in range(STRETCH):
         if factor is None:
@@ -99,6 +108,8 @@ def advance_stretch(
         theta = theta + momentum
     error = validation(theta) if math.isfinite(cost) else math.inf
     done = replace(state, stretch=state.stretch + 1)
+    if factor is not None:
+        done = replace(done, matrix=matrix, rate=min(RATE, RECOVERY * state.rate))
     if not error <= FAILED * state.best_error:  # also where it is not a number
         return replace(
             done, theta=state.best, momentum=torch.zeros_like(theta), rate=0.5 * state.rate
@@ -117,9 +128,13 @@ def _draw(segments: Segments, count: int, generator: torch.Generator) -> torch.T
     return order.to(segments.features.device)
 
 
-def _factor(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torch.Tensor | None:
-    """Cholesky factor of the damped mean of J'J per residual; None where it is not finite."""
-    matrix = normal_equations(shape, theta, segments).matrix / segments.targets.numel()
+def _matrix(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torch.Tensor:
+    """Mean of J'J per residual, shape (P, P)."""
+    return normal_equations(shape, theta, segments).matrix / segments.targets.numel()
+
+
+def _factor(matrix: torch.Tensor) -> torch.Tensor | None:
+    """Cholesky factor of a damped matrix; None where it is not finite."""
     diagonal = matrix.diagonal()
     damping = DAMPING * (diagonal + FLOOR * diagonal.mean())
     factor, failure = torch.linalg.cholesky_ex(matrix + torch.diag(damping))

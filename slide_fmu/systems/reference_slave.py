@@ -192,5 +192,7 @@ def _child(parent: Element, tag: str) -> Element:
 
 
 def _set_range(real: Element, signal: Signal) -> None:
-    """Unit and range of a signal, as attributes of its ``Real`` element."""
+    """Unit, range and, of an input, start of a signal, as attributes of its ``Real`` element."""
     real.attrib.update(unit=signal.unit, min=repr(signal.low), max=repr(signal.high))
+    if "start" in real.attrib:
+        real.set("start", repr(signal.start_value))  # with all digits, so within the range

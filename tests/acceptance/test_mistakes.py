@@ -14,6 +14,7 @@ import pytest
 
 from slide_fmu import pipeline
 from slide_fmu.data.sampling import recipe_system
+from slide_fmu.features import Differences, FeatureMap
 from slide_fmu.fmu.export import read_fmu, read_member
 from slide_fmu.scaling import Affine
 from slide_fmu.state_space import Cell, StateSpace
@@ -275,7 +276,7 @@ def surrogate_of(job: pipeline.Job, pole: float = NEVER_FORGETS) -> Surrogate:
     scaling = Affine.of_channels([0.0], [1.0])
     window = Window(table.step, table.n_in, table.n_out)
     signals = system.inputs, system.outputs, system.hold
-    network = StateSpace(cell, table.n_in, table.n_out, 1)
+    network = StateSpace(cell, table.n_in, table.n_out, FeatureMap(Differences(1)))
     return Surrogate(job.recipe.name, window, *signals, scaling, scaling, network)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -67,8 +68,9 @@ class Findings:
 
 
 def _from_start(decay: Decay, step: float) -> float:
-    spans = 0.5 * step * (1 / decay.times[1:] + 1 / decay.times[:-1])
-    decayed = np.concatenate([[0.0], np.cumsum(spans)])
+    exponents = 0.5 * step * (decay.rates[1:] + decay.rates[:-1])
+    decayed = np.cumsum([0.0, *exponents]) / math.log(decay.remaining_amplitude)
+    decayed = np.maximum.accumulate(decayed)
     if decayed[-1] < 1.0:
         return decay.mean
     return float(np.interp(1.0, decayed, step * np.arange(len(decayed))))
@@ -109,7 +111,8 @@ def _draw_driven(ax: Axes, angles: FloatArray, cases: Sequence[CrankCase]) -> No
             if drive:
                 low, high = np.min(times), np.max(times)
                 span = f"{high:.2g}" if high < 1.01 * low else f"{low:.2g} .. {high:.2g}"
-                text = f"drive with P = {case.gains[0]:g}, D = {case.gains[1]:g}: {span} s"
+                gains = f"P = {case.gains[0]:g} N m/rad, D = {case.gains[1]:g} N m s/rad"
+                text = f"drive with {gains}: {span} s"
                 ax.annotate(text, (np.pi, 1.15 * high), ha="center", fontsize=8, color=RED)
     largest = np.max(cases[0].times[:, 0])
     ax.annotate(
@@ -117,7 +120,7 @@ def _draw_driven(ax: Axes, angles: FloatArray, cases: Sequence[CrankCase]) -> No
     )
     ax.annotate("second bending pair", (np.pi, 0.13), ha="center", fontsize=8)
     ax.set_ylim(top=110)
-    ax.set_title("b) with drive, P in N m/rad (dashed: 10), D in N m s/rad")
+    ax.set_title("b) slider-crank with two drives, dashed: the weak one")
     _label_crank(ax)
 
 
@@ -135,7 +138,8 @@ def _draw_way(ax: Axes, found: Findings) -> None:
     for name, value, color, style in (*lines, ("measured", measured, RED, "--")):
         ax.axhline(value, color=color, ls=style, lw=1, label=f"{name}: {value:.3g} s")
     ax.set(xlabel="time / s", ylabel="decay time to 1 % / s", xlim=(0, time[-1]))
-    ax.set_ylim(0, 1.15 * max(paper.worst, measured))
+    shown = [*paper.times[np.isfinite(paper.times)], measured]
+    ax.set_ylim(0, 1.15 * max(shown))
     ax.set_title("c) robot, trajectory of the paper's figure")
     ax.legend(loc="lower right", fontsize=8)
 

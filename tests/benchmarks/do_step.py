@@ -8,7 +8,8 @@ Usage:
 Prints medians in microseconds of doStep alone and of set, doStep and get together, and their
 ratios to the native FMU; of the same step inside C without FMI (``runtime_step``), and of the
 surrogate's network alone (``kernel_us``: one evaluation of layers, or both cells of a ping-pong
-step). torch runs in process, without FMI: its step is window or states, networks, result.
+step). torch runs in process, without FMI: its step is window or states, networks, result; null
+where it does not know such a network.
 """
 
 from __future__ import annotations
@@ -35,11 +36,12 @@ LOOP, LOOPS = 200, 20
 
 
 def measure(path: Path, steps: int, rounds: int) -> dict[str, Any]:
-    """Medians over interleaved rounds."""
+    """Medians over interleaved rounds; None for a rival that there is not."""
     surrogate, _ = read_fmu(path)
     torch.set_num_threads(1)
     values = np.random.default_rng(0).uniform(-1, 1, steps).tolist()
     times: dict[str, list[float]] = {}
+    torch_knows = knows(surrogate)
     with tempfile.TemporaryDirectory() as folder, unpacked(path) as native:
         other = python_fmu(surrogate, Path(folder))
         inside = KernelTime(Path(native.folder) / SURROGATE, Path(folder))
@@ -49,19 +51,22 @@ def measure(path: Path, steps: int, rounds: int) -> dict[str, Any]:
                     whole, alone = fmu_times(fmu, surrogate, values)
                     times.setdefault(f"{name}_set_step_get", []).extend(whole)
                     times.setdefault(f"{name}_step", []).extend(alone)
-                times.setdefault("torch", []).extend(torch_times(surrogate, values))
+                if torch_knows:
+                    times.setdefault("torch", []).extend(torch_times(surrogate, values))
                 for _ in range(LOOPS):
                     times.setdefault("runtime_step", []).append(inside.step(LOOP))
                     times.setdefault("kernel", []).append(inside.kernel(LOOP))
     medians = {name: 1e6 * float(np.median(found)) for name, found in times.items()}
+    torch_ratio = medians["torch"] / medians["fmu_step"] if torch_knows else None
     ratios = {
         "pythonfmu_step_over_fmu_step": medians["pythonfmu_step"] / medians["fmu_step"],
-        "torch_over_fmu_step": medians["torch"] / medians["fmu_step"],
+        "torch_over_fmu_step": torch_ratio,
         "pythonfmu_over_fmu_set_step_get": medians["pythonfmu_set_step_get"]
         / medians["fmu_set_step_get"],
     }
     kernel = medians.pop("kernel")
-    return {"fmu": path.name, "kernel_us": kernel, "median_us": medians, "ratio": ratios}
+    found = {"torch": None, **medians}
+    return {"fmu": path.name, "kernel_us": kernel, "median_us": found, "ratio": ratios}
 
 
 def fmu_times(
@@ -94,6 +99,15 @@ def fmu_times(
     slave.terminate()
     slave.freeInstance()
     return whole, alone
+
+
+def knows(surrogate: Surrogate) -> bool:
+    """Whether there is a rival in torch."""
+    try:
+        TorchStep(surrogate)
+    except NotImplementedError:
+        return False
+    return True
 
 
 def torch_times(surrogate: Surrogate, values: list[float]) -> list[float]:

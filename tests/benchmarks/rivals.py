@@ -1,4 +1,7 @@
-"""The same surrogate without the native runtime: PythonFMU with numpy, and torch in process."""
+"""The same surrogate without the native runtime: PythonFMU with numpy, and torch in process.
+
+That of torch knows networks on the inputs, and plain cells on differences of the inputs too.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from typing import Any
 import torch
 from pythonfmu import FmuBuilder
 
+from slide_fmu.features import Differences, FeatureMap, Roles
 from slide_fmu.network import FeedForward, Network
 from slide_fmu.state_space import StateSpace
 from slide_fmu.surrogate import Surrogate
@@ -17,48 +21,102 @@ SCRIPT = '''
 from pathlib import Path
 import numpy as np
 from pythonfmu import Fmi2Causality, Fmi2Slave, Real
+from slide_fmu.features import BEFORE, Differences
 from slide_fmu.network import ACTIVATIONS, FeedForward
 from slide_fmu.surrogate import Surrogate
+
+
+class Seen:
+    """What a network sees of the newest inputs, in plain numpy."""
+
+    def __init__(self, features):
+        self.set, self.chosen = features.features, np.array(features.chosen)
+        self.offset, self.scale, self.recent = features.offset, features.scale, None
+        inputs = isinstance(self.set, Differences) and self.set.order == 0
+        as_they_are = inputs and np.array_equal(self.chosen, np.arange(self.set.n_signals))
+        self.as_they_are = as_they_are and not self.offset.any() and np.all(self.scale == 1)
+
+    def of(self, row):
+        if self.as_they_are:
+            return row.astype(np.float32)
+        if self.recent is None:
+            self.recent = np.repeat(row[None], BEFORE + 1, axis=0)
+        else:
+            self.recent[:-1] = self.recent[1:]
+            self.recent[-1] = row
+        signals = self.set.of(self.recent[None])[0, 0, self.chosen]
+        return ((signals - self.offset) / self.scale).astype(np.float32)
 
 
 class Window:
     """A feed-forward network in plain numpy, window shifted in place."""
 
     def __init__(self, network):
-        self.network = network
-        self.samples = np.zeros((1, network.n_samples, network.n_channels), np.float32)
+        self.network, self.seen = network, Seen(network.features)
+        self.samples = np.zeros((1, network.n_samples, network.features.n_signals), np.float32)
 
     def step(self, row):
         self.samples[0, :-1] = self.samples[0, 1:]
-        self.samples[0, -1] = row
-        return self.network.evaluate(self.samples)[0]
+        self.samples[0, -1] = self.seen.of(row)
+        return self.network.evaluate_features(self.samples)[0]
 
 
 class PingPong:
     """A state-space network in plain numpy: both states in the rows of one small matrix."""
 
     def __init__(self, network):
-        cell, n = network.cell, network.cell.a.shape[0]
-        self.of_x = np.concatenate([cell.w[:, :n], cell.a]).T.copy()
-        self.of_f = np.concatenate([cell.w[:, n:-1], cell.b])
-        self.bias = np.concatenate([cell.w[:, -1], np.zeros(n, np.float32)])
-        self.e, self.c, self.d, self.d0 = cell.e.T.copy(), cell.c.T.copy(), cell.d, cell.d0
-        self.act = ACTIVATIONS[cell.activation]
-        self.units, self.fade, self.age = len(cell.w), network.fade(), 0
-        self.x, self.network, self.before = np.zeros((2, n), np.float32), network, None
+        cell, roles, n = network.cell, network.roles, len(network.cell.a)
+        self.network, self.seen = network, Seen(network.features)
+        self.drive, self.static, self.readout, self.schedule, self.gated, self.turn = (
+            np.array(indices, int)
+            for indices in (
+                *(roles.drive, roles.static, roles.readout),
+                *(roles.schedule, roles.gated, roles.turn),
+            )
+        )
+        self.a, self.b, self.c, self.e = cell.a.T.copy(), cell.b, cell.c.T.copy(), cell.e.T.copy()
+        self.d, self.d0, self.pairs = cell.d, cell.d0, 2 * network.turned
+        self.move = self.gated_units if cell.gated else self.plain_units
+        if cell.gated:
+            self.w, self.open = cell.w[:, :-1], cell.w[:, -1]
+            self.of_x, self.offered = cell.v[:, :n].T.copy(), cell.v[:, n:]
+        else:
+            self.of_x = np.concatenate([cell.w[:, :n], cell.a]).T.copy()
+            self.of_f = np.concatenate([cell.w[:, n:-1], cell.b])
+            self.bias = np.concatenate([cell.w[:, -1], np.zeros(n, np.float32)])
+            self.act, self.units = ACTIVATIONS[cell.activation], len(cell.w)
+        self.fade, self.age = network.fade(), 0
+        self.x = np.zeros((2, n), np.float32)
 
-    def features(self, row):
-        if not self.network.differences:
-            return row.astype(np.float32)
-        last = [row] * 3 if self.before is None else [*self.before[1:], row]
-        self.before = last
-        return self.network.features(np.array(last)[None])[0, -1]
+    def plain_units(self, x, f):
+        total = x @ self.of_x + (self.of_f @ f[self.drive] + self.bias)
+        return total[:, self.units :] + self.act(total[:, : self.units]) @ self.e
+
+    def gated_units(self, x, f):
+        gates = np.tanh(self.w @ f[self.schedule] + self.open)
+        offered, inside = self.offered @ f[self.gated], x
+        if self.pairs:
+            c, s = f[self.turn]
+            back = np.array([[c, -s], [s, c]])
+            inside = self.turned(x.copy(), back)
+        added = (gates * (inside @ self.of_x + offered)) @ self.e
+        if self.pairs:
+            added = self.turned(added, back.T)
+        return x @ self.a + self.b @ f[self.drive] + added
+
+    def turned(self, vectors, turn):
+        part = vectors[:, : self.pairs]
+        part[:] = (part.reshape(2, -1, 2) @ turn).reshape(2, -1)
+        return vectors
 
     def step(self, row):
-        f = self.features(row)
-        total = self.x @ self.of_x + (self.of_f @ f + self.bias)
-        x = total[:, self.units :] + self.act(total[:, : self.units]) @ self.e
-        older, younger = x @ self.c + (self.d @ f + self.d0)
+        f = self.seen.of(row)
+        x = self.move(self.x, f)
+        values = x @ self.c + (self.d @ f[self.static] + self.d0)
+        if len(self.readout):
+            shares = values.reshape(2, -1, 1 + len(self.readout))
+            values = shares[:, :, 0] + shares[:, :, 1:] @ f[self.readout]
+        older, younger = values
         values = older + self.fade[self.age] * (younger - older)
         self.age += 1
         if self.age == self.network.n_samples:
@@ -78,7 +136,7 @@ class NumpySurrogate(Fmi2Slave):
         super().__init__(**kwargs)
         self.surrogate = Surrogate.load(Path({path!r}))
         surrogate = self.surrogate
-        self.u = np.zeros(len(surrogate.inputs))
+        self.u = surrogate.starts
         self.y = np.zeros(len(surrogate.outputs))
         self.e = np.zeros(len(surrogate.outputs))
         self.predictor = stepper(surrogate.network)
@@ -124,10 +182,24 @@ def python_fmu(surrogate: Surrogate, folder: Path) -> Path:
     return Path(FmuBuilder.build_FMU(script, dest=folder))
 
 
+def _order(features: FeatureMap) -> int:
+    """Order of the differences that are all the features, in their order and not centred.
+
+    Raises:
+        NotImplementedError: they are something else.
+    """
+    found, every = features.features, tuple(range(features.features.n_signals))
+    if not isinstance(found, Differences) or features.chosen != every or features.offset.any():
+        raise NotImplementedError("torch rival: other features than differences of the inputs")
+    return found.order
+
+
 class TorchLayers:
     """A feed-forward network on its window. Final."""
 
     def __init__(self, network: FeedForward) -> None:
+        if _order(network.features) != 0:
+            raise NotImplementedError("torch rival: layers on other features than the inputs")
         modules: list[torch.nn.Module] = []
         names: dict[str, Any] = {
             "identity": torch.nn.Identity,
@@ -137,6 +209,8 @@ class TorchLayers:
             "gelu": lambda: torch.nn.GELU(approximate="tanh"),
         }
         for layer in network.layers:
+            if layer.activation not in names:
+                raise NotImplementedError(f"torch rival: layers with {layer.activation} units")
             linear = torch.nn.Linear(*layer.weights.shape[::-1])
             linear.weight.data = torch.from_numpy(layer.weights)
             linear.bias.data = torch.from_numpy(layer.bias)
@@ -155,10 +229,12 @@ class TorchLayers:
 
 
 class TorchCells:
-    """A state-space network by ping-pong, as StateSpace.stepper. Final."""
+    """A plain cell by ping-pong, as StateSpace.stepper. Final."""
 
     def __init__(self, network: StateSpace) -> None:
-        cell = network.cell
+        cell, every = network.cell, tuple(range(network.features.n_signals))
+        if cell.gated or network.roles != Roles(every, every):
+            raise NotImplementedError("torch rival: gated cells, or features in several roles")
         self.network, self.n = network, len(cell.a)
         self.w, self.c, self.d0 = (torch.from_numpy(m.T.copy()) for m in (cell.w, cell.c, cell.d0))
         joined = [torch.from_numpy(m) for m in (cell.a, cell.b, torch.zeros(self.n, 1).numpy())]
@@ -167,7 +243,7 @@ class TorchCells:
         self.act = torch.tanh if cell.activation == "tanh" else lambda v: v * v * v
         self.z = torch.zeros(2, self.n + cell.b.shape[1] + 1)
         self.z[:, -1] = 1
-        self.scale = torch.from_numpy(network.feature_scale)
+        self.order, self.scale = _order(network.features), torch.from_numpy(network.features.scale)
         self.recent = torch.zeros(3, network.n_channels, dtype=torch.float64)
         self.fade, self.age = network.fade().tolist(), 0
 
@@ -175,8 +251,8 @@ class TorchCells:
         """One sample with every channel at ``value``; the values, one axis."""
         self.recent = torch.roll(self.recent, -1, 0)
         self.recent[-1] = value
-        blocks = [torch.diff(self.recent, k, 0)[-1] for k in range(self.network.differences + 1)]
-        features = torch.cat(blocks).float() / self.scale
+        blocks = [torch.diff(self.recent, k, 0)[-1] for k in range(self.order + 1)]
+        features = (torch.cat(blocks) / self.scale).float()
         z, n = self.z, self.n
         z[:, n:-1] = features
         z[:, :n] = z @ self.ab + self.act(z @ self.w) @ self.e
@@ -189,7 +265,11 @@ class TorchCells:
 
 
 class TorchStep:
-    """The networks of a surrogate in torch, eager, one thread. Final."""
+    """The networks of a surrogate in torch, eager, one thread. Final.
+
+    Raises:
+        NotImplementedError: it does not know such a network.
+    """
 
     def __init__(self, surrogate: Surrogate) -> None:
         self.surrogate, estimator = surrogate, surrogate.estimator

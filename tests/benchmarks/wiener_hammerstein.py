@@ -24,6 +24,7 @@ from figures_out import write_figures
 
 from slide_fmu.cli import progress_bars
 from slide_fmu.errors import rms
+from slide_fmu.features import Differences, FeatureMap
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space import fit_state_space
 from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
@@ -37,6 +38,8 @@ LEARN, CHOOSE, TEST = slice(5_200, 95_200), slice(95_200, 105_200), slice(105_20
 NOT_SCORED = 50
 WINDOW = Window(1 / SAMPLE_RATE, 72 + 256, 256)
 """72 samples truncated: the circuit's linear part decays to 1 % within 38 to 67."""
+FEATURES = FeatureMap(Differences(1))
+"""The input as it is."""
 
 
 @dataclass(frozen=True)
@@ -47,15 +50,18 @@ class Record:
     outputs: FloatArray
     scale: tuple[float, float]
 
-    def part(self, which: slice) -> tuple[torch.Tensor, torch.Tensor]:
+    def part(self, which: slice) -> tuple[FloatArray, FloatArray]:
         """Scaled inputs (1, N, 1) and outputs (1, N + 1, 1); output k + 1 is that of input k."""
         inputs = self.inputs[which] / self.scale[0]
         outputs = self.outputs[which] / self.scale[1]
         first = outputs[:1]  # of no input; never scored
-        return (
-            torch.tensor(inputs)[None, :, None],
-            torch.tensor(np.concatenate([first, outputs]))[None, :, None],
-        )
+        return inputs[None, :, None], np.concatenate([first, outputs])[None, :, None]
+
+    def learnt(self, which: slice) -> tuple[torch.Tensor, torch.Tensor]:
+        """Features (1, N, 1) and scaled outputs (1, N + 1, 1)."""
+        inputs, outputs = self.part(which)
+        features = torch.as_tensor(FEATURES.along(inputs), dtype=torch.float64)
+        return features, torch.as_tensor(outputs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +104,8 @@ def fit(record: Record, recipe: StateSpaceRecipe, seed: int, advance: Advance) -
 
     with tempfile.TemporaryDirectory() as folder:
         checkpoint = Path(folder) / "fit.pt"
-        problem = Problem(WINDOW, record.part(LEARN), record.part(CHOOSE), checkpoint)
+        parts = record.learnt(LEARN), record.learnt(CHOOSE)
+        problem = Problem(WINDOW, FEATURES, *parts, checkpoint)
         training = LeastSquaresRecipe(seed=seed)
         network, history = fit_state_space(problem, recipe, training, progress)
     seconds = time.process_time() - begin
@@ -107,8 +114,8 @@ def fit(record: Record, recipe: StateSpaceRecipe, seed: int, advance: Advance) -
 
 def errors_on_test(network: StateSpace, record: Record) -> tuple[float, float]:
     """Errors in mV on the test record: simulated from zero state, and as the FMU does."""
-    inputs, targets = (tensor.numpy() for tensor in record.part(TEST))
-    simulated, _ = network.run(network.features(inputs))
+    inputs, targets = record.part(TEST)
+    simulated, _ = network.run(network.features.along(inputs))
     result = []
     for values in (simulated, network.stream(inputs)):
         error = (values[0] - targets[0, 1:])[NOT_SCORED:] * record.scale[1]

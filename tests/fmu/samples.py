@@ -207,13 +207,16 @@ def random_surrogate(shape: Shape) -> Surrogate:
     """A surrogate of this shape; its estimator is there when positions > 0."""
     rng = np.random.default_rng(shape.seed + 1000)
     window = Window(STEP, shape.n_in, shape.n_out)
+    offset = np.clip(rng.normal(size=shape.n_inputs), -2, 2)
+    scale = rng.uniform(1, 2, shape.n_inputs)
+    starts = np.maximum(offset - 0.5 * scale, -2)
     return Surrogate(
         shape.name,
         window,
-        tuple(Signal(f"u{i}", "N", -2, 3) for i in range(shape.n_inputs)),
+        tuple(Signal(f"u{i}", "N", -2, 3, start=float(u)) for i, u in enumerate(starts)),
         tuple(Signal(f"y{i}", "m", -4, 4) for i in range(shape.n_outputs)),
         shape.hold,
-        Affine.of_channels(rng.normal(size=shape.n_inputs), rng.uniform(1, 2, shape.n_inputs)),
+        Affine(offset, scale),
         Affine.of_channels(rng.normal(size=shape.n_outputs), rng.uniform(1, 2, shape.n_outputs)),
         _predictor(shape),
         _estimator(shape),

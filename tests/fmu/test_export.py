@@ -6,9 +6,11 @@ import dataclasses
 import subprocess
 import sys
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import fmpy
+import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
@@ -82,18 +84,15 @@ def test_content(fmu: Path) -> None:
     assert [path.name for path in fmu.parent.iterdir()] == ["m.fmu"]
 
 
-def test_description(fmu: Path) -> None:
+def test_description(fmu: Path, surrogate: Surrogate) -> None:
     description = fmpy.read_model_description(str(fmu))
     variables = {variable.name: variable for variable in description.modelVariables}
     assert list(variables) == [
         *("u0", "u1", "y0", "y1", "y0_error_estimate", "y1_error_estimate"),
         *("window_filled", "error_estimate_filled"),
     ]
-    assert (variables["u0"].min, variables["u0"].max, variables["u0"].start) == (
-        "-2.0",
-        "3.0",
-        "0.0",
-    )
+    first = variables["u0"]
+    assert (first.min, first.max, first.start) == ("-2.0", "3.0", repr(surrogate.starts[0].item()))
     assert variables["y0_error_estimate"].unit == "m"
     for name, results in (("window_filled", "outputs"), ("error_estimate_filled", "estimates")):
         filled = variables[name]
@@ -132,8 +131,10 @@ def test_description_of_a_cell(tmp_path: Path) -> None:
 
 def test_start_values_lie_in_the_range(surrogate: Surrogate, tmp_path: Path) -> None:
     signals = (Signal("u0", "kN", 2.0, 3.0), Signal("u1", "furlong", -3.0, -2.0))
-    with pytest.raises(ValueError, match="scale the input by its range"):
-        export_fmu(dataclasses.replace(surrogate, inputs=signals), tmp_path / "m.fmu")
+    with pytest.raises(ValueError, match=r"input 0 starts at 2, .*scale the input by its range"):
+        dataclasses.replace(
+            surrogate, inputs=signals, input_scaling=Affine.of_channels([0.5, -2.5], [0.5, 0.5])
+        )
     scaling = Affine.of_channels([2.5, -2.5], [0.5, 0.5])
     surrogate = dataclasses.replace(surrogate, inputs=signals, input_scaling=scaling)
     path = export_fmu(surrogate, tmp_path / "m.fmu")
@@ -146,6 +147,20 @@ def test_start_values_lie_in_the_range(surrogate: Surrogate, tmp_path: Path) -> 
     native.set(2.5, -2.5)
     assert native.call("fmi2Reset") == OK
     assert native.start().get(0, 2) == [2.0, -2.0]
+
+
+def test_inputs_start_where_their_signals_say(
+    surrogate: Surrogate, load: Callable[[Surrogate], Loaded]
+) -> None:
+    """Rounding of offset -+ scale does not matter."""
+    signals = (Signal("u0", "N", 0.2, 0.9), Signal("u1", "m", -1.0, 3.0, start=2.5))
+    scaling = Affine.of_channels([0.5 * (0.9 + 0.2), 1.0], [0.5 * (0.9 - 0.2), 2.0])
+    assert scaling.offset[0] - scaling.scale[0] > 0.2
+    loaded = load(dataclasses.replace(surrogate, inputs=signals, input_scaling=scaling))
+    native = loaded.instance().start()
+    assert native.get(0, 2) == [0.2, 2.5]
+    held = np.tile([0.2, 2.5], (20, 1))
+    np.testing.assert_allclose(native.get(2, 2), loaded.surrogate.predict(held)[-1], rtol=1e-4)
 
 
 def test_clashing_names_are_refused(surrogate: Surrogate, tmp_path: Path) -> None:

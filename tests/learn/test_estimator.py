@@ -180,7 +180,9 @@ def test_surrogate_without_errors_has_nothing_to_estimate(tmp_path: Path) -> Non
 def centred_surrogate() -> Surrogate:
     """Of two inputs, whose ranges are about 0: they may be a director."""
     surrogate = random_surrogate(Shape(n_in=6, n_out=2, n_inputs=2, n_outputs=2, block=False))
-    return dataclasses.replace(surrogate, input_scaling=Affine(np.zeros(2), np.ones(2)))
+    inputs = tuple(dataclasses.replace(signal, start=None) for signal in surrogate.inputs)
+    scaling = Affine(np.zeros(2), np.ones(2))
+    return dataclasses.replace(surrogate, inputs=inputs, input_scaling=scaling)
 
 
 def short_fit(folder: Path, network: dict[str, Any], **changes: Any) -> ErrorEstimator:

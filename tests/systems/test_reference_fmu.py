@@ -140,6 +140,14 @@ def test_model_description_carries_units_ranges_and_step(tmp_path: Path) -> None
     assert fmpy.read_model_description(again).guid == description.guid
 
 
+def test_inputs_start_where_their_signals_say(tmp_path: Path) -> None:
+    model = "mbs_models.slider_crank:SliderCrank"
+    path = write_reference_fmu(model, {}, tmp_path / "reference.fmu")
+    inputs = fmpy.read_model_description(path).modelVariables[:2]
+    assert [float(variable.start) for variable in inputs] == [1.0, 0.0]
+    assert validate_fmu(str(path)) == []
+
+
 @pytest.mark.parametrize("step", [0.02, 0.06, 0.0301])
 def test_other_communication_steps_are_refused(
     step: float, tmp_path: Path, capfd: pytest.CaptureFixture[str]

@@ -2,14 +2,22 @@
 
 #include <string.h>
 
-static SlideScaling *place_scaling(const unsigned char *pairs, uint32_t channels,
+static SlideScaling *place_scaling(const unsigned char *rows, size_t row_size, uint32_t channels,
                                    SlideArena *arena) {
     SlideScaling *scaling = slide_place(arena, channels, sizeof *scaling);
     for (size_t i = 0; arena->base != NULL && i < channels; ++i) {
-        scaling[i].offset = slide_f64(pairs + 16 * i);
-        scaling[i].scale = slide_f64(pairs + 16 * i + 8);
+        scaling[i].offset = slide_f64(rows + row_size * i);
+        scaling[i].scale = slide_f64(rows + row_size * i + 8);
     }
     return scaling;
+}
+
+static double *place_starts(const SlidePayload *payload, SlideArena *arena) {
+    double *starts = slide_place(arena, payload->n_inputs, sizeof *starts);
+    for (size_t i = 0; arena->base != NULL && i < payload->n_inputs; ++i) {
+        starts[i] = slide_f64(payload->input_scaling + SLIDE_INPUT_ROW * i + 16);
+    }
+    return starts;
 }
 
 void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideArena *arena) {
@@ -18,8 +26,11 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideAren
     model->n_outputs = payload->n_outputs;
     model->n_in = payload->n_in;
     model->positions = 0;
-    model->input_scaling = place_scaling(payload->input_scaling, payload->n_inputs, arena);
-    model->output_scaling = place_scaling(payload->output_scaling, payload->n_outputs, arena);
+    model->input_scaling =
+        place_scaling(payload->input_scaling, SLIDE_INPUT_ROW, payload->n_inputs, arena);
+    model->output_scaling =
+        place_scaling(payload->output_scaling, SLIDE_OUTPUT_ROW, payload->n_outputs, arena);
+    model->starts = place_starts(payload, arena);
     slide_network_place(&model->predictor, &payload->predictor, payload->n_outputs, arena);
     if (payload->has_estimator) {
         const SlideNetworkView *view = &payload->estimator;

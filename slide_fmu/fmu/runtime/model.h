@@ -1,4 +1,4 @@
-/* What does not change while an FMU instance runs: sizes, scalings, networks. */
+/* What does not change while an FMU instance runs: sizes, scalings, start values, networks. */
 #ifndef SLIDE_MODEL_H
 #define SLIDE_MODEL_H
 
@@ -18,6 +18,7 @@ typedef struct {
     uint32_t n_means;   /* expected errors that the estimator gives before the exponents */
     double log_middle, log_half_range;
     SlideScaling *input_scaling, *output_scaling;
+    double *starts; /* [n_inputs], physical: inputs before the first is set */
     SlideNetwork predictor, estimator;
     SlideHistoryShape history;
     double *inputs;    /* scratch [n_inputs]: a sample, in physical units */

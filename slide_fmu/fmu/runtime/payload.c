@@ -6,6 +6,8 @@
 
 enum { VERSION = 3, MAX_WINDOW = 1 << 20 };
 
+static const double START_TOLERANCE = 1e-12; /* relative to |offset| + scale: rounding */
+
 static bool open_section(SlideCursor *file, const char *tag, SlideCursor *section,
                          SlideMessage *message) {
     const unsigned char *found = slide_take(file, 4, 1);
@@ -56,23 +58,35 @@ static bool read_window(SlidePayload *payload, SlideCursor *file, SlideMessage *
     return close_section(&section, "WIND", message);
 }
 
-static bool read_scaling(const unsigned char **scaling, uint32_t channels, const char *tag,
-                         SlideCursor *file, SlideMessage *message) {
+static bool starts_inside(double offset, double scale, double start) {
+    double allowed = scale + START_TOLERANCE * (fabs(offset) + scale);
+    return isfinite(start) && fabs(start - offset) <= allowed;
+}
+
+/* Rows of offset and scale; those of inputs go on with a start value. */
+static bool read_scaling(const unsigned char **scaling, uint32_t channels, size_t row_size,
+                         const char *tag, SlideCursor *file, SlideMessage *message) {
     SlideCursor section;
     if (!open_section(file, tag, &section, message)) {
         return false;
     }
-    *scaling = slide_take(&section, channels, 16);
+    *scaling = slide_take(&section, channels, row_size);
     if (*scaling == NULL) {
         return slide_too_short(message, tag);
     }
     for (size_t i = 0; i < channels; ++i) {
-        double offset = slide_f64(*scaling + 16 * i), scale = slide_f64(*scaling + 16 * i + 8);
+        const unsigned char *row = *scaling + row_size * i;
+        double offset = slide_f64(row), scale = slide_f64(row + 8);
         if (!isfinite(offset) || !isfinite(scale) || !(scale > 0)) {
             return slide_say(message,
                              "surrogate file, %s, channel %u: offset %g, scale %g; expected "
                              "finite numbers and a positive scale",
                              tag, (unsigned)i, offset, scale);
+        }
+        if (row_size == SLIDE_INPUT_ROW && !starts_inside(offset, scale, slide_f64(row + 16))) {
+            return slide_say(message,
+                             "surrogate file: input %u starts at %g; expected it in %g -+ %g",
+                             (unsigned)i, slide_f64(row + 16), offset, scale);
         }
     }
     return close_section(&section, tag, message);
@@ -136,8 +150,10 @@ static bool read_estimator(SlidePayload *payload, SlideCursor *file, SlideMessag
 static bool read_sections(SlidePayload *payload, SlideCursor *file, SlideMessage *message) {
     SlideCursor metadata;
     if (!read_window(payload, file, message) ||
-        !read_scaling(&payload->input_scaling, payload->n_inputs, "SCIN", file, message) ||
-        !read_scaling(&payload->output_scaling, payload->n_outputs, "SCOU", file, message) ||
+        !read_scaling(&payload->input_scaling, payload->n_inputs, SLIDE_INPUT_ROW, "SCIN", file,
+                      message) ||
+        !read_scaling(&payload->output_scaling, payload->n_outputs, SLIDE_OUTPUT_ROW, "SCOU", file,
+                      message) ||
         !read_predictor(payload, file, message) || !read_estimator(payload, file, message) ||
         !open_section(file, "META", &metadata, message)) {
         return false;

@@ -5,12 +5,15 @@
 
 #include "network_view.h"
 
+/* Bytes of a channel's numbers. */
+enum { SLIDE_INPUT_ROW = 24, SLIDE_OUTPUT_ROW = 16 };
+
 /* All pointers point into the bytes that were read; their extent has been checked. */
 typedef struct {
     double step; /* s */
     uint32_t n_in, n_out, n_inputs, n_outputs;
     bool ramp; /* inputs move linearly to their new value, else they are held */
-    const unsigned char *input_scaling;  /* f64 [n_inputs][offset, scale] */
+    const unsigned char *input_scaling;  /* f64 [n_inputs][offset, scale, start] */
     const unsigned char *output_scaling; /* f64 [n_outputs][offset, scale] */
     SlideNetworkView predictor;
     bool has_estimator;

@@ -23,11 +23,7 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
 
 void slide_state_reset(const SlideModel *model, SlideState *state) {
     memset(state->head, 0, state->size);
-    for (size_t i = 0; i < model->n_inputs; ++i) {
-        double low = model->input_scaling[i].offset - model->input_scaling[i].scale;
-        double high = model->input_scaling[i].offset + model->input_scaling[i].scale;
-        state->inputs[i] = low > 0 ? low : (high < 0 ? high : 0);
-    }
+    memcpy(state->inputs, model->starts, model->n_inputs * sizeof(double));
 }
 
 static double scaled(const SlideModel *model, size_t input, double value) {

@@ -32,8 +32,7 @@ typedef struct {
 
 void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *arena);
 
-/* Back to the state after placing: no steps, inputs at their start values. These are as near to 0 as
- * offset -+ scale, the range of the input, allows; model_description.py counts them likewise. */
+/* Back to the state after placing: no steps, inputs at their start values. */
 void slide_state_reset(const SlideModel *model, SlideState *state);
 
 /* Is this a value that the network can take in: finite, also after scaling? */

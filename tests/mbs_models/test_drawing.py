@@ -1,0 +1,76 @@
+"""Pictures of the mechanisms: their geometry, and that the command draws the same again."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from mbs_models import drawing
+from mbs_models.drawing import draw_slider_crank
+from mbs_models.facets import Camera, Facets, ball, tube
+from mbs_models.robot_6r import Robot6R
+from mbs_models.robot_drawing import draw_robot
+from mbs_models.slider_crank import SliderCrank
+from slide_fmu.signals import FloatArray
+
+
+@pytest.mark.parametrize("model", ["slider_crank", "robot_6r"])
+def test_command_draws_the_same_motion_again(
+    model: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(drawing, "BEFORE", 0.1)
+    monkeypatch.setattr(drawing, "DURATION", 0.8)
+    pictures = []
+    for name, seed in (("one.png", ["--seed", "3"]), ("two.png", ["--seed", "3"]), ("c.png", [])):
+        monkeypatch.setattr(sys, "argv", ["drawing", model, str(tmp_path / name), *seed])
+        drawing.main()
+        pictures.append((tmp_path / name).read_bytes())
+    assert pictures[0] == pictures[1] != pictures[2]
+    assert np.std(imread(tmp_path / "one.png")[..., :3]) > 0.05
+
+
+def test_a_single_state_is_a_picture_too(tmp_path: Path) -> None:
+    crank, robot = SliderCrank(), Robot6R()
+    draw_slider_crank(crank, [crank.straight_state(0.7, 0.0)], tmp_path / "crank.png")
+    draw_robot(robot, [robot.rest_state(np.zeros(6))], tmp_path / "robot.png")
+    for name in ("crank.png", "robot.png"):
+        assert imread(tmp_path / name).ndim == 3
+
+
+def centre(body: Facets) -> FloatArray:
+    return body.corners.reshape(-1, 3).mean(axis=0)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        tube(np.array([[0.1, 0.2, 0.0], [0.3, 0.6, 0.4]]), 0.05, "red"),
+        ball(np.array([0.2, -0.1, 0.5]), 0.07, "red"),
+    ],
+    ids=["tube", "ball"],
+)
+def test_facets_enclose_their_body(body: Facets) -> None:
+    areas = 0.5 * np.linalg.norm(
+        np.cross(body.corners[:, 2] - body.corners[:, 0], body.corners[:, 3] - body.corners[:, 1]),
+        axis=1,
+    )
+    # outward areas of a closed surface add up to nothing
+    assert np.linalg.norm(areas @ body.normals) < 1e-9 * np.sum(areas) + 1e-6
+    outward = np.sum(body.normals * (body.corners.mean(axis=1) - centre(body)), axis=1)
+    assert np.all(outward > 0.0)
+    assert np.linalg.norm(body.normals, axis=1) == pytest.approx(np.ones(len(areas)))
+
+
+def test_camera_sees_the_near_half_the_nearest_last() -> None:
+    body, camera = ball(np.zeros(3), 1.0, "red"), Camera(0.4, 0.3)
+    assert camera.axes @ camera.axes.T == pytest.approx(np.eye(3))
+    corners, shades = camera.shown(body)
+    assert len(corners) == len(shades) == pytest.approx(0.5 * len(body.corners), rel=0.1)
+    assert np.all((shades >= 0.0) & (shades <= 1.0))
+    distance = np.linalg.norm(corners.mean(axis=1), axis=1)
+    assert distance[-1] < 0.1 < 0.9 < distance[0]
+    assert camera.flat(np.array([0.0, 0.0, 1.0])) == pytest.approx([0.0, np.cos(0.3)])

@@ -12,10 +12,10 @@ class SetPoints:
     """Desired motion of drives at a sample; it follows a uniform quadratic B-spline.
 
     The set points phi_k are the control points. From sample k to k + 1, with the newest set point
-    phi_(k+1), the acceleration is constant, (phi_(k+1) - 2 phi_k + phi_(k-1)) / h^2; at sample k the
-    rate is (phi_k - phi_(k-1)) / h and the position (phi_k + phi_(k-1)) / 2. So the motion lags half
-    a step behind the set points, its velocity is continuous, and it needs nothing but the last
-    three of them.
+    phi_(k+1), the acceleration is constant, (phi_(k+1) - 2 phi_k + phi_(k-1)) / h^2; at sample k
+    the rate is (phi_k - phi_(k-1)) / h and the position (phi_k + phi_(k-1)) / 2. So the motion
+    lags half a step behind the set points, its velocity is continuous, and it needs nothing but
+    the last three of them.
 
     Attributes:
         position: shape (n,), in rad or m.

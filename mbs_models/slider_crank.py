@@ -102,7 +102,7 @@ class SliderCrank(PlantSystem[SliderCrankPlant]):
         """A straight rod, half of them at rest, half at constant speed.
 
         The crank may have any angle and follow the drive; with a first input, the drive rests
-        there and the crank is up to 0.3 rad away and turns at up to a quarter of the speed.
+        there and the crank is up to 0.1 rad away and turns at up to a tenth of the speed.
         """
         share = float(rng.integers(2))
         if first_input is None:
@@ -110,8 +110,8 @@ class SliderCrank(PlantSystem[SliderCrankPlant]):
             speed = rng.uniform(-self._speed_limit, self._speed_limit)
             return self.straight_state(angle, share * speed)
         desired = angle_of(self._finite_inputs("first input", first_input))
-        angle = desired + rng.uniform(-0.3, 0.3)
-        speed = 0.25 * share * rng.uniform(-self._speed_limit, self._speed_limit)
+        angle = desired + rng.uniform(-0.1, 0.1)
+        speed = 0.1 * share * rng.uniform(-self._speed_limit, self._speed_limit)
         coordinates, velocities = self._mechanism.straight(angle, speed)
         return State(
             np.append(coordinates, desired), np.append(velocities, 0.0), director(desired)

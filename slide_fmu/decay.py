@@ -208,6 +208,7 @@ def _refuse_growing_motion(rates: FloatArray) -> None:
         raise UnstableModeError(
             "initial effects grow along the motion: the slowest mode has Re(v) = "
             f"{mean:.4g} 1/s in the mean over {len(rates)} instants ({np.min(rates):.4g} .. "
-            f"{np.max(rates):.4g}); expected a mean below 0: no window can hold such a motion, so give the system more "
-            "damping, check the signs of its control gains, or excite it less (data.excitation)"
+            f"{np.max(rates):.4g}); expected a mean below 0: no window can hold such a "
+            "motion, so give the system more damping, check the signs of its control gains, or "
+            "excite it less (data.excitation)"
         )

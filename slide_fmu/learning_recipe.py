@@ -7,6 +7,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, model_validator
 
+from slide_fmu.features import Differences
+
 PositiveInt = Annotated[int, Field(gt=0)]
 FeatureNames = Annotated[tuple[str, ...], Field(min_length=1)]
 PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -18,6 +20,18 @@ class Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
+def _require_odd(names: tuple[str, ...], readout: tuple[str, ...] = ()) -> None:
+    """Refuse to leave out the biases of a network that is not odd without them either."""
+    others = [name for name in names if name not in Differences.NAMES]
+    if others or readout:
+        more = f" and readout = {list(readout)}" if readout else ""
+        raise ValueError(
+            f"bias = false with the features {list(names)}{more}; expected true, or features "
+            f"out of {', '.join(Differences.NAMES)} without a readout: only then does the network "
+            "answer -u with -y"
+        )
+
+
 class FeedForwardRecipe(Table):
     """The paper's feed-forward network.
 
@@ -25,7 +39,8 @@ class FeedForwardRecipe(Table):
         family: names the network family.
         hidden: widths of the hidden layers; empty for one affine map.
         activation: activation of the hidden layers.
-        bias: whether layers have biases; without, odd activations give an odd network.
+        bias: whether layers have biases; without, odd activations give an odd network: for
+            features that change their sign with the inputs.
         linear_skip: whether a linear path leads from the inputs to the outputs.
         time_invariant: one network for every position of the output window, which sees the
             n_in - n_out + 1 inputs before it; else one network gives the whole block.
@@ -39,6 +54,12 @@ class FeedForwardRecipe(Table):
     linear_skip: bool = False
     time_invariant: bool = False
     features: FeatureNames = ("inputs",)
+
+    @model_validator(mode="after")
+    def _odd_without_bias(self) -> FeedForwardRecipe:
+        if not self.bias:
+            _require_odd(self.features)
+        return self
 
     def feature_names(self) -> tuple[str, ...]:
         """Names of all features that it uses."""
@@ -71,7 +92,8 @@ class StateSpaceRecipe(Table):
             without end beyond the trained range. Gated units make the response linear with
             coefficients that follow a schedule: for mechanisms whose inertia depends on their
             configuration.
-        bias: whether there are constant terms; without, the network answers -u with -y.
+        bias: whether there are constant terms; without, the network answers -u with -y: for
+            features that change their sign with the inputs, and no readout.
         drive: names of the features that move the states (``slide_fmu.features``).
         static: names of those that the outputs follow at once; as the drive if not given.
         gated: names of those that gated units multiply beside the states; as the drive if not
@@ -103,12 +125,15 @@ class StateSpaceRecipe(Table):
                 "schedule for gated units, and for them alone"
             )
         if not gated and (self.gated is not None or self.turned_pairs):
+            seen = None if self.gated is None else list(self.gated)
             raise ValueError(
-                f"units = {self.units!r} with gated = {self.gated}, turned_pairs = "
+                f"units = {self.units!r} with gated = {seen}, turned_pairs = "
                 f"{self.turned_pairs}; expected neither without gated units"
             )
         if gated and not self.bias:
             raise ValueError("bias = false with gated units; expected true")
+        if not self.bias:
+            _require_odd(self.feature_names(), self.readout)
         return self
 
     def roles(self) -> dict[str, tuple[str, ...]]:
@@ -142,11 +167,12 @@ class LeastSquaresRecipe(Table):
         kept_iterations: iterations of each of them, on the same data.
         iterations: iterations of the best of them, on all data.
         dense_limit: largest number of parameters for which normal equations are solved in every
-            iteration; a larger network is widened from one of half that size and refined by
-            preconditioned gradient steps.
-        stretches: of those refinements, 40 steps each.
+            iteration; a larger network is widened from the best start of half that size and
+            refined on all data by preconditioned gradient steps.
+        stretches: of those refinements, 80 steps each.
         beyond_weight: factor on the residuals of trajectories beyond the range.
         flip_signs: add every segment with both signs, for systems that answer -u with -y.
+        even_out: give segments that move more than usual lower weights.
         precision: floating point format of the training.
     """
 
@@ -163,6 +189,7 @@ class LeastSquaresRecipe(Table):
     stretches: PositiveInt = 60
     beyond_weight: PositiveFloat = 0.1
     flip_signs: bool = False
+    even_out: bool = False
     precision: Literal["float32", "float64"] = "float64"
 
 
@@ -182,7 +209,7 @@ class TrainingRecipe(Table):
         weight_decay: decoupled weight decay.
         gradient_clip: largest norm of the gradient; longer ones are shortened to it.
         flip_signs: show windows with both signs, for systems that answer -u with -y.
-        input_jitter: standard deviation of noise on the scaled inputs.
+        input_jitter: standard deviation of noise on the features, as scaled for the network.
         validate_every: steps between validations and checkpoints.
         precision: floating point format of the training.
     """

@@ -39,11 +39,12 @@ from dataclasses import fields
 
 import numpy as np
 
+from slide_fmu.cell import CELL_ACTIVATIONS, GATED, Cell
 from slide_fmu.features import ChainMotion, Differences, Director, FeatureMap, Features, Roles
 from slide_fmu.network import ACTIVATIONS, FeedForward, Float32Array, Layer, Network
 from slide_fmu.serial_chain import SerialChain
 from slide_fmu.signals import FloatArray
-from slide_fmu.state_space import CELL_ACTIVATIONS, GATED, Cell, StateSpace
+from slide_fmu.state_space import StateSpace
 
 KIND_FEED_FORWARD, KIND_STATE_SPACE = 1, 2
 SET_DIFFERENCES, SET_DIRECTOR, SET_CHAIN_MOTION = 1, 2, 3

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -126,14 +126,16 @@ def size_window(recipe: Recipe, system: System, seed: int | None = None) -> Sizi
     entropy = recipe.data.seed if seed is None else seed
     duration = min(training.duration, WINDOWS_PER_MOTION * window.n_in * window.step)
     stream = Stream(training.number, entropy, (1.0, 1.0), duration)
-    draws = [draw(recipe, system, stream, index) for index in range(MOTIONS)]
+    followed = range(min(MOTIONS, LINEARIZED_MOTIONS))
+    draws = [draw(recipe, system, stream, index) for index in followed]
     stride = -(-window.n_in // POINTS_PER_WINDOW)
-    along = _decay_along_motions(system, draws[:LINEARIZED_MOTIONS], stride, amplitude)
+    along = _decay_along_motions(system, draws, stride, amplitude)
     linearized = _decay_over_windows(along, window, stride)
     recommend_window(linearized.worst, window.step, window.n_out)  # refuses a lasting motion
     count = max(window.n_in, int(np.ceil(MEASURED_DECAYS * linearized.worst / window.step)))
-    measured_draws = draws[: max(LEAST_MEASURED, MEASURED_SAMPLES // count)]
-    records = [np.resize(d.inputs, (count, d.inputs.shape[1])) for d in measured_draws]
+    whole = replace(stream, duration=max(duration, count * window.step))
+    pairs = min(MOTIONS, max(LEAST_MEASURED, MEASURED_SAMPLES // count))
+    records = [draw(recipe, system, whole, index).inputs[:count] for index in range(pairs)]
     rng = np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=(stream.number,)))
     measured = measured_decay(system, records, rng, amplitude)
     local_worst = max(decay.worst for decay in along)
@@ -180,9 +182,7 @@ def _decay_over_windows(along: list[Decay], window: Window, stride: int) -> Deca
     return decay_in_stretches(along, math.ceil(samples / stride))
 
 
-def _states_along(
-    system: System, initial: State, inputs: FloatArray, stride: int
-) -> list[State]:
+def _states_along(system: System, initial: State, inputs: FloatArray, stride: int) -> list[State]:
     """States at every ``stride``-th sample of a motion."""
     system.set_state(initial)
     states = []

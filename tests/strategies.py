@@ -8,9 +8,9 @@ import numpy as np
 from fmu.samples import CellShape, Shape
 from hypothesis import strategies as st
 
+from slide_fmu.cell import CELL_ACTIVATIONS, GATED
 from slide_fmu.network import ACTIVATIONS
 from slide_fmu.scaling import Affine, LogError
-from slide_fmu.state_space import CELL_ACTIVATIONS, GATED
 from slide_fmu.window import Window
 
 numbers = st.floats(-1e6, 1e6)

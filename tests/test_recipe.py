@@ -427,9 +427,18 @@ def test_method_that_does_not_suit_the_family_gives_one_line(text: str, line: st
         ),
         (
             'gated = ["inputs"]',
-            r"network: units = 'tanh' with gated = \('inputs',\), turned_pairs = 0; expected",
+            r"network: units = 'tanh' with gated = \['inputs'\], turned_pairs = 0; expected",
         ),
         (GATED + "bias = false", r"network: bias = false with gated units; expected true$"),
+        (
+            'bias = false\ndrive = ["changes", "turn"]',
+            r"network: bias = false with the features \['changes', 'turn'\]; expected true, or "
+            "features out of inputs, changes, second_changes without a readout: only then",
+        ),
+        (
+            'bias = false\nreadout = ["inputs"]',
+            r"network: bias = false with the features \['inputs'\] and readout = \['inputs'\]; ",
+        ),
         ("[training]\npart = 0", r"training\.part = 0: Input should be greater than 0"),
         ("[stability]\namplitudes = []", r"stability.amplitudes = \[\]: "),
         ("[stability]\namplitudes = [1, 0]", r"stability.amplitudes.1 = 0: Input should be great"),
@@ -478,3 +487,10 @@ def test_all_trainings_are_those_of_surrogate_and_estimator() -> None:
     recipe = Recipe.model_validate(tables | {"estimator": ESTIMATOR})
     assert recipe.estimator is not None
     assert recipe.trainings() == (LeastSquaresRecipe(), recipe.estimator.training)
+
+
+def test_without_biases_a_feed_forward_network_sees_what_changes_its_sign() -> None:
+    features = 'bias = false\nfeatures = ["{}"]'
+    parse_recipe(TINY.replace("bias = false", features.format("changes")), "mine.toml")
+    (line,) = mistakes(TINY.replace("bias = false", features.format("direction")))
+    assert line.startswith("network: bias = false with the features ['direction']; expected true")

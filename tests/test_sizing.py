@@ -138,7 +138,9 @@ class Swaying(LinearOscillator):
     def linearize(self, state: State) -> Linearization:
         found, self.instants = super().linearize(state), getattr(self, "instants", -1) + 1
         factor = -3.0 if self.instants % 2 else 5.0
-        return Linearization(found.mass, factor * found.damping, found.stiffness, found.constraints)
+        return Linearization(
+            found.mass, factor * found.damping, found.stiffness, found.constraints
+        )
 
 
 @pytest.mark.usefixtures("few_motions")

@@ -13,6 +13,7 @@ import pytest
 from fmu.samples import CellShape, random_cell
 from recipes import TINY, merged, tiny_recipe
 
+from slide_fmu.cell import Cell
 from slide_fmu.data.sampling import recipe_system
 from slide_fmu.features import Differences, FeatureMap, Roles
 from slide_fmu.figures import stability_tests
@@ -29,7 +30,7 @@ from slide_fmu.stability import (
     require_stability,
     stability_figures,
 )
-from slide_fmu.state_space import Cell, StateSpace
+from slide_fmu.state_space import StateSpace
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.window import Window
 

@@ -13,9 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import state_space_shapes
 
+from slide_fmu.cell import Cell
 from slide_fmu.features import BEFORE, Differences, FeatureMap, Roles
 from slide_fmu.signals import FloatArray
-from slide_fmu.state_space import Cell, StateSpace
+from slide_fmu.state_space import StateSpace
 
 ROUNDING = 1e-5
 """Float32 sums of some ten terms of order 1, in a cell that contracts."""

@@ -14,14 +14,24 @@ JITTER = 1e-10
 """Added to the variances of the states, relative to them, before they are made uncorrelated."""
 
 
-def rescale(m: Matrices, states: torch.Tensor, whiten: bool) -> Matrices:
+def rescale(shape: CellShape, m: Matrices, states: torch.Tensor, whiten: bool) -> Matrices:
     """Change the coordinates of the states to unit standard deviation.
 
     Args:
+        m: matrices of a cell of this shape.
         states: of a run, shape (..., n).
         whiten: make them uncorrelated too.
+
+    Raises:
+        ValueError: units see pairs of states in a turned frame: in other coordinates they are no
+            pairs.
     """
-    n = len(m.f)
+    if shape.turned and shape.n_units:
+        raise ValueError(
+            f"cell with {shape.n_units} units and {shape.turned} turned pairs; expected none of "
+            "the one or the other: rescale the states before units are added"
+        )
+    n = shape.n_states
     flat = states.reshape(-1, n)
     if whiten:
         # of states in units of their spread, and in double precision: they may be nearly dependent

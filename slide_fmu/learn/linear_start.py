@@ -16,6 +16,10 @@ LARGEST_POLE = 0.995
 """Faster decay than this radius is asked of every start; a fit may leave it again."""
 LEAST_SHOWN = 0.03
 """Singular values of the impulse responses below this part of the largest show no state."""
+NEIGHBOURS = 1.3
+"""Oscillations whose eigenvalues differ by less than this factor are taken as one that turns."""
+MEMORIES = (0.2, 0.6)
+"""First and last pole of states that are short memories."""
 EXCITED_POWER = 0.999
 """The excited band holds this part of the drive's power."""
 
@@ -161,6 +165,99 @@ def from_eigenvalues(
 
     scale = 1 / math.sqrt(len(a))
     return _pulled_inside(a, scale * random(len(a), sizes[0]), scale * random(sizes[1], len(a)))
+
+
+def from_turned_pairs(
+    eigenvalues: NDArray[np.complex128],
+    step: float,
+    sizes: tuple[int, int, int, int],
+    generator: torch.Generator,
+) -> LinearModel:
+    """A linear model whose first states are pairs that turn with the system about the z axis.
+
+    Two neighbouring oscillations that are nearly as fast are one that may go any way across the
+    axis, with their mean eigenvalue: two pairs. Further states are the next oscillations, and
+    short memories. Drive and outputs are vectors (x, y, z), one after the other: pairs are moved
+    by x and y alone, and move nothing else.
+
+    Args:
+        eigenvalues: as for ``from_eigenvalues``; none are needed.
+        step: sample step h in s.
+        sizes: numbers of states, of pairs among them, of drives and of outputs.
+
+    Raises:
+        ValueError: drive or outputs are no vectors.
+    """
+    order, pairs, n_drive, n_outputs = sizes
+    if n_drive % 3 or n_outputs % 3:
+        raise ValueError(
+            f"network.turned_pairs = {pairs} with {n_drive} drives and {n_outputs} outputs; "
+            "expected vectors (x, y, z) of both: set turned_pairs = 0, or choose another drive"
+        )
+    a = torch.zeros(order, order, dtype=torch.float64)
+    turning, single = _turning_modes(eigenvalues)
+    blocks = [_mode(value, step) for value in turning[: pairs // 2]]
+    memories = _memories(pairs - 2 * len(blocks))
+    for index, block in enumerate(blocks):
+        a[4 * index : 4 * index + 4, 4 * index : 4 * index + 4] = torch.kron(block, torch.eye(2))
+    for index, pole in enumerate(memories):
+        state = 4 * len(blocks) + 2 * index
+        a[state, state] = a[state + 1, state + 1] = pole
+    first = 2 * pairs
+    for value in single[: (order - first) // 2]:
+        a[first : first + 2, first : first + 2] = _mode(value, step)
+        first += 2
+    for state, pole in enumerate(_memories(order - first), first):
+        a[state, state] = pole
+    scale = 1 / math.sqrt(order)
+    b = _turning_matrix((order, n_drive), (pairs, 2 * pairs), generator)
+    c = _turning_matrix((order, n_outputs), (pairs, 2 * pairs), generator).T
+    return _pulled_inside(a, scale * b, (scale * c).contiguous())
+
+
+def _turning_modes(
+    eigenvalues: NDArray[np.complex128],
+) -> tuple[list[complex], list[complex]]:
+    """Means of neighbouring oscillations that belong together, and those left, lowest first."""
+    waves = sorted((complex(v) for v in eigenvalues if v.imag > 0), key=abs)
+    turning, single = [], []
+    while waves:
+        wave = waves.pop(0)
+        if waves and abs(waves[0]) < NEIGHBOURS * abs(wave):
+            turning.append(0.5 * (wave + waves.pop(0)))
+        else:
+            single.append(wave)
+    return turning, single
+
+
+def _mode(eigenvalue: complex, step: float) -> torch.Tensor:
+    """The 2 x 2 block of an oscillation."""
+    pole = complex(np.exp(eigenvalue * step))
+    return torch.tensor([[pole.real, pole.imag], [-pole.imag, pole.real]], dtype=torch.float64)
+
+
+def _memories(count: int) -> list[float]:
+    """Poles of short memories."""
+    return [float(pole) for pole in np.linspace(*MEMORIES, count)]
+
+
+def _turning_matrix(
+    shape: tuple[int, int], pairs: tuple[int, int], generator: torch.Generator
+) -> torch.Tensor:
+    """Random coefficients between states and vectors that turn alike: (order, 3 m).
+
+    Args:
+        pairs: number of pairs among the states, and of states that they are.
+    """
+    result = torch.zeros(*shape, dtype=torch.float64)
+    for first in range(0, shape[1], 3):
+        along, across = torch.randn(2, pairs[0], 1, 1, generator=generator, dtype=torch.float64)
+        turn = torch.tensor([[0.0, -1.0], [1.0, 0.0]], dtype=torch.float64)
+        blocks = along * torch.eye(2, dtype=torch.float64) + across * turn
+        result[: pairs[1], first : first + 2] = blocks.reshape(pairs[1], 2)
+        rest = shape[0] - pairs[1]
+        result[pairs[1] :, first + 2] = torch.randn(rest, generator=generator, dtype=torch.float64)
+    return result
 
 
 def _pulled_inside(a: torch.Tensor, b: torch.Tensor, c: torch.Tensor) -> LinearModel:

@@ -58,6 +58,16 @@ class Segments:
             torch.cat([self.weights, factor * others.weights]),
         )
 
+    def evened_out(self) -> Segments:
+        """The segments, those that move more than usual with lower weights.
+
+        The weight of a segment falls from sqrt(2) to that divided by its RMS about the mean of
+        all segments, relative to the usual one: rare violent motions do not rule a fit.
+        """
+        squares = (self.targets - self.targets.mean((0, 1))).square().mean((0, 2))
+        weights = (2 / (1 + squares / squares.mean())).sqrt()
+        return Segments(self.features, self.targets, self.weights * weights)
+
     def mirrored(self) -> Segments:
         """The segments with the opposite sign."""
         return Segments(-self.features, -self.targets, self.weights)

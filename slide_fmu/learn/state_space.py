@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import torch
 
+from slide_fmu.cell import Cell
 from slide_fmu.learn.feature_choice import roles_of
 from slide_fmu.learn.normal_equations import sum_of_squares
 from slide_fmu.learn.problem import Problem
@@ -15,7 +16,7 @@ from slide_fmu.learn.segments import Segments, cut_segments
 from slide_fmu.learn.tournament import LINEAR_ITERATIONS, Entrant, FitData, Tournament
 from slide_fmu.learn.training import History, TrainingError, TrainingProgress
 from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
-from slide_fmu.state_space import Cell, StateSpace
+from slide_fmu.state_space import StateSpace
 
 SEARCH_STARTS = 3
 """Random starts by which a size is judged when it is chosen automatically."""
@@ -71,7 +72,8 @@ def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresR
 
     def segments(record: tuple[torch.Tensor, torch.Tensor]) -> Segments:
         burn_in, length = problem.window.n_truncated, training.segment
-        return cut_segments(record[0].to(dtype), record[1].to(dtype), burn_in, length)
+        cut = cut_segments(record[0].to(dtype), record[1].to(dtype), burn_in, length)
+        return cut.evened_out() if training.even_out else cut
 
     features = problem.training[0].to(dtype)
 
@@ -121,8 +123,8 @@ def compete(tournament: Tournament, order: int, units: int) -> Entrant:
     dense = _dense_units(tournament, order, units)
     tournament.plan(_iterations(training) + (training.stretches if dense < units else 0))
     starts = [tournament.start(linear, dense, number) for number in range(training.starts)]
-    winner = tournament.refine(tournament.go_on(starts)[0])
-    return winner if dense == units else tournament.widened(winner, units)
+    winner = tournament.go_on(starts)[0]
+    return tournament.refine(winner) if dense == units else tournament.widened(winner, units)
 
 
 def _iterations(training: LeastSquaresRecipe) -> int:

@@ -16,8 +16,10 @@ from slide_fmu.learn.coordinates import rescale, widen
 from slide_fmu.learn.ledger import Ledger
 from slide_fmu.learn.levenberg_marquardt import Iterate, LeastSquares
 from slide_fmu.learn.linear_start import (
+    LinearModel,
     excited_eigenvalues,
     from_eigenvalues,
+    from_turned_pairs,
     impulse_responses,
     lowest_eigenvalues,
     realize,
@@ -37,6 +39,8 @@ from slide_fmu.learn.training import TrainingProgress
 from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
 
 LINEAR_ITERATIONS = 15
+MOST_RESIDUALS = 1_000_000
+"""Residuals that linear models are fitted to; of more data, those of the starts will do."""
 SHORTEST_RESPONSE, LONGEST_RESPONSE = 40, 200
 """Samples of the impulse responses that a linear model is realized from; between them, as many as
 the window truncates."""
@@ -141,24 +145,34 @@ class Tournament:
         return taps // 2 * min(p, q)
 
     def linear(self, order: int) -> Entrant:
-        """The best linear model of an order, on all data."""
-        shape = self.shape(order, 0)
-        starts, lowest = {}, None
+        """The best linear model of an order, on all data; of very many, on those of the starts."""
+        shape, data = self.shape(order, 0), self.data
+        many = data.whole.targets.numel() > MOST_RESIDUALS
+        found = []
+        for source, model in self._linear_starts(shape).items():
+            theta = shape.linear(*model).to(data.features)
+            name = f"linear, {order} states, from {source}"
+            segments = data.part if many else data.whole
+            found.append(self._descend(name, shape, theta, segments, LINEAR_ITERATIONS))
+        return min(found, key=lambda entrant: entrant.error)
+
+    def _linear_starts(self, shape: CellShape) -> dict[str, LinearModel]:
+        """Linear models to start from, by what they come from."""
+        order, step, n_drive = shape.n_states, self.problem.window.step, len(shape.roles.drive)
+        generator = torch.Generator().manual_seed(self.training.seed)
+        known = np.zeros(0, np.complex128)
         if self.problem.eigenvalues is not None:
-            lowest = lowest_eigenvalues(self.problem.eigenvalues, order)
+            known = self.problem.eigenvalues
+        if shape.turned:
+            sizes = (order, shape.turned, n_drive, shape.n_outputs)
+            return {"turned pairs": from_turned_pairs(known, step, sizes, generator)}
+        starts, lowest = {}, lowest_eigenvalues(known, order)
         if lowest is not None:
-            sizes = (len(shape.roles.drive), shape.n_outputs)
-            generator = torch.Generator().manual_seed(self.training.seed)
-            step = self.problem.window.step
-            starts["eigenvalues"] = from_eigenvalues(lowest, step, sizes, generator)
+            sizes_of = (n_drive, shape.n_outputs)
+            starts["eigenvalues"] = from_eigenvalues(lowest, step, sizes_of, generator)
         if order <= self.highest_order() or not starts:
             starts["impulse responses"] = realize(self._impulse_responses(), order)
-        found = []
-        for source, model in starts.items():
-            theta = shape.linear(*model).to(self.data.features)
-            name = f"linear, {order} states, from {source}"
-            found.append(self._descend(name, shape, theta, self.data.whole, LINEAR_ITERATIONS))
-        return min(found, key=lambda entrant: entrant.error)
+        return starts
 
     def start(self, linear: Entrant, units: int, number: int) -> Entrant:
         """A random start from a linear model; every second one in whitened coordinates."""
@@ -166,7 +180,9 @@ class Tournament:
         shape = self.shape(order, units)
         features = self.data.part.features
         _, states = simulate(old, linear.state.best, features)
-        m = rescale(old.split(linear.state.best), states, whiten=number % 2 == 1)
+        m = old.split(linear.state.best)
+        if not shape.turned:  # pairs that turn keep their coordinates
+            m = rescale(old, m, states, whiten=number % 2 == 1)
         seed = (self.training.seed * START_STRIDE + number) % 2**32
         theta = widen(m, old, shape, torch.Generator().manual_seed(seed))
         name = f"start {number}, {order} states, {units} units"

@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 
 from slide_fmu import pipeline
+from slide_fmu.cell import Cell
 from slide_fmu.data.sampling import recipe_system
 from slide_fmu.features import Differences, FeatureMap
 from slide_fmu.fmu.export import read_fmu, read_member
 from slide_fmu.scaling import Affine
-from slide_fmu.state_space import Cell, StateSpace
+from slide_fmu.state_space import StateSpace
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.window import Window
 

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from slide_fmu.cell import GATED, Cell
 from slide_fmu.features import (
     ChainMotion,
     Differences,
@@ -20,7 +21,7 @@ from slide_fmu.network import FeedForward, Float32Array, Layer, Network
 from slide_fmu.scaling import Affine, LogError
 from slide_fmu.serial_chain import SerialChain
 from slide_fmu.signals import Hold, Signal
-from slide_fmu.state_space import GATED, Cell, StateSpace
+from slide_fmu.state_space import StateSpace
 from slide_fmu.surrogate import ErrorEstimator, Surrogate
 from slide_fmu.window import Window
 

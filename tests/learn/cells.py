@@ -9,11 +9,12 @@ import numpy as np
 import torch
 from hypothesis import strategies as st
 
+from slide_fmu.cell import Cell
 from slide_fmu.features import Differences, FeatureMap, Roles
 from slide_fmu.learn.cell import CellShape, simulate
 from slide_fmu.learn.segments import Segments
 from slide_fmu.network import Float32Array
-from slide_fmu.state_space import Cell, StateSpace
+from slide_fmu.state_space import StateSpace
 
 
 def random(*shape: int, seed: int = 0) -> torch.Tensor:

@@ -22,8 +22,8 @@ from cells import (
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from slide_fmu.cell import CELL_ACTIVATIONS
 from slide_fmu.learn.cell import ACTIVATIONS, CellShape, opposite, simulate, turned
-from slide_fmu.state_space import CELL_ACTIVATIONS
 
 ROUNDING = 1e-5
 """Float32 sums of some ten terms of order 1, in a cell that contracts."""

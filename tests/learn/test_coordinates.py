@@ -55,11 +55,20 @@ def test_linear_cells_that_will_have_turned_pairs_are_rescaled(whiten: bool) -> 
     check_rescaled(replace(TURNED, n_states=4, n_units=0), whiten)
 
 
+def test_cells_whose_units_see_turned_pairs_are_not_rescaled() -> None:
+    states = random(30, TURNED.n_states)
+    message = (
+        rf"^cell with {TURNED.n_units} units and {TURNED.turned} turned pairs; .* before units"
+    )
+    with pytest.raises(ValueError, match=message):
+        rescale(TURNED, TURNED.split(random_theta(TURNED)), states, False)
+
+
 def check_rescaled(shape: CellShape, whiten: bool) -> None:
     """Outputs stay; states have unit standard deviation, and are uncorrelated if whitened."""
     theta, features = random_theta(shape), random_features(40, 5, shape)
     outputs, states = simulate(shape, theta, features)
-    m = rescale(shape.split(theta), states, whiten)
+    m = rescale(shape, shape.split(theta), states, whiten)
     found, rescaled = simulate(shape, shape.join(m), features)
     torch.testing.assert_close(found, outputs, rtol=0, atol=SAME)
     flat = rescaled.reshape(-1, shape.n_states)
@@ -79,7 +88,9 @@ def test_a_state_that_never_moves_makes_no_trouble(whiten: bool) -> None:
     theta, features = shape.join(replace(m, f=still)), random_features(40, 5, shape)
     outputs, states = simulate(shape, theta, features)
     assert not states[:, :, 1].any()
-    found, _ = simulate(shape, shape.join(rescale(shape.split(theta), states, whiten)), features)
+    found, _ = simulate(
+        shape, shape.join(rescale(shape, shape.split(theta), states, whiten)), features
+    )
     torch.testing.assert_close(found, outputs, rtol=0, atol=SAME)
 
 
@@ -100,7 +111,7 @@ def test_single_precision_states_of_very_different_size_are_rescaled(whiten: boo
     spread = states.flatten(0, 1).std(0)
     assert float(spread.max() / spread.min()) > 1e4
     found, moved = simulate(
-        shape, shape.join(rescale(shape.split(theta), states, whiten)), features
+        shape, shape.join(rescale(shape, shape.split(theta), states, whiten)), features
     )
     assert found.dtype == torch.float32
     torch.testing.assert_close(found, outputs, rtol=0, atol=SINGLE)
@@ -173,4 +184,4 @@ def test_widening_keeps_the_precision() -> None:
     old, new = plain(2, 1, 0, 1), plain(4, 1, 5, 1)
     single = old.split(random_theta(old).float())
     assert widen(single, old, new, generator()).dtype == torch.float32
-    assert rescale(single, random(30, 2).float(), True).f.dtype == torch.float32
+    assert rescale(old, single, random(30, 2).float(), True).f.dtype == torch.float32

@@ -1,0 +1,195 @@
+"""Error of an FMU in segments of its output window, as the paper gives it for the robot.
+
+    python tests/benchmarks/paper_segments.py fmus/robot_6r/robot_6r.fmu --json -
+
+The recipe's unseen test motions, beyond the burn-in, are cut into segments of n_out samples one
+after the other; the surrogate gives the newest output of every step, as in a co-simulation. Its
+error is that against the recipe's reference model, for each kind of excitation and for all.
+
+Of every segment, with all outputs together: its RMSE relative to the RMS of the reference over the
+kind, about the means (``of_kind``), to the reference's RMS in the segment itself (``of_segment``),
+and to that about the means in the segment (``of_motion``: large where little moves); and the mean
+Euclidean error over the segment, whose 95th percentile over the segments is the paper's e_95.
+Outputs in another unit than the first one are left out.
+"""
+
+from __future__ import annotations
+
+import argparse
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from figures_out import write_figures
+
+from slide_fmu.cli import UNSEEN_SEED, progress_bars
+from slide_fmu.cosim import UnpackedFmu, run_fmu, unpacked
+from slide_fmu.data.sampling import TEST, Draw, Stream, draw, reference_system
+from slide_fmu.fmu.export import read_fmu
+from slide_fmu.pipeline import Bar
+from slide_fmu.run_folder import recipe_of_provenance
+from slide_fmu.signals import FloatArray
+from slide_fmu.surrogate import Surrogate
+from slide_fmu.systems.base import simulate
+
+QUANTILES = {"p05": 0.05, "p25": 0.25, "median": 0.5, "p75": 0.75, "p95": 0.95}
+MILLIMETRES = {"m": 1000.0, "mm": 1.0}
+"""Of one unit of an output."""
+LITTLE = np.finfo(np.float64).tiny
+
+
+@dataclass(frozen=True, eq=False)
+class Segments:
+    """Segments of motions, shape (segments, n_out, n_outputs) each.
+
+    Attributes:
+        error: surrogate minus reference.
+        reference: outputs of the reference model.
+    """
+
+    error: FloatArray
+    reference: FloatArray
+
+    @staticmethod
+    def of_motion(found: FloatArray, reference: FloatArray, length: int) -> Segments:
+        """From outputs along a motion, shape (N, n_outputs); a rest at its end is left out."""
+        count = len(reference) // length
+        shape = (count, length, reference.shape[1])
+        whole = slice(0, count * length)
+        return Segments((found - reference)[whole].reshape(shape), reference[whole].reshape(shape))
+
+    @staticmethod
+    def together(parts: list[Segments]) -> Segments:
+        """All segments of several motions."""
+        return Segments(
+            np.concatenate([part.error for part in parts]),
+            np.concatenate([part.reference for part in parts]),
+        )
+
+    def figures(self, millimetres: float | None) -> dict[str, Any]:
+        """Statistics over the segments; Euclidean errors only where the unit is a length."""
+        rmse, overall = _root(self.error**2), self.reference.mean(axis=(0, 1))
+        of_kind = float(np.sqrt(np.mean((self.reference - overall) ** 2)))
+        about_means = _root((self.reference - self.reference.mean(axis=1, keepdims=True)) ** 2)
+        distance = np.mean(np.linalg.norm(self.error, axis=2), axis=1)
+        lengths = {
+            "mean_euclidean_error_mm": _statistics((millimetres or 0.0) * distance),
+            "e_95_mm": (millimetres or 0.0) * float(np.quantile(distance, 0.95)),
+        }
+        return {
+            "segments": len(rmse),
+            "rms_reference_about_means": of_kind,
+            "rmse": float(np.sqrt(np.mean(self.error**2))),
+            "relative_rmse": {
+                "of_kind": _statistics(rmse / max(of_kind, LITTLE)),
+                "of_segment": _statistics(rmse / np.maximum(_root(self.reference**2), LITTLE)),
+                "of_motion": _statistics(rmse / np.maximum(about_means, LITTLE)),
+            },
+            **(dict.fromkeys(lengths) if millimetres is None else lengths),
+        }
+
+
+def measure(arguments: argparse.Namespace, bar: Bar) -> dict[str, Any]:
+    """Errors of all segments by kind of excitation."""
+    surrogate, found = read_fmu(arguments.fmu)
+    recipe = recipe_of_provenance(found, str(arguments.fmu))
+    system = reference_system(recipe)
+    duration = arguments.duration or recipe.validation.duration or recipe.data.duration
+    count = arguments.trajectories or recipe.validation.trajectories
+    stream = Stream(TEST, arguments.seed, tuple(arguments.amplitude), duration)
+    unit = surrogate.outputs[0].unit
+    chosen = [i for i, signal in enumerate(surrogate.outputs) if signal.unit == unit]
+    by_kind: dict[int, list[Segments]] = {}
+    advance = bar("test motions")
+    with ExitStack() as stack:
+        fmu = stack.enter_context(unpacked(arguments.fmu)) if arguments.through_fmu else None
+        for index in range(count):
+            drawn = draw(recipe, system, stream, index)
+            first = max(drawn.burn_in + 1, surrogate.network.n_needed)
+            reference = simulate(system, drawn.inputs, drawn.initial).outputs[first:, chosen]
+            newest = outputs(surrogate, fmu, drawn)[first - 1 :, chosen]
+            segments = Segments.of_motion(newest, reference, surrogate.window.n_out)
+            if not len(segments.error):
+                needed = first + surrogate.window.n_out - 1 - drawn.burn_in
+                raise SystemExit(
+                    f"duration = {duration:g} s; expected at least "
+                    f"{needed * recipe.window.step:g} s, so that a segment can be scored"
+                )
+            by_kind.setdefault(drawn.kind, []).append(segments)
+            advance(index + 1, count, "")
+    millimetres = MILLIMETRES.get(unit)
+    kinds = [
+        {
+            "excitation": kind,
+            "kind": recipe.data.excitation[kind].kind,
+            "trajectories": len(parts),
+            **Segments.together(parts).figures(millimetres),
+        }
+        for kind, parts in sorted(by_kind.items())
+    ]
+    every = [part for parts in by_kind.values() for part in parts]
+    return {
+        "recipe": recipe.name,
+        "through_fmu": arguments.through_fmu,
+        "reference": dict(recipe.system.reference),
+        "seed": arguments.seed,
+        "amplitude": list(arguments.amplitude),
+        "trajectories": count,
+        "duration_s": duration,
+        "segment_samples": surrogate.window.n_out,
+        "outputs": [surrogate.outputs[i].name for i in chosen],
+        "unit": unit,
+        "kinds": kinds,
+        "all": Segments.together(every).figures(millimetres),
+    }
+
+
+def outputs(surrogate: Surrogate, fmu: UnpackedFmu | None, drawn: Draw) -> FloatArray:
+    """Newest outputs at samples 1 .. N, shape (N, n_outputs): by numpy, or by the FMU itself."""
+    if fmu is None:
+        return surrogate.predict_newest(drawn.inputs)
+    inputs = {signal.name: drawn.inputs[:, i] for i, signal in enumerate(surrogate.inputs)}
+    names = [signal.name for signal in surrogate.outputs]
+    return run_fmu(fmu, inputs, names, step=surrogate.window.step).values[1:]
+
+
+def _root(squares: FloatArray) -> FloatArray:
+    """Root of the mean over the samples and outputs of every segment."""
+    return np.asarray(np.sqrt(np.mean(squares, axis=(1, 2))))
+
+
+def _statistics(values: FloatArray) -> dict[str, float]:
+    """Mean and spread over the segments, median and quantiles."""
+    quantiles = np.quantile(values, list(QUANTILES.values()))
+    return {
+        "mean": float(np.mean(values)),
+        "standard_deviation": float(np.std(values)),
+        **{name: float(value) for name, value in zip(QUANTILES, quantiles, strict=True)},
+        "largest": float(np.max(values)),
+    }
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("fmu", type=Path)
+    parser.add_argument("--trajectories", type=int, help="the recipe's if not given")
+    parser.add_argument("--duration", type=float, help="in s; the recipe's if not given")
+    parser.add_argument("--seed", type=int, default=UNSEEN_SEED, help="of the motions")
+    parser.add_argument(
+        "--amplitude", type=float, nargs=2, default=(1.0, 1.0), metavar=("LOW", "HIGH")
+    )
+    parser.add_argument("--through-fmu", action="store_true", help="run the FMU itself")
+    parser.add_argument("--json", default="-")
+    arguments = parser.parse_args()
+    with progress_bars() as bar:
+        figures = measure(arguments, bar)
+    write_figures(figures, arguments.json)
+
+
+if __name__ == "__main__":
+    main()

@@ -106,11 +106,12 @@ def advance_stretch(
         step = -torch.cholesky_solve(gradient[:, None], factor)[:, 0]
         momentum = MOMENTUM * momentum + state.rate * step
         theta = theta + momentum
-    error = validation(theta) if math.isfinite(cost) else math.inf
+    diverged = not math.isfinite(cost)
+    error = math.inf if diverged else validation(theta)
     done = replace(state, stretch=state.stretch + 1)
     if factor is not None:
         done = replace(done, matrix=matrix, rate=min(RATE, RECOVERY * state.rate))
-    if not error <= FAILED * state.best_error:  # also where it is not a number
+    if diverged or not error <= FAILED * state.best_error:  # also where it is not a number
         return replace(
             done, theta=state.best, momentum=torch.zeros_like(theta), rate=0.5 * state.rate
         )

@@ -34,6 +34,11 @@ class Segments:
         """Number of segments B."""
         return self.features.shape[1]
 
+    @property
+    def counted(self) -> float:
+        """Number of residuals, each counted as often as its weight squared."""
+        return self.targets.numel() * float(self.weights.square().mean())
+
     def every(self, stride: int) -> Segments:
         """Every ``stride``-th segment, of trajectories all over the data."""
         return self.chosen(torch.arange(0, self.count, stride, device=self.weights.device))
@@ -65,7 +70,8 @@ class Segments:
         all segments, relative to the usual one: rare violent motions do not rule a fit.
         """
         squares = (self.targets - self.targets.mean((0, 1))).square().mean((0, 2))
-        weights = (2 / (1 + squares / squares.mean())).sqrt()
+        usual = squares.mean().clamp_min(torch.finfo(squares.dtype).tiny)  # 0: none moves
+        weights = (2 / (1 + squares / usual)).sqrt()
         return Segments(self.features, self.targets, self.weights * weights)
 
     def mirrored(self) -> Segments:

@@ -44,7 +44,7 @@ def fit_state_space(
     """
     data = prepare(problem, network, training)
     tournament = Tournament(problem, network, training, data, progress)
-    tournament.plan(_iterations(training))
+    tournament.plan(2 * LINEAR_ITERATIONS + _iterations(training, training.iterations))
     order, units = choose_sizes(tournament)
     winner = compete(tournament, order, units)
     if not math.isfinite(winner.error):
@@ -60,8 +60,7 @@ def _history(winner: Entrant, data: FitData) -> History:
     rows = winner.state.history
     if not rows or min(row[2] for row in rows) > winner.error:
         cost = sum_of_squares(winner.shape, winner.state.best, data.whole)
-        scored = data.whole.targets.numel() / data.whole.count
-        error = math.sqrt(cost / (scored * float(data.whole.weights.square().sum())))
+        error = math.sqrt(cost / data.whole.counted)
         rows = ((0, error, winner.error), *rows)
     return History(*zip(*rows, strict=True))
 
@@ -121,16 +120,17 @@ def compete(tournament: Tournament, order: int, units: int) -> Entrant:
     if units == 0:
         return tournament.refine(linear)
     dense = _dense_units(tournament, order, units)
-    tournament.plan(_iterations(training) + (training.stretches if dense < units else 0))
+    last = training.iterations if dense == units else training.stretches
+    tournament.plan(_iterations(training, last))
     starts = [tournament.start(linear, dense, number) for number in range(training.starts)]
     winner = tournament.go_on(starts)[0]
     return tournament.refine(winner) if dense == units else tournament.widened(winner, units)
 
 
-def _iterations(training: LeastSquaresRecipe) -> int:
-    """Iterations of one tournament with its linear models, at most."""
-    first = 2 * LINEAR_ITERATIONS + training.starts * training.start_iterations
-    return first + training.kept * training.kept_iterations + training.iterations
+def _iterations(training: LeastSquaresRecipe, last: int) -> int:
+    """Iterations of one tournament after its linear models, at most, with the winner's last."""
+    first = training.starts * training.start_iterations
+    return first + training.kept * training.kept_iterations + last
 
 
 def _dense_units(tournament: Tournament, order: int, units: int) -> int:
@@ -150,7 +150,7 @@ def _judge(tournament: Tournament, order: int, units: int) -> float:
         return linear.error
     units = _dense_units(tournament, order, units)
     judging = SEARCH_STARTS * tournament.training.start_iterations
-    tournament.plan(judging + _iterations(tournament.training))
+    tournament.plan(judging + _iterations(tournament.training, tournament.training.iterations))
     starts = [tournament.start(linear, units, number) for number in range(SEARCH_STARTS)]
     return min(start.error for start in starts)
 

@@ -252,8 +252,6 @@ class Tournament:
     def _least_squares(self, shape: CellShape, segments: Segments) -> LeastSquares:
         """Errors on segments with the penalty on poles; an unstable A never validates."""
         validation, penalty = self.data.validation, self._penalty(segments.targets.numel())
-        scored = segments.targets.numel() / segments.count
-        count = scored * float(segments.weights.square().sum())
 
         def normal(theta: torch.Tensor) -> NormalEquations:
             return penalty.join(normal_equations(shape, theta, segments), shape, theta)
@@ -265,9 +263,9 @@ class Tournament:
         def error(theta: torch.Tensor) -> float:
             squares = sum_of_squares(shape, theta, validation)
             fine = math.isfinite(squares) and float(pole_radii(shape, theta).max()) < 1
-            return math.sqrt(squares / validation.targets.numel()) if fine else math.inf
+            return math.sqrt(squares / validation.counted) if fine else math.inf
 
-        return LeastSquares(normal, cost, count, error)
+        return LeastSquares(normal, cost, segments.counted, error)
 
     def _excited(self) -> NDArray[np.complex128] | None:
         if self.problem.eigenvalues is None or len(self.problem.eigenvalues) == 0:

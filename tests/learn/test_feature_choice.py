@@ -166,10 +166,13 @@ def test_director_that_never_turns_is_refused(name: str) -> None:
         chosen(("direction", name), inputs)
 
 
-def test_chain_that_never_moves_has_no_wrench_changes() -> None:
+@pytest.mark.parametrize("name", ["wrench_change", "turned_wrench_change"])
+@pytest.mark.parametrize("rounding", [0.0, 1e-14])
+def test_chain_that_never_moves_has_no_wrench_changes(name: str, rounding: float) -> None:
+    """Nor one that moves by roundings, beside wrenches that differ between trajectories."""
     held = np.zeros((6, 160, 2)) + 0.1 * np.arange(6)[:, None, None]
-    with pytest.raises(ValueError, match=STILL.format("wrench_change", 0)):
-        chosen(("wrench", "wrench_change"), held, ARM)
+    with pytest.raises(ValueError, match=STILL.format(name, "[0-5]")):
+        chosen(("wrench", name), held + rounding * noise(2), ARM)
 
 
 EXPECTED = (

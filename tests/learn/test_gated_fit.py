@@ -1,4 +1,4 @@
-"""Fits of gated cells: to a mass whose spring another input stiffens, and to one that turns."""
+"""Fits of gated cells: to a mass whose spring another input stiffens."""
 
 from __future__ import annotations
 
@@ -8,10 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
-from plants import ARM
-from springs import WINDOW, Fitted, Pair, fit, map_of, problem_of, relative_error
-
-from slide_fmu.features import FeatureMap
+from springs import WINDOW, Fitted, Pair, fit, problem_of, relative_error
 
 BETTER = 50.0
 """So many times the gated cell's error is less than the linear one's."""
@@ -69,62 +66,3 @@ def test_lever_arms_need_factors(tmp_path: Path) -> None:
         for readout in (("inputs",), ())
     )
     assert FACTOR_BETTER * with_factor.error < without.error
-
-
-SOFTER = 0.5
-"""How much softer the spring is along the direction that turns; across it, 0.8."""
-TURNED_BETTER = 5.0
-"""That of a unit that sees a turned pair of states, of a unit that does not."""
-LOADS = ("wrench_change", "frame")
-
-
-def joint_angles(seed: int) -> torch.Tensor:
-    """Sums of slow sines, (6, 160, 2)."""
-    rng = np.random.default_rng(seed)
-    speed, phase = rng.uniform(0.1, 6, (6, 1, 2, 12)), rng.uniform(0, 2 * np.pi, (6, 1, 2, 12))
-    size = rng.uniform(0, 1, (6, 1, 2, 12)) / speed * np.array([[2.0], [0.5]])
-    time = WINDOW.step * np.arange(160)[None, :, None, None]
-    return torch.from_numpy((size * np.sin(speed * time + phase)).sum(3))
-
-
-def turning(inputs: torch.Tensor, features: FeatureMap) -> Pair:
-    """A mass in the plane, pushed by the chain's force, on a spring that turns with the chain."""
-    loads = features.along(inputs.numpy()).astype(np.float64)
-    cosine, sine = loads[:, :, 6], loads[:, :, 7]
-    position, velocity, outputs = np.zeros((6, 2)), np.zeros((6, 2)), np.zeros((6, 161, 2))
-    for k in range(160):
-        along = np.stack([cosine[:, k], sine[:, k]], axis=1)
-        soft = (along * position).sum(1, keepdims=True) * along
-        velocity = 0.3 * velocity - 0.8 * position + SOFTER * soft + loads[:, k, :2]
-        position = position + 0.5 * velocity
-        outputs[:, k + 1] = position
-    return inputs, torch.from_numpy(outputs)
-
-
-def test_turned_pairs_find_what_turns_with_a_chain(tmp_path: Path) -> None:
-    features = map_of(joint_angles(1), LOADS, ARM)
-    training, validation = (turning(joint_angles(seed), features) for seed in (1, 2))
-    table: dict[str, Any] = {
-        "order": 4,
-        "padding": 0,
-        "hidden": 1,
-        "units": "gated",
-        "drive": LOADS[:1],
-        "schedule": LOADS[1:],
-    }
-    plain, turned = (
-        fit(
-            problem_of(
-                tmp_path / str(pairs),
-                names=LOADS,
-                chain=ARM,
-                training=training,
-                validation=validation,
-                eigenvalues=None,
-            ),
-            {**table, "turned_pairs": pairs},
-        )
-        for pairs in (0, 1)
-    )
-    assert turned.network.turned == 1
-    assert TURNED_BETTER * turned.error < plain.error

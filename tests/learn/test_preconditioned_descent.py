@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import pytest
 import torch
@@ -13,8 +13,14 @@ from cells import READ, TURNED, plain, random, random_theta, taught_segments
 from slide_fmu.learn import preconditioned_descent as module
 from slide_fmu.learn.cell import CellShape
 from slide_fmu.learn.coordinates import widen
-from slide_fmu.learn.normal_equations import sum_of_squares
-from slide_fmu.learn.preconditioned_descent import RATE, Descent, advance_stretch
+from slide_fmu.learn.normal_equations import NormalEquations, normal_equations, sum_of_squares
+from slide_fmu.learn.preconditioned_descent import (
+    KEPT,
+    RATE,
+    RECOVERY,
+    Descent,
+    advance_stretch,
+)
 from slide_fmu.learn.segments import Segments
 
 SHAPE = plain(2, 1, 4, 1)
@@ -28,7 +34,7 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """A few steps on parts of the segments, with the damping that so few residuals need."""
     monkeypatch.setattr(module, "STRETCH", 10)
     monkeypatch.setattr(module, "BATCH", 24)
-    monkeypatch.setattr(module, "MATRIX_SEGMENTS", 24)
+    monkeypatch.setattr(module, "MATRIX_ROWS", 11)  # for SHAPE in 24 segments
     monkeypatch.setattr(module, "DAMPING", 0.5)
 
 
@@ -81,6 +87,81 @@ def test_gated_cells_learn_too(shape: CellShape) -> None:
     assert state.best_error < 0.1 * begin.best_error
 
 
+@dataclass
+class Heard:
+    """What a descent computes: matrices per residual with their segments, batches' segments."""
+
+    matrices: list[torch.Tensor] = field(default_factory=list)
+    segments: list[int] = field(default_factory=list)
+    batches: list[int] = field(default_factory=list)
+
+
+@pytest.fixture
+def heard(monkeypatch: pytest.MonkeyPatch) -> Heard:
+    found, gradient = Heard(), module._gradient
+
+    def hear(shape: CellShape, theta: torch.Tensor, segments: Segments) -> NormalEquations:
+        result = normal_equations(shape, theta, segments)
+        found.segments.append(segments.count)
+        found.matrices.append(result.matrix / segments.targets.numel())
+        return result
+
+    def count(
+        shape: CellShape, theta: torch.Tensor, segments: Segments, radius: float
+    ) -> tuple[float, torch.Tensor]:
+        found.batches.append(segments.count)
+        return gradient(shape, theta, segments, radius)
+
+    monkeypatch.setattr(module, "normal_equations", hear)
+    monkeypatch.setattr(module, "_gradient", count)
+    return found
+
+
+@pytest.mark.parametrize(("rows", "segments"), [(1, 3), (11, 24), (18, 39), (19, 40), (1000, 40)])
+def test_matrix_has_rows_for_every_parameter(
+    monkeypatch: pytest.MonkeyPatch, heard: Heard, rows: int, segments: int
+) -> None:
+    """34 parameters and 16 residuals in a segment; of few segments, all."""
+    assert (SHAPE.n_parameters, TRAINING.targets[:, 0].numel()) == (34, 16)
+    monkeypatch.setattr(module, "MATRIX_ROWS", rows)
+    stretches(start(), 1)
+    assert heard.segments == [segments]
+    assert heard.batches == [24] * 10
+
+
+def test_matrix_is_a_moving_average(heard: Heard) -> None:
+    states = stretches(start(), 3)
+    assert states[0].matrix is None
+    expected = heard.matrices[0]
+    for state, new in zip(states[1:], [None, *heard.matrices[1:]], strict=True):
+        if new is not None:
+            expected = KEPT * expected + (1 - KEPT) * new
+        assert state.matrix is not None
+        torch.testing.assert_close(state.matrix, expected)
+    assert len(heard.matrices) == 3
+    assert not torch.allclose(heard.matrices[1], heard.matrices[0])
+    assert 0 < KEPT < 1
+
+
+def test_steps_follow_the_averaged_matrix() -> None:
+    """A huge matrix before leaves steps next to none."""
+    begin = start()
+    free = stretches(begin, 1)[-1]
+    held = stretches(replace(begin, matrix=1e12 * torch.eye(SHAPE.n_parameters).double()), 1)[-1]
+    assert float((held.theta - begin.theta).norm()) < 1e-6 * float(
+        (free.theta - begin.theta).norm()
+    )
+
+
+@pytest.mark.parametrize(("rate", "after"), [(0.5, 0.5 * RECOVERY), (0.9, 1.0), (1.0, 1.0)])
+def test_rate_recovers(rate: float, after: float) -> None:
+    """Relative to the first one, which it never exceeds."""
+    found = stretches(replace(start(), rate=rate * RATE), 1)[-1]
+    assert len(found.history) == 1
+    assert found.rate == pytest.approx(after * RATE)
+    assert RECOVERY > 1
+
+
 def test_stretch_depends_on_state_and_seed_alone() -> None:
     state = stretches(start(), 1)[-1]
     torch.manual_seed(1)
@@ -129,6 +210,8 @@ def test_failed_stretch_goes_back_to_the_best_at_half_the_rate(worse: float) -> 
     assert after.rate == 0.5 * before.rate == 0.5 * RATE
     assert after.history == before.history
     assert after.stretch == 3
+    again = stretches(after, 1)[-1]
+    assert again.rate == pytest.approx(RECOVERY * after.rate)
 
 
 def test_diverging_steps_are_a_failure() -> None:
@@ -136,6 +219,23 @@ def test_diverging_steps_are_a_failure() -> None:
     after = stretches(wild, 1)[-1]
     assert torch.equal(after.theta, wild.best)
     assert after.rate == 0.5e30
+
+
+@pytest.mark.parametrize("rate", [1e30, RATE])
+def test_start_that_does_not_validate_yet_is_no_licence_to_diverge(rate: float) -> None:
+    """Finite steps go on, as those that pull poles inside; others go back to the start."""
+    begin = replace(start(), rate=rate, best_error=math.inf)
+    after = stretches(begin, 1, error=lambda theta: math.inf)[-1]
+    assert bool(after.theta.isfinite().all())
+    if rate == RATE:
+        assert not torch.equal(after.theta, begin.theta)
+        assert after.rate == RATE
+        assert [row[2] for row in after.history] == [math.inf]
+        assert math.isfinite(after.history[0][1])
+    else:
+        assert torch.equal(after.theta, begin.theta)
+        assert after.rate == 0.5 * rate
+        assert after.history == ()
 
 
 def test_start_without_finite_matrix_is_a_failure() -> None:
@@ -146,6 +246,17 @@ def test_start_without_finite_matrix_is_a_failure() -> None:
     assert torch.equal(after.theta, theta)
     assert after.rate == 0.5 * RATE
     assert after.history == ()
+    assert after.matrix is None
+
+
+def test_matrix_that_is_not_finite_does_not_spoil_the_one_before() -> None:
+    before = stretches(start(), 1)[-1]
+    theta = before.theta.clone()
+    theta[: SHAPE.n_dynamic] *= 1e200
+    after = stretches(replace(before, theta=theta), 1)[-1]
+    assert after.matrix is before.matrix
+    assert torch.equal(after.theta, before.best)
+    assert len(stretches(after, 1)[-1].history) == 2
 
 
 def test_a_little_worse_is_gone_on_from() -> None:

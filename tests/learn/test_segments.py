@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -117,3 +118,52 @@ def test_mirrored_segments_have_the_opposite_sign_and_the_same_weights() -> None
     assert torch.equal(mirrored.targets, -whole.targets)
     assert torch.equal(mirrored.weights, whole.weights)
     assert mirrored.burn_in == 3
+
+
+def moving(spreads: list[float], samples: int = 30) -> Segments:
+    """Two outputs that swing about 0.3 and -2, one segment for each spread."""
+    swing = torch.arange(samples, dtype=torch.float64).mul(math.pi).cos()[:, None, None]
+    middle = torch.tensor([0.3, -2.0], dtype=torch.float64)
+    targets = middle + swing * torch.tensor(spreads, dtype=torch.float64)[:, None]
+    count = len(spreads)
+    weights = 1.0 + torch.arange(count, dtype=torch.float64)
+    return Segments(torch.zeros(samples + 4, count, 3).double(), targets, weights)
+
+
+def test_evened_out_segments_weigh_the_less_the_more_they_move() -> None:
+    """Relative to the mean square of all: sqrt(2) at rest, 1 at it, far above it as 1 / RMS."""
+    spreads = [0.0, 1.0, 3.0, 100.0]
+    whole = moving(spreads)
+    even = whole.evened_out()
+    usual = math.sqrt(sum(spread**2 for spread in spreads) / 4)
+    expected = [math.sqrt(2 / (1 + (spread / usual) ** 2)) for spread in spreads]
+    assert (even.weights / whole.weights).tolist() == pytest.approx(expected)
+    assert expected[0] == pytest.approx(math.sqrt(2))
+    assert torch.equal(even.features, whole.features)
+    assert torch.equal(even.targets, whole.targets)
+
+
+def test_segments_that_move_alike_keep_their_weights() -> None:
+    """In whatever units they move."""
+    for spread in (1e-3, 1.0, 1e3):
+        whole = moving([spread] * 5)
+        assert whole.evened_out().weights.tolist() == pytest.approx(whole.weights.tolist())
+
+
+def test_evening_out_does_not_depend_on_units_or_middle() -> None:
+    whole = moving([0.2, 1.0, 5.0])
+    other = replace(whole, targets=1e-3 * whole.targets + 7.0)
+    torch.testing.assert_close(other.evened_out().weights, whole.evened_out().weights)
+
+
+def test_segments_that_never_move_stay_as_important_as_each_other() -> None:
+    whole = moving([0.0, 0.0])
+    resting = replace(whole, targets=torch.full_like(whole.targets, 0.5))
+    weights = resting.evened_out().weights / whole.weights
+    assert weights.tolist() == pytest.approx([math.sqrt(2)] * 2)
+
+
+def test_residuals_count_as_their_weights_squared() -> None:
+    whole = moving([1.0, 1.0, 1.0], samples=10)  # weights 1, 2, 3
+    assert whole.counted == pytest.approx(10 * 2 * (1 + 4 + 9))
+    assert replace(whole, weights=torch.ones(3).double()).counted == whole.targets.numel()

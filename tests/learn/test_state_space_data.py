@@ -296,3 +296,58 @@ def test_weight_of_next_to_nothing_changes_next_to_nothing(tmp_path: Path) -> No
         found = fit(problem, NONLINEAR, beyond_weight=weight).network
         errors.append(relative_error(found, outside))
     assert errors[1] < SMALL * 5 < 10 * SMALL < errors[0]
+
+
+def violent(seed: int) -> Pair:
+    """The spring; one record of six is of large forces."""
+    inputs, _ = spring(seed, 6, 160)
+    sizes = torch.tensor([0.3, 0.3, 2.0, 0.3, 0.3, 0.3], dtype=torch.float64)
+    inputs = inputs * sizes[:, None, None]
+    return inputs, answers(inputs, CUBIC)
+
+
+def test_data_are_evened_out_where_the_recipe_says(tmp_path: Path) -> None:
+    """Each of training, beyond and validation about its own usual motion; signs alike."""
+    pairs = {
+        "training": violent(1),
+        "validation": violent(2),
+        "beyond": spring(4, 6, 160, CUBIC, 2),
+    }
+    problem, table = problem_of(tmp_path, **pairs), StateSpaceRecipe(**NONLINEAR)
+    plain, even = (
+        prepare(problem, table, LeastSquaresRecipe(**QUICK, flip_signs=True, even_out=even_out))
+        for even_out in (False, True)
+    )
+    own = plain.whole.count // 4
+    training, beyond = (plain.whole.chosen(torch.arange(first, first + own)) for first in (0, own))
+    once = torch.cat([training.evened_out().weights, beyond.evened_out().weights])
+    torch.testing.assert_close(even.whole.weights, torch.cat([once, once]))
+    torch.testing.assert_close(even.validation.weights, plain.validation.evened_out().weights)
+    stride = _stride(QUICK["part"], own // 6, plain.whole.count)
+    torch.testing.assert_close(even.part.weights, even.whole.weights[::stride])
+    assert torch.equal(even.whole.targets, plain.whole.targets)
+    assert set(plain.validation.weights.tolist()) == {1.0}
+    # usual motions count more
+    assert float(even.validation.weights.max()) > 1.3 > 1.0 > float(even.validation.weights.min())
+
+
+def test_validation_error_is_a_mean_by_the_weights(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, training=violent(1), validation=violent(2))
+    found = fit(problem, NONLINEAR, even_out=True)
+    training = LeastSquaresRecipe(**QUICK, even_out=True)
+    data = prepare(problem, StateSpaceRecipe(**NONLINEAR), training).validation
+    values, _ = found.network.run(data.features.numpy().swapaxes(0, 1).astype(np.float32))
+    squares = (values[:, data.burn_in :] - data.targets.numpy().swapaxes(0, 1)) ** 2
+    expected = math.sqrt(np.average(squares.mean((1, 2)), weights=data.weights.numpy() ** 2))
+    assert found.error == pytest.approx(expected, rel=1e-3)
+
+
+def test_rare_violent_motions_do_not_rule_an_evened_out_fit(tmp_path: Path) -> None:
+    """A linear network cannot follow all: it stands for the stiffness of the many others."""
+    usual, errors = spring(5, 4, 160, CUBIC, 0.3), []
+    for even_out in (False, True):
+        pairs = {"training": violent(1), "validation": violent(2)}
+        problem = problem_of(tmp_path / str(even_out), **pairs)
+        network = fit(problem, {"order": 2, "hidden": 0}, even_out=even_out).network
+        errors.append(relative_error(network, usual))
+    assert errors[1] < 0.7 * errors[0]

@@ -173,11 +173,24 @@ def test_beyond_the_dense_limit_the_network_is_widened(
     quicken(monkeypatch)
     cell = widened.network.cell
     assert (len(cell.a), len(cell.w)) == (4, 12)
-    # the same tournament without the stretches at the end
+    # from the best start of the same tournament, which is not refined first
     fewest = max(h for h in range(12) if plain(4, 1, h, 1).n_parameters <= 50)
-    small = fit(problem_of(tmp_path), {"order": 2, "hidden": fewest})
-    assert widened.error <= small.error
+    problem = problem_of(tmp_path)
+    assert fit(problem, **WIDE).content == widened.content
+    runs = torch.load(problem.checkpoint, weights_only=True)
+    kept = {name: run for name, run in runs.items() if name.startswith("kept")}
+    assert kept.keys() == {f"kept {place}, 4 states, {fewest} units" for place in (0, 1)}
+    assert "refined" not in runs
+    assert widened.error < min(run["state"]["best_error"] for run in kept.values())
+    assert len(widened.history.step) == 3
     assert np.any(cell.e[:2, fewest:])
+
+
+def test_widened_network_gets_better_than_the_smaller_one_refined(tmp_path: Path) -> None:
+    fewest = max(h for h in range(12) if plain(4, 1, h, 1).n_parameters <= 50)
+    small = fit(problem_of(tmp_path / "small"), {"order": 2, "hidden": fewest})
+    wide = fit(problem_of(tmp_path / "wide"), **{**WIDE, "stretches": 15})
+    assert wide.error < small.error
 
 
 def test_widening_that_never_helps_keeps_the_smaller_network(

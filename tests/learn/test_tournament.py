@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from cells import plain
 from springs import (
     CUBIC,
     EIGENVALUES,
+    FORGOTTEN,
     NONLINEAR,
     POLE,
     QUICK,
@@ -24,11 +26,12 @@ from springs import (
 )
 
 from slide_fmu.learn import ledger, preconditioned_descent, state_space
+from slide_fmu.learn import tournament as tournament_module
 from slide_fmu.learn.pole_penalty import PolePenalty
 from slide_fmu.learn.preconditioned_descent import Descent
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space import prepare
-from slide_fmu.learn.tournament import Tournament
+from slide_fmu.learn.tournament import LINEAR_ITERATIONS, Tournament
 from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.window import Window
 
@@ -208,6 +211,63 @@ def test_finished_fit_tells_its_error(tmp_path: Path, network: dict[str, Any]) -
     fit(problem, network)
     found = fit(problem, network, lambda done, total, best: told.append(best))
     assert told[-1] == found.error
+
+
+def linear_of(problem: Problem, network: dict[str, Any]) -> tuple[list[bool], float]:
+    """Whether the runs of a linear model saw the starts' part or all data, and its error."""
+    table, training = StateSpaceRecipe(**network), LeastSquaresRecipe(**QUICK)
+    data = prepare(problem, table, training)
+    tournament = Tournament(problem, table, training, data, lambda *state: None)
+    fitted, descend = [], tournament._descend
+
+    def heard(name: str, shape: Any, theta: torch.Tensor, segments: Any, count: int) -> Any:
+        fitted.append(segments)
+        return descend(name, shape, theta, segments, count)
+
+    tournament._descend = heard  # type: ignore[method-assign]
+    error = tournament.linear(2).error
+    assert len(fitted) == 2
+    assert all(segments is data.whole or segments is data.part for segments in fitted)
+    return [segments is data.part for segments in fitted], error
+
+
+def test_linear_models_of_very_many_data_are_fitted_to_the_starts_part(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    network = {"order": 2, "hidden": 0}
+    problem = problem_of(tmp_path, 0.0)
+    data = prepare(problem, StateSpaceRecipe(**network), LeastSquaresRecipe(**QUICK))
+    count = data.whole.targets.numel()
+    for most, in_part in ((count, False), (count - 1, True)):
+        monkeypatch.setattr(tournament_module, "MOST_RESIDUALS", most)
+        fresh = replace(problem, checkpoint=tmp_path / f"{most}.pt")
+        found, error = linear_of(fresh, network)
+        assert found == [in_part] * 2
+        assert error < FORGOTTEN
+
+
+@pytest.mark.parametrize(("limit", "last"), [(3000, 12), (100, 3)])
+def test_planned_are_the_iterations_of_the_runs_to_come(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, limit: int, last: int
+) -> None:
+    """After the linear models: starts, the kept ones, and either refinement or stretches."""
+    monkeypatch.setattr(preconditioned_descent, "STRETCH", 2)
+    problem, states = problem_of(tmp_path), list[tuple[int, int]]()
+    fit(
+        problem,
+        {"order": 2, "hidden": 12},
+        lambda done, total, best: states.append((done, total)),
+        dense_limit=limit,
+        stretches=3,
+    )
+    course = torch.load(problem.checkpoint, weights_only=True)
+    done = {name: run["iterations"] for name, run in course.items()}
+    linear = sum(count for name, count in done.items() if name.startswith("linear"))
+    assert states[0][1] == 2 * LINEAR_ITERATIONS + 3 * 6 + 2 * 6 + 12
+    assert states[-1] == (sum(done.values()), linear + 3 * 6 + 2 * 6 + last)
+    assert states[-1][0] <= states[-1][1]
+    assert done["refined" if last == 12 else "widened to 12"] <= last
+    assert ("refined" in done) != ("widened to 12" in done)
 
 
 def test_search_keeps_to_the_dense_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -99,6 +99,7 @@ def test_it_is_refused_at_full_speed_too_though_the_mode_grows_for_moments(
     assert figures["decay_time_s"]["local_worst"] is None
     assert figures["decay_time_s"]["mean"] == pytest.approx(WEAK_DECAY, rel=0.2)
     assert figures["decay_time_s"]["worst"] == pytest.approx(WEAK_DECAY, rel=0.2)
+    assert figures["measured_decay_time_s"]["mean"] == pytest.approx(WEAK_DECAY, rel=0.1)
 
 
 def test_the_window_of_the_paper_is_long_enough_for_a_stiff_drive(

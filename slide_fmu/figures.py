@@ -175,7 +175,9 @@ def _draw_inputs(
 ) -> None:
     for index, signal in enumerate(signals):
         ax.step(time, values[:, index], where="pre", lw=0.9, label=signal.name)
-    ax.set_ylabel(", ".join(f"{signal.name} / {signal.unit}" for signal in signals))
+    units = ", ".join(dict.fromkeys(signal.unit for signal in signals))
+    names = f"{signals[0].name} .. {signals[-1].name}" if len(signals) > 1 else signals[0].name
+    ax.set_ylabel(f"{names} / {units}")
 
 
 def _relative_error(comparison: Comparison, output: int) -> float:

@@ -107,6 +107,8 @@ class EstimatorRecipe(Table):
         pretraining: of a time-invariant network, at single positions, where it learns mean and
             spread of the error by maximum likelihood.
         training: its training on the error over the output window.
+        samples: newest inputs that a time-invariant network sees at each position; as many as
+            the window holds if not given.
         amplitude_factor: range of the factor on the excitation beyond the trained range.
         in_range: fraction of its trajectories with factor 1.
         resolution: errors below this fraction of the output's scale are not told apart.
@@ -115,6 +117,7 @@ class EstimatorRecipe(Table):
     network: FeedForwardRecipe
     pretraining: TrainingRecipe | None = None
     training: TrainingRecipe
+    samples: PositiveInt | None = None
     amplitude_factor: PositiveRange = (1.0, 3.0)
     in_range: float = Field(0.5, ge=0, le=1)
     resolution: float = Field(1e-3, gt=0, lt=1)

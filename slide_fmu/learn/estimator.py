@@ -153,7 +153,12 @@ def fit_estimator(
         require_odd(features)
     inputs = [tensor(features.along(values).astype(np.float64)) for values in scaled]
     positions = window.n_out if recipe.network.time_invariant else 1
-    n_samples = window.n_in - positions + 1
+    most = window.n_in - positions + 1
+    n_samples = _samples_seen(recipe, most)
+    # no error counts before the surrogate's window is filled
+    inputs = [values[:, most - n_samples :] for values in inputs]
+    errors = [values[:, most - n_samples :] for values in errors]
+    blocks = [values[:, most - n_samples :] for values in blocks]
     n_values = 2 * n_outputs if recipe.network.time_invariant else n_outputs
     network = FeedForwardModule(recipe.network, n_samples, features, n_values)
     network.to(device, dtype)
@@ -174,8 +179,9 @@ def fit_estimator(
             likelihood(log_error, recipe.resolution, n_outputs),
         )
     eps = [tensor(log_error.apply(np.maximum(block, recipe.resolution))) for block in blocks]
-    more = min(positions - 1, inputs[0].shape[1] - window.n_in)
-    stretch = Window(window.step, window.n_in + more, more + 1)
+    seen = n_samples + positions - 1
+    more = min(positions - 1, inputs[0].shape[1] - seen)
+    stretch = Window(window.step, seen + more, more + 1)
     training, validation = (WindowData(u, e, stretch) for u, e in zip(inputs, eps, strict=True))
     histories[BLOCKS] = train(
         EstimatorModule(network, positions, log_error, n_outputs),
@@ -187,6 +193,22 @@ def fit_estimator(
         ROBUST,
     )
     return ErrorEstimator(network.freeze(), log_error, positions), histories
+
+
+def _samples_seen(recipe: EstimatorRecipe, most: int) -> int:
+    """Newest inputs that the network sees at each position.
+
+    Raises:
+        ValueError: more than the window holds, or less for a network that sees all of it.
+    """
+    samples = most if recipe.samples is None else recipe.samples
+    if samples > most or (samples < most and not recipe.network.time_invariant):
+        expected = f"at most {most}" if recipe.network.time_invariant else str(most)
+        raise ValueError(
+            f"estimator.samples = {samples}; expected {expected}, what the window leaves behind "
+            "each position of the error estimate"
+        )
+    return samples
 
 
 def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:

@@ -23,8 +23,9 @@ block is one evaluation, newest sample last). A state-space surrogate has n_samp
 as the window, and n_values = n_outputs.
 The estimator gives n_outputs values eps per evaluation, with e = 10^(m + r eps), m = (high +
 low)/2, r = (high - low)/2; or n_outputs expected errors mu followed by n_outputs values eps, with
-e^2 = mu^2 + 10^(2 (m + r eps)). Over its last ``positions`` evaluations the root of the mean
-square of e, times the scale of SCOU, is the estimate; n_samples + positions - 1 <= n_in.
+e^2 = mu^2 + 10^(2 (m + r eps)); e is at most 10^high. Over its last ``positions`` evaluations the
+root of the mean square of e, times the scale of SCOU, is the estimate; n_samples + positions - 1
+<= n_in.
 """
 
 from __future__ import annotations

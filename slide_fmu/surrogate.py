@@ -49,11 +49,13 @@ class ErrorEstimator:
             values: shape (N, n_outputs) or (N, 2 n_outputs).
 
         Returns:
-            Shape (N, n_outputs): mu^2 + e^2, with mu = 0 where the network gives eps alone.
+            Shape (N, n_outputs): mu^2 + e^2, with mu = 0 where the network gives eps alone; at
+            most the square of the largest error that the map knows.
         """
-        spread = self.log_error.invert(values[:, -n_outputs:]) ** 2
+        spread = self.log_error.invert(np.minimum(values[:, -n_outputs:], 1.0)) ** 2
         mean = values[:, :-n_outputs]
-        return np.asarray(spread + mean**2 if mean.size else spread)
+        squares = spread + mean**2 if mean.size else spread
+        return np.asarray(np.minimum(squares, self.log_error.invert(np.array(1.0)) ** 2))
 
 
 @dataclass(frozen=True, eq=False)

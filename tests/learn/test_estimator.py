@@ -46,12 +46,14 @@ FEATURES = [
 def test_module_is_what_the_surrogate_estimates(
     positions: int, n_values: int, features: FeatureMap
 ) -> None:
-    """Along a record, in which the inputs before a window are known."""
+    """Along a record, in which the inputs before a window are known; below the largest error."""
     surrogate = random_surrogate(SHAPE)
     n_in = surrogate.window.n_in
     table = FeedForwardRecipe(family="feed_forward", hidden=(16,), activation="tanh")
     network = FeedForwardModule(table, n_in - positions + 1, features, n_values)
     network.initialise(torch.Generator().manual_seed(0))
+    with torch.no_grad():
+        network.linear[-1].weight *= 0.1
     log_error = LogError(-3.0, 0.5)
     module = EstimatorModule(network, positions, log_error, 2)
     estimating = dataclasses.replace(
@@ -65,6 +67,7 @@ def test_module_is_what_the_surrogate_estimates(
     expected = log_error.invert(eps) * surrogate.output_scaling.scale
     found = estimating.estimate_error(inputs)[n_in - 1 :]
     assert found == pytest.approx(expected, rel=ROUNDING)
+    assert np.all(expected < 10**0.5 * surrogate.output_scaling.scale)
 
 
 def split_of(
@@ -109,10 +112,11 @@ def estimator_recipe(time_invariant: bool, **changes: Any) -> EstimatorRecipe:
 
 
 @pytest.mark.parametrize(
-    ("time_invariant", "pretrained"), [(True, True), (True, False), (False, False)]
+    ("time_invariant", "pretrained", "samples"),
+    [(True, True, None), (True, False, None), (False, False, None), (True, True, 2)],
 )
 def test_estimator_learns_where_the_errors_are_large(
-    time_invariant: bool, pretrained: bool, tmp_path: Path
+    time_invariant: bool, pretrained: bool, samples: int | None, tmp_path: Path
 ) -> None:
     """Errors of random sign, ten times as large at one end of the input's range."""
     shape = Shape(n_in=6, n_out=2, n_inputs=1, n_outputs=1, block=False)
@@ -126,13 +130,15 @@ def test_estimator_learns_where_the_errors_are_large(
         surrogate,
         Still(1),
         splits,
-        estimator_recipe(time_invariant, **({"pretraining": SHORT} if pretrained else {})),
+        estimator_recipe(
+            time_invariant, samples=samples, **({"pretraining": SHORT} if pretrained else {})
+        ),
         tmp_path / "c.pt",
         torch.device("cpu"),
         lambda stage: lambda done, total, best: None,
     )
     assert estimator.positions == (2 if time_invariant else 1)
-    assert estimator.network.n_samples == (5 if time_invariant else 6)
+    assert estimator.network.n_samples == (samples or (5 if time_invariant else 6))
     assert histories["error estimator"].step == (200, 400, 600, 800)
     assert len(histories) == (2 if pretrained else 1)
     estimating = dataclasses.replace(surrogate, estimator=estimator)
@@ -175,6 +181,18 @@ def test_surrogate_without_errors_has_nothing_to_estimate(tmp_path: Path) -> Non
             torch.device("cpu"),
             lambda stage: lambda *state: None,
         )
+
+
+@pytest.mark.parametrize(("time_invariant", "expected"), [(True, "at most 5"), (False, "6")])
+def test_estimator_sees_no_more_than_the_window(
+    time_invariant: bool, expected: str, tmp_path: Path
+) -> None:
+    surrogate = random_surrogate(Shape(n_in=6, n_out=2, n_inputs=1, n_outputs=1, block=False))
+    split = split_of(surrogate, lambda given, rng: np.full(given.shape, 0.5), 2, 30, 0)
+    recipe = estimator_recipe(time_invariant, samples=7)
+    arguments = (recipe, tmp_path / "c.pt", torch.device("cpu"), lambda stage: lambda *state: None)
+    with pytest.raises(ValueError, match=rf"estimator\.samples = 7; expected {expected}, what"):
+        fit_estimator(surrogate, Still(1), (split, split), *arguments)
 
 
 def centred_surrogate() -> Surrogate:

@@ -56,11 +56,17 @@ static bool predict(const SlideModel *model, const SlideState *state, uint64_t s
     return finite;
 }
 
-/* Squared error, relative to the output's scale; the exponent is kept where squares are finite. */
-static double squared_error(const SlideModel *model, double value) {
+/* Squared error, relative to the output's scale, of an expected error and an eps: at most the
+ * largest that the map knows. What is not finite stays so. */
+static double squared_error(const SlideModel *model, double mean, double value) {
+    double high = model->log_middle + model->log_half_range, largest = pow(10.0, 2 * high);
     double exponent = model->log_middle + model->log_half_range * value;
-    double kept = exponent < -150 ? -150 : (exponent > 150 ? 150 : exponent);
-    return isfinite(value) ? pow(10.0, 2 * kept) : value;
+    double kept = exponent < -150 ? -150 : (exponent > high ? high : exponent);
+    double square = mean * mean + pow(10.0, 2 * kept);
+    if (!isfinite(mean) || !isfinite(value)) {
+        return mean + value;
+    }
+    return square > largest ? largest : square;
 }
 
 static bool estimate(const SlideModel *model, const SlideState *state, uint64_t sample) {
@@ -70,7 +76,7 @@ static bool estimate(const SlideModel *model, const SlideState *state, uint64_t 
         slide_network_evaluate(&model->estimator, model->kernel, &state->estimator, sample);
     for (size_t i = 0; i < model->n_outputs; ++i) {
         double mean = model->n_means > 0 ? values[i] : 0;
-        squares[i] = mean * mean + squared_error(model, values[model->n_means + i]);
+        squares[i] = squared_error(model, mean, values[model->n_means + i]);
         finite = finite && isfinite(squares[i]);
     }
     return finite;

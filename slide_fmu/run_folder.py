@@ -9,6 +9,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pydantic import ValidationError
+
 from slide_fmu.recipe import Recipe, parse_recipe
 from slide_fmu.surrogate import Surrogate
 
@@ -98,7 +100,7 @@ class RunFolder:
                 f"no trained surrogate in {self.path}; train it first (slide-fmu train RECIPE)"
             )
         record = json.loads(self.training.read_text(encoding="utf-8"))
-        if _learnt(record["recipe"]) != _learnt(recipe.model_dump(mode="json")):
+        if not _same_learning(record["recipe"], recipe):
             raise StageError(
                 f"{self.surrogate} was trained from other values than recipe {recipe.name!r} "
                 "holds now; train again (slide-fmu train RECIPE) or restore the recipe"
@@ -110,6 +112,15 @@ class RunFolder:
                 "was broken off between them; train again (slide-fmu train RECIPE)"
             )
         return Trained(Surrogate.from_bytes(data), record["histories"], record["versions"])
+
+
+def _same_learning(record: dict[str, Any], recipe: Recipe) -> bool:
+    """Whether a recorded recipe, with today's defaults for keys it lacks, says the same."""
+    try:
+        recorded = Recipe.model_validate(record)
+    except ValidationError:
+        return False
+    return _learnt(recorded.model_dump(mode="json")) == _learnt(recipe.model_dump(mode="json"))
 
 
 def _learnt(recipe: dict[str, Any]) -> dict[str, Any]:

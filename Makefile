@@ -19,14 +19,14 @@ $(READY): requirements.lock pyproject.toml
 demo: setup
 	$(BIN)/slide-fmu run training/duffing.toml
 
-# make release NAME=duffing: build a released FMU again, with its card, which shows mechanism.png
-# of the released folder if there is one.
+# make release NAME=duffing: build a released FMU again, with its card, which shows mechanism.png:
+# drawn anew where the model draws itself, else that of the released folder if there is one.
 release: setup
-	mkdir -p runs/$(NAME)
+	mkdir -p runs/$(NAME) fmus/$(NAME)
 	test ! -e fmus/$(NAME)/mechanism.png || cp fmus/$(NAME)/mechanism.png runs/$(NAME)/
 	$(BIN)/slide-fmu run training/$(NAME).toml
-	mkdir -p fmus/$(NAME)
 	cp runs/$(NAME)/$(NAME).fmu runs/$(NAME)/side_by_side.png fmus/$(NAME)/
+	test ! -e runs/$(NAME)/mechanism.png || cp runs/$(NAME)/mechanism.png fmus/$(NAME)/
 	cp runs/$(NAME)/card.md fmus/$(NAME)/README.md
 
 test: setup

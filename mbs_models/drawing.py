@@ -2,13 +2,17 @@
 
 python -m mbs_models.drawing slider_crank OUT.png
 python -m mbs_models.drawing robot_6r OUT.png
+
+``slide-fmu run`` draws the recipe's own model by its ``picture``.
 """
 
 from __future__ import annotations
 
 import argparse
+import io
 from collections.abc import Sequence
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -58,12 +62,12 @@ def motion(system: System, kind: Kind, seed: int) -> list[State]:
     return states[round(BEFORE / system.step) :]
 
 
-def draw_slider_crank(system: SliderCrank, states: Sequence[State], path: Path) -> None:
+def draw_slider_crank(system: SliderCrank, states: Sequence[State], out: Path | BinaryIO) -> None:
     """Draw crank, bent rod and slider at the last instants of a motion as PNG.
 
     Args:
         states: at all samples, at least one.
-        path: the PNG.
+        out: the PNG.
     """
     chosen = list(range(len(states) - 1, -1, -POSE_STEP))[:POSES][::-1]
     figure = Figure(figsize=(9, 6.3), layout="constrained")
@@ -77,7 +81,7 @@ def draw_slider_crank(system: SliderCrank, states: Sequence[State], path: Path) 
     above.set_axis_off()
     time = system.step * np.arange(len(states), dtype=np.float64)
     _draw_history(below, time, 1e3 * deflections, chosen)
-    figure.savefig(path, dpi=130, metadata={"Software": None})
+    figure.savefig(out, format="png", dpi=130, metadata={"Software": None})
 
 
 def fading(count: int) -> FloatArray:
@@ -178,6 +182,32 @@ def _draw_history(
     ax.spines[["top", "right"]].set_visible(False)
 
 
+def slider_crank_picture(system: SliderCrank, seed: int = SEEDS["slider_crank"]) -> bytes:
+    """The slider-crank in a motion that shows much, as PNG.
+
+    Args:
+        seed: of the motion.
+    """
+    ramps = SpeedRamps(kind="speed_ramps", weight=1.0, speed=8.0, acceleration=20.0)
+    buffer = io.BytesIO()
+    draw_slider_crank(system, motion(system, ramps, seed), buffer)
+    return buffer.getvalue()
+
+
+def robot_picture(system: Robot6R, seed: int = SEEDS["robot_6r"]) -> bytes:
+    """The robot in a motion that shows much, as PNG.
+
+    Args:
+        seed: of the motion.
+    """
+    moves = PointToPoint(
+        kind="point_to_point", weight=1.0, random_start=False, reach=0.6, keep=0.0
+    )
+    buffer = io.BytesIO()
+    draw_robot(system, motion(system, moves, seed), buffer)
+    return buffer.getvalue()
+
+
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description="Draw a mechanism in motion.")
@@ -187,15 +217,10 @@ def main() -> None:
     arguments = parser.parse_args()
     seed = SEEDS[arguments.model] if arguments.seed is None else arguments.seed
     if arguments.model == "slider_crank":
-        crank = SliderCrank()
-        ramps = SpeedRamps(kind="speed_ramps", weight=1.0, speed=8.0, acceleration=20.0)
-        draw_slider_crank(crank, motion(crank, ramps, seed), arguments.out)
+        picture = slider_crank_picture(SliderCrank(), seed)
     else:
-        robot = Robot6R()
-        moves = PointToPoint(
-            kind="point_to_point", weight=1.0, random_start=False, reach=0.6, keep=0.0
-        )
-        draw_robot(robot, motion(robot, moves, seed), arguments.out)
+        picture = robot_picture(Robot6R(), seed)
+    arguments.out.write_bytes(picture)
 
 
 if __name__ == "__main__":

@@ -148,6 +148,12 @@ class Robot6R(PlantSystem[ManipulatorPlant]):
         bottom = [0.0, 0.0, -self._socket.mesh.length]
         return np.vstack([bottom, flange[:3] + rigid @ rotation_of(flange[3:]).T])
 
+    def picture(self) -> bytes:
+        """The mechanism in motion as PNG, at true scale."""
+        from mbs_models.drawing import robot_picture
+
+        return robot_picture(self)
+
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None
     ) -> State:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -28,14 +29,14 @@ POSES, POSE_STEP = 6, 12
 """Instants that are drawn, and samples between them."""
 
 
-def draw_robot(system: Robot6R, states: Sequence[State], path: Path) -> None:
+def draw_robot(system: Robot6R, states: Sequence[State], out: Path | BinaryIO) -> None:
     """Draw the robot at the last instants of a motion, its tool's path and deviation, as PNG.
 
     The socket bends and turns as it does: at true scale.
 
     Args:
         states: at all samples, at least one.
-        path: the PNG.
+        out: the PNG.
     """
     chosen = list(range(len(states) - 1, -1, -POSE_STEP))[:POSES][::-1]
     figure = Figure(figsize=(11, 5.2), layout="constrained")
@@ -52,7 +53,7 @@ def draw_robot(system: Robot6R, states: Sequence[State], path: Path) -> None:
     scene.set_axis_off()
     scene.margins(0.01)
     _draw_history(history, system, states, chosen)
-    figure.savefig(path, dpi=130, metadata={"Software": None})
+    figure.savefig(out, format="png", dpi=130, metadata={"Software": None})
 
 
 def _strengths(count: int) -> FloatArray:

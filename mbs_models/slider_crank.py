@@ -96,6 +96,12 @@ class SliderCrank(PlantSystem[SliderCrankPlant]):
         tip = CRANK_LENGTH * director(angle)
         return np.vstack([np.zeros(2), tip, self._mechanism.rod_nodes(state.coordinates)])
 
+    def picture(self) -> bytes:
+        """The mechanism in motion as PNG, at true scale."""
+        from mbs_models.drawing import slider_crank_picture
+
+        return slider_crank_picture(self)
+
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None
     ) -> State:

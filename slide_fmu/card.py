@@ -6,9 +6,13 @@ from typing import Any
 
 import jinja2
 
+from slide_fmu.excitation.mix import names_of
 from slide_fmu.recipe import Recipe
 from slide_fmu.sizing import seconds
 from slide_fmu.surrogate import Surrogate
+
+UNUSABLE = 0.2
+"""Relative RMSE beyond the range from which on the card warns."""
 
 
 def card(
@@ -38,7 +42,14 @@ def card(
         surrogate=surrogate,
         recipe=recipe,
         measured=measured,
-        main=next(iter(measured["validation"].values())),
+        names=names_of(recipe.data.excitation),
+        useless=[v for v in measured["validation"].values() if _is_useless(v)],
         picture=picture,
         mechanism=mechanism,
     )
+
+
+def _is_useless(validation: dict[str, Any]) -> bool:
+    """Whether the surrogate must not be used at these amplitudes, beyond the range."""
+    errors = [output["relative_rmse"] for output in validation["outputs"]]
+    return bool(validation["amplitude"][1] > 1.0 and max(errors) > UNUSABLE)

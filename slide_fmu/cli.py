@@ -125,6 +125,8 @@ def window(
     for row in rows:
         table.add_row(*row)
     console.print(table)
+    if sizing.remark is not None:
+        console.print(f"remark: {sizing.remark}", style="yellow", highlight=False, markup=False)
     _write_json(json_path, figures)
     with _errors():
         require_window(job.recipe, sizing)

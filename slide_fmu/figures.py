@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from slide_fmu.decay import Decay
+from slide_fmu.excitation.mix import names_of
 from slide_fmu.signals import FloatArray, Signal
 from slide_fmu.stability import AmplitudeTest
 from slide_fmu.validation import Comparison, Validation
@@ -30,7 +31,7 @@ def side_by_side(validation: Validation, output: int) -> bytes:
     axes = figure.subplots(3, 2, sharex="col", height_ratios=(1, 2, 1.3))
     signal = validation.surrogate.outputs[output]
     for column, (title, comparison) in enumerate(chosen.items()):
-        kind = validation.recipe.data.excitation[comparison.kind].kind
+        kind = names_of(validation.recipe.data.excitation)[comparison.kind]
         shown = _worst_part(comparison, output)
         time = comparison.time[shown]
         upper, middle, lower = axes[:, column]
@@ -70,7 +71,11 @@ def estimate_scatter(validations: Mapping[str, Validation]) -> bytes:
         ends = np.array([true[some].min(), true[some].max()])
         ax.loglog(ends, ends, color=REFERENCE, lw=1)
         ax.fill_between(ends, 0.625 * ends, 1.375 * ends, color=REFERENCE, alpha=0.12)
-        ax.set(xlabel="true RMSE over the output window", ylabel="estimated", title=title)
+        ax.set(
+            xlabel=f"true RMSE over {validation.surrogate.estimated_samples} samples",
+            ylabel="estimated",
+            title=title,
+        )
         ax.grid(alpha=0.3)
     return _png(figure)
 
@@ -80,7 +85,7 @@ def excitation_bars(validation: Validation) -> bytes:
     rows = validation.figures()["excitations"]
     figure = Figure(figsize=(7, 0.6 + 0.45 * len(rows)), layout="constrained")
     ax = figure.subplots()
-    names = [f"{row['kind']} ({row['trajectories']})" for row in rows]
+    names = [f"{row['name']} ({row['trajectories']})" for row in rows]
     values = [100 * max(row["relative_rmse"]) for row in rows]
     bars = ax.barh(names, values, color=SURROGATE)
     ax.bar_label(bars, fmt="%.3g %%", padding=3)

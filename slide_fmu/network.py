@@ -8,6 +8,7 @@ C runtime.
 from __future__ import annotations
 
 import abc
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -189,7 +190,9 @@ class FeedForward(Network):
         n_samples: length of the input sequence.
         features: what it sees of the inputs at each sample.
         skip: optional linear path from the flattened features to the output,
-            shape (n_values, n_samples * n_features).
+            shape (n_values, n_seen * n_features).
+        ages: of the n_seen samples that it looks at, 0 the newest, falling from n_samples - 1;
+            empty: all n_samples.
 
     Raises:
         ValueError: sizes do not fit.
@@ -201,12 +204,14 @@ class FeedForward(Network):
         n_samples: int,
         features: FeatureMap,
         skip: Float32Array | None = None,
+        ages: tuple[int, ...] = (),
     ) -> None:
         if not layers:
             raise ValueError("feed-forward network without layers; expected at least one")
         if n_samples < 1:
             raise ValueError(f"network on {n_samples} samples; expected at least one")
-        width = n_first = n_samples * features.n_signals
+        check_ages(ages, n_samples)
+        width = n_first = (len(ages) or n_samples) * features.n_signals
         for index, layer in enumerate(layers):
             if layer.weights.shape[1] != width:
                 raise ValueError(
@@ -220,6 +225,7 @@ class FeedForward(Network):
         self.layers = layers
         self.skip = skip
         self.features = features
+        self.ages = ages
         self.n_samples = self.n_needed = n_samples
         self.n_channels = features.n_channels
         self.n_values = width
@@ -229,6 +235,8 @@ class FeedForward(Network):
 
     def evaluate_features(self, features: Float32Array) -> Float32Array:
         """Evaluate on features of windows: (B, n_samples, n_features) to (B, n_values)."""
+        if self.ages:
+            features = features[:, [self.n_samples - 1 - age for age in self.ages]]
         flat = np.asarray(features, dtype=np.float32).reshape(len(features), -1)
         hidden = flat
         for layer in self.layers:
@@ -270,6 +278,20 @@ class FeedForward(Network):
     def count_parameters(self) -> int:
         count = sum(layer.weights.size + layer.bias.size for layer in self.layers)
         return count + (0 if self.skip is None else self.skip.size)
+
+
+def check_ages(ages: tuple[int, ...], n_samples: int) -> None:
+    """Refuse ages of samples that do not fall from n_samples - 1.
+
+    Raises:
+        ValueError: with the ages.
+    """
+    falling = all(older > newer for older, newer in itertools.pairwise(ages))
+    if ages and not (falling and ages[0] == n_samples - 1 and ages[-1] >= 0):
+        raise ValueError(
+            f"network on samples of the ages {list(ages)}; expected them to fall from "
+            f"{n_samples - 1}, one less than its {n_samples} samples, to 0 at least"
+        )
 
 
 class SlidingWindow(Stepper):

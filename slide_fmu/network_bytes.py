@@ -3,7 +3,7 @@
 The second reader is the C runtime, ``slide_fmu/fmu/runtime/network_view.c`` with the files it
 includes; both reject the same bytes. All numbers are little-endian.
 
-    network  := u32 kind (1)  features  u32 n_samples  u32 n_layers  layer*
+    network  := u32 kind (1)  features  u32 n_samples  u32 n_layers  ages  layer*
                 u32 has_skip  [f32 skip[n_values][n_first]]
               | u32 kind (2)  features  u32 n_samples  u32 n_out  u32 n_states  u32 n_units
                 u32 n_values  u32 units  u32 turned  role[6]
@@ -11,6 +11,7 @@ includes; both reject the same bytes. All numbers are little-endian.
                 f32 W[n_units][n_arguments]  f32 V[n_units][n_products]
                 f32 C[n_rows][n_states]  f32 D[n_rows][n_static]  f32 d0[n_rows]
     layer    := u32 n_in  u32 n_out  u32 activation  f32 weights[n_out][n_in]  f32 bias[n_out]
+    ages     := u32 count  u32 age[count]
     role     := u32 count  u32 feature[count]     drive, static, gated, schedule, readout, turn
     features := u32 set  parameters  u32 count  u32 signal[count]  f64 offset[count]
                 f64 scale[count]                  feature = (signal - offset) / scale
@@ -22,8 +23,9 @@ includes; both reject the same bytes. All numbers are little-endian.
                            n = n_inputs; step > 0; all finite
 
 The signals of the sets and their order: ``slide_fmu/features.py``.
-Kind 1, feed-forward: the first layer takes n_samples * count values: the features of the newest
-n_samples inputs, oldest first, all of a sample together. n_samples <= n_in.
+Kind 1, feed-forward: the first layer takes the features of some of the newest n_samples inputs,
+all of a sample together: those of the ages, 0 the newest, which fall from n_samples - 1; of all
+n_samples, oldest first, where the count of the ages is 0.
 Kind 2, state space (state_space.py): n_states, n_values >= 1; units 3 tanh, 5 cubic, 6 gated.
 n_arguments = n_states + n_drive + 1, of gated units n_schedule + 1; n_products = n_states +
 n_gated of gated units, else V is absent and n_gated = n_schedule = 0; n_rows = n_values (1 +
@@ -106,6 +108,7 @@ def _encode_set(features: Features) -> bytes:
 def _encode_feed_forward(network: FeedForward) -> bytes:
     parts = [struct.pack("<I", KIND_FEED_FORWARD), _encode_features(network.features)]
     parts.append(struct.pack("<II", network.n_samples, len(network.layers)))
+    parts.append(_encode_indices(network.ages))
     names = list(ACTIVATIONS)
     for layer in network.layers:
         n_out, n_in = layer.weights.shape
@@ -234,6 +237,7 @@ def _decode_state_space(section: Reader, n_inputs: int) -> StateSpace:
 def _decode_feed_forward(section: Reader, n_inputs: int) -> FeedForward:
     features = _decode_features(section, n_inputs)
     n_samples, n_layers = section.u32(), section.u32()
+    ages = _decode_indices(section)
     names = list(ACTIVATIONS)
     layers: list[Layer] = []
     for _ in range(n_layers):
@@ -245,5 +249,6 @@ def _decode_feed_forward(section: Reader, n_inputs: int) -> FeedForward:
     if has_skip > 1:
         raise ValueError(f"skip flag {has_skip}; expected 0 or 1")
     n_values = len(layers[-1].bias) if layers else 0
-    skip = section.f32(n_values, n_samples * features.n_signals) if has_skip else None
-    return FeedForward(tuple(layers), n_samples, features, skip)
+    n_first = (len(ages) or n_samples) * features.n_signals
+    skip = section.f32(n_values, n_first) if has_skip else None
+    return FeedForward(tuple(layers), n_samples, features, skip, ages)

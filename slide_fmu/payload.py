@@ -3,7 +3,7 @@
 The second reader is the C runtime, ``slide_fmu/fmu/runtime/payload.c``; both reject the same
 files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` IEEE 754.
 
-    file     := "SLIDEFMU"  u32 version (3)  section*  u32 crc32 (of all bytes before it)
+    file     := "SLIDEFMU"  u32 version (4)  section*  u32 crc32 (of all bytes before it)
     section  := 4-byte tag  u32 length in bytes (a multiple of 4)  content
     sections, in this order, each once; ESTI may be absent:
     WIND     := f64 step/s  u32 n_in  u32 n_out  u32 n_inputs  u32 n_outputs  u32 hold
@@ -21,11 +21,12 @@ A feed-forward surrogate gives n_outputs values per evaluation (n_samples = n_in
 block is n_out evaluations, one per position), or n_out * n_outputs values (n_samples = n_in; a
 block is one evaluation, newest sample last). A state-space surrogate has n_samples = n_in, n_out
 as the window, and n_values = n_outputs.
-The estimator gives n_outputs values eps per evaluation, with e = 10^(m + r eps), m = (high +
-low)/2, r = (high - low)/2; or n_outputs expected errors mu followed by n_outputs values eps, with
-e^2 = mu^2 + 10^(2 (m + r eps)); e is at most 10^high. Over its last ``positions`` evaluations the
-root of the mean square of e, times the scale of SCOU, is the estimate; n_samples + positions - 1
-<= n_in.
+The estimator is a feed-forward network. It gives n_outputs values eps per evaluation, with e =
+10^(m + r eps), m = (high + low)/2, r = (high - low)/2; or n_outputs expected errors mu, relative
+to the spread around them, followed by n_outputs values eps, with e = 10^(m + r eps) sqrt(1 +
+mu^2). An e that is larger than 10^high, or not a number, counts as 10^high. Over its last
+``positions`` evaluations the root of the mean square of e, times the scale of SCOU, is the
+estimate.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ from typing import get_args
 
 import numpy as np
 
-from slide_fmu.network import Network
+from slide_fmu.network import FeedForward, Network
 from slide_fmu.network_bytes import Reader, decode_network, encode_network
 from slide_fmu.scaling import Affine, LogError
 from slide_fmu.signals import FloatArray, Hold
@@ -46,7 +47,7 @@ from slide_fmu.state_space import StateSpace
 from slide_fmu.window import Window
 
 MAGIC = b"SLIDEFMU"
-VERSION = 3
+VERSION = 4
 HOLDS: tuple[Hold, ...] = get_args(Hold)
 """How inputs act between samples; their order is their number in the payload."""
 
@@ -172,22 +173,22 @@ def check_block_sizes(window: Window, network: Network, n_outputs: int) -> None:
         )
 
 
-def check_estimator_sizes(
-    window: Window, positions: int, network: Network, n_outputs: int
-) -> None:
-    """Refuse an error estimator that does not fit its window.
+def check_estimator_sizes(positions: int, network: Network, n_outputs: int) -> None:
+    """Refuse an error estimator of another family, or that does not fit.
 
     Raises:
-        ValueError: wrong number of values, or it looks further back than the window.
+        ValueError: wrong family, or number of values, samples or positions.
     """
+    if not isinstance(network, FeedForward):
+        raise ValueError("estimator that is no feed-forward network; expected one")
     if network.n_values not in (n_outputs, 2 * n_outputs):
         raise ValueError(
             f"estimator gives {network.n_values} values; expected {n_outputs} or {2 * n_outputs}"
         )
-    if positions < 1 or network.n_samples + positions - 1 > window.n_in:
+    if not 1 <= positions <= MAX_WINDOW or network.n_samples > MAX_WINDOW:
         raise ValueError(
             f"estimator sees {network.n_samples} samples at {positions} positions; "
-            f"expected at least one position and {window.n_in} samples in all at most"
+            f"expected 1 to {MAX_WINDOW} of both"
         )
 
 
@@ -221,7 +222,7 @@ def _decode_sections(reader: Reader) -> Payload:
     estimator = None
     if reader.data[reader.position : reader.position + 4] == b"ESTI":
         estimator = _decode_estimator(reader.section(b"ESTI"), n_inputs)
-        check_estimator_sizes(window, estimator.positions, estimator.network, n_outputs)
+        check_estimator_sizes(estimator.positions, estimator.network, n_outputs)
     section = reader.section(b"META")
     metadata = section.take(len(section.data)).decode("utf-8").rstrip(" ")
     scalings = input_scaling, starts, output_scaling

@@ -12,9 +12,10 @@ from typing import Any
 
 from slide_fmu import report as reports
 from slide_fmu.card import card
-from slide_fmu.data.sampling import recipe_system, reference_parameters
+from slide_fmu.data.sampling import recipe_system, reference_parameters, reference_system
 from slide_fmu.figures import side_by_side, stability_tests
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
+from slide_fmu.network_features import require_features
 from slide_fmu.recipe import SPLITS, Recipe, parse_recipe, read_recipe_text
 from slide_fmu.report import Report
 from slide_fmu.response import is_affine
@@ -41,7 +42,8 @@ IN_RANGE, BEYOND = "in range", "beyond the range"
 PICTURE = "side_by_side.png"
 STABILITY_PICTURE = "stability.png"
 MECHANISM_PICTURE = "mechanism.png"
-"""Of the system itself; who puts it into the run folder finds it on the card."""
+"""Of the reference system in motion, where it draws itself; of another, who puts it into the run
+folder finds it on the card."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +108,18 @@ def with_training_seed(recipe: Recipe, seed: int) -> Recipe:
     return Recipe.model_validate(values)
 
 
+def check_recipe(recipe: Recipe) -> None:
+    """Refuse what can be found wrong without data, before any are made.
+
+    Raises:
+        LoadError: one of the recipe's systems cannot be made.
+        RecipeError: they do not fit each other or the excitation, or a network sees what the
+            system has not.
+    """
+    reference_system(recipe)
+    require_features(recipe, recipe_system(recipe))
+
+
 def size_recipe(job: Job, seed: int | None = None) -> Sizing:
     """Decay times of the recipe's system along its motions.
 
@@ -116,11 +130,13 @@ def size_recipe(job: Job, seed: int | None = None) -> Sizing:
 
 
 def check_window(job: Job) -> Sizing:
-    """Compute the decay times; refuse a window that is too short.
+    """Check the recipe, compute the decay times; refuse a window that is too short.
 
     Raises:
+        LoadError, RecipeError: as of ``check_recipe``.
         ShortWindowError: the window is too short for the system.
     """
+    check_recipe(job.recipe)
     sizing = size_recipe(job)
     require_window(job.recipe, sizing)
     return sizing
@@ -133,12 +149,14 @@ def generate_data(job: Job, workers: int | None, overwrite: bool) -> dict[str, A
         Numbers of trajectories by split, and the simulated time in s.
 
     Raises:
+        LoadError, RecipeError: as of ``check_recipe``.
         StoreError: the store was made from other values.
     """
     from slide_fmu.data.generation import generate
     from slide_fmu.data.pool import process_pool
     from slide_fmu.data.store import remove_store
 
+    check_recipe(job.recipe)
     if overwrite:
         remove_store(job.folder.store)
     job.folder.path.mkdir(parents=True, exist_ok=True)
@@ -229,8 +247,10 @@ def write_reference(recipe: Recipe, path: Path) -> Path:
 
     Raises:
         LoadError: the system cannot be made.
+        RecipeError: it does not fit the system that makes the data.
         ValueError: the path does not end in ``.fmu``.
     """
+    reference_system(recipe)
     return write_reference_fmu(recipe.system.model, reference_parameters(recipe), path)
 
 
@@ -299,14 +319,28 @@ def finish(
     report = _full_report(trained, recipe, sizing, validations, tests)
     page = report.write(job.folder.path)
     (job.folder.path / PICTURE).write_bytes(side_by_side(validations[IN_RANGE], 0))
-    drawn = MECHANISM_PICTURE if (job.folder.path / MECHANISM_PICTURE).exists() else None
-    text = card(surrogate, recipe, report.data, PICTURE, drawn)
+    text = card(surrogate, recipe, report.data, PICTURE, draw_mechanism(job))
     (job.folder.path / "card.md").write_text(text, encoding="utf-8")
     released = {**origin, "measured": report.data}
     export_fmu(
         surrogate, fmu, provenance=released, documentation={"index.html": page.read_bytes()}
     )
     return fmu, page
+
+
+def draw_mechanism(job: Job) -> str | None:
+    """Draw the reference system into the run folder, if it draws itself.
+
+    Returns:
+        File name of the picture on the card: this one, or one that was there; None without.
+
+    Raises:
+        SimulationError: the motion that is drawn could not be simulated.
+    """
+    place, picture = job.folder.path / MECHANISM_PICTURE, reference_system(job.recipe).picture()
+    if picture is not None:
+        place.write_bytes(picture)
+    return MECHANISM_PICTURE if place.exists() else None
 
 
 def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[str, Task]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,6 +15,7 @@ from slide_fmu.learning_recipe import (
     METHODS,
     FeedForwardRecipe,
     LeastSquaresRecipe,
+    NonNegativeInt,
     PositiveFloat,
     PositiveInt,
     StateSpaceRecipe,
@@ -103,12 +105,15 @@ class EstimatorRecipe(Table):
 
     Attributes:
         network: its network; ``time_invariant`` here means the root of the mean square of one
-            network's estimates at every position of the output window.
+            network's estimates at the last ``span`` samples, else it estimates directly the
+            error over the output window, from the whole window.
         pretraining: of a time-invariant network, at single positions, where it learns mean and
             spread of the error by maximum likelihood.
-        training: its training on the error over the output window.
-        samples: newest inputs that a time-invariant network sees at each position; as many as
-            the window holds if not given.
+        training: its training on the error over the span.
+        span: samples over which the error is estimated, as the root of the mean square; those of
+            the output window if not given.
+        lags: the samples that a time-invariant network sees at each position, by their age, 0 the
+            newest, rising; all that the window holds before its oldest output if not given.
         amplitude_factor: range of the factor on the excitation beyond the trained range.
         in_range: fraction of its trajectories with factor 1.
         resolution: errors below this fraction of the output's scale are not told apart.
@@ -117,10 +122,25 @@ class EstimatorRecipe(Table):
     network: FeedForwardRecipe
     pretraining: TrainingRecipe | None = None
     training: TrainingRecipe
-    samples: PositiveInt | None = None
+    span: PositiveInt | None = None
+    lags: tuple[NonNegativeInt, ...] | None = Field(default=None, min_length=1)
     amplitude_factor: PositiveRange = (1.0, 3.0)
     in_range: float = Field(0.5, ge=0, le=1)
     resolution: float = Field(1e-3, gt=0, lt=1)
+
+    @model_validator(mode="after")
+    def _only_time_invariant_networks_have_lags(self) -> EstimatorRecipe:
+        if not self.network.time_invariant and (self.span or self.lags or self.pretraining):
+            raise ValueError(
+                "span, lags or pretraining of an estimator whose network sees the whole window; "
+                "expected none of them, or estimator.network.time_invariant = true"
+            )
+        if not all(newer < older for newer, older in itertools.pairwise(self.lags or ())):
+            raise ValueError(
+                f"lags = {list(self.lags or ())}; expected ages of samples, 0 the newest, each "
+                "larger than the one before it"
+            )
+        return self
 
 
 class ValidationRecipe(Table):
@@ -236,22 +256,35 @@ class Recipe(Table):
         """Least duration in s of a trajectory on which an FMU can be measured.
 
         Scored are samples after the burn-in whose inputs were all set, and error estimates whose
-        whole output window is scored.
+        whole span is scored.
         """
         window, burn_in = self.window, round(self.data.burn_in / self.window.step)
         network = self.network
         whole = isinstance(network, FeedForwardRecipe) and not network.time_invariant
         seen = window.n_in if whole else window.n_in - window.n_out + 1
         first = max(burn_in + 1, seen)
-        scored = window.n_out if self.estimator is not None else 1
+        scored = 1 if self.estimator is None else self.estimator.span or window.n_out
         return (first + scored - 1 - burn_in) * window.step
+
+    @model_validator(mode="after")
+    def _estimator_stays_in_the_window(self) -> Recipe:
+        lags = (self.estimator and self.estimator.lags) or (0,)
+        if lags[-1] > self.window.n_in - self.window.n_out:
+            raise ValueError(
+                f"estimator.lags end with {lags[-1]}; expected at most n_in - n_out = "
+                f"{self.window.n_in - self.window.n_out}, the age of the oldest input that the "
+                "oldest output of the window has seen"
+            )
+        return self
 
     @model_validator(mode="after")
     def _trajectories_are_long_enough(self) -> Recipe:
         window, data = self.window, self.data
+        span = 0 if self.estimator is None else self.estimator.span or 0
+        longest = max(window.n_in, window.n_in - window.n_out + span)
         validation = self.validation.duration or data.duration
         whole = {
-            "data.duration": (data.duration, window.n_in * window.step),
+            "data.duration": (data.duration, longest * window.step),
             "validation.duration": (validation, self.shortest_validation()),
         }
         for name, (duration, needed) in whole.items():

@@ -112,6 +112,8 @@ def sizing_section(sizing: Sizing) -> Section:
         "or grow (without end): what counts is the mean. The window truncates "
         f"{window.n_in} - {window.n_out} samples, {window.truncation_time:.4g} s."
     )
+    if sizing.remark is not None:
+        text += f" Remark: {sizing.remark}."
     picture = figures.decay_times(sizing.linearized, sizing.measured, window.truncation_time)
     return Section("Window", text, decay_rows(sizing.figures()), [picture])
 
@@ -211,22 +213,24 @@ def _estimate_section(validations: Mapping[str, Validation]) -> Section:
     rows: list[Sequence[str]] = [("inputs", "mean relative deviation", "95 % are within")]
     for name, validation in validations.items():
         data = validation.figures()["error_estimate"]
-        rows.append(
-            (
-                name,
-                _percent(data["mean_relative_deviation"]),
-                _percent(data["p95_relative_deviation"]),
-            )
-        )
+        rows.append(_deviation_row(name, data))
+        if "euclidean" in data:
+            rows.append(_deviation_row(f"{name}, norm of the outputs", data["euclidean"]))
     first = next(iter(validations.values()))
     assert first.recipe.estimator is not None
     text = (
-        f"The FMU estimates the RMSE of its outputs over the last {first.surrogate.window.n_out} "
-        "samples. Here the estimate is held against the true error; the band holds deviations up "
-        f"to 37.5 %. Errors below {first.recipe.estimator.resolution:g} of the output's scale are "
-        "not told apart: where both lie there, they do not deviate."
+        "The FMU estimates the RMSE of its outputs over the last "
+        f"{first.surrogate.estimated_samples} samples. Here the estimate is held against the true "
+        "error; the band holds deviations up to 37.5 %. Errors below "
+        f"{first.recipe.estimator.resolution:g} of the output's scale are not told apart: where "
+        "both lie there, they do not deviate."
     )
     return Section("Error estimate", text, rows, [figures.estimate_scatter(validations)])
+
+
+def _deviation_row(name: str, data: Mapping[str, float]) -> Sequence[str]:
+    mean, most = data["mean_relative_deviation"], data["p95_relative_deviation"]
+    return name, _percent(mean), _percent(most)
 
 
 def _timing_section(validation: Validation) -> Section:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from slide_fmu.signals import FloatArray
+from slide_fmu.signals import FloatArray, Signal
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +52,14 @@ class Affine:
     def invert(self, scaled: NDArray[Any]) -> NDArray[Any]:
         """Scaled values, shape (..., n_channels), to physical values of the same shape."""
         return scaled * self.scale + self.offset
+
+
+def range_scaling(signals: tuple[Signal, ...]) -> Affine:
+    """Scaling that maps the signals' ranges to [-1, 1]."""
+    return Affine.of_channels(
+        [0.5 * (signal.high + signal.low) for signal in signals],
+        [0.5 * (signal.high - signal.low) for signal in signals],
+    )
 
 
 @dataclass(frozen=True)

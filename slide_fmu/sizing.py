@@ -76,6 +76,27 @@ class Sizing:
             )
         return too_short(self.window, self.linearized.worst)
 
+    @property
+    def remark(self) -> str | None:
+        """Where the measured decay asks for more than a window that the eigenvalues accept."""
+        window, worst = self.window, self.measured.worst
+        if self.problem is not None or worst <= window.truncation_time:
+            return None
+        motions = f"the slowest of {len(self.measured.rates)} measured pairs of motions"
+        linearized = f"though the eigenvalues ask for {self.linearized.worst:.4g} s alone"
+        truncated = f"the window truncates {window.truncation_time:.4g} s"
+        if not math.isfinite(worst):
+            return (
+                f"{motions} never met in a record of several decay times; {truncated}, "
+                f"{linearized}. Raise window.n_in, excite less (data.excitation), or give the "
+                "system more damping"
+            )
+        needed = recommend_window(worst, window.step, window.n_out).n_in
+        return (
+            f"{motions} takes {worst:.4g} s to meet, but {truncated}, {linearized}. Raise "
+            f"window.n_in from {window.n_in} to {needed} to hold that one too"
+        )
+
     def figures(self) -> dict[str, Any]:
         """The figures as plain values, as written to JSON."""
         recommended = recommend_window(self.linearized.worst, self.window.step, self.window.n_out)
@@ -103,6 +124,7 @@ class Sizing:
             },
             "recommended_n_in": recommended.n_in,
             "sufficient": self.problem is None,
+            "remark": self.remark,
         }
 
 

@@ -28,14 +28,15 @@ from slide_fmu.window import Window
 
 @dataclass(frozen=True, eq=False)
 class ErrorEstimator:
-    """The second network: estimates the RMSE of the surrogate over its output window.
+    """The second network: estimates the RMSE of the surrogate over its last samples.
 
     Attributes:
         network: gives the logarithmic error eps of every output, in one or several positions;
-            or first the expected error mu of every output, then the eps of what is around it.
+            or first the expected error mu of every output, relative to the spread around it,
+            then the eps of that spread.
         log_error: map between eps and the error relative to the scale of the output.
         positions: number of consecutive evaluations whose mean square is taken; 1 if the network
-            sees the whole window and estimates the block's error directly.
+            estimates the error of an output window directly.
     """
 
     network: Network
@@ -49,13 +50,16 @@ class ErrorEstimator:
             values: shape (N, n_outputs) or (N, 2 n_outputs).
 
         Returns:
-            Shape (N, n_outputs): mu^2 + e^2, with mu = 0 where the network gives eps alone; at
-            most the square of the largest error that the map knows.
+            Shape (N, n_outputs): e^2 (1 + mu^2), with mu = 0 where the network gives eps alone;
+            at most the square of the largest error that the map knows, and that too where the
+            network gives no finite value.
         """
-        spread = self.log_error.invert(np.minimum(values[:, -n_outputs:], 1.0)) ** 2
-        mean = values[:, :-n_outputs]
-        squares = spread + mean**2 if mean.size else spread
-        return np.asarray(np.minimum(squares, self.log_error.invert(np.array(1.0)) ** 2))
+        eps, mean = values[:, -n_outputs:], values[:, :-n_outputs]
+        squares = self.log_error.invert(np.minimum(eps, 1.0)) ** 2
+        squares = squares * (1 + mean**2) if mean.size else squares
+        largest = self.log_error.invert(np.array(1.0)) ** 2
+        known = np.isfinite(values).reshape(len(values), -1, n_outputs).all(axis=1)
+        return np.where(known, np.minimum(squares, largest), largest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,9 +106,8 @@ class Surrogate:
         check_starts(self.input_scaling, self.starts)
         check_block_sizes(self.window, self.network, len(self.outputs))
         if self.estimator is not None:
-            check_estimator_sizes(
-                self.window, self.estimator.positions, self.estimator.network, len(self.outputs)
-            )
+            estimator = self.estimator
+            check_estimator_sizes(estimator.positions, estimator.network, len(self.outputs))
 
     def _check_channels(self) -> None:
         networks = [self.network, *([] if self.estimator is None else [self.estimator.network])]
@@ -119,6 +122,13 @@ class Surrogate:
     def starts(self) -> FloatArray:
         """Inputs before anybody sets them, shape (n_inputs,)."""
         return np.array([signal.start_value for signal in self.inputs], dtype=np.float64)
+
+    @property
+    def estimated_samples(self) -> int:
+        """Samples over which the error is estimated; of the output window without estimator."""
+        if self.estimator is None or self.estimator.positions == 1:
+            return self.window.n_out
+        return self.estimator.positions
 
     @property
     def gives_blocks(self) -> bool:
@@ -196,7 +206,7 @@ class Surrogate:
         return self.output_scaling.invert(newest)
 
     def estimate_error(self, inputs: NDArray[Any]) -> FloatArray:
-        """Estimated RMSE over the output window that ends at each sample.
+        """Estimated RMSE over the ``estimated_samples`` that end at each sample.
 
         Args:
             inputs: shape (N, n_inputs), N >= 1, in the inputs' units.

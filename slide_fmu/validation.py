@@ -26,6 +26,7 @@ from slide_fmu.data.sampling import (
     reference_system,
 )
 from slide_fmu.errors import moving_rms, relative_deviation, rms
+from slide_fmu.excitation.mix import names_of
 from slide_fmu.recipe import Recipe
 from slide_fmu.signals import FloatArray
 from slide_fmu.surrogate import Surrogate
@@ -77,8 +78,8 @@ class Comparison:
         reference: outputs of the reference FMU, shape (N, n_outputs).
         surrogate: outputs of the surrogate FMU, same shape.
         estimate: its error estimates, same shape, or None.
-        true_error: RMSE over the output window that ends at each sample, same shape; NaN where
-            the output window reaches before the first scored sample.
+        true_error: RMSE over the samples up to each one that the estimate is about, same shape;
+            NaN where they reach before the first scored sample.
         step_seconds: wall time per step of surrogate and reference, shapes (steps,).
         model: outputs of the model that made the data, shape (N, n_outputs), or None where the
             reference is the same model.
@@ -122,15 +123,22 @@ class Validation:
             "timing": self._timing(),
         }
 
-    def relative_deviations(self) -> FloatArray:
-        """Relative deviations of the error estimates, all samples and outputs in one vector."""
+    def relative_deviations(self, euclidean: bool = False) -> FloatArray:
+        """Relative deviations of the error estimates, all samples and outputs in one vector.
+
+        Args:
+            euclidean: of the norm of the errors of all outputs, in their common unit.
+        """
         assert self.recipe.estimator is not None
         resolution = self.recipe.estimator.resolution * self.surrogate.output_scaling.scale
-        parts = [
-            relative_deviation(c.estimate, c.true_error, resolution)[~np.isnan(c.true_error)]
-            for c in self.comparisons
-            if c.estimate is not None
-        ]
+        parts = []
+        for c in self.comparisons:
+            if c.estimate is not None:
+                scored = ~np.isnan(c.true_error).any(axis=1)
+                values = [c.estimate[scored], c.true_error[scored], resolution[None]]
+                if euclidean:
+                    values = [np.linalg.norm(value, axis=1) for value in values]
+                parts.append(relative_deviation(*values).ravel())
         return np.concatenate(parts)
 
     def _output(self, index: int) -> dict[str, Any]:
@@ -155,7 +163,7 @@ class Validation:
 
     def _excitations(self) -> list[dict[str, Any]]:
         rows = []
-        for index, excitation in enumerate(self.recipe.data.excitation):
+        for index, name in enumerate(names_of(self.recipe.data.excitation)):
             chosen = [c for c in self.comparisons if c.kind == index]
             if chosen:
                 reference = np.concatenate([c.reference for c in chosen])
@@ -165,7 +173,8 @@ class Validation:
                 ]
                 rows.append(
                     {
-                        "kind": excitation.kind,
+                        "name": name,
+                        "kind": self.recipe.data.excitation[index].kind,
                         "trajectories": len(chosen),
                         "relative_rmse": relative,
                     }
@@ -175,12 +184,15 @@ class Validation:
     def _estimate(self) -> dict[str, Any] | None:
         if self.surrogate.estimator is None:
             return None
-        deviations = self.relative_deviations()
-        return {
-            "mean_relative_deviation": float(np.mean(deviations)),
-            "p95_relative_deviation": float(np.quantile(deviations, 0.95)),
-            "window_samples": self.surrogate.window.n_out,
+        units = {signal.unit for signal in self.surrogate.outputs}
+        several = len(self.surrogate.outputs) > 1 and len(units) == 1
+        found: dict[str, Any] = {
+            **_deviation(self.relative_deviations()),
+            "span_samples": self.surrogate.estimated_samples,
         }
+        if several:
+            found["euclidean"] = _deviation(self.relative_deviations(euclidean=True))
+        return found
 
     def _timing(self) -> dict[str, float]:
         fmu, reference = (
@@ -224,7 +236,7 @@ def validate(
     """Run an FMU and the reference FMU of its recipe side by side on unseen trajectories.
 
     Samples are scored from the end of the burn-in on, and not before the input window is filled
-    with inputs of the trajectory. Where the estimate is scored, its output window is filled too.
+    with inputs of the trajectory. Where the estimate is scored, its span is filled too.
     Where the recipe has a reference of its own, the model that made the data is simulated on the
     same inputs, to tell its error from that of the surrogate.
 
@@ -327,15 +339,15 @@ def compare(
     """
     names = [signal.name for signal in surrogate.outputs]
     inputs = {s.name: drawn.inputs[:, i] for i, s in enumerate(surrogate.inputs)}
-    step, window = surrogate.window.step, surrogate.window
+    step, span = surrogate.window.step, surrogate.estimated_samples
     true = run_fmu(reference, inputs, names, _initial_parameters(system, drawn), step)
     estimates = [] if surrogate.estimator is None else [f"{n}_error_estimate" for n in names]
     own = run_fmu(fmu, inputs, [*names, *estimates], step=step)
     first = max(drawn.burn_in + 1, surrogate.network.n_needed)
     error = own.values[first:, : len(names)] - true.values[first:]
     true_error = np.full_like(error, np.nan)
-    if len(error) >= window.n_out:
-        true_error[window.n_out - 1 :] = moving_rms(error, window.n_out)
+    if len(error) >= span:
+        true_error[span - 1 :] = moving_rms(error, span)
     return Comparison(
         drawn.kind,
         step * np.arange(first, len(true.values), dtype=np.float64),
@@ -363,6 +375,13 @@ def _initial_parameters(system: System, drawn: Draw) -> dict[str, float | bool]:
 def _rms(values: FloatArray, index: int) -> float:
     """RMS of one channel; a channel that is zero throughout counts as tiny, not as zero."""
     return max(float(rms(values)[index]), np.finfo(np.float64).tiny)
+
+
+def _deviation(values: FloatArray) -> dict[str, float]:
+    return {
+        "mean_relative_deviation": float(np.mean(values)),
+        "p95_relative_deviation": float(np.quantile(values, 0.95)),
+    }
 
 
 def _quantiles(values: list[float]) -> dict[str, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 
 import numpy as np
@@ -107,6 +108,27 @@ def test_sizes_that_do_not_fit_are_refused() -> None:
         FeedForward((layer(6, 4),), 3, TWO, np.zeros((4, 5), np.float32))
     with pytest.raises(ValueError, match="on 0 samples"):
         FeedForward((layer(0, 4),), 0, TWO)
+    for ages in [(1, 0), (2, 2), (0, 2), (2, -1), (3, 0)]:
+        with pytest.raises(ValueError, match=re.escape(f"ages {list(ages)}; expected them to")):
+            FeedForward((layer(2 * len(ages), 4),), 3, TWO, ages=ages)
+    with pytest.raises(ValueError, match="layer 0 takes 6 values; expected 4"):
+        FeedForward((layer(6, 4),), 3, TWO, ages=(2, 0))
+
+
+def test_network_sees_the_samples_of_its_ages() -> None:
+    """The same as one that sees all, with zero weights at the others."""
+    weights = np.random.default_rng(0).normal(size=(4, 3, 2)).astype(np.float32)
+    bias = np.ones(4, np.float32)
+    whole = weights.copy()
+    whole[:, 1] = 0
+    every = FeedForward((Layer(whole.reshape(4, 6), bias, "tanh"),), 3, TWO)
+    seen = Layer(weights[:, [0, 2]].reshape(4, 4), bias, "tanh")
+    some = FeedForward((seen,), 3, TWO, ages=(2, 0))
+    record = np.random.default_rng(1).normal(size=(2, 9, 2))
+    assert np.array_equal(some.stream(record), every.stream(record))
+    stepper = some.stepper()
+    steps = [stepper.step(row) for row in record[0]]
+    assert np.array(steps) == pytest.approx(some.stream(record)[0], rel=1e-6)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])

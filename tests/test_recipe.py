@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from pydantic import ValidationError
 from recipes import ESTIMATOR, TINY, tiny_recipe
 
 from slide_fmu.data.sampling import recipe_system, reference_parameters, system_parameters
@@ -216,3 +217,34 @@ def test_values_keep_their_types() -> None:
         found = recipe.system.parameters
         kinds = {key: type(found[key]) for key in "abcd"}
         assert kinds == {"a": bool, "b": int, "c": float, "d": str}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"lags": (0, 2, 2)},
+            r"lags = \[0, 2, 2\]; expected ages of samples, 0 the newest, each ",
+        ),
+        ({"lags": (0, 41)}, r"estimator\.lags end with 41; expected at most n_in - n_out = 40"),
+        ({"lags": ()}, "at least 1 item"),
+        ({"lags": (-1, 2)}, "greater than or equal to 0"),
+        ({"span": 0}, "greater than 0"),
+        ({"span": 89}, r"data\.duration = 2 s; expected at least 2.015"),
+        ({"span": 9, "network": {"time_invariant": False}}, "network sees the whole window"),
+    ],
+)
+def test_span_and_lags_fit(changes: dict[str, Any], message: str) -> None:
+    data = {"estimator": 2, "estimator_validation": 1}
+    network = {**ESTIMATOR["network"], "time_invariant": True, **changes.pop("network", {})}
+    with pytest.raises(ValidationError, match=message):
+        tiny_recipe(data=data, estimator={**ESTIMATOR, "network": network, **changes})
+    tiny_recipe(
+        data=data,
+        estimator={
+            **ESTIMATOR,
+            "network": {**network, "time_invariant": True},
+            "lags": (0, 1, 40),
+            "span": 88,
+        },
+    )

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import json
 import math
+import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from recipes import tiny_recipe
+from recipes import TINY, tiny_recipe
+from typer.testing import CliRunner
 
 from mbs_models.oscillators import LinearOscillator
-from slide_fmu import sizing
+from slide_fmu import pipeline, sizing
+from slide_fmu.cli import app
 from slide_fmu.data.sampling import recipe_system
 from slide_fmu.modes import UnstableModeError
 from slide_fmu.recipe import Recipe, load_recipe
+from slide_fmu.report import sizing_section
 from slide_fmu.sizing import ShortWindowError, decay_rows, require_window, size_window
 from slide_fmu.systems.base import Linearization, State
 
@@ -115,6 +120,54 @@ def test_too_short_window_is_refused_with_the_numbers() -> None:
     for part in (*parts, "window.allow_short = true"):
         assert part in str(caught.value)
     assert not found.figures()["sufficient"]
+
+
+REMARK = (
+    r"^the slowest of 10 measured pairs of motions takes {} s to meet, but the window truncates "
+    r"1\.17 s, though the eigenvalues ask for 1\.151 s alone\. Raise window\.n_in from 92 to {} "
+    r"to hold that one too$"
+)
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_longer_measured_decay_is_a_remark(tmp_path: Path) -> None:
+    """The eigenvalues fit: it is no mistake, but it is said wherever the decay times are."""
+    recipe = oscillator("LinearOscillator")
+    found = size_window(recipe, recipe_system(recipe))
+    shorter = replace(found, measured=replace(found.measured, rates=np.full(10, -5.0)))
+    assert shorter.remark is None
+    assert shorter.figures()["remark"] is None
+    assert "Remark" not in sizing_section(shorter).text
+    rates = np.array([-2.0, *np.full(9, -4.0)])
+    longer = replace(found, measured=replace(found.measured, rates=rates))
+    require_window(recipe, longer)
+    assert longer.problem is None
+    assert longer.remark is not None
+    assert re.search(REMARK.format(r"2\.303", 53 + 77), longer.remark)
+    assert longer.figures()["remark"] == longer.remark
+    assert longer.figures()["sufficient"]
+    assert sizing_section(longer).text.endswith(f" Remark: {longer.remark}.")
+    never = replace(found, measured=replace(found.measured, rates=np.array([0.0, *rates[1:]])))
+    assert never.remark is not None
+    assert "10 measured pairs of motions never met in a record" in never.remark
+    assert json.dumps(never.figures(), allow_nan=False)
+    short = replace(longer, window=replace(found.window, n_in=80))
+    assert short.problem is not None
+    assert short.remark is None  # that it is too short is enough
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_window_prints_the_remark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    recipe = oscillator("LinearOscillator")
+    found = size_window(recipe, recipe_system(recipe))
+    longer = replace(found, measured=replace(found.measured, rates=np.full(10, -2.0)))
+    monkeypatch.setattr(pipeline, "size_recipe", lambda job, seed: longer)
+    place = tmp_path / "tiny.toml"
+    place.write_text(TINY, encoding="utf-8")
+    result = CliRunner().invoke(app, ["window", str(place), "--json", "-"])
+    assert result.exit_code == 0
+    assert f"remark: {longer.remark}" in " ".join(result.output.split())
+    assert json.loads(result.stdout)["remark"] == longer.remark
 
 
 @pytest.mark.usefixtures("few_motions")

@@ -17,9 +17,9 @@ from slide_fmu.cell import Cell
 from slide_fmu.data.sampling import recipe_system
 from slide_fmu.features import Differences, FeatureMap, Roles
 from slide_fmu.figures import stability_tests
-from slide_fmu.learn.fit import range_scaling
 from slide_fmu.network import FeedForward, Layer, Network
 from slide_fmu.recipe import Recipe
+from slide_fmu.scaling import range_scaling
 from slide_fmu.signals import Signal
 from slide_fmu.stability import (
     NEWEST,

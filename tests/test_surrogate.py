@@ -197,6 +197,7 @@ def test_parts_that_do_not_fit_are_refused() -> None:
     estimator = surrogate.estimator
     assert estimator is not None
     two = random_surrogate(Shape(n_inputs=2))
+    recursive = random_surrogate(Shape(cell=CellShape())).network
     changes = [
         ({"name": "2nd"}, "surrogate name '2nd'"),
         ({"name": "ü"}, "surrogate name 'ü'"),
@@ -207,8 +208,9 @@ def test_parts_that_do_not_fit_are_refused() -> None:
         ({"network": random_surrogate(Shape(n_out=3, cell=CellShape())).network}, "(12, 4, 1)"),
         ({"output_scaling": Affine.of_channels([0, 0], [1, 1])}, "2 outputs"),
         ({"outputs": two.inputs, "output_scaling": two.input_scaling}, "12 to 8"),
-        ({"estimator": dataclasses.replace(estimator, positions=3)}, "11 samples at 3 positions"),
+        ({"estimator": dataclasses.replace(estimator, positions=2**21)}, "at 2097152 positions"),
         ({"estimator": dataclasses.replace(estimator, positions=0)}, "at 0 positions"),
+        ({"estimator": dataclasses.replace(estimator, network=recursive)}, "no feed-forward"),
         ({"estimator": dataclasses.replace(estimator, network=surrogate.network)}, "4 values"),
     ]
     for change, message in changes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,9 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 from fmu.samples import sum_surrogate
+from matplotlib.figure import Figure
 from recipes import tiny_recipe
 
-from slide_fmu import validation
+from slide_fmu import figures, validation
 from slide_fmu.card import card
 from slide_fmu.data.sampling import (
     TEST,
@@ -20,9 +22,10 @@ from slide_fmu.data.sampling import (
     recipe_system,
     reference_system,
 )
+from slide_fmu.excitation.mix import names_of
 from slide_fmu.fmu.build import build_all
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.pipeline import write_reference
+from slide_fmu.pipeline import check_recipe, write_reference
 from slide_fmu.recipe import Recipe, RecipeError
 from slide_fmu.report import validation_sections
 from slide_fmu.surrogate import Surrogate
@@ -155,6 +158,58 @@ def test_card_shows_the_settings_of_every_kind(finer: Validation) -> None:
     assert "| speed_ramps | 1.0 | speed 8.0; acceleration 20.0; samples 20 .. 60; " in text
 
 
+TWO_OF_A_KIND: list[dict[str, Any]] = [
+    {"kind": "held_random", "weight": 1.0, "amplitude": [0.1, 0.2]},
+    {"kind": "sweep", "weight": 1.0, "angular_frequency": [1.0, 9.0]},
+    {"kind": "held_random", "weight": 2.0},
+]
+
+
+def test_excitations_of_one_kind_have_names_of_their_own(finer: Validation) -> None:
+    recipe = tiny_recipe(data={"excitation": TWO_OF_A_KIND})
+    assert names_of(recipe.data.excitation) == ["held_random 1", "sweep", "held_random 3"]
+    found = figures_of(finer)
+    text = card(finer.surrogate, recipe, found, "picture.png")
+    assert "| held_random 1 | 1.0 | amplitude 0.1 .. 0.2" in text
+    assert "| sweep | 1.0 |" in text
+    assert "| held_random 3 | 2.0 | " in text
+    row = found["validation"]["in range"]["excitations"][0]
+    names = names_of(recipe.data.excitation)
+    rows = [{**row, "name": names[i], "relative_rmse": [(i + 1) / 100]} for i in range(3)]
+    found["validation"]["in range"]["excitations"] = rows
+    text = card(finer.surrogate, recipe, found, "picture.png")
+    assert "By excitation, in range: held_random 1 1 %, sweep 2 %, held_random 3 3 %.\n" in text
+
+
+def test_bars_of_one_kind_lie_beside_each_other(
+    finer: Validation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the same name one would hide the other."""
+    recipe = tiny_recipe(data={"excitation": TWO_OF_A_KIND})
+    kinds = (0, 2, 2)
+    comparisons = [replace(c, kind=k) for c, k in zip(finer.comparisons, kinds, strict=True)]
+    drawn: list[Figure] = []
+    monkeypatch.setattr(figures, "_png", drawn.append)
+    figures.excitation_bars(replace(finer, recipe=recipe, comparisons=tuple(comparisons)))
+    labels = [label.get_text() for label in drawn[0].axes[0].get_yticklabels()]
+    assert labels == ["held_random 1 (1)", "held_random 3 (2)"]
+
+
+@pytest.mark.parametrize(("error", "factor", "warned"), [(0.3, 2, 1), (0.1, 2, 0), (0.3, 1, 0)])
+def test_card_warns_of_amplitudes_that_the_surrogate_does_not_know(
+    finer: Validation, error: float, factor: float, warned: int
+) -> None:
+    found = figures_of(finer)
+    main = found["validation"]["in range"]
+    output = {**main["outputs"][0], "relative_rmse": error}
+    beyond = {**main, "outputs": [output], "amplitude": [1.0, float(factor)]}
+    found["validation"]["beyond the range"] = beyond
+    text = card(finer.surrogate, FINER, found, "picture.png")
+    sentence = "**Do not use the surrogate there:** at 1.0 to 2.0 times the amplitude its error is"
+    assert text.count("Do not use") == warned
+    assert text.count(f"{sentence} up to 30 % of the output's RMS.") == warned
+
+
 def test_card_shows_the_system_under_its_name_if_there_is_a_picture(finer: Validation) -> None:
     plain = card(finer.surrogate, PLAIN, figures_of(finer), "picture.png")
     drawn = card(finer.surrogate, PLAIN, figures_of(finer), "picture.png", "mechanism.png")
@@ -199,22 +254,48 @@ def test_the_exported_reference_is_the_one_that_is_measured_against(tmp_path: Pa
     assert found.values == pytest.approx(expected, abs=1e-12)
 
 
-def test_reference_that_does_not_fit_is_refused() -> None:
-    other_range = tiny_recipe(system={"reference": {"force_limit": 1.0}})
-    with pytest.raises(RecipeError, match=r"'force_limit': 1\.0} changes the inputs to .*: leave"):
-        reference_system(other_range)
+def reference_refused(**system: Any) -> str:
+    """What is said about a reference, before data and before a validation."""
+    recipe = tiny_recipe(system=system)
+    with pytest.raises(RecipeError) as caught:
+        reference_system(recipe)
+    for other in (check_recipe, lambda recipe: write_reference(recipe, Path("never.fmu"))):
+        with pytest.raises(RecipeError, match=re.escape(str(caught.value))):
+            other(recipe)
+    return str(caught.value)
+
+
+def test_reference_with_other_signals_is_refused() -> None:
+    said = reference_refused(reference={"force_limit": 1.0})
+    assert "recipe 'tiny': system.reference = {'force_limit': 1.0} changes the inputs to [" in said
+    assert "expected, as with system.parameters, [('force', 'N', -2000.0, 2000.0)]: " in said
+    said = reference_refused(reference={"position_limit": 9.0})
+    assert "changes the outputs to [('position', 'm', -9.0, 9.0)]; expected, as with" in said
     with pytest.raises(LoadError, match=r"unknown parameters \['substep'\]"):
         reference_system(tiny_recipe(system={"reference": {"substep": 3}}))
 
 
-def test_step_is_that_of_the_window() -> None:
-    recipe = tiny_recipe(system={"reference": {"step": 1.0}})
-    assert reference_system(recipe).step == recipe.window.step
+def test_reference_with_another_tool_is_refused() -> None:
+    """Its outputs have the same names, units and ranges, but they are about another point."""
+    move = {"kind": "point_to_point", "weight": 1.0}
+    model = {"model": "mbs_models.robot_6r:Robot6R", "parameters": {"tool_length": 0.1}}
+    data = {"excitation": [move]}
+    robot = tiny_recipe(system=model, data=data)
+    robot.system.parameters.pop("damping")
+    robot.system.reference["authors_gains"] = True
+    assert reference_system(robot).chain is not None
+    robot.system.reference["tool_length"] = 0.2
+    with pytest.raises(RecipeError, match=r"changes the geometry of the serial chain to .*0\.2\]"):
+        reference_system(robot)
 
 
-def test_outputs_may_have_another_range() -> None:
-    recipe = tiny_recipe(system={"reference": {"position_limit": 9.0}})
-    assert reference_system(recipe).outputs[0].high == 9.0
+@pytest.mark.parametrize("table", ["parameters", "reference"])
+def test_step_is_that_of_the_window_alone(table: str) -> None:
+    said = reference_refused(**{table: {"step": 1.0}})
+    assert said == (
+        f"recipe 'tiny': system.{table}.step = 1.0; expected no step there: samples are "
+        "window.step = 0.015625 s apart; remove it"
+    )
 
 
 def test_validation_of_few_trajectories_needs_no_second_one(

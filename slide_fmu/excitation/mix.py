@@ -64,3 +64,15 @@ def choose_kind(kinds: Sequence[Kind], rng: np.random.Generator) -> int:
     """Draw the index of a kind by the weights."""
     weights = np.array([kind.weight for kind in kinds])
     return int(rng.choice(len(kinds), p=weights / weights.sum()))
+
+
+def names_of(kinds: Sequence[Kind]) -> list[str]:
+    """Names that tell the excitations of a recipe apart, in its order.
+
+    The kind alone where there is one of it, else with the number of the excitation, from 1.
+    """
+    found = [str(getattr(kind, "kind", type(kind).__name__)) for kind in kinds]
+    return [
+        name if found.count(name) == 1 else f"{name} {number}"
+        for number, name in enumerate(found, start=1)
+    ]

@@ -83,7 +83,7 @@ def _compare_run(path: Path, surrogate: Surrogate, description: ModelDescription
         return []
     low = np.array([signal.low for signal in surrogate.inputs])
     high = np.array([signal.high for signal in surrogate.inputs])
-    steps = surrogate.window.n_in + 10
+    steps = max(surrogate.window.n_in, *samples_behind(surrogate).values()) + 10
     inputs = np.random.default_rng(0).uniform(low, high, (steps, len(low)))
     with tempfile.TemporaryDirectory(prefix="slide_fmu_check_") as folder:
         fmpy.extract(str(path), folder)

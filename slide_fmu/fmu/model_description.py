@@ -73,7 +73,8 @@ def fmu_variables(surrogate: Surrogate) -> list[Variable]:
     variables = [_input(signal) for signal in surrogate.inputs]
     variables += [_output(signal) for signal in surrogate.outputs]
     if surrogate.estimator is not None:
-        variables += [_error_estimate(signal) for signal in surrogate.outputs]
+        count = surrogate.estimated_samples
+        variables += [_error_estimate(signal, count) for signal in surrogate.outputs]
     for name in samples_behind(surrogate):
         variables.append(Variable(name, "1", "output", FILLED[name], 0.0, 1.0))
     if isinstance(surrogate.network, StateSpace):
@@ -153,8 +154,11 @@ def _output(signal: Signal) -> Variable:
     return Variable(signal.name, signal.unit, "output", text, signal.low, signal.high)
 
 
-def _error_estimate(signal: Signal) -> Variable:
-    text = f"Estimated root mean square error of {signal.name} over the output window"
+def _error_estimate(signal: Signal, count: int) -> Variable:
+    text = (
+        f"Estimated root mean square error of {signal.name} over the last {count} samples; costs "
+        "time only when it is read"
+    )
     return Variable(f"{signal.name}_error_estimate", signal.unit, "output", text, 0.0, None)
 
 

@@ -34,6 +34,8 @@ LIMIT = 8.0
 
 HUBER = 0.03
 """Deviations of eps below count as their square, larger ones linearly: bursts do not rule all."""
+OUTLIER = 4.0
+"""Standard deviations from which the likelihood of an error falls exponentially only."""
 AT_RESOLUTION = -1.0 + 1e-6
 """A target eps up to here lies at the resolution: any smaller estimate is right too."""
 
@@ -66,7 +68,7 @@ class EstimatorModule(torch.nn.Module):
             Shape (B, (n + 1) * n_outputs), sample by sample.
         """
         views = windows.unfold(1, self.network.n_samples, 1).transpose(2, 3)
-        values = self.network(views.flatten(0, 1))
+        values = self.network.values_of(self.network.seen(views).flatten(0, 1))
         mean, variance = split_values(values, self.log_error, self.n_outputs)
         squares = (mean.square() + variance).view(len(windows), -1, self.n_outputs)
         # sums of few samples are differences of sums of many: double precision
@@ -80,12 +82,17 @@ class EstimatorModule(torch.nn.Module):
 def split_values(
     values: torch.Tensor, log_error: LogError, n_outputs: int
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Expected error and variance around it, (B, n_outputs) each, from what the network gives."""
+    """Expected error and variance around it, (B, n_outputs) each, from what the network gives.
+
+    Errors differ by orders of magnitude along a motion: their mean is learnt as a multiple of
+    their spread.
+    """
     eps = values[:, -n_outputs:]
     exponent = 2 * (log_error.middle + log_error.half_range * eps)
     variance = 10 ** exponent.clamp(-2 * LIMIT, LIMIT)
-    with_mean = values.shape[1] == 2 * n_outputs
-    return values[:, :n_outputs] if with_mean else torch.zeros_like(eps), variance
+    if values.shape[1] == n_outputs:
+        return torch.zeros_like(eps), variance
+    return values[:, :n_outputs] * variance.sqrt(), variance
 
 
 def _huber(values: torch.Tensor, targets: torch.Tensor) -> torch.Tensor:
@@ -103,13 +110,19 @@ ROBUST = Objective(_huber, lambda value: value, odd=False)
 def likelihood(log_error: LogError, resolution: float, n_outputs: int) -> Objective:
     """Maximum likelihood of single errors, normal with the network's mean and variance.
 
+    Errors further than ``OUTLIER`` standard deviations from the mean count linearly: a surrogate
+    that has left its range errs by orders of magnitude more than the network can have learnt yet.
     Reported as exp(loss - 1/2): the geometric mean of the standard deviations, if they are right.
     """
 
     def loss(values: torch.Tensor, targets: torch.Tensor) -> torch.Tensor:
         mean, spread = split_values(values, log_error, n_outputs)
         variance = spread + (0.1 * resolution) ** 2
-        return 0.5 * ((targets - mean).square() / variance + variance.log()).mean()
+        standardized = (targets - mean) / variance.sqrt()
+        squares = torch.nn.functional.huber_loss(
+            standardized, torch.zeros_like(standardized), delta=OUTLIER, reduction="none"
+        )
+        return (squares + 0.5 * variance.log()).mean()
 
     return Objective(loss, lambda value: math.exp(min(value, 80.0) - 0.5))
 
@@ -143,31 +156,35 @@ def fit_estimator(
     def tensor(values: FloatArray) -> torch.Tensor:
         return torch.as_tensor(values, dtype=dtype).to(device)
 
+    time_invariant = recipe.network.time_invariant
+    span = recipe.span or window.n_out
     errors = [streamed_errors(surrogate, split) for split in splits]
-    blocks = [block_errors(surrogate, error) for error in errors]
-    log_error = _log_error(blocks[0][:, window.n_in :], recipe.resolution)
+    blocks = [block_errors(window, error, span) for error in errors]
+    single = np.abs(errors[0][:, window.receptive_field :])
+    log_error = _log_error(single if time_invariant else blocks[0], recipe.resolution)
     scaled = [surrogate.input_scaling.apply(split.inputs) for split in splits]
     features = feature_map(recipe.network, system, surrogate.input_scaling, scaled[0])
     trainings = (recipe.training, recipe.pretraining)
     if any(training is not None and training.flip_signs for training in trainings):
         require_odd(features)
     inputs = [tensor(features.along(values).astype(np.float64)) for values in scaled]
-    positions = window.n_out if recipe.network.time_invariant else 1
-    most = window.n_in - positions + 1
-    n_samples = _samples_seen(recipe, most)
+    positions = span if time_invariant else 1
+    most = window.receptive_field if time_invariant else window.n_in
+    ages = tuple(reversed(recipe.lags or ()))
+    n_samples = ages[0] + 1 if ages else most
     # no error counts before the surrogate's window is filled
     inputs = [values[:, most - n_samples :] for values in inputs]
     errors = [values[:, most - n_samples :] for values in errors]
     blocks = [values[:, most - n_samples :] for values in blocks]
-    n_values = 2 * n_outputs if recipe.network.time_invariant else n_outputs
-    network = FeedForwardModule(recipe.network, n_samples, features, n_values)
+    n_values = 2 * n_outputs if time_invariant else n_outputs
+    network = FeedForwardModule(recipe.network, n_samples, features, n_values, ages)
     network.to(device, dtype)
     network.initialise(seeded_generator(recipe.training.seed, device))
     histories = {}
     if recipe.pretraining is not None:
-        single = Window(window.step, n_samples, 1)
+        one = Window(window.step, n_samples, 1)
         training, validation = (
-            WindowData(u, tensor(e), single) for u, e in zip(inputs, errors, strict=True)
+            WindowData(u, tensor(e), one) for u, e in zip(inputs, errors, strict=True)
         )
         histories[POSITIONS] = train(
             network,
@@ -195,22 +212,6 @@ def fit_estimator(
     return ErrorEstimator(network.freeze(), log_error, positions), histories
 
 
-def _samples_seen(recipe: EstimatorRecipe, most: int) -> int:
-    """Newest inputs that the network sees at each position.
-
-    Raises:
-        ValueError: more than the window holds, or less for a network that sees all of it.
-    """
-    samples = most if recipe.samples is None else recipe.samples
-    if samples > most or (samples < most and not recipe.network.time_invariant):
-        expected = f"at most {most}" if recipe.network.time_invariant else str(most)
-        raise ValueError(
-            f"estimator.samples = {samples}; expected {expected}, what the window leaves behind "
-            "each position of the error estimate"
-        )
-    return samples
-
-
 def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:
     """Errors of the newest outputs, relative to the outputs' scale.
 
@@ -222,24 +223,27 @@ def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:
     return np.asarray(result / surrogate.output_scaling.scale)
 
 
-def block_errors(surrogate: Surrogate, errors: FloatArray) -> FloatArray:
-    """RMSE over the output window that ends at each sample.
+def block_errors(window: Window, errors: FloatArray, span: int) -> FloatArray:
+    """RMSE over the samples up to each one.
 
     Args:
+        window: of the surrogate.
         errors: as from ``streamed_errors``.
+        span: number of samples.
 
     Returns:
-        Same shape; entries before sample n_in, where no whole window is there, are zero.
+        Same shape; entries are zero where the span reaches before the first sample whose error
+        counts, that of n_in - n_out + 1 inputs.
     """
-    window, result = surrogate.window, np.zeros_like(errors)
+    first, result = window.receptive_field, np.zeros_like(errors)
     for row, error in zip(result, errors, strict=True):
-        row[window.n_in :] = moving_rms(error[window.receptive_field :], window.n_out)
+        row[first + span - 1 :] = moving_rms(error[first:], span)
     return result
 
 
-def _log_error(blocks: FloatArray, resolution: float) -> LogError:
+def _log_error(errors: FloatArray, resolution: float) -> LogError:
     """Map whose range holds all errors from the resolution on."""
-    largest = float(np.max(blocks))
+    largest = float(np.max(errors))
     if largest <= resolution:
         raise ValueError(
             f"largest relative error of the surrogate is {largest:.2g}, below "

@@ -4,15 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from slide_fmu.features import (
-    ChainMotion,
-    Differences,
-    Director,
-    FeatureMap,
-    Features,
-    Roles,
-)
+from slide_fmu.features import Differences, FeatureMap, Roles
 from slide_fmu.learning_recipe import FeedForwardRecipe, StateSpaceRecipe
+from slide_fmu.network_features import feature_set
 from slide_fmu.scaling import Affine
 from slide_fmu.signals import FloatArray
 from slide_fmu.systems.base import System
@@ -46,7 +40,7 @@ def choose_features(
         ValueError: names are unknown or of several sets, the system has not what the set needs,
             or a feature never changes.
     """
-    features = _set_of(names, system, scaling)
+    features = feature_set(names, system, scaling)
     chosen = features.indices(names)
     signals = features.along(inputs).reshape(-1, features.n_signals)
     values = signals[:, list(chosen)]
@@ -105,32 +99,3 @@ def feature_map(
 ) -> FeatureMap:
     """The features of a network's table."""
     return choose_features(network.feature_names(), system, scaling, inputs)
-
-
-def _set_of(names: tuple[str, ...], system: System, scaling: Affine) -> Features:
-    """The set that all names belong to, on the inputs of a system."""
-    offered = {
-        "differences": Differences.NAMES,
-        "director": tuple(Director.blocks),
-        "chain motion": tuple(ChainMotion.WIDTHS),
-    }
-    found = [kind for kind, names_of in offered.items() if set(names) <= set(names_of)]
-    if not found:
-        lists = "; ".join(f"{', '.join(known)} ({kind})" for kind, known in offered.items())
-        raise ValueError(f"features {list(names)}; expected names of one set: {lists}")
-    n_inputs = len(system.inputs)
-    if found[0] == "differences":
-        return Differences(n_inputs, max(Differences.NAMES.index(name) for name in names))
-    if found[0] == "director":
-        if n_inputs != Director.n_channels or not np.allclose(scaling.offset, 0):
-            raise ValueError(
-                f"features {list(names)} of {n_inputs} inputs; expected two, the cosine and sine "
-                "of an angle, with ranges about 0"
-            )
-        return Director()
-    if system.chain is None:
-        raise ValueError(
-            f"features {list(names)} need the system's serial chain (System.chain); this system "
-            "has none: give it one, or use other features"
-        )
-    return ChainMotion(system.chain, scaling.offset, scaling.scale, system.step)

@@ -39,15 +39,22 @@ class FeedForwardModule(torch.nn.Module):
         n_samples: length of the input sequence.
         features: what it sees of the inputs at each sample.
         n_values: number of values it gives.
+        ages: of the samples that it looks at, 0 the newest, falling from n_samples - 1; empty:
+            all of them.
     """
 
     def __init__(
-        self, recipe: FeedForwardRecipe, n_samples: int, features: FeatureMap, n_values: int
+        self,
+        recipe: FeedForwardRecipe,
+        n_samples: int,
+        features: FeatureMap,
+        n_values: int,
+        ages: tuple[int, ...] = (),
     ) -> None:
         super().__init__()
         self.recipe = recipe
-        self.n_samples, self.features = n_samples, features
-        first = n_samples * features.n_signals
+        self.n_samples, self.features, self.ages = n_samples, features, ages
+        first = (len(ages) or n_samples) * features.n_signals
         widths = (first, *recipe.hidden, n_values)
         self.linear = torch.nn.ModuleList(
             torch.nn.Linear(n_in, n_out, bias=recipe.bias)
@@ -66,7 +73,17 @@ class FeedForwardModule(torch.nn.Module):
 
     def forward(self, windows: torch.Tensor) -> torch.Tensor:
         """Windows of features (B, n_samples, n_features) to values (B, n_values)."""
-        flat = windows.flatten(1)
+        return self.values_of(self.seen(windows))
+
+    def seen(self, windows: torch.Tensor) -> torch.Tensor:
+        """The samples that it looks at, of windows (..., n_samples, n_features)."""
+        if not self.ages:
+            return windows
+        return windows[..., [self.n_samples - 1 - age for age in self.ages], :]
+
+    def values_of(self, seen: torch.Tensor) -> torch.Tensor:
+        """Values (B, n_values) of the samples (B, n_seen, n_features) that it looks at."""
+        flat = seen.flatten(1)
         hidden = flat
         for index, linear in enumerate(self.linear):
             hidden = linear(hidden)
@@ -87,7 +104,9 @@ class FeedForwardModule(torch.nn.Module):
             weights = state[f"linear.{index}.weight"]
             bias = state.get(f"linear.{index}.bias", np.zeros(len(weights), np.float32))
             layers.append(Layer(weights, bias, name))
-        return FeedForward(tuple(layers), self.n_samples, self.features, state.get("skip.weight"))
+        return FeedForward(
+            tuple(layers), self.n_samples, self.features, state.get("skip.weight"), self.ages
+        )
 
 
 def _array(tensor: torch.Tensor) -> Float32Array:

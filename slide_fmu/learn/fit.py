@@ -24,7 +24,7 @@ from slide_fmu.learning_recipe import StateSpaceRecipe
 from slide_fmu.modes import spectrum
 from slide_fmu.network import Network
 from slide_fmu.recipe import Recipe
-from slide_fmu.scaling import Affine
+from slide_fmu.scaling import Affine, range_scaling
 from slide_fmu.signals import FloatArray, Signal
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.systems.base import System
@@ -32,7 +32,7 @@ from slide_fmu.window import Window
 
 STILL = 1e-9
 """A standard deviation below this part of the range is rounding, not motion."""
-FEATURE_SOURCES = ("features.py", "serial_chain.py")
+FEATURE_SOURCES = ("features.py", "network_features.py", "serial_chain.py")
 """Beside this package: what networks see of the inputs."""
 
 
@@ -193,14 +193,6 @@ def require_motion(signals: tuple[Signal, ...], values: FloatArray) -> None:
                 f"{signal.low} .. {signal.high} {signal.unit}: check data.excitation and the "
                 "signal's range"
             )
-
-
-def range_scaling(signals: tuple[Signal, ...]) -> Affine:
-    """Scaling that maps the signals' ranges to [-1, 1]."""
-    return Affine.of_channels(
-        [0.5 * (signal.high + signal.low) for signal in signals],
-        [0.5 * (signal.high - signal.low) for signal in signals],
-    )
 
 
 def spread_scaling(signals: tuple[Signal, ...], split: Split) -> Affine:

@@ -10,6 +10,8 @@ import scipy.linalg
 import torch
 from numpy.typing import NDArray
 
+from slide_fmu.network_features import require_turned_pairs
+
 RIDGE = 1e-6
 """Of the impulse responses' regression, relative to the mean power of the features."""
 LARGEST_POLE = 0.995
@@ -189,11 +191,7 @@ def from_turned_pairs(
         ValueError: drive or outputs are no vectors.
     """
     order, pairs, n_drive, n_outputs = sizes
-    if n_drive % 3 or n_outputs % 3:
-        raise ValueError(
-            f"network.turned_pairs = {pairs} with {n_drive} drives and {n_outputs} outputs; "
-            "expected vectors (x, y, z) of both: set turned_pairs = 0, or choose another drive"
-        )
+    require_turned_pairs(pairs, order, n_drive, n_outputs)
     a = torch.zeros(order, order, dtype=torch.float64)
     turning, single = _turning_modes(eigenvalues)
     blocks = [_mode(value, step) for value in turning[: pairs // 2]]

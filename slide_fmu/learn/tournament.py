@@ -37,6 +37,7 @@ from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.segments import Segments
 from slide_fmu.learn.training import TrainingProgress
 from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.network_features import require_turned_pairs
 
 LINEAR_ITERATIONS = 15
 MOST_RESIDUALS = 1_000_000
@@ -117,15 +118,13 @@ class Tournament:
             ValueError: more pairs of states are turned than there are.
         """
         pairs = self.network.turned_pairs
-        if 2 * pairs > order:
-            raise ValueError(
-                f"network.turned_pairs = {pairs} with an order of {order}; expected two states "
-                "for each pair: set network.order, or turn fewer pairs"
-            )
+        n_outputs = self.data.whole.targets.shape[2]
+        if pairs:
+            require_turned_pairs(pairs, order, len(self.data.roles.drive), n_outputs)
         return CellShape(
             order + (self.network.padding if units else 0),
             units,
-            self.data.whole.targets.shape[2],
+            n_outputs,
             self.data.roles,
             self.network.units,
             self.network.bias,

@@ -98,6 +98,10 @@ class System(abc.ABC):
             SimulationError: the solver did not converge.
         """
 
+    def picture(self) -> bytes | None:
+        """The system in motion as PNG, for people; None if it does not draw itself."""
+        return None
+
     @abc.abstractmethod
     def linearize(self, state: State) -> Linearization:
         """Linearize the equations of motion at a state (paper, section on decay times)."""

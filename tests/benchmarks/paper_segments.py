@@ -1,6 +1,6 @@
 """Error of an FMU in segments of its output window, as the paper gives it for the robot.
 
-    python tests/benchmarks/paper_segments.py fmus/robot_6r/robot_6r.fmu --json -
+    python tests/benchmarks/paper_segments.py fmus/robot_6r/robot_6r.fmu --json - [--excitation 2]
 
 The recipe's unseen test motions, beyond the burn-in, are cut into segments of n_out samples one
 after the other; the surrogate gives the newest output of every step, as in a co-simulation. Its
@@ -11,6 +11,9 @@ kind, about the means (``of_kind``), to the reference's RMS in the segment itsel
 and to that about the means in the segment (``of_motion``: large where little moves); and the mean
 Euclidean error over the segment, whose 95th percentile over the segments is the paper's e_95.
 Outputs in another unit than the first one are left out.
+
+``--excitation N`` draws all motions of the N-th excitation of the recipe, counted from 1, instead
+of its mix: each kind alone then has as many motions as the mix.
 """
 
 from __future__ import annotations
@@ -23,16 +26,18 @@ from typing import Any
 
 import numpy as np
 from figures_out import write_figures
+from seeds import PAPER_SEGMENTS
+from unseen import Motion, unseen_motions
 
-from slide_fmu.cli import UNSEEN_SEED, progress_bars
+from slide_fmu.cli import progress_bars
 from slide_fmu.cosim import UnpackedFmu, run_fmu, unpacked
-from slide_fmu.data.sampling import TEST, Draw, Stream, draw, reference_system
+from slide_fmu.data.sampling import TEST, Draw, Stream
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline import Bar
+from slide_fmu.recipe import Recipe
 from slide_fmu.run_folder import recipe_of_provenance
 from slide_fmu.signals import FloatArray
 from slide_fmu.surrogate import Surrogate
-from slide_fmu.systems.base import simulate
 
 QUANTILES = {"p05": 0.05, "p25": 0.25, "median": 0.5, "p75": 0.75, "p95": 0.95}
 MILLIMETRES = {"m": 1000.0, "mm": 1.0}
@@ -94,42 +99,33 @@ class Segments:
 def measure(arguments: argparse.Namespace, bar: Bar) -> dict[str, Any]:
     """Errors of all segments by kind of excitation."""
     surrogate, found = read_fmu(arguments.fmu)
-    recipe = recipe_of_provenance(found, str(arguments.fmu))
-    system = reference_system(recipe)
+    whole = recipe_of_provenance(found, str(arguments.fmu))
+    recipe = with_excitation(whole, arguments.excitation)
     duration = arguments.duration or recipe.validation.duration or recipe.data.duration
     count = arguments.trajectories or recipe.validation.trajectories
     stream = Stream(TEST, arguments.seed, tuple(arguments.amplitude), duration)
     unit = surrogate.outputs[0].unit
     chosen = [i for i, signal in enumerate(surrogate.outputs) if signal.unit == unit]
-    by_kind: dict[int, list[Segments]] = {}
-    advance = bar("test motions")
+    by_number: dict[int, list[Segments]] = {}
     with ExitStack() as stack:
         fmu = stack.enter_context(unpacked(arguments.fmu)) if arguments.through_fmu else None
-        for index in range(count):
-            drawn = draw(recipe, system, stream, index)
-            first = max(drawn.burn_in + 1, surrogate.network.n_needed)
-            reference = simulate(system, drawn.inputs, drawn.initial).outputs[first:, chosen]
-            newest = outputs(surrogate, fmu, drawn)[first - 1 :, chosen]
-            segments = Segments.of_motion(newest, reference, surrogate.window.n_out)
-            if not len(segments.error):
-                needed = first + surrogate.window.n_out - 1 - drawn.burn_in
-                raise SystemExit(
-                    f"duration = {duration:g} s; expected at least "
-                    f"{needed * recipe.window.step:g} s, so that a segment can be scored"
-                )
-            by_kind.setdefault(drawn.kind, []).append(segments)
-            advance(index + 1, count, "")
+        for motion in unseen_motions(recipe, stream, count, bar("test motions")):
+            segments = segments_of(surrogate, fmu, motion, chosen)
+            number = arguments.excitation or motion.drawn.kind + 1
+            by_number.setdefault(number, []).append(segments)
     millimetres = MILLIMETRES.get(unit)
     kinds = [
         {
-            "excitation": kind,
-            "kind": recipe.data.excitation[kind].kind,
+            "excitation": number,
+            "kind": whole.data.excitation[number - 1].kind,
+            "settings": whole.data.excitation[number - 1].settings(),
+            "seed": arguments.seed,
             "trajectories": len(parts),
             **Segments.together(parts).figures(millimetres),
         }
-        for kind, parts in sorted(by_kind.items())
+        for number, parts in sorted(by_number.items())
     ]
-    every = [part for parts in by_kind.values() for part in parts]
+    every = [part for parts in by_number.values() for part in parts]
     return {
         "recipe": recipe.name,
         "through_fmu": arguments.through_fmu,
@@ -141,9 +137,51 @@ def measure(arguments: argparse.Namespace, bar: Bar) -> dict[str, Any]:
         "segment_samples": surrogate.window.n_out,
         "outputs": [surrogate.outputs[i].name for i in chosen],
         "unit": unit,
+        "excitation": arguments.excitation,
         "kinds": kinds,
         "all": Segments.together(every).figures(millimetres),
     }
+
+
+def with_excitation(recipe: Recipe, number: int | None) -> Recipe:
+    """The recipe with one of its excitations alone.
+
+    Args:
+        number: of the excitation, from 1; None for the whole mix.
+    """
+    if number is None:
+        return recipe
+    kinds = recipe.data.excitation
+    if not 1 <= number <= len(kinds):
+        names = ", ".join(f"{index} ({kind.kind})" for index, kind in enumerate(kinds, start=1))
+        raise SystemExit(
+            f"--excitation {number}: recipe {recipe.name!r} has {len(kinds)} excitations; "
+            f"expected one of {names}"
+        )
+    data = recipe.data.model_copy(update={"excitation": (kinds[number - 1],)})
+    return recipe.model_copy(update={"data": data})
+
+
+def segments_of(
+    surrogate: Surrogate, fmu: UnpackedFmu | None, motion: Motion, chosen: list[int]
+) -> Segments:
+    """Segments of one motion.
+
+    Args:
+        fmu: gives the outputs; the surrogate in numpy if None.
+        chosen: indices of the outputs.
+    """
+    n_out, drawn = surrogate.window.n_out, motion.drawn
+    first = motion.first(surrogate.network.n_needed)
+    newest = outputs(surrogate, fmu, drawn)[first - 1 :, chosen]
+    segments = Segments.of_motion(newest, motion.reference[first:, chosen], n_out)
+    if not len(segments.error):
+        step = surrogate.window.step
+        raise SystemExit(
+            f"duration = {step * (len(drawn.inputs) - drawn.burn_in):g} s; expected at least "
+            f"{step * (first + n_out - 1 - drawn.burn_in):g} s, so that a segment can be scored"
+        )
+    return segments
 
 
 def outputs(surrogate: Surrogate, fmu: UnpackedFmu | None, drawn: Draw) -> FloatArray:
@@ -179,7 +217,10 @@ def main() -> None:
     parser.add_argument("fmu", type=Path)
     parser.add_argument("--trajectories", type=int, help="the recipe's if not given")
     parser.add_argument("--duration", type=float, help="in s; the recipe's if not given")
-    parser.add_argument("--seed", type=int, default=UNSEEN_SEED, help="of the motions")
+    parser.add_argument("--seed", type=int, default=PAPER_SEGMENTS, help="of the motions")
+    parser.add_argument(
+        "--excitation", type=int, metavar="N", help="of the recipe, from 1; its mix if not given"
+    )
     parser.add_argument(
         "--amplitude", type=float, nargs=2, default=(1.0, 1.0), metavar=("LOW", "HIGH")
     )

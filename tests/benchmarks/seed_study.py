@@ -5,135 +5,157 @@
 Data are generated once, in ``runs/<name>``. Every seed trains a surrogate (and error estimator) of
 its own, which is exported and run beside the reference FMU on unseen trajectories. ``--train``
 compares recipes on the same number of trajectories, ``--surrogate-only`` leaves out the error
-estimator (give both a ``--runs`` of their own).
+estimator (give both a ``--runs`` of their own). Several numbers after ``--train`` give one study
+each, the smaller ones on the first trajectories of the largest: the learning curve, which
+``--picture`` draws over the simulated time.
 """
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
-import tempfile
-import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import torch
 from figures_out import write_figures
+from matplotlib.figure import Figure
+from seeds import SEED_STUDY
+from studies import (
+    first_trajectories,
+    simulated_seconds,
+    statistics,
+    surrogate_only,
+    trained,
+    with_train,
+)
 
 from slide_fmu import pipeline
-from slide_fmu.cli import UNSEEN_SEED, progress_bars
-from slide_fmu.data.sampling import recipe_system
+from slide_fmu.cli import progress_bars
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.learn.fit import fit_surrogate
-from slide_fmu.recipe import Recipe
 from slide_fmu.validation import validate
 
 
-def study(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
-    """Train and validate every seed."""
+def studies(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
+    """Train and validate every seed on every number of trajectories."""
     torch.set_num_threads(1)
     job = pipeline.open_job(arguments.recipe, arguments.runs, bar)
-    job = dataclasses.replace(job, recipe=adapted(job.recipe, arguments))
+    base = surrogate_only(job.recipe) if arguments.surrogate_only else job.recipe
+    counts = sorted(set(arguments.train or [base.data.train]))
+    job = dataclasses.replace(job, recipe=with_train(base, counts[-1]))
     pipeline.generate_data(job, None, False)
-    seeds = []
-    for seed in range(arguments.seeds):
-        recipe = pipeline.with_training_seed(job.recipe, seed)
-        begin = time.process_time()
-        with tempfile.TemporaryDirectory() as checkpoints:  # what was trained before costs nothing
-            fit = fit_surrogate(
-                recipe,
-                recipe_system(recipe),
-                job.folder.store,
-                Path(checkpoints),
-                lambda stage, seed=seed: stage_progress(bar(f"{stage}, seed {seed}")),
-            )
-        seconds = time.process_time() - begin
-        fmu = job.folder.path / f"{recipe.name}_seed_{seed}.fmu"
-        origin = pipeline.provenance(dataclasses.replace(job, recipe=recipe), pipeline.versions())
-        export_fmu(fit.surrogate, fmu, provenance=origin)
-        measured = {
-            name: validate(fmu, fit.surrogate, recipe, task, quiet).figures()
-            for name, task in pipeline.tasks(
-                recipe, arguments.seed, arguments.trajectories
-            ).items()
-        }
-        cost = {
-            "parameters": fit.surrogate.network.count_parameters(),
-            "training_cpu_seconds": seconds,
-        }
-        seeds.append({"training_seed": seed, **cost, **measured})
-        plain = {"training_seed", *cost}
-    names = [name for name in seeds[0] if name not in plain]
+    found = []
+    for count in counts:
+        recipe, store = with_train(base, count), job.folder.store
+        if count != counts[-1]:
+            store = first_trajectories(recipe, store, job.folder.path)
+        found.append(study(dataclasses.replace(job, recipe=recipe), store, arguments, bar))
+    return {"recipe": job.recipe.name, "studies": found}
+
+
+def study(
+    job: pipeline.Job, store: Path, arguments: argparse.Namespace, bar: pipeline.Bar
+) -> dict[str, Any]:
+    """All seeds on the trajectories of one store."""
+    seeds = [seed_figures(job, store, seed, arguments, bar) for seed in range(arguments.seeds)]
+    tasks = pipeline.tasks(job.recipe, arguments.seed, arguments.trajectories)
     return {
-        "recipe": job.recipe.name,
         "trajectories": job.recipe.data.train,
-        "simulated_seconds": job.recipe.data.train * job.recipe.data.duration,
-        "training_cpu_seconds": statistics(np.array([s["training_cpu_seconds"] for s in seeds])),
-        "summary": {name: summary([seed[name] for seed in seeds]) for name in names},
+        "simulated_seconds": simulated_seconds(job.recipe),
+        "training_cpu_seconds": statistics([seed["training_cpu_seconds"] for seed in seeds]),
+        "summary": {name: summary([seed[name] for seed in seeds]) for name in tasks},
         "seeds": seeds,
     }
 
 
-def adapted(recipe: Recipe, arguments: argparse.Namespace) -> Recipe:
-    """The recipe with the number of trajectories and the networks that were asked for."""
-    data: dict[str, Any] = {}
-    if arguments.train is not None:
-        data["train"] = arguments.train
-    if arguments.surrogate_only:
-        data |= {"estimator": 0, "estimator_validation": 0}
-        recipe = recipe.model_copy(update={"estimator": None})
-    return recipe.model_copy(update={"data": recipe.data.model_copy(update=data)})
+def seed_figures(
+    job: pipeline.Job, store: Path, seed: int, arguments: argparse.Namespace, bar: pipeline.Bar
+) -> dict[str, Any]:
+    """What one training seed costs and reaches."""
+    recipe = pipeline.with_training_seed(job.recipe, seed)
+    surrogate, seconds = trained(recipe, store, f"seed {seed}", bar)
+    fmu = job.folder.path / f"{recipe.name}_seed_{seed}.fmu"
+    origin = pipeline.provenance(dataclasses.replace(job, recipe=recipe), pipeline.versions())
+    export_fmu(surrogate, fmu, provenance=origin)
+    tasks = pipeline.tasks(recipe, arguments.seed, arguments.trajectories)
+    return {
+        "training_seed": seed,
+        "parameters": surrogate.network.count_parameters(),
+        "training_cpu_seconds": seconds,
+        **{
+            name: validate(fmu, surrogate, recipe, task, quiet).figures()
+            for name, task in tasks.items()
+        },
+    }
 
 
 def quiet(done: int, total: int) -> None:
     """No progress: validations are short beside the trainings."""
 
 
-def stage_progress(advance: pipeline.Advance) -> Any:
-    """Progress of a training on a bar."""
-    return lambda done, total, best: advance(done, total, f"validation RMSE {best:.3g}")
-
-
-def summary(seeds: list[dict[str, Any]]) -> dict[str, Any]:
+def summary(seeds: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Median, mean, standard deviation and extremes over the seeds, by output."""
     result: dict[str, Any] = {}
     for index, output in enumerate(seeds[0]["outputs"]):
         for key in ("rmse", "relative_rmse"):
-            values = np.array([s["outputs"][index][key] for s in seeds])
+            values = [s["outputs"][index][key] for s in seeds]
             result[f"{output['name']}_{key}"] = statistics(values)
     if seeds[0]["error_estimate"] is not None:
         for key in ("mean_relative_deviation", "p95_relative_deviation"):
-            result[key] = statistics(np.array([s["error_estimate"][key] for s in seeds]))
+            result[key] = statistics([s["error_estimate"][key] for s in seeds])
     return result
 
 
-def statistics(values: Any) -> dict[str, float]:
-    """Plain statistics of a vector."""
-    return {
-        "median": float(np.median(values)),
-        "mean": float(np.mean(values)),
-        "standard_deviation": float(np.std(values, ddof=1)) if len(values) > 1 else 0.0,
-        "smallest": float(np.min(values)),
-        "largest": float(np.max(values)),
-    }
+def draw_curve(figures: dict[str, Any], path: Path) -> None:
+    """The learning curve as PNG: relative RMSE in range over the simulated time.
+
+    Lines are medians over the seeds, bars go from the smallest to the largest.
+    """
+    found = figures["studies"]
+    seconds = [study["simulated_seconds"] for study in found]
+    figure = Figure(figsize=(6, 4.2), layout="constrained")
+    ax = figure.subplots()
+    for output in found[0]["seeds"][0][pipeline.IN_RANGE]["outputs"]:
+        key = f"{output['name']}_relative_rmse"
+        errors = [study["summary"][pipeline.IN_RANGE][key] for study in found]
+        medians = [100 * error["median"] for error in errors]
+        below = [100 * (error["median"] - error["smallest"]) for error in errors]
+        above = [100 * (error["largest"] - error["median"]) for error in errors]
+        ax.errorbar(seconds, medians, [below, above], marker="o", capsize=3, label=output["name"])
+    ax.set(xscale="log", yscale="log", title=figures["recipe"])
+    ax.set(xlabel="simulated time learnt from / s", ylabel="relative RMSE / %")
+    ax.grid(alpha=0.3, which="both")
+    ax.legend(fontsize=8)
+    figure.savefig(path, dpi=130, metadata={"Software": None})
 
 
 def main() -> None:
     """Command line."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("recipe", type=Path)
     parser.add_argument("--seeds", type=int, choices=range(1, 100), default=3, metavar="N")
-    parser.add_argument("--train", type=int, help="trajectories to learn from; the recipe's")
+    parser.add_argument(
+        "--train",
+        type=int,
+        nargs="+",
+        metavar="N",
+        help="trajectories to learn from, one study for each number; the recipe's if not given",
+    )
     parser.add_argument("--surrogate-only", action="store_true", help="no error estimator")
     parser.add_argument("--trajectories", type=int, help="the recipe's if not given")
-    parser.add_argument("--seed", type=int, default=UNSEEN_SEED, help="of the trajectories")
+    parser.add_argument("--seed", type=int, default=SEED_STUDY, help="of the trajectories")
     parser.add_argument("--runs", type=Path, default=Path("runs"))
+    parser.add_argument("--picture", type=Path, help="PNG of the learning curve")
     parser.add_argument("--json", default="-")
     arguments = parser.parse_args()
     with progress_bars() as bar:
-        figures = study(arguments, bar)
+        figures = studies(arguments, bar)
     write_figures(figures, arguments.json)
+    if arguments.picture is not None:
+        draw_curve(figures, arguments.picture)
 
 
 if __name__ == "__main__":

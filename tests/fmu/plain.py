@@ -91,6 +91,15 @@ def plain_pair(network: StateSpace, features: FloatArray) -> tuple[FloatArray, F
     return np.array(values), np.array(errors)
 
 
+def plain_arc(time: float, times: FloatArray, rows: FloatArray) -> FloatArray:
+    """A director that turns from row to row on the shorter arc, its length linear."""
+    z = rows[:, 0] + 1j * rows[:, 1]
+    turns = np.angle(z[1:] / z[:-1])
+    angles = np.angle(z[0]) + np.concatenate([[0.0], np.cumsum(turns)])
+    angle, length = np.interp(time, times, angles), np.interp(time, times, np.abs(z))
+    return np.array([length * np.cos(angle), length * np.sin(angle)])
+
+
 class Resampling:
     """The exact window at the end of communication steps of any length. Final.
 
@@ -113,6 +122,8 @@ class Resampling:
             return self.inputs[started[-1] if len(started) else 0]
         rows = np.array([self.inputs[0], *self.inputs])
         times = [0.0, *ends]
+        if isinstance(self.surrogate.network.features.features, Director):  # type: ignore[attr-defined]
+            return plain_arc(begin + step, np.array(times), rows)
         return np.array([np.interp(begin + step, times, column) for column in rows.T])
 
     def step(self, length: float, inputs: FloatArray) -> tuple[FloatArray, FloatArray | None]:
@@ -120,13 +131,14 @@ class Resampling:
         self.lengths.append(length)
         self.inputs.append(inputs)
         surrogate, end = self.surrogate, sum(self.lengths)
-        count = surrogate.window.n_in + 3
+        estimator, count = surrogate.estimator, surrogate.window.n_in + 3
+        if estimator is not None:
+            count = max(count, estimator.network.n_samples + estimator.positions + 2)
         begins = end - surrogate.window.step * np.arange(count, 0, -1)
         samples = np.array([self.input_from(begin) for begin in begins])
         scaled = (samples - surrogate.input_scaling.offset) / surrogate.input_scaling.scale
         values = self._values(surrogate.network, scaled, 1)[:, -len(surrogate.outputs) :]
         outputs = values[0] * surrogate.output_scaling.scale + surrogate.output_scaling.offset
-        estimator = surrogate.estimator
         if estimator is None:
             return outputs, None
         values = self._values(estimator.network, scaled, estimator.positions)

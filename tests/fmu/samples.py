@@ -38,7 +38,6 @@ class CellShape:
     units: int = 5
     activation: str = "tanh"
     contraction: float = 0.6
-    estimates: bool = False  # the error estimator has such a cell too
     roles: bool = False  # drive and static part differ; always so with gated units
     turned: int = 0
     factors: int = 0
@@ -60,6 +59,8 @@ class Shape:
     skip: bool = False
     positions: int = 0
     means: bool = False
+    estimator_samples: int = 0  # 0: as many as fit in the window with all positions
+    ages: int = 0  # samples of their windows that layers look at; 0: all
     name: str = "sample"
     seed: int = 0
     hold: Hold = "held"
@@ -128,22 +129,30 @@ def random_roles(shape: CellShape, n_features: int, seed: int) -> Roles | None:
     )
 
 
+def random_ages(count: int, n_samples: int, seed: int) -> tuple[int, ...]:
+    """The oldest sample and some newer ones; none where all are looked at."""
+    if not 0 < count < n_samples:
+        return ()
+    newer = np.random.default_rng(seed).permutation(n_samples - 1)[: count - 1]
+    return (n_samples - 1, *sorted((int(age) for age in newer), reverse=True))
+
+
 def _network(shape: Shape, n_samples: int, n_values: int, seed: int) -> FeedForward:
-    rng = np.random.default_rng(seed)
+    rng, ages = np.random.default_rng(seed), random_ages(shape.ages, n_samples, seed)
     spread = 0.3 if shape.activation == "cubic" else 1.0  # cubes of more would grow without bound
 
     def weights(rows: int, columns: int) -> Float32Array:
         return rng.normal(0, spread * columns**-0.5, (rows, columns)).astype(np.float32)
 
     features = random_features(shape, seed)
-    sizes = [n_samples * features.n_signals, *shape.hidden, n_values]
+    sizes = [(len(ages) or n_samples) * features.n_signals, *shape.hidden, n_values]
     layers = []
     for index, (n_in, n_out) in enumerate(pairwise(sizes)):
         activation = "identity" if index == len(sizes) - 2 else shape.activation
         bias = rng.normal(0, 0.1, n_out).astype(np.float32)
         layers.append(Layer(weights(n_out, n_in), bias, activation))
     skip = weights(n_values, sizes[0]) if shape.skip else None
-    return FeedForward(tuple(layers), n_samples, features, skip)
+    return FeedForward(tuple(layers), n_samples, features, skip, ages)
 
 
 def random_cell(
@@ -196,11 +205,8 @@ def _predictor(shape: Shape) -> Network:
 def _estimator(shape: Shape) -> ErrorEstimator | None:
     if shape.positions == 0:
         return None
-    seen, values = shape.n_in - shape.positions + 1, shape.n_outputs * (1 + shape.means)
-    if shape.cell is not None and shape.cell.estimates:
-        network: Network = _state_space(shape, seen, -(-seen // 2), values, shape.seed + 1)
-    else:
-        network = _network(shape, seen, values, shape.seed + 1)
+    seen = shape.estimator_samples or shape.n_in - shape.positions + 1
+    network = _network(shape, seen, shape.n_outputs * (1 + shape.means), shape.seed + 1)
     return ErrorEstimator(network, LogError(-3, 1), shape.positions)
 
 

@@ -28,25 +28,18 @@ SHAPES = [
     Shape(n_inputs=2, n_outputs=2, positions=4),
     Shape(n_inputs=2, block=False, positions=3, means=True),
     Shape(n_inputs=2, n_outputs=2, cell=FORGETFUL, positions=3),
-    Shape(
-        n_in=16,
-        n_inputs=2,
-        positions=2,
-        differences=2,
-        cell=dataclasses.replace(FORGETFUL, estimates=True),
-    ),
+    Shape(n_in=16, n_inputs=2, positions=2, differences=2, cell=FORGETFUL, ages=3),
+    Shape(n_inputs=2, positions=25, estimator_samples=4, differences=1),
     Shape(n_inputs=2, features="director", positions=3, differences=2),
     Shape(
         n_in=16,
         n_inputs=3,
         features="chain",
         positions=2,
-        cell=dataclasses.replace(
-            FORGETFUL, activation="gated", turned=2, factors=2, estimates=True
-        ),
+        cell=dataclasses.replace(FORGETFUL, activation="gated", turned=2, factors=2),
     ),
 ]
-NAMES = ["block", "one_sample", "cell", "two_cells", "director", "gated"]
+NAMES = ["block", "one_sample", "cell", "ages", "long_span", "director", "gated"]
 
 PATTERNS: dict[str, list[float]] = {
     "six_tenths": [0.6],
@@ -214,7 +207,7 @@ def test_an_event_step_after_a_summed_time_is_taken(load: Load) -> None:
     "shape",
     [
         Shape(positions=3, hold="ramp"),
-        Shape(positions=3, cell=dataclasses.replace(LASTING, estimates=True), differences=1),
+        Shape(positions=20, estimator_samples=4, cell=LASTING, differences=1),
         Shape(
             positions=3,
             features="chain",

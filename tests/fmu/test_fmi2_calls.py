@@ -8,6 +8,8 @@ import itertools
 import math
 import re
 import shutil
+import struct
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,6 +20,7 @@ import pytest
 from slide_fmu.features import Differences, FeatureMap
 from slide_fmu.fmu.build import BINARIES
 from slide_fmu.network import FeedForward
+from slide_fmu.payload import PayloadError, decode, encode
 from slide_fmu.state_space import StateSpace
 from slide_fmu.surrogate import Surrogate
 
@@ -149,8 +152,9 @@ def test_results_that_are_not_finite_are_refused(load: Load) -> None:
     assert native.do_step(3 * STEP) == OK
 
 
-def test_estimates_that_are_not_finite_are_refused(load: Load) -> None:
-    surrogate = random_surrogate(Shape(positions=2))
+@pytest.mark.parametrize("means", [False, True])
+def test_estimates_that_are_not_finite_count_as_the_largest(load: Load, means: bool) -> None:
+    surrogate = random_surrogate(Shape(positions=2, means=means))
     estimator = surrogate.estimator
     assert estimator is not None
     assert isinstance(estimator.network, FeedForward)
@@ -161,13 +165,13 @@ def test_estimates_that_are_not_finite_are_refused(load: Load) -> None:
     network = FeedForward(layers, estimator.network.n_samples, FeatureMap(Differences(1)))
     estimator = dataclasses.replace(estimator, network=network)
     native = load(dataclasses.replace(surrogate, estimator=estimator)).instance().start()
-    native.set(1.0)
-    assert native.do_step(0.0) == ERROR
-    assert "not finite" in native.messages[-1]
+    native.step(1.0)
+    largest = 10**estimator.log_error.high * surrogate.output_scaling.scale[0]
+    assert native.get(2) == pytest.approx([largest], rel=1e-12)
 
 
 def test_cells_that_overflow_are_refused_and_go_on(load: Load) -> None:
-    surrogate = random_surrogate(Shape(positions=2, cell=CellShape(estimates=True)))
+    surrogate = random_surrogate(Shape(positions=2, cell=CellShape()))
     network = surrogate.network
     assert isinstance(network, StateSpace)
     steep = dataclasses.replace(network.cell, b=1000 * network.cell.b)
@@ -216,6 +220,52 @@ def test_a_step_that_fails_leaves_no_trace(load: Load, length: float) -> None:
     assert native.save() == before
     native.set(2.0)
     assert native.do_step(STEP, length) == OK
+
+
+def _refused(loaded: Loaded, content: bytes) -> str:
+    """What the library says about a surrogate file; Python must refuse it, too."""
+    with pytest.raises(PayloadError):
+        Surrogate.from_bytes(content)
+    (loaded.folder / "resources" / "surrogate.slide").write_bytes(content)
+    native = loaded.instance()
+    assert not native.component.value
+    assert len(native.messages) == 1
+    return native.messages[0]
+
+
+def test_estimators_of_another_family_are_refused(load: Load) -> None:
+    surrogate = random_surrogate(Shape(positions=2, cell=CellShape()))
+    content, loaded = surrogate.to_bytes(), load(surrogate)
+    payload = decode(content)
+    assert payload.estimator is not None
+    estimator = dataclasses.replace(payload.estimator, network=payload.network)
+    message = _refused(loaded, encode(dataclasses.replace(payload, estimator=estimator)))
+    assert "estimator is a network of kind 2; expected 1 (feed-forward)" in message
+
+
+@pytest.mark.parametrize("positions", [0, (1 << 20) + 1, 0xFFFFFFFF])
+def test_positions_out_of_range_are_refused(load: Load, positions: int) -> None:
+    surrogate = random_surrogate(Shape(positions=2))
+    payload = decode(surrogate.to_bytes())
+    assert payload.estimator is not None
+    estimator = dataclasses.replace(payload.estimator, positions=positions)
+    content = encode(dataclasses.replace(payload, estimator=estimator))
+    assert f"at {positions} positions; expected" in _refused(load(surrogate), content)
+
+
+@pytest.mark.parametrize(
+    "ages", [(10, 7, 3), (11, 7, 7), (11, 3, 7), (11, 7, 12), (11, 7, 0xFFFFFFFF)], ids=str
+)
+def test_ages_that_do_not_fall_are_refused(load: Load, ages: tuple[int, ...]) -> None:
+    surrogate = random_surrogate(Shape(n_in=12, ages=3))
+    network, content = surrogate.network, surrogate.to_bytes()
+    assert isinstance(network, FeedForward)
+    right, wrong = (struct.pack("<4I", 3, *row) for row in (network.ages, ages))
+    assert content.count(right) == 1
+    body = content.replace(right, wrong)[:-4]
+    message = _refused(load(surrogate), body + struct.pack("<I", zlib.crc32(body)))
+    assert "surrogate file: " in message
+    assert "age" in message
 
 
 def test_bad_references_and_pointers(rich: Loaded) -> None:

@@ -35,7 +35,10 @@ SHAPES = [
     Shape(cell=CellShape(states=9, units=17, activation="cubic"), n_inputs=2, differences=2),
     Shape(cell=CellShape(states=2, units=0), n_outputs=9, n_in=1, n_out=1, differences=1),
     Shape(cell=CellShape(contraction=0.9), positions=4, n_outputs=2),
-    Shape(cell=CellShape(contraction=0.9, estimates=True), positions=5, means=True),
+    Shape(cell=CellShape(contraction=0.9), positions=5, means=True, ages=4),
+    Shape(activation="tanh", n_inputs=2, positions=40, estimator_samples=5, ages=3, skip=True),
+    Shape(activation="relu", n_in=6, n_out=3, block=False, positions=9, estimator_samples=6),
+    Shape(n_in=20, positions=1, estimator_samples=1, means=True, ages=1),
     Shape(cell=CellShape(contraction=0.9), n_in=100, n_out=30, positions=30),
 ]
 
@@ -52,7 +55,7 @@ KINDS = [
     Shape(cell=CellShape(states=9, units=9, roles=True, factors=3), n_outputs=3),
     Shape(cell=CellShape(states=8, units=11, activation="gated")),
     Shape(
-        cell=CellShape(15, 48, "gated", contraction=0.9, turned=7, factors=4, estimates=True),
+        cell=CellShape(15, 48, "gated", contraction=0.9, turned=7, factors=4),
         n_outputs=3,
         positions=4,
         hold="ramp",

@@ -24,9 +24,17 @@ from .native import Loaded
 from .samples import CellShape, Shape, random_surrogate
 
 SMALL = Shape(n_in=3, n_out=2, n_inputs=2, hidden=(3,), skip=True, positions=2)
-ONE_SAMPLE = Shape(n_in=4, n_out=3, hidden=(2,), activation="tanh", block=False)
+ONE_SAMPLE = Shape(n_in=6, n_out=3, hidden=(2,), activation="tanh", block=False, ages=2)
 CELLS = Shape(
-    n_in=4, n_out=3, n_inputs=2, positions=2, differences=1, cell=CellShape(2, 3, estimates=True)
+    n_in=4,
+    n_out=3,
+    n_inputs=2,
+    positions=7,
+    estimator_samples=3,
+    ages=2,
+    hidden=(3,),
+    differences=1,
+    cell=CellShape(2, 3),
 )
 GATED = Shape(
     n_in=4,
@@ -45,7 +53,8 @@ DIRECTOR = Shape(
     features="director",
     positions=2,
     hidden=(2,),
-    cell=CellShape(2, 2, "gated", turned=1, estimates=True),
+    hold="ramp",
+    cell=CellShape(2, 2, "gated", turned=1),
 )
 ROLES = Shape(n_in=3, n_out=2, differences=2, cell=CellShape(9, 2, "cubic", roles=True, factors=1))
 RAMP = Shape(n_in=4, n_out=2, positions=2, hidden=(3,), hold="ramp", cell=CellShape(9, 9))

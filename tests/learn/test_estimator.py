@@ -86,14 +86,14 @@ def split_of(
 def test_block_errors_are_the_explicit_loop(block: bool) -> None:
     surrogate = random_surrogate(dataclasses.replace(SHAPE, block=block))
     split = split_of(surrogate, lambda given, rng: rng.normal(size=given.shape), 2, 20, 0)
-    found = block_errors(surrogate, streamed_errors(surrogate, split))
+    found = block_errors(surrogate.window, streamed_errors(surrogate, split), 4)
     assert found.shape == split.outputs.shape
     assert not found[:, : surrogate.window.n_in].any()
     for trajectory in range(2):
         newest = surrogate.predict_newest(split.inputs[trajectory])
         for sample in range(12, 21):
             squares = np.zeros(2)
-            for k in range(sample - 3, sample + 1):  # the n_out = 4 samples that end here
+            for k in range(sample - 3, sample + 1):  # the 4 samples that end here
                 squares += (newest[k - 1] - split.outputs[trajectory, k]) ** 2
             expected = np.sqrt(squares / 4) / surrogate.output_scaling.scale
             assert found[trajectory, sample] == pytest.approx(expected)
@@ -112,11 +112,17 @@ def estimator_recipe(time_invariant: bool, **changes: Any) -> EstimatorRecipe:
 
 
 @pytest.mark.parametrize(
-    ("time_invariant", "pretrained", "samples"),
-    [(True, True, None), (True, False, None), (False, False, None), (True, True, 2)],
+    ("time_invariant", "changes"),
+    [
+        (True, {"pretraining": SHORT}),
+        (True, {}),
+        (False, {}),
+        (True, {"pretraining": SHORT, "lags": [0, 1, 3]}),
+        (True, {"span": 3}),
+    ],
 )
 def test_estimator_learns_where_the_errors_are_large(
-    time_invariant: bool, pretrained: bool, samples: int | None, tmp_path: Path
+    time_invariant: bool, changes: dict[str, Any], tmp_path: Path
 ) -> None:
     """Errors of random sign, ten times as large at one end of the input's range."""
     shape = Shape(n_in=6, n_out=2, n_inputs=1, n_outputs=1, block=False)
@@ -130,24 +136,25 @@ def test_estimator_learns_where_the_errors_are_large(
         surrogate,
         Still(1),
         splits,
-        estimator_recipe(
-            time_invariant, samples=samples, **({"pretraining": SHORT} if pretrained else {})
-        ),
+        estimator_recipe(time_invariant, **changes),
         tmp_path / "c.pt",
         torch.device("cpu"),
         lambda stage: lambda done, total, best: None,
     )
-    assert estimator.positions == (2 if time_invariant else 1)
-    assert estimator.network.n_samples == (samples or (5 if time_invariant else 6))
+    assert estimator.positions == (changes.get("span", 2) if time_invariant else 1)
+    seen = changes["lags"][-1] + 1 if "lags" in changes else 5
+    assert estimator.network.n_samples == (seen if time_invariant else 6)
     assert histories["error estimator"].step == (200, 400, 600, 800)
-    assert len(histories) == (2 if pretrained else 1)
+    assert len(histories) == (2 if "pretraining" in changes else 1)
     estimating = dataclasses.replace(surrogate, estimator=estimator)
+    span = estimating.estimated_samples
     unseen = split_of(surrogate, noise, 2, 200, 3)
+    first = surrogate.window.receptive_field + span - 1
     true = (
-        block_errors(surrogate, streamed_errors(surrogate, unseen))[:, 6:]
+        block_errors(surrogate.window, streamed_errors(surrogate, unseen), span)[:, first:]
         * surrogate.output_scaling.scale
     )
-    estimate = np.stack([estimating.estimate_error(given)[5:] for given in unseen.inputs])
+    estimate = np.stack([estimating.estimate_error(given)[first - 1 :] for given in unseen.inputs])
     deviation = np.mean(relative_deviation(estimate, true, 1e-3))
     middle = np.mean(relative_deviation(np.full_like(true, np.median(true)), true, 1e-3))
     assert deviation < LEARNT < middle / 3
@@ -181,18 +188,6 @@ def test_surrogate_without_errors_has_nothing_to_estimate(tmp_path: Path) -> Non
             torch.device("cpu"),
             lambda stage: lambda *state: None,
         )
-
-
-@pytest.mark.parametrize(("time_invariant", "expected"), [(True, "at most 5"), (False, "6")])
-def test_estimator_sees_no_more_than_the_window(
-    time_invariant: bool, expected: str, tmp_path: Path
-) -> None:
-    surrogate = random_surrogate(Shape(n_in=6, n_out=2, n_inputs=1, n_outputs=1, block=False))
-    split = split_of(surrogate, lambda given, rng: np.full(given.shape, 0.5), 2, 30, 0)
-    recipe = estimator_recipe(time_invariant, samples=7)
-    arguments = (recipe, tmp_path / "c.pt", torch.device("cpu"), lambda stage: lambda *state: None)
-    with pytest.raises(ValueError, match=rf"estimator\.samples = 7; expected {expected}, what"):
-        fit_estimator(surrogate, Still(1), (split, split), *arguments)
 
 
 def centred_surrogate() -> Surrogate:

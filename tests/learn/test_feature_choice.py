@@ -200,7 +200,7 @@ EXPECTED = (
             1,
             None,
             r"^features \['direction'\] of 1 inputs; expected two, the cosine and sine of an "
-            "angle, with ranges about 0$",
+            "angle, with the same range about 0$",
         ),
         (("direction",), 3, None, r"^features \['direction'\] of 3 inputs; expected two"),
         (("rates",), 3, ARM, "chain of 2 joints with 3 inputs; expected one input per joint"),
@@ -215,7 +215,7 @@ def test_what_cannot_be_chosen_is_told(
 
 def test_director_needs_ranges_about_zero() -> None:
     scaling = Affine(np.array([0.0, 0.5]), np.array([1.0, 0.5]))
-    with pytest.raises(ValueError, match=r"with ranges about 0$"):
+    with pytest.raises(ValueError, match=r"with the same range about 0$"):
         choose_features(("direction",), Still(2), scaling, directors())
 
 

@@ -1,229 +1,394 @@
 #include "chain.h"
 
-#include <math.h>
+#include "kernel.h"
 
-/* Two motions at once: that at the end of the step, and that at its begin. Each is seen from axes
- * that turn with its first joint: there this angle is zero and gravity turns the other way. */
-typedef double Two __attribute__((vector_size(16)));
+/* As in the kernels, products and sums are fused where the processor can. GCC has no such
+ * pragma. */
+#ifdef __clang__
+#pragma STDC FP_CONTRACT ON
+#endif
 
+/* Two motions at once: that at the end of the step, and that at its begin. */
+typedef SlideTwo Two;
+
+/* A vector, and its first and second derivatives seen from the frame in which it is given. */
 typedef struct {
-    Two x, y, z;
-} Vector;
+    Two value[3], rate[3], acceleration[3];
+} Moving;
 
+/* All links from some joint on, as they move seen from the frame before it. Sums over their masses
+ * m at places r with velocities v. */
 typedef struct {
-    Vector x, y, z; /* columns */
-} Matrix;
+    Moving first;            /* m r; so momentum and force too */
+    Two square[3], mixed[3]; /* of m r r': xx, yy, zz and yz, xz, xy */
+    Two flow[3][3];          /* m v r': [component of v][component of r] */
+    Two moment[3];           /* m r x dv/dt */
+    Moving skew;             /* of SlideLink */
+    Two tool[3];             /* its place */
+} Body;
 
-/* From the base to the links: the origin of the present frame, and how its link moves. */
+/* A turn about an axis of a frame. */
 typedef struct {
-    Vector position;
-    Matrix axes;
-    Vector omega, alpha, velocity, acceleration;
-} Motion;
-
-typedef struct {
-    Vector force, moment;       /* that the motion of the links needs, about the base */
-    Vector linear, angular;     /* momentum */
-    Vector first, square, mixed; /* of inertia: xx, yy, zz and xy, xz, yz */
-} Loads;
-
-static inline Two both(double value) { return (Two){value, value}; }
-
-static inline Vector fixed(const double *v) {
-    return (Vector){both(v[0]), both(v[1]), both(v[2])};
-}
-
-static inline Vector add(Vector a, Vector b) {
-    return (Vector){a.x + b.x, a.y + b.y, a.z + b.z};
-}
-
-static inline Vector times(Two factor, Vector v) {
-    return (Vector){factor * v.x, factor * v.y, factor * v.z};
-}
-
-static inline Two dot(Vector a, Vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
-static inline Vector cross(Vector a, Vector b) {
-    return (Vector){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
-static inline Vector product(const Matrix *matrix, Vector v) {
-    return add(add(times(v.x, matrix->x), times(v.y, matrix->y)), times(v.z, matrix->z));
-}
-
-/* A vector in axes turned about z by an angle with this cosine and sine. */
-static inline Vector turned(Vector v, Two c, Two s) {
-    return (Vector){c * v.x + s * v.y, c * v.y - s * v.x, v.z};
-}
-
-static void store(Vector v, double *newest) {
-    newest[0] = v.x[0], newest[1] = v.y[0], newest[2] = v.z[0];
-}
-
-/* Columns of the inertia of a link, rotated to the base's axes. */
-static inline Matrix inertia_of(const SlideLink *link, const Matrix *axes) {
-    const double *i = link->inertia;
-    Vector columns[3]; /* of the rotation times the tensor */
-    for (size_t k = 0; k < 3; ++k) {
-        columns[k] = product(axes, (Vector){both(i[k]), both(i[3 + k]), both(i[6 + k])});
-    }
-    Matrix half = {columns[0], columns[1], columns[2]};
-    Vector x = {axes->x.x, axes->y.x, axes->z.x}, y = {axes->x.y, axes->y.y, axes->z.y};
-    Vector z = {axes->x.z, axes->y.z, axes->z.z};
-    return (Matrix){product(&half, x), product(&half, y), product(&half, z)};
-}
-
-/* Acceleration of a point of a link, an arm away from the present origin. */
-static inline Vector acceleration_at(const Motion *motion, Vector arm) {
-    Vector turning = cross(motion->omega, cross(motion->omega, arm));
-    return add(add(motion->acceleration, cross(motion->alpha, arm)), turning);
-}
-
-/* Go over to the next link, at the origin of the frame before it; then to its own axes. Gives the
- * arm to its own origin. */
-static inline Vector turn_joint(Motion *motion, const SlideLink *link, Two c, Two s) {
-    Matrix *axes = &motion->axes;
-    Vector x = add(times(c, axes->x), times(s, axes->y));
-    Vector y = add(times(c, axes->y), times(-s, axes->x));
-    Vector z = axes->z;
-    Two ca = both(link->cos_alpha), sa = both(link->sin_alpha);
-    axes->x = x;
-    axes->y = add(times(ca, y), times(sa, z));
-    axes->z = add(times(ca, z), times(-sa, y));
-    return add(times(both(link->a), x), times(both(link->d), z));
-}
-
-static inline void add_wrench(Loads *loads, const SlideLink *link, const Motion *motion,
-                              const Matrix *inertia, Vector arm, Vector centre, Vector spin) {
-    Vector force = times(both(link->mass), acceleration_at(motion, arm));
-    Vector moment = add(product(inertia, motion->alpha), cross(motion->omega, spin));
-    loads->force = add(loads->force, force);
-    loads->moment = add(loads->moment, add(moment, cross(centre, force)));
-}
-
-static inline void add_momentum(Loads *loads, const SlideLink *link, const Motion *motion,
-                                Vector arm, Vector centre, Vector spin) {
-    Vector velocity = add(motion->velocity, cross(motion->omega, arm));
-    Vector momentum = times(both(link->mass), velocity);
-    loads->linear = add(loads->linear, momentum);
-    loads->angular = add(loads->angular, add(cross(centre, momentum), spin));
-}
-
-static inline void add_inertia(Loads *loads, const SlideLink *link, const Matrix *inertia,
-                               Vector centre) {
-    const Two mass = both(link->mass);
-    Vector x = inertia->x, y = inertia->y, z = inertia->z;
-    Two square = dot(centre, centre);
-    Vector diagonal = {x.x + mass * (square - centre.x * centre.x),
-                       y.y + mass * (square - centre.y * centre.y),
-                       z.z + mass * (square - centre.z * centre.z)};
-    Vector mixed = {y.x - mass * centre.x * centre.y, z.x - mass * centre.x * centre.z,
-                    z.y - mass * centre.y * centre.z};
-    loads->first = add(loads->first, times(mass, centre));
-    loads->square = add(loads->square, diagonal);
-    loads->mixed = add(loads->mixed, mixed);
-}
-
-/* Of the link whose axes are reached, its own origin a step away. */
-static inline void add_loads(const SlideChain *chain, const SlideLink *link, const Motion *motion,
-                             Vector step, Loads *loads) {
-    Vector arm = add(step, product(&motion->axes, fixed(link->centre)));
-    Vector centre = add(motion->position, arm);
-    Matrix inertia = inertia_of(link, &motion->axes);
-    Vector spin = product(&inertia, motion->omega);
-    if (chain->wrench) {
-        add_wrench(loads, link, motion, &inertia, arm, centre, spin);
-    }
-    if (chain->momentum) {
-        add_momentum(loads, link, motion, arm, centre, spin);
-    }
-    if (chain->inertia) {
-        add_inertia(loads, link, &inertia, centre);
-    }
-}
-
-/* How a joint turns; cosine and sine of its angle. */
-typedef struct {
-    Two c, s, rate, acceleration;
+    SlideTurn kind;
+    Two c, s;
 } Turn;
 
-/* A joint at the end and at the begin of the step, on the quadratic B-spline through four set
- * points. */
-static inline Turn turn_of(const SlideChain *chain, size_t joint, const double *const inputs[4]) {
-    const SlideLink *link = &chain->links[joint];
-    double points[4];
-    for (size_t age = 0; age < 4; ++age) {
-        points[age] = link->middle + link->half_range * inputs[age][joint];
+enum { X, Y, Z };
+
+/* Inlined even where large: kinds of turns are then known, and sums stay in registers. */
+#define INLINE static inline __attribute__((always_inline))
+
+INLINE Two both(double value) { return slide_both(value); }
+
+/* Two components of a vector, the axis being across them. */
+INLINE void turn_pair(Two *x, Two *y, Turn turn) {
+    const Two u = *x, v = *y;
+    switch (turn.kind) {
+    case SLIDE_NO_TURN:
+        break;
+    case SLIDE_QUARTER_TURN:
+        *x = -v, *y = u;
+        break;
+    case SLIDE_QUARTER_BACK:
+        *x = v, *y = -u;
+        break;
+    case SLIDE_ANY_TURN:
+        *x = turn.c * u - turn.s * v;
+        *y = turn.s * u + turn.c * v;
+        break;
     }
-    Two after = {points[0], points[1]}, between = {points[1], points[2]};
-    Two before = {points[2], points[3]}, step = both(chain->step);
-    Two angle = both(0.5) * (after + between), rate = (after - between) / step;
-    return (Turn){{cos(angle[0]), cos(angle[1])},
-                  {sin(angle[0]), sin(angle[1])},
-                  rate,
-                  (rate - (between - before) / step) / step};
 }
 
-/* One link further. */
-static void pass_link(const SlideChain *chain, const SlideLink *link, const Turn *turn,
-                      Motion *motion, Loads *loads) {
-    Vector turning = times(turn->rate, motion->axes.z);
-    motion->alpha = add(add(motion->alpha, times(turn->acceleration, motion->axes.z)),
-                        cross(motion->omega, turning));
-    motion->omega = add(motion->omega, turning);
-    Vector step = turn_joint(motion, link, turn->c, turn->s);
-    if (chain->wrench || chain->momentum || chain->inertia) {
-        add_loads(chain, link, motion, step, loads);
+/* A two by two block of a matrix, from both sides. With e = s (xx - yy) + c (xy + yx), all that
+ * changes follows from s e and c e. */
+INLINE void turn_block(Two *xx, Two *xy, Two *yx, Two *yy, Turn turn) {
+    const Two before[4] = {*xx, *xy, *yx, *yy};
+    if (turn.kind == SLIDE_NO_TURN) {
+        return;
     }
-    motion->acceleration = acceleration_at(motion, step);
-    motion->velocity = add(motion->velocity, cross(motion->omega, step));
-    motion->position = add(motion->position, step);
+    if (turn.kind != SLIDE_ANY_TURN) {
+        *xx = before[3], *xy = -before[2], *yx = -before[1], *yy = before[0];
+        return;
+    }
+    Two e = turn.s * (before[0] - before[3]) + turn.c * (before[1] + before[2]);
+    Two moved = turn.s * e, mixed = turn.c * e;
+    *xx = before[0] - moved, *yy = before[3] + moved;
+    *xy = mixed - before[2], *yx = mixed - before[1];
 }
 
-static Vector change_of(Vector v) {
-    return (Vector){both(v.x[0] - v.x[1]), both(v.y[0] - v.y[1]), both(v.z[0] - v.z[1])};
+INLINE void turn_vector(Two *v, int axis, Turn turn) {
+    turn_pair(&v[(axis + 1) % 3], &v[(axis + 2) % 3], turn);
 }
 
-static void store_wrench(const SlideChain *chain, const Loads *loads, Two c, Two s,
-                         double *signals) {
+/* What does not depend on motion. */
+INLINE void turn_masses(Body *body, int axis, Turn turn, bool skew) {
+    const int p = (axis + 1) % 3, q = (axis + 2) % 3;
+    Two other = body->mixed[axis];
+    turn_vector(body->first.value, axis, turn);
+    turn_block(&body->square[p], &body->mixed[axis], &other, &body->square[q], turn);
+    turn_pair(&body->mixed[q], &body->mixed[p], turn);
+    turn_vector(body->tool, axis, turn);
+    if (skew) {
+        turn_vector(body->skew.value, axis, turn);
+    }
+}
+
+INLINE void turn_motion(Body *body, int axis, Turn turn, bool skew) {
+    const int p = (axis + 1) % 3, q = (axis + 2) % 3;
+    turn_vector(body->first.rate, axis, turn);
+    turn_vector(body->first.acceleration, axis, turn);
+    turn_block(&body->flow[p][p], &body->flow[p][q], &body->flow[q][p], &body->flow[q][q], turn);
+    turn_pair(&body->flow[p][axis], &body->flow[q][axis], turn);
+    turn_pair(&body->flow[axis][p], &body->flow[axis][q], turn);
+    turn_vector(body->moment, axis, turn);
+    if (skew) {
+        turn_vector(body->skew.rate, axis, turn);
+        turn_vector(body->skew.acceleration, axis, turn);
+    }
+}
+
+/* Seen from a point that lies back along x and z; but for its mass in the present origin. */
+INLINE void shift_masses(Body *body, const SlideLink *link) {
+    const Two *first = body->first.value;
+    if (link->a != 0) {
+        const Two a = both(link->a);
+        body->square[X] += (a + a) * first[X];
+        body->mixed[Z] += a * first[Y];
+        body->mixed[Y] += a * first[Z];
+    }
+    if (link->d != 0) {
+        const Two d = both(link->d);
+        body->square[Z] += (d + d) * first[Z];
+        body->mixed[Y] += d * first[X];
+        body->mixed[X] += d * first[Y];
+    }
+}
+
+INLINE void shift_motion(Body *body, const SlideLink *link) {
+    const Two *momentum = body->first.rate, *force = body->first.acceleration;
+    if (link->a != 0) {
+        const Two a = both(link->a);
+        for (int i = X; i <= Z; ++i) {
+            body->flow[i][X] += a * momentum[i];
+        }
+        body->moment[Y] -= a * force[Z];
+        body->moment[Z] += a * force[Y];
+    }
+    if (link->d != 0) {
+        const Two d = both(link->d);
+        for (int i = X; i <= Z; ++i) {
+            body->flow[i][Z] += d * momentum[i];
+        }
+        body->moment[X] -= d * force[Y];
+        body->moment[Y] += d * force[X];
+    }
+}
+
+INLINE void add_to(Two *v, const double *constants) {
+    for (int i = X; i <= Z; ++i) {
+        v[i] += both(constants[i]);
+    }
+}
+
+/* The link, and what further masses add to the sums by where their origin is. */
+INLINE void add_link(Body *body, const SlideLink *link, bool skew) {
+    body->tool[X] += both(link->a);
+    body->tool[Z] += both(link->d);
+    add_to(body->first.value, link->first);
+    add_to(body->square, link->square);
+    add_to(body->mixed, link->mixed);
+    if (skew) {
+        add_to(body->skew.value, link->skew);
+    }
+}
+
+/* A vector that turns about z besides how it moved before. */
+INLINE void spin_vector(Moving *v, const SlideJoint *joint) {
+    const Two rate = joint->rate, acceleration = joint->acceleration;
+    const Two before[2] = {v->rate[X], v->rate[Y]};
+    v->rate[X] -= rate * v->value[Y];
+    v->rate[Y] += rate * v->value[X];
+    v->acceleration[X] -= acceleration * v->value[Y] + rate * (before[Y] + v->rate[Y]);
+    v->acceleration[Y] += acceleration * v->value[X] + rate * (before[X] + v->rate[X]);
+}
+
+/* The body turns about z besides. With v as before, this adds to accelerations at places r:
+ * acceleration z x r + 2 rate z x v + rate^2 z x (z x r). */
+INLINE void spin(Body *body, const SlideJoint *joint, bool skew) {
+    const Two rate = joint->rate, acceleration = joint->acceleration;
+    const Two *square = body->square, *mixed = body->mixed, turned = rate * mixed[Z];
+    Two(*flow)[3] = body->flow;
+    const Two before[2] = {flow[X][Z], flow[Y][Z]}, along = flow[X][X] + flow[Y][Y];
+    flow[X][X] -= turned, flow[Y][Y] += turned;
+    flow[X][Y] -= rate * square[Y], flow[Y][X] += rate * square[X];
+    flow[X][Z] -= rate * mixed[X], flow[Y][Z] += rate * mixed[Y];
+    body->moment[X] -= acceleration * mixed[Y] + rate * (before[X] + flow[X][Z]);
+    body->moment[Y] -= acceleration * mixed[X] + rate * (before[Y] + flow[Y][Z]);
+    body->moment[Z] += acceleration * (square[X] + square[Y]) + rate * (along + along);
+    spin_vector(&body->first, joint);
+    if (skew) {
+        spin_vector(&body->skew, joint);
+    }
+}
+
+/* From the frame of a link to the one before it, turned with the joint between them. */
+INLINE void twist(Body *body, const SlideLink *link, SlideTurn kind, bool skew) {
+    Turn turn = {kind, both(link->cos_alpha), both(link->sin_alpha)};
+    turn_masses(body, X, turn, skew);
+    turn_motion(body, X, turn, skew);
+    shift_motion(body, link);
+    shift_masses(body, link);
+    add_link(body, link, skew);
+}
+
+/* One link and the joint that moves it. */
+INLINE void pass(const SlideLink *link, const SlideJoint *joint, SlideTurn kind, bool skew,
+                 Body *body) {
+    Turn turn = {SLIDE_ANY_TURN, joint->turned.c, joint->turned.s};
+    twist(body, link, kind, skew);
+    turn_masses(body, Z, turn, skew);
+    turn_motion(body, Z, turn, skew);
+    spin(body, joint, skew);
+}
+
+/* The last link with its joint: nothing moves before. */
+INLINE void begin(const SlideLink *link, const SlideJoint *joint, bool skew, Body *body) {
+    Turn turn = {SLIDE_ANY_TURN, joint->turned.c, joint->turned.s};
+    Turn alpha = {SLIDE_ANY_TURN, both(link->cos_alpha), both(link->sin_alpha)};
+    turn_vector(body->tool, X, alpha);
+    add_link(body, link, skew);
+    turn_masses(body, Z, turn, skew);
+    spin(body, joint, skew);
+}
+
+INLINE void pass_skew(const SlideLink *link, const SlideJoint *joint, Body *body) {
+    pass(link, joint, SLIDE_ANY_TURN, true, body);
+}
+
+/* Twists of the usual robots cost no products. */
+INLINE void pass_link(const SlideLink *link, const SlideJoint *joint, Body *body) {
+    switch (link->twist) {
+    case SLIDE_NO_TURN:
+        pass(link, joint, SLIDE_NO_TURN, false, body);
+        break;
+    case SLIDE_QUARTER_TURN:
+        pass(link, joint, SLIDE_QUARTER_TURN, false, body);
+        break;
+    case SLIDE_QUARTER_BACK:
+        pass(link, joint, SLIDE_QUARTER_BACK, false, body);
+        break;
+    case SLIDE_ANY_TURN:
+        pass(link, joint, SLIDE_ANY_TURN, false, body);
+        break;
+    }
+}
+
+/* On the quadratic B-spline through four set points. */
+INLINE Two angle_of(const SlideLink *link, Two after, Two between) {
+    return both(link->middle) + both(link->half_range) * (after + between);
+}
+
+INLINE void set_joints(const SlideChain *chain, const double *const inputs[4]) {
+    const double *u0 = inputs[0], *u1 = inputs[1], *u2 = inputs[2], *u3 = inputs[3];
+    const SlideTwo *sectors = chain->sectors;
+    SlideJoint *joints = chain->joints;
+    const size_t n = chain->n_joints;
+    Two squares = both(0);
+    for (size_t i = 0; i < n; ++i) {
+        const SlideLink *link = &chain->links[i];
+        const Two after = {u0[i], u1[i]}, between = {u1[i], u2[i]}, before = {u2[i], u3[i]};
+        Two change = after - between, angle = angle_of(link, after, between);
+        joints[i].rate = both(link->rate) * change;
+        joints[i].acceleration = both(link->acceleration) * (change - (between - before));
+        joints[i].turned = slide_cosine_sine(sectors, angle);
+        squares += angle * angle;
+    }
+    if (squares[0] + squares[1] < SLIDE_QUICK_ANGLE * SLIDE_QUICK_ANGLE) {
+        return;
+    }
+    for (size_t i = 0; i < n; ++i) {
+        const Two after = {u0[i], u1[i]}, between = {u1[i], u2[i]};
+        Two angle = angle_of(&chain->links[i], after, between);
+        joints[i].turned.c = (Two){cos(angle[0]), cos(angle[1])};
+        joints[i].turned.s = (Two){sin(angle[0]), sin(angle[1])};
+    }
+}
+
+/* Of a vector: that at the end of the step. */
+INLINE void store(const Two *v, double *newest) {
+    for (int i = X; i <= Z; ++i) {
+        newest[i] = v[i][0];
+    }
+}
+
+/* Weight is added where it does not turn. */
+INLINE void store_wrench(const SlideChain *chain, Body *body, const Turn *turn, double *signals) {
+    const double *g = chain->gravity;
     double *turned_change = signals + SLIDE_TURNED_WRENCH_CHANGE + chain->n_joints;
-    const Vector parts[2] = {times(both(-1), turned(loads->force, c, -s)),
-                             times(both(-1), turned(loads->moment, c, -s))};
-    for (size_t i = 0; i < 2; ++i) {
-        Vector change = change_of(parts[i]);
-        store(parts[i], signals + SLIDE_WRENCH + 3 * i);
-        store(change, signals + SLIDE_WRENCH_CHANGE + 3 * i);
-        store(turned(change, c, s), turned_change + 3 * i);
+    Two *force = body->first.acceleration, *moment = body->moment, *first = body->first.value;
+    Turn back = {turn->kind, both(turn->c[0]), both(-turn->s[0])};
+    turn_vector(force, Z, *turn);
+    turn_vector(moment, Z, *turn);
+    turn_vector(first, Z, *turn);
+    Two parts[2][3];
+    for (int i = X; i <= Z; ++i) {
+        const int p = (i + 1) % 3, q = (i + 2) % 3;
+        parts[0][i] = both(chain->mass * g[i]) - force[i];
+        parts[1][i] = first[p] * both(g[q]) - first[q] * both(g[p]) - moment[i];
     }
+    for (size_t part = 0; part < 2; ++part) {
+        Two change[3];
+        for (int i = X; i <= Z; ++i) {
+            change[i] = both(parts[part][i][0] - parts[part][i][1]);
+        }
+        store(parts[part], signals + SLIDE_WRENCH + 3 * part);
+        store(change, signals + SLIDE_WRENCH_CHANGE + 3 * part);
+        turn_vector(change, Z, back);
+        store(change, turned_change + 3 * part);
+    }
+}
+
+INLINE void store_loads(const SlideChain *chain, Body *body, double *after_rates) {
+    double *inertia = after_rates + SLIDE_TURNED_INERTIA;
+    double *momentum = after_rates + SLIDE_TURNED_MOMENTUM;
+    const Two *skew = body->skew.value, *skew_rate = body->skew.rate;
+    Two angular[3]; /* r x m v */
+    store(body->first.value, inertia);
+    for (int i = X; i <= Z; ++i) {
+        const int p = (i + 1) % 3, q = (i + 2) % 3;
+        angular[i] = body->flow[q][p] - body->flow[p][q];
+        inertia[3 + i] = body->square[p][0] + body->square[q][0];
+        inertia[8 - i] = -body->mixed[i][0];
+    }
+    if (chain->skew) {
+        for (int i = X; i <= Z; ++i) {
+            angular[i] -= skew_rate[i];
+            body->moment[i] -= body->skew.acceleration[i];
+            inertia[8 - i] += i == Y ? skew[i][0] : -skew[i][0];
+        }
+    }
+    store(body->first.rate, momentum);
+    store(angular, momentum + 3);
+}
+
+INLINE void store_joints(const SlideChain *chain, double *signals) {
+    const SlideJoint *joints = chain->joints;
+    double *frame = signals + chain->n_joints + SLIDE_FRAME;
+    for (size_t i = 0; i < chain->n_joints; ++i) {
+        signals[SLIDE_RATES + i] = joints[i].rate[0];
+    }
+    frame[0] = joints[0].turned.c[0], frame[1] = joints[0].turned.s[0];
+}
+
+/* The whole chain, from its last link to its first. */
+INLINE void gather(const SlideChain *chain, Body *body) {
+    const SlideLink *links = chain->links;
+    const SlideJoint *joints = chain->joints;
+    const size_t last = chain->n_joints - 1;
+    for (int i = X; i <= Z; ++i) {
+        body->tool[i] = both(chain->tool[i]);
+    }
+    begin(&links[last], &joints[last], chain->skew, body);
+    for (size_t i = last; i-- > 0;) {
+        if (chain->skew) {
+            pass_skew(&links[i], &joints[i], body);
+        } else {
+            pass_link(&links[i], &joints[i], body);
+        }
+    }
+}
+
+/* The chain is seen from axes that turn with its first joint; what is wanted in those of the base
+ * is turned in the end. */
+INLINE void write_signals(const SlideChain *chain, const double *const inputs[4],
+                          double *signals) {
+    double *after_rates = signals + chain->n_joints;
+    Body body = {0};
+    set_joints(chain, inputs);
+    store_joints(chain, signals);
+    SlideCosineSine *turned = &chain->joints[0].turned;
+    const Turn first = {SLIDE_ANY_TURN, turned->c, turned->s};
+    turned->c = both(1), turned->s = both(0);
+    gather(chain, &body);
+    turn_vector(body.tool, Z, first);
+    store(body.tool, signals + SLIDE_POSITION);
+    store_loads(chain, &body, after_rates);
+    store_wrench(chain, &body, &first, signals);
+}
+
+static void write_baseline(const SlideChain *chain, const double *const inputs[4],
+                           double *signals) {
+    write_signals(chain, inputs, signals);
+}
+
+__attribute__((target("avx2,fma"))) static void write_avx2(const SlideChain *chain,
+                                                           const double *const inputs[4],
+                                                           double *signals) {
+    write_signals(chain, inputs, signals);
 }
 
 void slide_chain_write(const SlideChain *chain, const double *const inputs[4], double *signals) {
-    const Two zero = both(0), one = both(1);
-    const Vector nothing = {zero, zero, zero};
-    double *after_rates = signals + chain->n_joints;
-    Motion motion = {nothing, {{one, zero, zero}, {zero, one, zero}, {zero, zero, one}},
-                     nothing, nothing, nothing, nothing};
-    Loads loads = {nothing, nothing, nothing, nothing, nothing, nothing, nothing};
-    Two c = one, s = zero; /* of the first joint */
-    for (size_t i = 0; i < chain->n_joints; ++i) {
-        Turn turn = turn_of(chain, i, inputs);
-        if (i == 0) {
-            c = turn.c, s = turn.s;
-            turn.c = one, turn.s = zero;
-            motion.acceleration = times(both(-1), turned(fixed(chain->gravity), c, s));
-        }
-        signals[SLIDE_RATES + i] = turn.rate[0];
-        pass_link(chain, &chain->links[i], &turn, &motion, &loads);
-    }
-    Vector tool = add(motion.position, product(&motion.axes, fixed(chain->tool)));
-    store(turned(tool, c, -s), signals + SLIDE_POSITION);
-    after_rates[SLIDE_FRAME] = c[0], after_rates[SLIDE_FRAME + 1] = s[0];
-    store_wrench(chain, &loads, c, s, signals);
-    store(loads.first, after_rates + SLIDE_TURNED_INERTIA);
-    store(loads.square, after_rates + SLIDE_TURNED_INERTIA + 3);
-    store(loads.mixed, after_rates + SLIDE_TURNED_INERTIA + 6);
-    store(loads.linear, after_rates + SLIDE_TURNED_MOMENTUM);
-    store(loads.angular, after_rates + SLIDE_TURNED_MOMENTUM + 3);
+    chain->write(chain, inputs, signals);
 }
 
 static void fill(double *target, const unsigned char *source, size_t count) {
@@ -232,36 +397,91 @@ static void fill(double *target, const unsigned char *source, size_t count) {
     }
 }
 
-static void fill_link(SlideLink *link, const SlideChainView *view, size_t i) {
-    double alpha = slide_f64(view->alpha + 8 * i);
-    fill(&link->middle, view->middle + 8 * i, 1);
-    fill(&link->half_range, view->half_range + 8 * i, 1);
-    fill(&link->a, view->a + 8 * i, 1);
-    fill(&link->d, view->d + 8 * i, 1);
-    fill(&link->mass, view->masses + 8 * i, 1);
-    fill(link->centre, view->centres + 24 * i, 3);
-    fill(link->inertia, view->inertias + 72 * i, 9);
+/* Rounded angles miss the exact quarters by less than their cosines are rounded. */
+static SlideTurn kind_of(double c, double s) {
+    const double rounding = 1e-15;
+    if (fabs(s) < rounding && c > 0) {
+        return SLIDE_NO_TURN;
+    }
+    if (fabs(c) < rounding) {
+        return s > 0 ? SLIDE_QUARTER_TURN : SLIDE_QUARTER_BACK;
+    }
+    return SLIDE_ANY_TURN;
+}
+
+static void fill_joint(SlideLink *link, const SlideFeaturesView *view, size_t i) {
+    const SlideChainView *chain = &view->chain;
+    double alpha = slide_f64(chain->alpha + 8 * i), range = slide_f64(chain->half_range + 8 * i);
+    fill(&link->middle, chain->middle + 8 * i, 1);
+    fill(&link->a, chain->a + 8 * i, 1);
+    fill(&link->d, chain->d + 8 * i, 1);
+    link->half_range = 0.5 * range; /* of the sum of two inputs */
+    link->rate = range / chain->step;
+    link->acceleration = link->rate / chain->step;
     link->cos_alpha = cos(alpha);
     link->sin_alpha = sin(alpha);
+    link->twist = kind_of(link->cos_alpha, link->sin_alpha);
+}
+
+/* A link alone in its frame. With S the sums of m r r', the symmetric part of its inertia is
+ * trace(S) 1 - S; what is left is a cross product with the axis of skew. */
+static Body body_of(double mass, const double *centre, const double *inertia) {
+    double half_trace = 0.5 * (inertia[0] + inertia[4] + inertia[8]);
+    Body body = {0};
+    for (int i = X; i <= Z; ++i) {
+        const int p = (i + 1) % 3, q = (i + 2) % 3;
+        double pq = inertia[3 * p + q], qp = inertia[3 * q + p];
+        body.first.value[i] = both(mass * centre[i]);
+        body.square[i] = both(half_trace - inertia[4 * i] + mass * centre[i] * centre[i]);
+        body.mixed[i] = both(mass * centre[p] * centre[q] - 0.5 * (pq + qp));
+        body.skew.value[i] = both(0.5 * (qp - pq));
+    }
+    return body;
+}
+
+/* Further: the mass further out. */
+static void fill_masses(SlideLink *link, const SlideChainView *chain, size_t i, double further) {
+    double mass = slide_f64(chain->masses + 8 * i), centre[3], inertia[9];
+    double all = mass + further;
+    Turn turn = {SLIDE_ANY_TURN, both(link->cos_alpha), both(link->sin_alpha)};
+    fill(centre, chain->centres + 24 * i, 3);
+    fill(inertia, chain->inertias + 72 * i, 9);
+    Body alone = body_of(mass, centre, inertia);
+    turn_masses(&alone, X, turn, true);
+    shift_masses(&alone, link);
+    store(alone.first.value, link->first);
+    store(alone.square, link->square);
+    store(alone.mixed, link->mixed);
+    store(alone.skew.value, link->skew);
+    link->first[X] += all * link->a;
+    link->first[Z] += all * link->d;
+    link->square[X] += all * link->a * link->a;
+    link->square[Z] += all * link->d * link->d;
+    link->mixed[Y] += all * link->a * link->d;
+}
+
+static void fill_chain(SlideChain *chain, const SlideFeaturesView *view) {
+    fill(chain->gravity, view->chain.gravity, 3);
+    fill(chain->tool, view->chain.tool, 3);
+    chain->mass = 0;
+    slide_fill_sectors(chain->sectors);
+    for (size_t i = chain->n_joints; i-- > 0;) {
+        SlideLink *link = &chain->links[i];
+        fill_joint(link, view, i);
+        fill_masses(link, &view->chain, i, chain->mass);
+        chain->mass += slide_f64(view->chain.masses + 8 * i);
+        chain->skew |= link->skew[X] != 0 || link->skew[Y] != 0 || link->skew[Z] != 0;
+    }
 }
 
 void slide_chain_place(SlideChain *chain, const SlideFeaturesView *view, SlideArena *arena) {
     chain->n_joints = view->n_inputs;
-    chain->step = view->chain.step;
-    chain->wrench = chain->inertia = chain->momentum = false;
+    chain->write = slide_kernel_choose() == &slide_kernel_avx2 ? write_avx2 : write_baseline;
+    chain->skew = false;
     chain->links = slide_place(arena, view->n_inputs, sizeof *chain->links);
-    fill(chain->gravity, view->chain.gravity, 3);
-    fill(chain->tool, view->chain.tool, 3);
-    for (size_t i = 0; arena->base != NULL && i < chain->n_joints; ++i) {
-        fill_link(&chain->links[i], &view->chain, i);
+    chain->sectors = slide_place(arena, SLIDE_SECTORS, sizeof *chain->sectors);
+    chain->joints = slide_place(arena, view->n_inputs, sizeof *chain->joints);
+    if (arena->base != NULL) {
+        fill_chain(chain, view);
     }
-}
-
-void slide_chain_need(SlideChain *chain, size_t signal) {
-    size_t n = chain->n_joints;
-    bool changes = signal >= n + SLIDE_TURNED_WRENCH_CHANGE && signal < n + SLIDE_TURNED_INERTIA;
-    bool of_inertia = signal >= n + SLIDE_TURNED_INERTIA && signal < n + SLIDE_TURNED_MOMENTUM;
-    chain->wrench = chain->wrench || signal < SLIDE_POSITION || changes;
-    chain->inertia = chain->inertia || of_inertia;
-    chain->momentum = chain->momentum || signal >= n + SLIDE_TURNED_MOMENTUM;
 }

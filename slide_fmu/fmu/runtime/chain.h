@@ -2,6 +2,7 @@
 #ifndef SLIDE_CHAIN_H
 #define SLIDE_CHAIN_H
 
+#include "angle.h"
 #include "arena.h"
 #include "features_view.h"
 
@@ -20,31 +21,43 @@ enum {
     SLIDE_CHAIN_SIGNALS = 38
 };
 
+/* How frames differ by a turn: not at all, by a quarter of a turn to either side, or otherwise. */
+typedef enum { SLIDE_NO_TURN, SLIDE_QUARTER_TURN, SLIDE_QUARTER_BACK, SLIDE_ANY_TURN } SlideTurn;
+
 /* One joint and the link that it moves: standard Denavit-Hartenberg. */
 typedef struct {
-    double middle, half_range; /* rad; of the scaled input */
-    double a, d;               /* m */
+    double middle, half_range;  /* rad; of the scaled input, and of the sum of two of them */
+    double rate, acceleration;  /* rad/s, rad/s^2; of changes of the scaled input */
+    double a, d;                /* m */
+    SlideTurn twist;            /* alpha */
     double cos_alpha, sin_alpha;
-    double mass;               /* kg */
-    double centre[3];          /* m, in link axes */
-    double inertia[9];         /* kg m^2 about the centre, by rows, in link axes */
+    /* Of the link, and of the masses further out as if they were in the origin of its frame; seen
+     * from the frame before it, turned with the joint. */
+    double first[3];            /* kg m; moment of mass */
+    double square[3], mixed[3]; /* kg m^2; integrals of xx, yy, zz and of yz, xz, xy */
+    double skew[3];             /* kg m^2; axis of the part of the inertia that is skew, if any */
 } SlideLink;
 
+/* A joint at the end and at the begin of the step. */
 typedef struct {
+    SlideCosineSine turned;
+    SlideTwo rate, acceleration;
+} SlideJoint;
+
+typedef struct SlideChain {
+    void (*write)(const struct SlideChain *chain, const double *const inputs[4], double *signals);
     size_t n_joints;
-    double step; /* s */
-    double gravity[3], tool[3];
+    double mass, gravity[3];
+    double tool[3]; /* in the last link's frame */
     SlideLink *links;
-    bool wrench, inertia, momentum; /* parts that are needed */
+    SlideTwo *sectors;  /* of angle.h */
+    SlideJoint *joints; /* scratch */
+    bool skew;          /* some inertia is not symmetric */
 } SlideChain;
 
 void slide_chain_place(SlideChain *chain, const SlideFeaturesView *view, SlideArena *arena);
 
-/* Note that a signal is needed. */
-void slide_chain_need(SlideChain *chain, size_t signal);
-
-/* Write the signals that are needed. Inputs: scaled, the newest and the three before it, each
- * [n_joints]. */
+/* Write all signals. Inputs: scaled, the newest and the three before it, each [n_joints]. */
 void slide_chain_write(const SlideChain *chain, const double *const inputs[4], double *signals);
 
 #endif

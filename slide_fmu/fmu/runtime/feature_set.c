@@ -1,5 +1,6 @@
 #include "feature_set.h"
 
+#include <float.h>
 #include <math.h>
 
 static const double PI = 3.14159265358979323846;
@@ -8,10 +9,7 @@ static void take_over(SlideFeatures *features, const SlideFeaturesView *view, si
                       uint32_t index) {
     features->chosen[place] = slide_u32(view->chosen.at + 4 * (size_t)index);
     features->offset[place] = slide_f64(view->offset + 8 * (size_t)index);
-    features->scale[place] = slide_f64(view->scale + 8 * (size_t)index);
-    if (features->set == SLIDE_CHAIN_MOTION) {
-        slide_chain_need(&features->chain, features->chosen[place]);
-    }
+    features->factor[place] = fmin(1 / slide_f64(view->scale + 8 * (size_t)index), DBL_MAX);
 }
 
 static void fill(SlideFeatures *features, const SlideFeaturesView *view,
@@ -41,7 +39,7 @@ void slide_features_place(SlideFeatures *features, const SlideFeaturesView *view
     }
     features->chosen = slide_place(arena, features->count, sizeof *features->chosen);
     features->offset = slide_place(arena, features->count, sizeof(double));
-    features->scale = slide_place(arena, features->count, sizeof(double));
+    features->factor = slide_place(arena, features->count, sizeof(double));
     features->signals = slide_place(arena, (size_t)view->n_signals, sizeof(double));
     if (arena->base != NULL) {
         fill(features, view, lists, n_lists);
@@ -86,6 +84,37 @@ static void write_chain_motion(const SlideFeatures *features, const double *inpu
     slide_chain_write(&features->chain, inputs, features->signals);
 }
 
+/* Two features, of places i and j of the lists. */
+static inline SlideTwo two_of(const SlideFeatures *features, size_t i, size_t j) {
+    const double *signals = features->signals, *offset = features->offset;
+    const double *factor = features->factor;
+    const size_t *chosen = features->chosen;
+    const SlideTwo two = {signals[chosen[i]], signals[chosen[j]]};
+    return (two - (SlideTwo){offset[i], offset[j]}) * (SlideTwo){factor[i], factor[j]};
+}
+
+/* Set where a value becomes a finite float. */
+static inline SlideTwoBits finite_bits(SlideTwo two) {
+    const SlideTwo largest = {FLT_MAX, FLT_MAX};
+    return (SlideTwoBits)(two <= largest) & (SlideTwoBits)(two >= -largest);
+}
+
+static bool write_chosen(const SlideFeatures *features, float *result) {
+    const size_t count = features->count;
+    SlideTwoBits finite = {UINT64_MAX, UINT64_MAX};
+    for (size_t i = 0; i + 2 <= count; i += 2) {
+        SlideTwo two = two_of(features, i, i + 1);
+        result[i] = (float)two[0], result[i + 1] = (float)two[1];
+        finite &= finite_bits(two);
+    }
+    if (count % 2 == 1) {
+        SlideTwo last = two_of(features, count - 1, count - 1);
+        result[count - 1] = (float)last[0];
+        finite &= finite_bits(last);
+    }
+    return (finite[0] & finite[1]) != 0;
+}
+
 bool slide_features_write(const SlideFeatures *features, const double *input,
                           const double *before, float *result) {
     switch (features->set) {
@@ -99,11 +128,5 @@ bool slide_features_write(const SlideFeatures *features, const double *input,
         write_differences(features, input, before);
         break;
     }
-    bool finite = true;
-    for (size_t i = 0; i < features->count; ++i) {
-        double signal = features->signals[features->chosen[i]];
-        result[i] = (float)((signal - features->offset[i]) / features->scale[i]);
-        finite = finite && isfinite(result[i]);
-    }
-    return finite;
+    return write_chosen(features, result);
 }

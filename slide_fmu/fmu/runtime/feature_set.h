@@ -12,7 +12,7 @@ typedef struct {
     SlideChain chain; /* of set SLIDE_CHAIN_MOTION */
     size_t count;
     size_t *chosen;         /* [count] signals of the set */
-    double *offset, *scale; /* [count] */
+    double *offset, *factor; /* [count]; (signal - offset) * factor */
     double *signals;        /* scratch: all signals of the set */
 } SlideFeatures;
 

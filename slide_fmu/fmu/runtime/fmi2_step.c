@@ -15,6 +15,23 @@ static const char *fault_of(double time, double length, double sample_step) {
     return fabs(seen - length) <= length / 4 ? NULL : "it is too small to be told apart from zero";
 }
 
+static const double SHORTEST_DIRECTOR = 1e-6;
+
+/* An angle needs a direction. The file names inputs for people only: here they are references. */
+static bool has_direction(const SlideInstance *instance) {
+    const double *inputs = instance->state.inputs;
+    double length = slide_director_length(&instance->model, inputs);
+    if (length >= SHORTEST_DIRECTOR) {
+        return true;
+    }
+    slide_report(instance, fmi2Error,
+                 "fmi2DoStep: inputs with value references 0 and 1 = %g, %g, which gives no "
+                 "direction; expected cosine and sine of an angle, not both zero (length at least "
+                 "%g): set both and step again; nothing was changed",
+                 inputs[0], inputs[1], SHORTEST_DIRECTOR);
+    return false;
+}
+
 /* Wrong steps are errors, not fmi2Discard: a master may try a discarded step again for ever. */
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint,
                       fmi2Real communicationStepSize,
@@ -38,6 +55,9 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint,
                             "fmi2DoStep: communication step %.9g s at %.9g s: %s; nothing was "
                             "changed",
                             communicationStepSize, time, fault);
+    }
+    if (!has_direction(instance)) {
+        return fmi2Error;
     }
     double length = slide_clock_meant(clock, communicationStepSize, step);
     if (!slide_stream_step(&instance->model, &instance->state, length)) {

@@ -6,7 +6,13 @@
 /* Outputs come with a variable that tells how much of their inputs is filled, and so do error
  * estimates. */
 static uint64_t count_filled_outputs(const SlideModel *model) {
-    return ((uint64_t)model->n_outputs + 1) * (model->positions > 0 ? 2 : 1);
+    return ((uint64_t)model->n_outputs + 1) * (model->estimator.positions > 0 ? 2 : 1);
+}
+
+static bool is_estimate(const SlideModel *model, fmi2ValueReference reference) {
+    uint64_t first = (uint64_t)model->n_inputs + model->n_outputs;
+    return model->estimator.positions > 0 && reference >= first &&
+           reference < first + model->n_outputs;
 }
 
 static uint64_t count_outputs(const SlideModel *model) {
@@ -48,14 +54,13 @@ static double value_of(const SlideInstance *instance, size_t reference) {
         size_t error = output - (size_t)count_filled_outputs(model);
         return state->predictor.cells.errors[error] * model->output_scaling[error].scale;
     }
-    size_t n_estimates = model->positions > 0 ? model->n_outputs : 0;
     size_t other = output - model->n_outputs;
-    if (other < n_estimates) {
-        return state->errors[other];
+    if (is_estimate(model, (fmi2ValueReference)reference)) {
+        return state->estimate.errors[other] * model->output_scaling[other].scale;
     }
-    return part_filled(state, other == n_estimates
-                                  ? model->predictor.n_needed
-                                  : (double)model->estimator.n_needed + model->positions - 1);
+    bool of_outputs = other == (model->estimator.positions > 0 ? model->n_outputs : 0);
+    return part_filled(state, of_outputs ? model->predictor.n_needed
+                                         : (double)model->estimator.reach);
 }
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
@@ -79,6 +84,9 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
                             "inputs within their ranges");
     }
     for (size_t i = 0; i < nvr; ++i) {
+        if (is_estimate(&instance->model, vr[i])) { /* found when they are read */
+            slide_stream_estimate(&instance->model, &instance->state);
+        }
         value[i] = value_of(instance, vr[i]);
     }
     return fmi2OK;

@@ -1,22 +1,32 @@
 #include "history.h"
 
+#include <math.h>
 #include <string.h>
 
 enum { STEPS_PER_SAMPLE = 32 };
+static const double PI = 3.14159265358979323846;
+static const double LARGEST_TURN = 3.141592654589793; /* a little more: rounding never decides */
 static const double SLACK = 1e-6; /* in sample steps */
 
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
-                                      bool ramp) {
+                                      bool ramp, bool director) {
     uint64_t capacity = STEPS_PER_SAMPLE * ((uint64_t)n_samples + 1);
     return (SlideHistoryShape){n_inputs, capacity, sample_step / STEPS_PER_SAMPLE,
-                               SLACK * sample_step, ramp};
+                               SLACK * sample_step, ramp, director};
+}
+
+static size_t step_size(const SlideHistoryShape *shape) {
+    return (1 + (size_t)shape->n_inputs) * sizeof(double);
+}
+
+size_t slide_history_steps_size(const SlideHistoryShape *shape) {
+    return (size_t)shape->capacity * step_size(shape);
 }
 
 void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape,
                          SlideArena *arena) {
     history->count = slide_place(arena, 1, sizeof *history->count);
-    history->steps =
-        slide_place(arena, (size_t)shape->capacity, (1 + (size_t)shape->n_inputs) * sizeof(double));
+    history->steps = slide_place(arena, (size_t)shape->capacity, step_size(shape));
 }
 
 static double *step_at(const SlideHistoryShape *shape, const SlideHistory *history,
@@ -41,6 +51,44 @@ void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history,
     step[0] = length;
     memcpy(step + 1, inputs, shape->n_inputs * sizeof *inputs);
     *history->count = count + 1;
+}
+
+void slide_history_keep(const SlideHistoryShape *shape, const SlideHistory *history,
+                        double *steps) {
+    uint64_t next = *history->count;
+    memcpy(steps, step_at(shape, history, next), step_size(shape));
+    memcpy(steps + 1 + shape->n_inputs, step_at(shape, history, next + shape->capacity - 1),
+           step_size(shape));
+}
+
+void slide_history_put_back(const SlideHistoryShape *shape, SlideHistory *history,
+                            const double *steps) {
+    uint64_t next = *history->count;
+    memcpy(step_at(shape, history, next), steps, step_size(shape));
+    memcpy(step_at(shape, history, next + shape->capacity - 1), steps + 1 + shape->n_inputs,
+           step_size(shape));
+}
+
+/* Turned back from its end, which is exact. */
+static void on_arc(const double *from, const double *to, double left, double *director) {
+    double turn = atan2(to[1], to[0]) - atan2(from[1], from[0]);
+    turn -= 2 * PI * ceil((turn - LARGEST_TURN) / (2 * PI));
+    double length = 1 - left * (1 - hypot(from[0], from[1]) / hypot(to[0], to[1]));
+    double c = length * cos(left * turn), s = length * sin(left * turn);
+    double first = c * to[0] + s * to[1];
+    director[1] = c * to[1] - s * to[0];
+    director[0] = first;
+}
+
+void slide_history_between(const SlideHistoryShape *shape, const double *from, const double *to,
+                           double left, double *inputs) {
+    if (shape->director) {
+        on_arc(from, to, left, inputs);
+        return;
+    }
+    for (size_t i = 0; i < shape->n_inputs; ++i) {
+        inputs[i] = to[i] - left * (to[i] - from[i]);
+    }
 }
 
 const double *slide_history_newest(const SlideHistoryShape *shape, const SlideHistory *history) {
@@ -85,11 +133,10 @@ void slide_history_sample(SlideReader *reader, double begin, double end, double 
     const double *before = reader->at > oldest(reader)
                                ? step_at(shape, reader->history, reader->at - 1)
                                : step;
-    double left = 0; /* part of the way to the step's inputs that is not done yet */
     if (shape->ramp) {
-        left = 1 - within((end - reader->begin) / step[0], 0, 1);
-    }
-    for (size_t i = 0; i < shape->n_inputs; ++i) {
-        inputs[i] = step[1 + i] - left * (step[1 + i] - before[1 + i]);
+        double left = 1 - within((end - reader->begin) / step[0], 0, 1);
+        slide_history_between(shape, before + 1, step + 1, left, inputs);
+    } else {
+        memcpy(inputs, step + 1, shape->n_inputs * sizeof *inputs);
     }
 }

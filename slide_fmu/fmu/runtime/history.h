@@ -13,7 +13,8 @@ typedef struct {
     uint64_t capacity; /* steps remembered */
     double shortest;   /* s; a shorter step is joined to the one after it */
     double slack;      /* s; a sample this little before a held input already has it */
-    bool ramp;         /* inputs move linearly and reach their value at the end of the step */
+    bool ramp;         /* inputs move and reach their value at the end of the step */
+    bool director;     /* the two inputs are a director: it turns at a constant rate */
 } SlideHistoryShape;
 
 /* What changes; part of the flat state block. */
@@ -25,8 +26,10 @@ typedef struct {
 
 /* For n_samples samples of the past; a sample step of them holds 32 steps at most. */
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
-                                      bool ramp);
+                                      bool ramp, bool director);
 
+/* The count, then the steps, which are the last thing placed and have this size in bytes. */
+size_t slide_history_steps_size(const SlideHistoryShape *shape);
 void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape, SlideArena *arena);
 
 /* Take in a step of this length under these inputs. A step before it with the same held inputs is
@@ -34,6 +37,18 @@ void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape, 
  * step of all is never joined. */
 void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
                           const double *inputs);
+
+/* Copy the steps that the next append may change, [2][1 + n_inputs], and put them back, once the
+ * count is what it was. */
+void slide_history_keep(const SlideHistoryShape *shape, const SlideHistory *history,
+                        double *steps);
+void slide_history_put_back(const SlideHistoryShape *shape, SlideHistory *history,
+                            const double *steps);
+
+/* Inputs that move, where a part (0 to 1) of the way is left. Linear; a director on the
+ * shorter arc, of two equal ones on that which turns to the left, with its length linear. */
+void slide_history_between(const SlideHistoryShape *shape, const double *from, const double *to,
+                           double left, double *inputs);
 
 /* Inputs of the newest step. Only after the first. */
 const double *slide_history_newest(const SlideHistoryShape *shape, const SlideHistory *history);

@@ -45,6 +45,25 @@ static bool read_skip(SlideLayersView *layers, SlideCursor *section, SlideMessag
                                            section, "skip weight", message);
 }
 
+/* The oldest sample of the window comes first, and each is newer than the one before. */
+static bool read_ages(SlideLayersView *layers, SlideCursor *section, SlideMessage *message) {
+    if (!slide_read_indices(&layers->ages, layers->n_samples, section, "ages", message)) {
+        return false;
+    }
+    uint32_t last = layers->n_samples;
+    for (size_t i = 0; i < layers->ages.count; ++i) {
+        uint32_t age = slide_u32(layers->ages.at + 4 * i);
+        if (age >= last || (i == 0 && age != last - 1)) {
+            return slide_say(message,
+                             "surrogate file: a network looks at a sample of age %u; expected "
+                             "ages that fall from %u on",
+                             (unsigned)age, (unsigned)layers->n_samples - 1);
+        }
+        last = age;
+    }
+    return true;
+}
+
 bool slide_layers_read(SlideLayersView *layers, uint32_t n_features, SlideCursor *section,
                        SlideMessage *message) {
     if (!slide_take_u32(section, &layers->n_samples) ||
@@ -54,7 +73,11 @@ bool slide_layers_read(SlideLayersView *layers, uint32_t n_features, SlideCursor
     if (layers->n_samples < 1 || layers->n_layers < 1) {
         return slide_say(message, "surrogate file: a network has no samples or no layers");
     }
-    uint64_t width = (uint64_t)layers->n_samples * n_features;
+    if (!read_ages(layers, section, message)) {
+        return false;
+    }
+    uint32_t n_seen = layers->ages.count > 0 ? layers->ages.count : layers->n_samples;
+    uint64_t width = (uint64_t)n_seen * n_features;
     layers->n_first = (uint32_t)width; /* exact once the first layer fits */
     layers->layers = section->at;
     for (uint32_t i = 0; i < layers->n_layers; ++i) {

@@ -14,7 +14,8 @@ typedef struct {
 
 typedef struct {
     uint32_t n_samples, n_values, n_layers;
-    uint32_t n_first;            /* n_samples * n_features */
+    SlideIndices ages;           /* samples that are looked at, 0 the newest; none: all */
+    uint32_t n_first;            /* samples that are looked at, times n_features */
     const unsigned char *layers; /* the first layer; the others follow */
     const unsigned char *skip;   /* f32 [n_values][n_first], or NULL */
 } SlideLayersView;

@@ -20,31 +20,34 @@ static double *place_starts(const SlidePayload *payload, SlideArena *arena) {
     return starts;
 }
 
+/* How much of the past is kept: samples for the estimator, which catches up; steps for both
+ * networks, for steps after which all samples are others. */
+static void shape_past(SlideModel *model, const SlidePayload *payload) {
+    uint32_t reach = model->estimator.positions > 0 ? (uint32_t)model->estimator.reach : 1;
+    uint32_t n_seen = reach > payload->n_in ? reach : payload->n_in;
+    model->n_sampled = n_seen + SLIDE_BEFORE;
+    model->samples = (SlideSamplesShape){payload->n_inputs, (uint64_t)reach + SLIDE_BEFORE};
+    model->history = slide_history_shape(payload->n_inputs, model->n_sampled, payload->step,
+                                         payload->ramp, model->director);
+}
+
 void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideArena *arena) {
     model->step = payload->step;
     model->n_inputs = payload->n_inputs;
     model->n_outputs = payload->n_outputs;
     model->n_in = payload->n_in;
-    model->positions = 0;
+    model->director = payload->predictor.features.set == SLIDE_DIRECTOR;
     model->input_scaling =
         place_scaling(payload->input_scaling, SLIDE_INPUT_ROW, payload->n_inputs, arena);
     model->output_scaling =
         place_scaling(payload->output_scaling, SLIDE_OUTPUT_ROW, payload->n_outputs, arena);
     model->starts = place_starts(payload, arena);
     slide_network_place(&model->predictor, &payload->predictor, payload->n_outputs, arena);
-    if (payload->has_estimator) {
-        const SlideNetworkView *view = &payload->estimator;
-        slide_network_place(&model->estimator, view, view->n_values, arena);
-        model->n_means = view->n_values - payload->n_outputs;
-        model->positions = payload->positions;
-        model->log_middle = 0.5 * (payload->high + payload->low);
-        model->log_half_range = 0.5 * (payload->high - payload->low);
-    }
-    model->history = slide_history_shape(payload->n_inputs, payload->n_in + SLIDE_BEFORE,
-                                         payload->step, payload->ramp);
+    slide_estimator_place(&model->estimator, payload, arena);
+    shape_past(model, payload);
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
     model->sample = slide_place(arena, payload->n_inputs, sizeof(double));
-    model->candidate = slide_place(arena, (size_t)payload->n_outputs * 2, sizeof(double));
+    model->candidate = slide_place(arena, payload->n_outputs, sizeof(double));
     model->kernel = slide_kernel_choose();
     memcpy(model->guid, payload->guid, sizeof model->guid);
 }

@@ -2,9 +2,9 @@
 #ifndef SLIDE_MODEL_H
 #define SLIDE_MODEL_H
 
+#include "estimate.h"
 #include "history.h"
 #include "network.h"
-#include "payload.h"
 
 typedef struct {
     double offset, scale;
@@ -14,16 +14,17 @@ typedef struct {
     double step; /* s */
     uint32_t n_inputs, n_outputs;
     uint32_t n_in;      /* samples of the window */
-    uint32_t positions; /* positions of the error estimator; 0 without one */
-    uint32_t n_means;   /* expected errors that the estimator gives before the exponents */
-    double log_middle, log_half_range;
+    bool director;      /* the two inputs are cosine and sine of an angle */
+    uint32_t n_sampled; /* newest samples that any result depends on */
     SlideScaling *input_scaling, *output_scaling;
     double *starts; /* [n_inputs], physical: inputs before the first is set */
-    SlideNetwork predictor, estimator;
+    SlideNetwork predictor;
+    SlideEstimator estimator;
+    SlideSamplesShape samples;
     SlideHistoryShape history;
     double *inputs;    /* scratch [n_inputs]: a sample, in physical units */
     double *sample;    /* scratch [n_inputs]: the same, scaled */
-    double *candidate; /* [outputs, squared errors]: a result before it is accepted */
+    double *candidate; /* scratch [n_outputs]: a result before it is accepted */
     const SlideKernel *kernel;
     char guid[48];
 } SlideModel;

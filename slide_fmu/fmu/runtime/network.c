@@ -1,7 +1,5 @@
 #include "network.h"
 
-#include <string.h>
-
 void slide_network_place(SlideNetwork *network, const SlideNetworkView *view, uint32_t n_kept,
                          SlideArena *arena) {
     network->kind = view->kind;
@@ -10,40 +8,26 @@ void slide_network_place(SlideNetwork *network, const SlideNetworkView *view, ui
     if (view->kind == SLIDE_STATE_SPACE) {
         network->n_needed = view->n_samples - view->cell.n_out + 1;
         slide_cells_place(&network->cells, view, arena);
-        return;
+    } else {
+        slide_layers_place(&network->layers, view, n_kept, arena);
     }
-    SlideLayers *layers = &network->layers;
-    slide_features_place(&layers->seen, &view->features, NULL, 0, arena);
-    layers->features = slide_place(arena, layers->seen.count, sizeof(float));
-    slide_feed_forward_place(&layers->stack, &view->layers, n_kept, arena);
 }
 
 void slide_network_state_place(SlideNetworkState *state, const SlideNetwork *network,
                                SlideArena *arena) {
     if (network->kind == SLIDE_STATE_SPACE) {
         slide_cell_state_place(&state->cells, &network->cells, arena);
-        return;
+    } else {
+        slide_layers_state_place(&state->layers, &network->layers, arena);
     }
-    size_t slots = 2 * (size_t)network->n_samples;
-    state->ring = slide_place(arena, slots * network->layers.seen.count, sizeof(float));
-}
-
-static void write_slot(const SlideNetwork *network, SlideNetworkState *state, size_t slot) {
-    size_t count = network->layers.seen.count;
-    float *first = state->ring + slot * count;
-    memcpy(first, network->layers.features, count * sizeof(float));
-    memcpy(first + network->n_samples * count, first, count * sizeof(float));
 }
 
 void slide_network_restart(const SlideNetwork *network, SlideNetworkState *state,
                            const double *input, const double *before) {
     if (network->kind == SLIDE_STATE_SPACE) {
         slide_cells_restart(&network->cells, &state->cells);
-        return;
-    }
-    slide_features_write(&network->layers.seen, input, before, network->layers.features);
-    for (size_t slot = 0; slot < network->n_samples; ++slot) {
-        write_slot(network, state, slot);
+    } else {
+        slide_layers_fill(&network->layers, &state->layers, input, before);
     }
 }
 
@@ -52,12 +36,7 @@ bool slide_network_see(const SlideNetwork *network, SlideNetworkState *state, ui
     if (network->kind == SLIDE_STATE_SPACE) {
         return slide_cells_see(&network->cells, input, before);
     }
-    const SlideLayers *layers = &network->layers;
-    bool finite = slide_features_write(&layers->seen, input, before, layers->features);
-    if (finite) {
-        write_slot(network, state, (size_t)(sample % network->n_samples));
-    }
-    return finite;
+    return slide_layers_see(&network->layers, &state->layers, sample, input, before);
 }
 
 const float *slide_network_evaluate(const SlideNetwork *network, const SlideKernel *kernel,
@@ -65,10 +44,7 @@ const float *slide_network_evaluate(const SlideNetwork *network, const SlideKern
     if (network->kind == SLIDE_STATE_SPACE) {
         return slide_cells_advance(&network->cells, kernel, &state->cells);
     }
-    size_t first = (size_t)(sample % network->n_samples) + 1;
-    const SlideLayers *layers = &network->layers;
-    return slide_feed_forward_evaluate(&layers->stack, kernel,
-                                       state->ring + first * layers->seen.count);
+    return slide_layers_evaluate(&network->layers, kernel, &state->layers, sample);
 }
 
 void slide_network_accept(const SlideNetwork *network, SlideNetworkState *state) {

@@ -3,14 +3,7 @@
 #define SLIDE_NETWORK_H
 
 #include "cells.h"
-#include "feed_forward.h"
-
-/* Layers with what they see: the features of the newest n_samples samples. */
-typedef struct {
-    SlideFeatures seen;
-    float *features; /* scratch [seen.count] */
-    SlideFeedForward stack;
-} SlideLayers;
+#include "layers.h"
 
 typedef struct {
     uint32_t kind; /* SlideKind */
@@ -23,9 +16,8 @@ typedef struct {
 
 /* All that changes; part of the flat state block. */
 typedef struct {
-    float *ring; /* of layers: [2 n_samples][seen.count]; the features of every sample are written
-                    twice, n_samples slots apart, so that each window lies in one piece */
-    SlideCellState cells; /* of cells */
+    SlideLayersState layers; /* of layers */
+    SlideCellState cells;    /* of cells */
 } SlideNetworkState;
 
 /* Of the values that layers give, only the last n_kept are kept. */
@@ -40,8 +32,7 @@ void slide_network_restart(const SlideNetwork *network, SlideNetworkState *state
                            const double *input, const double *before);
 
 /* Look at the next input, with its number and those before it [SLIDE_BEFORE][n_inputs], newest
- * first. False when a feature is not finite. The place written to holds the oldest sample, which no
- * later window needs. */
+ * first. False when a feature is not finite. */
 bool slide_network_see(const SlideNetwork *network, SlideNetworkState *state, uint64_t sample,
                        const double *input, const double *before);
 

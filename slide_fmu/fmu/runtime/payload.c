@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { VERSION = 3, MAX_WINDOW = 1 << 20 };
+enum { VERSION = 4, MAX_WINDOW = 1 << 20 };
 
 static const double START_TOLERANCE = 1e-12; /* relative to |offset| + scale: rounding */
 
@@ -119,6 +119,32 @@ static bool read_predictor(SlidePayload *payload, SlideCursor *file, SlideMessag
                      (unsigned)payload->predictor.n_values);
 }
 
+static bool check_estimator(const SlidePayload *payload, SlideMessage *message) {
+    const SlideNetworkView *network = &payload->estimator;
+    uint64_t n_values = network->n_values, n_outputs = payload->n_outputs;
+    if (network->kind != SLIDE_FEED_FORWARD) {
+        return slide_say(message,
+                         "surrogate file: the error estimator is a network of kind %u; expected "
+                         "%d (feed-forward)",
+                         (unsigned)network->kind, (int)SLIDE_FEED_FORWARD);
+    }
+    if (n_values != n_outputs && n_values != 2 * n_outputs) {
+        return slide_say(message,
+                         "surrogate file: the error estimator gives %llu values; expected %llu "
+                         "or %llu",
+                         (unsigned long long)n_values, (unsigned long long)n_outputs,
+                         (unsigned long long)(2 * n_outputs));
+    }
+    bool fits = payload->positions >= 1 && payload->positions <= MAX_WINDOW &&
+                network->n_samples <= MAX_WINDOW;
+    return fits ||
+           slide_say(message,
+                     "surrogate file: the error estimator sees %u samples at %u positions; "
+                     "expected at least one position, and at most %d of both",
+                     (unsigned)network->n_samples, (unsigned)payload->positions,
+                     (int)MAX_WINDOW);
+}
+
 static bool read_estimator(SlidePayload *payload, SlideCursor *file, SlideMessage *message) {
     SlideCursor section;
     payload->has_estimator = file->end - file->at >= 4 && memcmp(file->at, "ESTI", 4) == 0;
@@ -140,11 +166,7 @@ static bool read_estimator(SlidePayload *payload, SlideCursor *file, SlideMessag
         !close_section(&section, "ESTI", message)) {
         return false;
     }
-    uint64_t seen = (uint64_t)payload->estimator.n_samples + payload->positions;
-    uint64_t n_values = payload->estimator.n_values, n_outputs = payload->n_outputs;
-    return ((n_values == n_outputs || n_values == 2 * n_outputs) && payload->positions >= 1 &&
-            seen - 1 <= payload->n_in) ||
-           slide_say(message, "surrogate file: the error estimator does not fit the window");
+    return check_estimator(payload, message);
 }
 
 static bool read_sections(SlidePayload *payload, SlideCursor *file, SlideMessage *message) {

@@ -18,8 +18,8 @@ typedef struct {
     SlideNetworkView predictor;
     bool has_estimator;
     double low, high; /* decimal exponents of the log error map */
-    uint32_t positions;
-    SlideNetworkView estimator;
+    uint32_t positions;         /* squared errors that are averaged, as far apart as samples */
+    SlideNetworkView estimator; /* feed-forward */
     char guid[48]; /* derived from the bytes, as in slide_fmu/fmu/model_description.py */
 } SlidePayload;
 

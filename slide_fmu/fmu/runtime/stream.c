@@ -9,16 +9,14 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
     start = arena->used - sizeof *state->head;
     state->inputs = slide_place(arena, n_inputs, sizeof(double));
     state->outputs = slide_place(arena, n_outputs, sizeof(double));
-    state->errors = slide_place(arena, model->positions > 0 ? n_outputs : 0, sizeof(double));
-    state->squares = slide_place(arena, model->positions * n_outputs, sizeof(double));
-    state->before = slide_place(arena, SLIDE_BEFORE * n_inputs, sizeof(double));
+    slide_samples_place(&state->samples, &model->samples, arena);
     slide_network_state_place(&state->predictor, &model->predictor, arena);
-    if (model->positions > 0) {
-        slide_network_state_place(&state->estimator, &model->estimator, arena);
-    }
+    slide_estimate_place(&state->estimate, &model->estimator, arena);
     slide_history_place(&state->history, &model->history, arena);
     state->size = arena->used - start;
-    state->backup = slide_place(arena, state->size, 1);
+    state->before_steps = state->size - slide_history_steps_size(&model->history);
+    state->backup = slide_place(arena, state->before_steps, 1);
+    state->steps = slide_place(arena, 2 * (1 + n_inputs), sizeof(double));
 }
 
 void slide_state_reset(const SlideModel *model, SlideState *state) {
@@ -35,6 +33,10 @@ bool slide_input_usable(const SlideModel *model, size_t input, double value) {
     return isfinite(value) && isfinite((float)scaled(model, input, value));
 }
 
+double slide_director_length(const SlideModel *model, const double *inputs) {
+    return model->director ? hypot(inputs[0], inputs[1]) : 1;
+}
+
 bool slide_stream_fresh(const SlideState *state) { return *state->history.count == 0; }
 
 static void set_sample(const SlideModel *model, const double *inputs) {
@@ -43,7 +45,7 @@ static void set_sample(const SlideModel *model, const double *inputs) {
     }
 }
 
-/* What the networks give with the present sample as their newest. */
+/* The outputs that the network gives after the sample that it has seen. */
 static bool predict(const SlideModel *model, const SlideState *state, uint64_t sample) {
     bool finite = true;
     const float *values =
@@ -56,174 +58,100 @@ static bool predict(const SlideModel *model, const SlideState *state, uint64_t s
     return finite;
 }
 
-/* Squared error, relative to the output's scale, of an expected error and an eps: at most the
- * largest that the map knows. What is not finite stays so. */
-static double squared_error(const SlideModel *model, double mean, double value) {
-    double high = model->log_middle + model->log_half_range, largest = pow(10.0, 2 * high);
-    double exponent = model->log_middle + model->log_half_range * value;
-    double kept = exponent < -150 ? -150 : (exponent > high ? high : exponent);
-    double square = mean * mean + pow(10.0, 2 * kept);
-    if (!isfinite(mean) || !isfinite(value)) {
-        return mean + value;
-    }
-    return square > largest ? largest : square;
+static const double *newest_sample(const SlideModel *model, const SlideState *state) {
+    return slide_samples_at(&model->samples, &state->samples, *state->samples.count - 1);
 }
 
-static bool estimate(const SlideModel *model, const SlideState *state, uint64_t sample) {
-    bool finite = true;
-    double *squares = model->candidate + model->n_outputs;
-    const float *values =
-        slide_network_evaluate(&model->estimator, model->kernel, &state->estimator, sample);
-    for (size_t i = 0; i < model->n_outputs; ++i) {
-        double mean = model->n_means > 0 ? values[i] : 0;
-        squares[i] = squared_error(model, mean, values[model->n_means + i]);
-        finite = finite && isfinite(squares[i]);
-    }
-    return finite;
-}
-
-static void write_squares(const SlideModel *model, SlideState *state, size_t position) {
-    size_t n_outputs = model->n_outputs;
-    memcpy(state->squares + position * n_outputs, model->candidate + n_outputs,
-           n_outputs * sizeof(double));
-}
-
-/* Which networks are evaluated at a sample; layers see every one. */
-typedef struct {
-    bool predictor, estimator;
-} Due;
-
-static bool see(const SlideModel *model, const SlideNetwork *network, SlideNetworkState *state,
-                const double *before, uint64_t sample, bool due) {
-    return (!due && network->kind == SLIDE_STATE_SPACE) ||
-           slide_network_see(network, state, sample, model->sample, before);
-}
-
-static void accept_sample(const SlideModel *model, SlideState *state, Due due) {
-    size_t n_inputs = model->n_inputs;
-    if (due.predictor) {
-        slide_network_accept(&model->predictor, &state->predictor);
-    }
-    if (due.estimator) {
-        slide_network_accept(&model->estimator, &state->estimator);
-    }
-    for (size_t i = 0; i < n_inputs; ++i) {
-        for (size_t age = SLIDE_BEFORE - 1; age > 0; --age) {
-            state->before[age * n_inputs + i] = state->before[(age - 1) * n_inputs + i];
-        }
-        state->before[i] = model->sample[i];
-    }
-    state->head->samples += 1;
-    if (due.estimator) {
-        write_squares(model, state, (size_t)(state->head->samples % model->positions));
-    }
-}
-
-/* Take in model->sample. Layers write to the slot of the oldest sample, which no later window
- * needs: when this fails, the state is what it was. */
-static bool take(const SlideModel *model, SlideState *state, Due due) {
-    uint64_t sample = state->head->samples + 1;
-    const double *before = state->before;
-    bool estimates = model->positions > 0;
-    due.estimator = due.estimator && estimates;
-    if (!see(model, &model->predictor, &state->predictor, before, sample, due.predictor) ||
-        (estimates &&
-         !see(model, &model->estimator, &state->estimator, before, sample, due.estimator))) {
+/* The predictor goes on by model->sample. Layers are evaluated at the last sample of a step only;
+ * they write to the slot of the oldest sample, which no later window needs: when this fails, the
+ * state is what it was. */
+static bool advance(const SlideModel *model, SlideState *state, bool last) {
+    const SlideNetwork *network = &model->predictor;
+    uint64_t sample = *state->samples.count;
+    bool evaluated = last || network->kind == SLIDE_STATE_SPACE;
+    if (!slide_network_see(network, &state->predictor, sample, model->sample,
+                           newest_sample(model, state)) ||
+        (evaluated && !predict(model, state, sample))) {
         return false;
     }
-    if ((due.predictor && !predict(model, state, sample)) ||
-        (due.estimator && !estimate(model, state, sample))) {
-        return false;
+    if (evaluated) {
+        slide_network_accept(network, &state->predictor);
     }
-    accept_sample(model, state, due);
     return true;
 }
 
-/* Take over the outputs and the root of the mean square over all positions. */
-static void accept(const SlideModel *model, SlideState *state) {
-    size_t n_outputs = model->n_outputs;
-    memcpy(state->outputs, model->candidate, n_outputs * sizeof(double));
-    for (size_t i = 0; model->positions > 0 && i < n_outputs; ++i) {
-        double sum = 0;
-        for (size_t position = 0; position < model->positions; ++position) {
-            sum += state->squares[position * n_outputs + i];
-        }
-        state->errors[i] = sqrt(sum / model->positions) * model->output_scaling[i].scale;
+static void remember(const SlideModel *model, SlideState *state) {
+    slide_samples_append(&model->samples, &state->samples, model->sample);
+}
+
+static bool take(const SlideModel *model, SlideState *state, bool last) {
+    bool good = advance(model, state, last);
+    if (good) {
+        remember(model, state);
     }
+    return good;
+}
+
+static void accept_outputs(const SlideModel *model, SlideState *state) {
+    memcpy(state->outputs, model->candidate, model->n_outputs * sizeof(double));
     state->head->current = 1;
 }
 
-/* Forget all samples; the present one counts for those before the next. */
+/* Forget all samples; the present one counts for all. */
 static void restart(const SlideModel *model, SlideState *state) {
-    for (size_t age = 0; age < SLIDE_BEFORE; ++age) {
-        memcpy(state->before + age * model->n_inputs, model->sample,
-               model->n_inputs * sizeof(double));
-    }
-    slide_network_restart(&model->predictor, &state->predictor, model->sample, state->before);
-    if (model->positions > 0) {
-        slide_network_restart(&model->estimator, &state->estimator, model->sample, state->before);
-    }
-    state->head->samples = 0;
-}
-
-/* Samples that a network must see after a restart: its last positions with layers, and the
- * inputs before them with cells, n_filled times n_samples in all. */
-static uint64_t samples_for(const SlideNetwork *network, uint32_t positions, uint32_t n_filled) {
-    return network->kind == SLIDE_STATE_SPACE
-               ? (uint64_t)network->n_samples * n_filled + positions - 1
-               : positions;
+    slide_samples_fill(&model->samples, &state->samples, model->sample);
+    slide_network_restart(&model->predictor, &state->predictor, model->sample,
+                          newest_sample(model, state));
+    slide_estimate_restart(&model->estimator, &state->estimate, &state->samples);
 }
 
 bool slide_stream_hold(const SlideModel *model, SlideState *state) {
-    uint64_t predictor = samples_for(&model->predictor, 1, 2);
-    uint64_t estimator = model->positions > 0 ? samples_for(&model->estimator, 1, 2) : 0;
+    const SlideNetwork *network = &model->predictor;
+    bool cells = network->kind == SLIDE_STATE_SPACE;
     set_sample(model, state->inputs);
     restart(model, state);
-    for (uint64_t left = predictor > estimator ? predictor : estimator; left > 0; --left) {
-        if (!take(model, state, (Due){left <= predictor, left <= estimator})) {
+    for (uint64_t left = cells ? 2 * (uint64_t)network->n_samples : 1; left > 0; --left) {
+        if (!advance(model, state, left == 1)) {
             return false;
         }
     }
-    for (size_t position = 0; position < model->positions; ++position) {
-        write_squares(model, state, position);
-    }
-    accept(model, state);
+    accept_outputs(model, state);
     return true;
 }
 
 /* Take in samples one h apart, of the step that begins now. */
 static bool take_in_turn(const SlideModel *model, SlideState *state, uint32_t count) {
     bool ramp = model->history.ramp && !slide_stream_fresh(state);
-    const double *from =
-        ramp ? slide_history_newest(&model->history, &state->history) : state->inputs;
+    set_sample(model, state->inputs);
     for (uint32_t left = count; left-- > 0;) {
-        double part = (double)left / count;
-        for (size_t i = 0; i < model->n_inputs; ++i) {
-            model->inputs[i] = state->inputs[i] - part * (state->inputs[i] - from[i]);
+        if (ramp) {
+            slide_history_between(&model->history,
+                                  slide_history_newest(&model->history, &state->history),
+                                  state->inputs, (double)left / count, model->inputs);
+            set_sample(model, model->inputs);
         }
-        set_sample(model, model->inputs);
-        bool needed = left == 0 || model->predictor.kind == SLIDE_STATE_SPACE;
-        if (!take(model, state, (Due){needed, true})) {
+        if (!take(model, state, left == 0)) {
             return false;
         }
     }
     return true;
 }
 
-/* Sample all the past that the networks see, up to the end of the newest step of the history. */
+/* Sample all the past that the networks see, up to the end of the newest step of the history. The
+ * predictor sees its part of it. */
 static bool take_anew(const SlideModel *model, SlideState *state) {
     SlideReader reader = slide_history_reader(&model->history, &state->history);
-    uint64_t predictor = samples_for(&model->predictor, 1, 1);
-    uint64_t estimator =
-        model->positions > 0 ? samples_for(&model->estimator, model->positions, 1) : 0;
-    for (uint64_t n = (uint64_t)model->n_in + SLIDE_BEFORE, left = n; left > 0; --left) {
+    uint32_t n_seen = model->predictor.n_samples;
+    for (uint32_t left = model->n_sampled; left > 0; --left) {
         double begin = -(double)left * model->step, end = -(double)(left - 1) * model->step;
         slide_history_sample(&reader, begin, end, model->inputs);
         set_sample(model, model->inputs);
-        if (left == n) {
+        if (left == model->n_sampled) {
             restart(model, state);
         }
-        if (!take(model, state, (Due){left <= predictor, left <= estimator})) {
+        if (left > n_seen) {
+            remember(model, state);
+        } else if (!take(model, state, left == 1)) {
             return false;
         }
     }
@@ -246,27 +174,39 @@ static bool step_of(const SlideModel *model, SlideState *state, double length) {
         done = take_anew(model, state);
     }
     if (done) {
-        accept(model, state);
+        accept_outputs(model, state);
         state->head->filled += whole ? count : length / model->step;
     }
     return done;
 }
 
-bool slide_stream_step(const SlideModel *model, SlideState *state, double length) {
-    if (length == model->step && !slide_stream_fresh(state)) { /* undoes itself */
-        set_sample(model, state->inputs);
-        if (!take(model, state, (Due){true, true})) {
-            return false;
-        }
-        accept(model, state);
-        slide_history_append(&model->history, &state->history, length, state->inputs);
-        state->head->filled += 1;
-        return true;
+/* The most frequent step, of one sample; it undoes itself. */
+static bool step_once(const SlideModel *model, SlideState *state) {
+    set_sample(model, state->inputs);
+    if (!take(model, state, true)) {
+        return false;
     }
-    memcpy(state->backup, state->head, state->size);
+    accept_outputs(model, state);
+    slide_history_append(&model->history, &state->history, model->step, state->inputs);
+    state->head->filled += 1;
+    return true;
+}
+
+bool slide_stream_step(const SlideModel *model, SlideState *state, double length) {
+    if (length == model->step && !slide_stream_fresh(state)) {
+        return step_once(model, state);
+    }
+    memcpy(state->backup, state->head, state->before_steps);
+    slide_history_keep(&model->history, &state->history, state->steps);
     bool done = step_of(model, state, length);
     if (!done) {
-        memcpy(state->head, state->backup, state->size);
+        memcpy(state->head, state->backup, state->before_steps);
+        slide_history_put_back(&model->history, &state->history, state->steps);
     }
     return done;
+}
+
+void slide_stream_estimate(const SlideModel *model, SlideState *state) {
+    slide_estimate_catch_up(&model->estimator, model->kernel, &model->samples, &state->samples,
+                            &state->estimate);
 }

@@ -10,8 +10,6 @@ typedef struct {
     SlideClock clock;
     double filled;    /* samples of the inputs that were set in this run; whole unless steps were
                          no multiples of h */
-    uint64_t samples; /* taken in since the last restart; what belongs to the newest sits in slot
-                         samples % n_samples, its squared error in samples % positions */
     uint32_t mode;    /* SlideMode of instance.h */
     uint32_t current; /* outputs belong to the present state */
 } SlideHead;
@@ -21,13 +19,15 @@ typedef struct {
     SlideHead *head;
     double *inputs;  /* [n_inputs], as set last */
     double *outputs; /* [n_outputs] */
-    double *errors;  /* [n_outputs], error estimates; none without estimator */
-    double *squares; /* [positions][n_outputs], squared errors over scale, a ring over the samples */
-    double *before;  /* [SLIDE_BEFORE][n_inputs], the last samples, scaled, newest first */
-    SlideNetworkState predictor, estimator;
+    SlideSamples samples;
+    SlideNetworkState predictor;
+    SlideEstimate estimate;
     SlideHistory history;
-    size_t size;  /* bytes of the block, which starts at head */
-    void *backup; /* room for a copy of the block; not part of it */
+    size_t size;         /* bytes of the block, which starts at head */
+    size_t before_steps; /* bytes of it before the steps of the history, its largest part */
+    /* Room to undo a step; not part of the block. */
+    void *backup;  /* of what comes before the steps */
+    double *steps; /* of those that the step may change */
 } SlideState;
 
 void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *arena);
@@ -37,6 +37,9 @@ void slide_state_reset(const SlideModel *model, SlideState *state);
 
 /* Is this a value that the network can take in: finite, also after scaling? */
 bool slide_input_usable(const SlideModel *model, size_t input, double value);
+
+/* Is this a direction? The length of the inputs where they are a director; else 1. */
+double slide_director_length(const SlideModel *model, const double *inputs);
 
 /* No communication step yet? */
 bool slide_stream_fresh(const SlideState *state);
@@ -49,5 +52,9 @@ bool slide_stream_hold(const SlideModel *model, SlideState *state);
  * anew from the remembered inputs and evaluated once. False when a result is not finite; then
  * nothing has changed. */
 bool slide_stream_step(const SlideModel *model, SlideState *state, double length);
+
+/* Bring the error estimates up to the present state; only with an estimator, after the first step
+ * or slide_stream_hold. Changes nothing that later steps give. */
+void slide_stream_estimate(const SlideModel *model, SlideState *state);
 
 #endif

@@ -10,6 +10,7 @@
 double kernel_seconds(const char *path, int steps);
 double features_seconds(const char *path, int steps);
 double step_seconds(const char *path, int steps);
+double read_seconds(const char *path, int steps);
 
 /* A surrogate ready to step, in one block. */
 typedef struct {
@@ -64,9 +65,9 @@ double kernel_seconds(const char *path, int steps) {
             slide_cells_run(cells, model->kernel, &state->cells);
             state->cells.states[0] = cells->next[0];
         } else {
-            state->ring[0] = (float)(k % 100) * 0.01f;
+            state->layers.ring[0] = (float)(k % 100) * 0.01f;
             slide_feed_forward_evaluate(&model->predictor.layers.stack, model->kernel,
-                                        state->ring);
+                                        state->layers.ring);
         }
     }
     double seconds = (now() - begin) / steps;
@@ -81,7 +82,7 @@ double features_seconds(const char *path, int steps) {
         return NAN;
     }
     const SlideModel *model = &loaded.model;
-    const double *before = loaded.state.before;
+    const double *before = loaded.state.samples.ring;
     bool good = true;
     double begin = now();
     for (int k = 0; k < steps; ++k) {
@@ -95,21 +96,33 @@ double features_seconds(const char *path, int steps) {
     return good ? seconds : NAN;
 }
 
-/* A whole communication step: inputs scaled, networks, outputs, window or states, history. */
-double step_seconds(const char *path, int steps) {
+static double time_steps(const char *path, int steps, bool reads) {
     Loaded loaded;
     if (!load(&loaded, path)) {
         return NAN;
     }
     const SlideModel *model = &loaded.model;
     bool good = slide_stream_step(model, &loaded.state, model->step);
+    reads = reads && model->estimator.positions > 0;
+    if (reads) {
+        slide_stream_estimate(model, &loaded.state);
+    }
     double begin = now();
     for (int k = 0; k < steps; ++k) {
         double part = (k % 100) * 0.01;
         loaded.state.inputs[0] = model->input_scaling[0].offset + part * model->input_scaling[0].scale;
         good = slide_stream_step(model, &loaded.state, model->step) && good;
+        if (reads) {
+            slide_stream_estimate(model, &loaded.state);
+        }
     }
     double seconds = (now() - begin) / steps;
     free(loaded.block);
     return good ? seconds : NAN;
 }
+
+/* A whole communication step: inputs scaled, network, outputs, window or states, history. */
+double step_seconds(const char *path, int steps) { return time_steps(path, steps, false); }
+
+/* The same, with its error estimates read. */
+double read_seconds(const char *path, int steps) { return time_steps(path, steps, true); }

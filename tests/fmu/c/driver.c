@@ -36,6 +36,9 @@ static void step_once(const SlidePayload *payload) {
             slide_stream_step(&model, &state, model.step);
             slide_stream_step(&model, &state, 0.6 * model.step);
             slide_stream_step(&model, &state, 2 * model.step);
+            if (model.estimator.positions > 0) {
+                slide_stream_estimate(&model, &state);
+            }
         }
         free(block);
     }
@@ -214,11 +217,12 @@ static int make_calls(const char *uri, const char *guid) {
 static void step_anyhow(fmi2Component c) {
     static const double lengths[] = {0.005, 0.01, 0.003, 0.005, 0.0001, 1.0, 0.005};
     for (size_t i = 0; i < sizeof lengths / sizeof lengths[0]; ++i) {
-        double time = 0, values[2];
-        fmi2ValueReference references[2] = {0, 1};
+        double time = 0, value;
         fmi2GetRealStatus(c, fmi2LastSuccessfulTime, &time);
         fmi2DoStep(c, time, lengths[i], fmi2True);
-        fmi2GetReal(c, references, 2, values);
+        for (fmi2ValueReference reference = 0; i % 2 == 0 && reference < 8; ++reference) {
+            fmi2GetReal(c, &reference, 1, &value);
+        }
     }
 }
 

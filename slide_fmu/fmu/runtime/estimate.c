@@ -1,0 +1,131 @@
+#include "estimate.h"
+
+#include <math.h>
+
+static const double FARTHEST_EXPONENT = 150; /* its square is a number, and so is their sum */
+
+static double within(double value, double low, double high) {
+    return value < low ? low : (value > high ? high : value);
+}
+
+static double square_of(double exponent) {
+    return pow(10.0, 2 * within(exponent, -FARTHEST_EXPONENT, FARTHEST_EXPONENT));
+}
+
+void slide_estimator_place(SlideEstimator *estimator, const SlidePayload *payload,
+                           SlideArena *arena) {
+    estimator->positions = 0;
+    if (!payload->has_estimator) {
+        return;
+    }
+    const SlideNetworkView *view = &payload->estimator;
+    estimator->positions = payload->positions;
+    estimator->n_outputs = payload->n_outputs;
+    estimator->n_means = view->n_values - payload->n_outputs;
+    estimator->reach = (uint64_t)payload->positions + view->n_samples - 1;
+    estimator->log_middle = 0.5 * (payload->high + payload->low);
+    estimator->log_half_range = 0.5 * (payload->high - payload->low);
+    estimator->largest = square_of(estimator->log_middle + estimator->log_half_range);
+    slide_layers_place(&estimator->layers, view, view->n_values, arena);
+}
+
+void slide_estimate_place(SlideEstimate *estimate, const SlideEstimator *estimator,
+                          SlideArena *arena) {
+    if (estimator->positions == 0) {
+        return;
+    }
+    size_t n_outputs = estimator->n_outputs;
+    estimate->known = slide_place(arena, 1, sizeof *estimate->known);
+    estimate->held = slide_place(arena, 1, sizeof *estimate->held);
+    estimate->squares = slide_place(arena, estimator->positions * n_outputs, sizeof(double));
+    estimate->errors = slide_place(arena, n_outputs, sizeof(double));
+    slide_layers_state_place(&estimate->layers, &estimator->layers, arena);
+}
+
+void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *estimate,
+                            const SlideSamples *samples) {
+    if (estimator->positions > 0) {
+        *estimate->known = 0;
+        *estimate->held = *samples->count;
+    }
+}
+
+/* Squared error, relative to the output's scale, of an expected error over the spread and an eps:
+ * at most the largest that the map knows, which what is not finite counts as. */
+static double squared_error(const SlideEstimator *estimator, double mean, double eps) {
+    double kept = eps < 1 ? eps : 1;
+    double spread = square_of(estimator->log_middle + estimator->log_half_range * kept);
+    double square = spread * (1 + mean * mean);
+    bool usable = isfinite(mean) && isfinite(eps) && square < estimator->largest;
+    return usable ? square : estimator->largest;
+}
+
+static double *square_at(const SlideEstimator *estimator, const SlideEstimate *estimate,
+                         size_t output, uint64_t sample) {
+    size_t positions = estimator->positions;
+    return estimate->squares + output * positions + (size_t)(sample % positions);
+}
+
+static void evaluate(const SlideEstimator *estimator, const SlideKernel *kernel,
+                     SlideEstimate *estimate, uint64_t sample) {
+    const float *values =
+        slide_layers_evaluate(&estimator->layers, kernel, &estimate->layers, sample);
+    for (size_t i = 0; i < estimator->n_outputs; ++i) {
+        double mean = estimator->n_means > 0 ? values[i] : 0;
+        *square_at(estimator, estimate, i, sample) =
+            squared_error(estimator, mean, values[estimator->n_means + i]);
+    }
+}
+
+static void repeat(const SlideEstimator *estimator, SlideEstimate *estimate, uint64_t sample) {
+    for (size_t i = 0; i < estimator->n_outputs; ++i) {
+        *square_at(estimator, estimate, i, sample) =
+            *square_at(estimator, estimate, i, sample - 1);
+    }
+}
+
+/* A sum in parts, so that the additions need not wait for each other; always in the same order. */
+static double sum_of(const double *values, size_t count) {
+    enum { N_PARTS = 8 };
+    double parts[N_PARTS] = {0}, sum = 0;
+    size_t i = 0;
+    for (; i + N_PARTS <= count; i += N_PARTS) {
+        for (size_t part = 0; part < N_PARTS; ++part) {
+            parts[part] += values[i + part];
+        }
+    }
+    for (; i < count; ++i) {
+        sum += values[i];
+    }
+    for (size_t part = 0; part < N_PARTS; ++part) {
+        sum += parts[part];
+    }
+    return sum;
+}
+
+void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel *kernel,
+                             const SlideSamplesShape *shape, const SlideSamples *samples,
+                             SlideEstimate *estimate) {
+    uint64_t count = *samples->count, behind = count - *estimate->known;
+    uint64_t todo = behind < estimator->reach ? behind : estimator->reach;
+    if (todo == 0) {
+        return;
+    }
+    uint64_t wanted = todo < estimator->positions ? todo : estimator->positions;
+    for (uint64_t left = todo; left > 0; --left) {
+        uint64_t sample = count - left;
+        const double *input = slide_samples_at(shape, samples, sample);
+        slide_layers_see_anyhow(&estimator->layers, &estimate->layers, sample, input,
+                                input + shape->n_inputs);
+        if (left < wanted && sample < *estimate->held) {
+            repeat(estimator, estimate, sample);
+        } else if (left <= wanted) {
+            evaluate(estimator, kernel, estimate, sample);
+        }
+    }
+    *estimate->known = count;
+    for (size_t i = 0; i < estimator->n_outputs; ++i) {
+        double sum = sum_of(square_at(estimator, estimate, i, 0), estimator->positions);
+        estimate->errors[i] = sqrt(sum / estimator->positions);
+    }
+}

@@ -1,0 +1,45 @@
+/* Error estimates: of the newest positions, the root of the mean square of what the estimator
+ * gives. A step only remembers its samples; they are evaluated when an estimate is read. Whenever
+ * and however often that is, the estimate is the same, bit by bit. */
+#ifndef SLIDE_ESTIMATE_H
+#define SLIDE_ESTIMATE_H
+
+#include "layers.h"
+#include "payload.h"
+#include "samples.h"
+
+typedef struct {
+    uint32_t positions; /* 0 without an estimator; then there is nothing else */
+    uint32_t n_outputs;
+    uint32_t n_means; /* expected errors that the network gives before the exponents */
+    uint64_t reach;   /* newest samples that an estimate depends on */
+    double log_middle, log_half_range, largest; /* largest: squared error */
+    SlideLayers layers;
+} SlideEstimator;
+
+/* All that changes; part of the flat state block. */
+typedef struct {
+    uint64_t *known;  /* samples that are evaluated, or too old to be needed: all below a number */
+    uint64_t *held;   /* samples below this number are all the same */
+    double *squares;  /* [n_outputs][positions], squared errors; sample k in k % positions */
+    double *errors;   /* [n_outputs], the estimates at the last of the known samples; both relative
+                         to the scale of the output */
+    SlideLayersState layers;
+} SlideEstimate;
+
+void slide_estimator_place(SlideEstimator *estimator, const SlidePayload *payload,
+                           SlideArena *arena);
+void slide_estimate_place(SlideEstimate *estimate, const SlideEstimator *estimator,
+                          SlideArena *arena);
+
+/* After slide_samples_fill: nothing is known. */
+void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *estimate,
+                            const SlideSamples *samples);
+
+/* Evaluate all that is not known yet: estimate->errors are those at the newest sample. There must
+ * be at least reach samples, with those before them. */
+void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel *kernel,
+                             const SlideSamplesShape *shape, const SlideSamples *samples,
+                             SlideEstimate *estimate);
+
+#endif

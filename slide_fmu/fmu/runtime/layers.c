@@ -1,0 +1,79 @@
+#include "layers.h"
+
+#include <math.h>
+#include <string.h>
+
+static void place_ages(SlideLayers *layers, const SlideIndices *ages, SlideArena *arena) {
+    layers->n_ages = ages->count;
+    layers->ages = slide_place(arena, ages->count, sizeof *layers->ages);
+    layers->picked = slide_place(arena, ages->count * layers->seen.count, sizeof(float));
+    for (size_t i = 0; arena->base != NULL && i < ages->count; ++i) {
+        layers->ages[i] = slide_u32(ages->at + 4 * i);
+    }
+}
+
+void slide_layers_place(SlideLayers *layers, const SlideNetworkView *view, uint32_t n_kept,
+                        SlideArena *arena) {
+    layers->n_samples = view->n_samples;
+    slide_features_place(&layers->seen, &view->features, NULL, 0, arena);
+    layers->features = slide_place(arena, layers->seen.count, sizeof(float));
+    place_ages(layers, &view->layers.ages, arena);
+    slide_feed_forward_place(&layers->stack, &view->layers, n_kept, arena);
+}
+
+void slide_layers_state_place(SlideLayersState *state, const SlideLayers *layers,
+                              SlideArena *arena) {
+    size_t slots = 2 * (size_t)layers->n_samples;
+    state->ring = slide_place(arena, slots * layers->seen.count, sizeof(float));
+}
+
+static void write_slot(const SlideLayers *layers, SlideLayersState *state, size_t slot) {
+    size_t count = layers->seen.count;
+    float *first = state->ring + slot * count;
+    memcpy(first, layers->features, count * sizeof(float));
+    memcpy(first + layers->n_samples * count, first, count * sizeof(float));
+}
+
+bool slide_layers_see(const SlideLayers *layers, SlideLayersState *state, uint64_t sample,
+                      const double *input, const double *before) {
+    bool finite = slide_features_write(&layers->seen, input, before, layers->features);
+    if (finite) {
+        write_slot(layers, state, (size_t)(sample % layers->n_samples));
+    }
+    return finite;
+}
+
+void slide_layers_see_anyhow(const SlideLayers *layers, SlideLayersState *state, uint64_t sample,
+                             const double *input, const double *before) {
+    bool finite = slide_features_write(&layers->seen, input, before, layers->features);
+    for (size_t i = 0; !finite && i < layers->seen.count; ++i) {
+        layers->features[i] = NAN;
+    }
+    write_slot(layers, state, (size_t)(sample % layers->n_samples));
+}
+
+void slide_layers_fill(const SlideLayers *layers, SlideLayersState *state, const double *input,
+                       const double *before) {
+    slide_features_write(&layers->seen, input, before, layers->features);
+    for (size_t slot = 0; slot < layers->n_samples; ++slot) {
+        write_slot(layers, state, slot);
+    }
+}
+
+/* The features of the ages that the network looks at, from those of the whole window. */
+static const float *pick(const SlideLayers *layers, const float *window) {
+    size_t count = layers->seen.count;
+    for (size_t i = 0; i < layers->n_ages; ++i) {
+        size_t place = layers->n_samples - 1 - layers->ages[i];
+        memcpy(layers->picked + i * count, window + place * count, count * sizeof(float));
+    }
+    return layers->picked;
+}
+
+const float *slide_layers_evaluate(const SlideLayers *layers, const SlideKernel *kernel,
+                                   const SlideLayersState *state, uint64_t sample) {
+    size_t first = (size_t)(sample % layers->n_samples) + 1;
+    const float *window = state->ring + first * layers->seen.count;
+    return slide_feed_forward_evaluate(&layers->stack, kernel,
+                                       layers->n_ages > 0 ? pick(layers, window) : window);
+}

@@ -1,0 +1,47 @@
+"""Studies over seeds and numbers of trajectories."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import pytest
+from matplotlib.image import imread
+from recipes import TINY
+from seed_study import draw_curve, studies
+
+from slide_fmu.data.store import StoreError
+from slide_fmu.fmu.build import build_all
+from slide_fmu.pipeline import IN_RANGE, Advance
+
+
+def no_bar(stage: str) -> Advance:
+    return lambda done, total, remark: None
+
+
+def arguments(folder: Path, train: list[int] | None) -> argparse.Namespace:
+    recipe = folder / "tiny.toml"
+    recipe.write_text(TINY, encoding="utf-8")
+    return argparse.Namespace(
+        recipe=recipe, runs=folder / "runs", train=train, surrogate_only=True, seeds=2, seed=1,
+        trajectories=2,
+    )  # fmt: skip
+
+
+def test_learning_curve(tmp_path: Path) -> None:
+    """One study for each number of trajectories, the smallest first, on the same data."""
+    build_all()
+    found = studies(arguments(tmp_path, [3, 2]), no_bar)
+    fewer, more = found["studies"]
+    assert [study["simulated_seconds"] for study in found["studies"]] == [4.0, 6.0]
+    assert [study["trajectories"] for study in found["studies"]] == [2, 3]
+    assert [seed["training_seed"] for seed in fewer["seeds"]] == [0, 1]
+    summary = more["summary"][IN_RANGE]["position_relative_rmse"]
+    errors = [seed[IN_RANGE]["outputs"][0]["relative_rmse"] for seed in more["seeds"]]
+    assert summary["smallest"] == min(errors) < max(errors) == summary["largest"]
+    alone = studies(arguments(tmp_path, [3]), no_bar)["studies"]
+    assert alone[0]["summary"] == more["summary"]
+    with pytest.raises(StoreError, match=r"from other values: data\.train = 3 there, 4"):
+        studies(arguments(tmp_path, None), no_bar)
+    draw_curve(found, tmp_path / "curve.png")
+    assert imread(tmp_path / "curve.png").std() > 0.05

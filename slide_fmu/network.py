@@ -315,5 +315,11 @@ class SlidingWindow(Stepper):
         return network.evaluate_features(self._window[None]).reshape(-1)
 
     @property
+    def newest(self) -> Float32Array:
+        """Features of the newest sample, shape (n_features,); after the first step."""
+        assert self._window is not None
+        return np.asarray(self._window[-1])
+
+    @property
     def truncation_error(self) -> Float32Array | None:
         return None

@@ -11,6 +11,7 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
     SCOU     := n_outputs x (f64 offset  f64 scale)              y = offset + scale * output
     PRED     := network                                          the surrogate
     ESTI     := f64 low  f64 high  u32 positions  network        the error estimator
+                f32 least[count]  f32 largest[count]             of its features
     META     := UTF-8 JSON, padded with spaces                   signals; the C runtime skips it
     network  := see network_bytes.py
 
@@ -24,9 +25,9 @@ as the window, and n_values = n_outputs.
 The estimator is a feed-forward network. It gives n_outputs values eps per evaluation, with e =
 10^(m + r eps), m = (high + low)/2, r = (high - low)/2; or n_outputs expected errors mu, relative
 to the spread around them, followed by n_outputs values eps, with e = 10^(m + r eps) sqrt(1 +
-mu^2). An e that is larger than 10^high, or not a number, counts as 10^high. Over its last
-``positions`` evaluations the root of the mean square of e, times the scale of SCOU, is the
-estimate.
+mu^2). An e that is larger than 10^high, or not a number, counts as 10^high; so does every e at a
+sample with a feature outside least .. largest. Over its last ``positions`` evaluations the root of
+the mean square of e, times the scale of SCOU, is the estimate.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ from typing import get_args
 
 import numpy as np
 
-from slide_fmu.network import FeedForward, Network
+from slide_fmu.network import FeedForward, Float32Array, Network
 from slide_fmu.network_bytes import Reader, decode_network, encode_network
 from slide_fmu.scaling import Affine, LogError
 from slide_fmu.signals import FloatArray, Hold
@@ -64,11 +65,12 @@ class PayloadError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class EstimatorPayload:
-    """The error estimator as stored: log map, number of averaged positions, network."""
+    """The error estimator as stored: log map, positions, network, ranges of its features."""
 
     log_error: LogError
     positions: int
-    network: Network
+    network: FeedForward
+    ranges: Float32Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +105,8 @@ def encode(payload: Payload) -> bytes:
     if payload.estimator is not None:
         log_error = payload.estimator.log_error
         head = struct.pack("<ddI", log_error.low, log_error.high, payload.estimator.positions)
-        body += _section(b"ESTI", head + encode_network(payload.estimator.network))
+        ranges = payload.estimator.ranges.astype("<f4").tobytes()
+        body += _section(b"ESTI", head + encode_network(payload.estimator.network) + ranges)
     metadata = payload.metadata.encode("utf-8")
     body += _section(b"META", metadata + b" " * (-len(metadata) % 4))
     return body + struct.pack("<I", zlib.crc32(body))
@@ -173,14 +176,14 @@ def check_block_sizes(window: Window, network: Network, n_outputs: int) -> None:
         )
 
 
-def check_estimator_sizes(positions: int, network: Network, n_outputs: int) -> None:
-    """Refuse an error estimator of another family, or that does not fit.
+def check_estimator(
+    positions: int, network: FeedForward, ranges: Float32Array, n_outputs: int
+) -> None:
+    """Refuse an error estimator that does not fit.
 
     Raises:
-        ValueError: wrong family, or number of values, samples or positions.
+        ValueError: wrong number of values, samples or positions, or ranges that are none.
     """
-    if not isinstance(network, FeedForward):
-        raise ValueError("estimator that is no feed-forward network; expected one")
     if network.n_values not in (n_outputs, 2 * n_outputs):
         raise ValueError(
             f"estimator gives {network.n_values} values; expected {n_outputs} or {2 * n_outputs}"
@@ -190,6 +193,17 @@ def check_estimator_sizes(positions: int, network: Network, n_outputs: int) -> N
             f"estimator sees {network.n_samples} samples at {positions} positions; "
             f"expected 1 to {MAX_WINDOW} of both"
         )
+    if ranges.shape != (2, network.features.n_signals):
+        raise ValueError(
+            f"estimator with ranges of shape {ranges.shape}; expected least and largest value of "
+            f"{network.features.n_signals} features"
+        )
+    for index, (least, largest) in enumerate(ranges.T.tolist()):
+        if not -math.inf < least <= largest < math.inf:
+            raise ValueError(
+                f"estimator whose feature {index} lies in {least:g} .. {largest:g}; expected "
+                "finite numbers, the smaller one first"
+            )
 
 
 def _section(tag: bytes, content: bytes) -> bytes:
@@ -222,7 +236,7 @@ def _decode_sections(reader: Reader) -> Payload:
     estimator = None
     if reader.data[reader.position : reader.position + 4] == b"ESTI":
         estimator = _decode_estimator(reader.section(b"ESTI"), n_inputs)
-        check_estimator_sizes(estimator.positions, estimator.network, n_outputs)
+        check_estimator(estimator.positions, estimator.network, estimator.ranges, n_outputs)
     section = reader.section(b"META")
     metadata = section.take(len(section.data)).decode("utf-8").rstrip(" ")
     scalings = input_scaling, starts, output_scaling
@@ -239,5 +253,8 @@ def _decode_estimator(section: Reader, n_inputs: int) -> EstimatorPayload:
     low, high = (float(value) for value in section.f64(2))
     positions = section.u32()
     network = decode_network(section, n_inputs)
+    if not isinstance(network, FeedForward):
+        raise ValueError("estimator that is no feed-forward network; expected one")
+    ranges = section.f32(2, network.features.n_signals)
     section.done()
-    return EstimatorPayload(LogError(low, high), positions, network)
+    return EstimatorPayload(LogError(low, high), positions, network, ranges)

@@ -109,6 +109,9 @@ class EstimatorRecipe(Table):
             error over the output window, from the whole window.
         pretraining: of a time-invariant network, at single positions, where it learns mean and
             spread of the error by maximum likelihood.
+        pretrained_beyond: whether it learns that from the trajectories beyond the range too;
+            false where the system has several lasting responses there, so that errors are
+            orders of magnitude larger.
         training: its training on the error over the span.
         span: samples over which the error is estimated, as the root of the mean square; those of
             the output window if not given.
@@ -121,6 +124,7 @@ class EstimatorRecipe(Table):
 
     network: FeedForwardRecipe
     pretraining: TrainingRecipe | None = None
+    pretrained_beyond: bool = True
     training: TrainingRecipe
     span: PositiveInt | None = None
     lags: tuple[NonNegativeInt, ...] | None = Field(default=None, min_length=1)
@@ -129,11 +133,17 @@ class EstimatorRecipe(Table):
     resolution: float = Field(1e-3, gt=0, lt=1)
 
     @model_validator(mode="after")
-    def _only_time_invariant_networks_have_lags(self) -> EstimatorRecipe:
+    def _parts_fit(self) -> EstimatorRecipe:
         if not self.network.time_invariant and (self.span or self.lags or self.pretraining):
             raise ValueError(
                 "span, lags or pretraining of an estimator whose network sees the whole window; "
                 "expected none of them, or estimator.network.time_invariant = true"
+            )
+        if not (self.pretrained_beyond or (self.pretraining and self.in_range)):
+            raise ValueError(
+                f"pretrained_beyond = false with in_range = {self.in_range:g} and "
+                f"{'a' if self.pretraining else 'no'} pretraining; expected a pretraining, and "
+                "trajectories in range to learn from"
             )
         if not all(newer < older for newer, older in itertools.pairwise(self.lags or ())):
             raise ValueError(

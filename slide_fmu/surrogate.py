@@ -10,13 +10,20 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.network import BATCH, Network, Stepper
+from slide_fmu.network import (
+    BATCH,
+    FeedForward,
+    Float32Array,
+    Network,
+    SlidingWindow,
+    Stepper,
+)
 from slide_fmu.payload import (
     EstimatorPayload,
     Payload,
     PayloadError,
     check_block_sizes,
-    check_estimator_sizes,
+    check_estimator,
     check_starts,
     decode,
     encode,
@@ -37,28 +44,46 @@ class ErrorEstimator:
         log_error: map between eps and the error relative to the scale of the output.
         positions: number of consecutive evaluations whose mean square is taken; 1 if the network
             estimates the error of an output window directly.
+        ranges: least and largest value of every feature that the network knows, shape
+            (2, n_features).
     """
 
-    network: Network
+    network: FeedForward
     log_error: LogError
     positions: int
+    ranges: Float32Array
 
-    def squares(self, values: FloatArray, n_outputs: int) -> FloatArray:
+    def along(self, scaled: FloatArray, n_outputs: int) -> FloatArray:
+        """Squared errors at every sample of a record, relative to the outputs' scales.
+
+        Args:
+            scaled: inputs, shape (N, n_inputs); the first counts as held for ever before.
+
+        Returns:
+            Shape (N, n_outputs).
+        """
+        values = self.network.stream(scaled[None])[0].astype(np.float64)
+        return self.squares(values, self.network.features.along(scaled[None])[0], n_outputs)
+
+    def squares(self, values: FloatArray, newest: Float32Array, n_outputs: int) -> FloatArray:
         """Squared errors, relative to the outputs' scales, from what the network gives.
 
         Args:
             values: shape (N, n_outputs) or (N, 2 n_outputs).
+            newest: features of the newest sample that it saw, shape (N, n_features).
 
         Returns:
             Shape (N, n_outputs): e^2 (1 + mu^2), with mu = 0 where the network gives eps alone;
             at most the square of the largest error that the map knows, and that too where the
-            network gives no finite value.
+            network gives no finite value, or has not seen such features in its training.
         """
         eps, mean = values[:, -n_outputs:], values[:, :-n_outputs]
         squares = self.log_error.invert(np.minimum(eps, 1.0)) ** 2
         squares = squares * (1 + mean**2) if mean.size else squares
         largest = self.log_error.invert(np.array(1.0)) ** 2
         known = np.isfinite(values).reshape(len(values), -1, n_outputs).all(axis=1)
+        inside = (newest >= self.ranges[0]) & (newest <= self.ranges[1])
+        known &= inside.all(axis=1)[:, None]
         return np.where(known, np.minimum(squares, largest), largest)
 
 
@@ -107,7 +132,9 @@ class Surrogate:
         check_block_sizes(self.window, self.network, len(self.outputs))
         if self.estimator is not None:
             estimator = self.estimator
-            check_estimator_sizes(estimator.positions, estimator.network, len(self.outputs))
+            check_estimator(
+                estimator.positions, estimator.network, estimator.ranges, len(self.outputs)
+            )
 
     def _check_channels(self) -> None:
         networks = [self.network, *([] if self.estimator is None else [self.estimator.network])]
@@ -220,8 +247,7 @@ class Surrogate:
         if self.estimator is None:
             raise ValueError(f"surrogate {self.name!r} has no error estimator; train one")
         estimator, checked = self.estimator, self._checked(inputs)
-        values = estimator.network.stream(self.input_scaling.apply(checked)[None])[0]
-        squares = estimator.squares(values.astype(np.float64), len(self.outputs))
+        squares = estimator.along(self.input_scaling.apply(checked), len(self.outputs))
         squares = np.concatenate([np.repeat(squares[:1], estimator.positions - 1, 0), squares])
         views = np.lib.stride_tricks.sliding_window_view(squares, estimator.positions, axis=0)
         return np.asarray(np.sqrt(views.mean(axis=-1)) * self.output_scaling.scale)
@@ -266,7 +292,9 @@ class Surrogate:
                 self.network,
                 None
                 if estimator is None
-                else EstimatorPayload(estimator.log_error, estimator.positions, estimator.network),
+                else EstimatorPayload(
+                    estimator.log_error, estimator.positions, estimator.network, estimator.ranges
+                ),
                 json.dumps(metadata, sort_keys=True, ensure_ascii=False),
             )
         )
@@ -293,7 +321,9 @@ class Surrogate:
                 payload.network,
                 None
                 if estimator is None
-                else ErrorEstimator(estimator.network, estimator.log_error, estimator.positions),
+                else ErrorEstimator(
+                    estimator.network, estimator.log_error, estimator.positions, estimator.ranges
+                ),
             )
         except (AttributeError, KeyError, OverflowError, TypeError, ValueError) as error:
             raise PayloadError(f"surrogate file: metadata is damaged: {error!r}") from error
@@ -326,7 +356,7 @@ class Stream:
         self.surrogate = surrogate
         estimator = surrogate.estimator
         self._predictor: Stepper = surrogate.network.stepper()
-        self._estimator = None if estimator is None else estimator.network.stepper()
+        self._estimator = None if estimator is None else SlidingWindow(estimator.network)
         self._squares: FloatArray | None = None
 
     def step(self, inputs: NDArray[Any]) -> tuple[FloatArray, FloatArray | None]:
@@ -363,7 +393,8 @@ class Stream:
         if estimator is None or self._estimator is None:
             return None
         values = self._estimator.step(scaled)[None].astype(np.float64)
-        square = estimator.squares(values, len(self.surrogate.outputs))
+        newest = self._estimator.newest
+        square = estimator.squares(values, newest[None], len(self.surrogate.outputs))
         if self._squares is None:
             self._squares = np.repeat(square, estimator.positions, axis=0)
         else:

@@ -63,11 +63,22 @@ def surrogate_shapes(draw: st.DrawFn) -> Shape:
         activation=draw(st.sampled_from(list(ACTIVATIONS))),
         block=draw(st.booleans()),
         skip=draw(st.booleans()),
-        positions=draw(st.integers(0, n_in)),
-        means=draw(st.booleans()),
+        **draw(estimators()),
         seed=draw(st.integers(0, 1000)),
         **draw(seen_features()),
     )
+
+
+@st.composite
+def estimators(draw: st.DrawFn) -> dict[str, Any]:
+    """None, or one over a span that may be longer than the window."""
+    return {
+        "positions": draw(st.integers(0, 14)),
+        "estimator_samples": draw(st.integers(1, 6)),
+        "ages": draw(st.integers(0, 4)),
+        "means": draw(st.booleans()),
+        "narrow": draw(st.booleans()),
+    }
 
 
 @st.composite
@@ -78,7 +89,6 @@ def cell_shapes(draw: st.DrawFn) -> CellShape:
         states=states,
         units=draw(st.integers(0, 10)),
         activation=activation,
-        estimates=draw(st.booleans()),
         roles=draw(st.booleans()),
         turned=draw(st.integers(0, states // 2)) if activation == GATED else 0,
         factors=draw(st.sampled_from([0, 0, 1, 3])),
@@ -94,8 +104,7 @@ def state_space_shapes(draw: st.DrawFn) -> Shape:
         n_out=draw(st.integers(1, n_in)),
         n_outputs=draw(st.integers(1, 3)),
         hidden=(4,),
-        positions=draw(st.integers(0, n_in)),
-        means=draw(st.booleans()),
+        **draw(estimators()),
         seed=draw(st.integers(0, 1000)),
         hold=draw(st.sampled_from(["held", "ramp"])),
         cell=draw(cell_shapes()),

@@ -26,9 +26,9 @@ SMALL = random_surrogate(
 """About a thousand bytes with every kind of section, so that each of them can be damaged."""
 
 CELLS = random_surrogate(
-    Shape(n_in=3, n_out=2, positions=2, differences=1, cell=CellShape(2, 3, estimates=True))
+    Shape(n_in=3, n_out=2, positions=2, differences=1, cell=CellShape(2, 3))
 ).to_bytes()
-"""The same with two state-space networks."""
+"""The same with a state-space surrogate."""
 
 GATED = random_surrogate(
     Shape(
@@ -249,7 +249,7 @@ def test_huge_layer_is_refused_before_it_is_allocated() -> None:
 def test_messages_name_what_is_wrong() -> None:
     with pytest.raises(PayloadError, match="expected it to begin with 'SLIDEFMU'"):
         decode(b"PK\x03\x04" + bytes(100))
-    with pytest.raises(PayloadError, match="version 2; expected version 3"):
+    with pytest.raises(PayloadError, match="version 2; expected version 4"):
         decode(with_checksum(SMALL[:8] + struct.pack("<I", 2) + SMALL[12:-4]))
     with pytest.raises(PayloadError, match="checksum does not match"):
         decode(SMALL[:-4] + bytes(4))

@@ -231,6 +231,7 @@ def test_values_keep_their_types() -> None:
         ({"lags": (-1, 2)}, "greater than or equal to 0"),
         ({"span": 0}, "greater than 0"),
         ({"span": 89}, r"data\.duration = 2 s; expected at least 2.015"),
+        ({"pretrained_beyond": False}, "with in_range = 0.5 and no pretraining; expected a pretr"),
         ({"span": 9, "network": {"time_invariant": False}}, "network sees the whole window"),
     ],
 )

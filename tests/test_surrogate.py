@@ -197,7 +197,7 @@ def test_parts_that_do_not_fit_are_refused() -> None:
     estimator = surrogate.estimator
     assert estimator is not None
     two = random_surrogate(Shape(n_inputs=2))
-    recursive = random_surrogate(Shape(cell=CellShape())).network
+    nothing = np.array([[0.0], [1.0]], np.float32)
     changes = [
         ({"name": "2nd"}, "surrogate name '2nd'"),
         ({"name": "ü"}, "surrogate name 'ü'"),
@@ -210,7 +210,8 @@ def test_parts_that_do_not_fit_are_refused() -> None:
         ({"outputs": two.inputs, "output_scaling": two.input_scaling}, "12 to 8"),
         ({"estimator": dataclasses.replace(estimator, positions=2**21)}, "at 2097152 positions"),
         ({"estimator": dataclasses.replace(estimator, positions=0)}, "at 0 positions"),
-        ({"estimator": dataclasses.replace(estimator, network=recursive)}, "no feed-forward"),
+        ({"estimator": dataclasses.replace(estimator, ranges=nothing[:1])}, "shape (1, 1)"),
+        ({"estimator": dataclasses.replace(estimator, ranges=nothing[::-1])}, "lies in 1 .. 0"),
         ({"estimator": dataclasses.replace(estimator, network=surrogate.network)}, "4 values"),
     ]
     for change, message in changes:

@@ -15,6 +15,7 @@ from slide_fmu.learn.feature_choice import feature_map, require_odd
 from slide_fmu.learn.feed_forward import FeedForwardModule
 from slide_fmu.learn.training import History, Objective, ProgressOf, train
 from slide_fmu.learn.windows import WindowData
+from slide_fmu.network import Float32Array
 from slide_fmu.recipe import EstimatorRecipe
 from slide_fmu.scaling import LogError
 from slide_fmu.signals import FloatArray
@@ -34,6 +35,8 @@ LIMIT = 8.0
 
 HUBER = 0.03
 """Deviations of eps below count as their square, larger ones linearly: bursts do not rule all."""
+MARGIN = 0.05
+"""Of the range of a feature in the training, on both sides: what the estimator still knows."""
 OUTLIER = 4.0
 """Standard deviations from which the likelihood of an error falls exponentially only."""
 AT_RESOLUTION = -1.0 + 1e-6
@@ -177,14 +180,17 @@ def fit_estimator(
     errors = [values[:, most - n_samples :] for values in errors]
     blocks = [values[:, most - n_samples :] for values in blocks]
     n_values = 2 * n_outputs if time_invariant else n_outputs
+    ranges = _ranges(inputs[0])
     network = FeedForwardModule(recipe.network, n_samples, features, n_values, ages)
     network.to(device, dtype)
     network.initialise(seeded_generator(recipe.training.seed, device))
     histories = {}
     if recipe.pretraining is not None:
         one = Window(window.step, n_samples, 1)
+        kept = [_pretrained(recipe, len(error)) for error in errors]
         training, validation = (
-            WindowData(u, tensor(e), one) for u, e in zip(inputs, errors, strict=True)
+            WindowData(u[:count], tensor(e[:count]), one)
+            for u, e, count in zip(inputs, errors, kept, strict=True)
         )
         histories[POSITIONS] = train(
             network,
@@ -209,7 +215,27 @@ def fit_estimator(
         progress(BLOCKS),
         ROBUST,
     )
-    return ErrorEstimator(network.freeze(), log_error, positions), histories
+    return ErrorEstimator(network.freeze(), log_error, positions, ranges), histories
+
+
+def _ranges(features: torch.Tensor) -> Float32Array:
+    """Least and largest value of every feature, (2, n_features), with a margin.
+
+    Args:
+        features: of the training, shape (n_trajectories, N, n_features).
+    """
+    values = features.flatten(0, 1)
+    least, largest = values.min(0).values, values.max(0).values
+    margin = (
+        MARGIN * (largest - least) + torch.finfo(torch.float32).eps * values.abs().max(0).values
+    )
+    return torch.stack([least - margin, largest + margin]).to("cpu", torch.float32).numpy()
+
+
+def _pretrained(recipe: EstimatorRecipe, trajectories: int) -> int:
+    """Number of a split's trajectories, those in range first, that the pretraining learns from."""
+    share = 1.0 if recipe.pretrained_beyond else recipe.in_range
+    return max(1, round(share * trajectories))
 
 
 def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:

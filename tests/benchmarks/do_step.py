@@ -5,8 +5,9 @@ Usage:
 
     python tests/benchmarks/do_step.py fmus/duffing/duffing.fmu --json -
 
-Prints medians in microseconds of doStep alone and of set, doStep and get together, and their
-ratios to the native FMU; of the same step inside C without FMI (``runtime_step``), and of the
+Prints medians in microseconds of set, doStep and get together, with error estimates and, for the
+native FMU, also without: it estimates when it is asked to. Ratios are of all with the estimates.
+Beside them doStep alone, the same step inside C without FMI (``runtime_step``), and the
 surrogate's network alone (``kernel_us``: one evaluation of layers, or both cells of a ping-pong
 step). torch runs in process, without FMI: its step is window or states, networks, result; null
 where it does not know such a network.
@@ -48,21 +49,21 @@ def measure(path: Path, steps: int, rounds: int) -> dict[str, Any]:
         with unpacked(other) as wrapped:
             for _ in range(rounds):
                 for name, fmu in (("fmu", native), ("pythonfmu", wrapped)):
-                    whole, alone = fmu_times(fmu, surrogate, values)
+                    whole, alone = fmu_times(fmu, surrogate, values, estimates=True)
                     times.setdefault(f"{name}_set_step_get", []).extend(whole)
                     times.setdefault(f"{name}_step", []).extend(alone)
+                whole, _ = fmu_times(native, surrogate, values)
+                times.setdefault("fmu_set_step_get_without_estimates", []).extend(whole)
                 if torch_knows:
                     times.setdefault("torch", []).extend(torch_times(surrogate, values))
                 for _ in range(LOOPS):
                     times.setdefault("runtime_step", []).append(inside.step(LOOP))
                     times.setdefault("kernel", []).append(inside.kernel(LOOP))
     medians = {name: 1e6 * float(np.median(found)) for name, found in times.items()}
-    torch_ratio = medians["torch"] / medians["fmu_step"] if torch_knows else None
+    whole = medians["fmu_set_step_get"]
     ratios = {
-        "pythonfmu_step_over_fmu_step": medians["pythonfmu_step"] / medians["fmu_step"],
-        "torch_over_fmu_step": torch_ratio,
-        "pythonfmu_over_fmu_set_step_get": medians["pythonfmu_set_step_get"]
-        / medians["fmu_set_step_get"],
+        "torch_over_fmu_set_step_get": medians["torch"] / whole if torch_knows else None,
+        "pythonfmu_over_fmu_set_step_get": medians["pythonfmu_set_step_get"] / whole,
     }
     kernel = medians.pop("kernel")
     found = {"torch": None, **medians}
@@ -70,9 +71,13 @@ def measure(path: Path, steps: int, rounds: int) -> dict[str, Any]:
 
 
 def fmu_times(
-    fmu: Any, surrogate: Surrogate, values: list[float]
+    fmu: Any, surrogate: Surrogate, values: list[float], estimates: bool = False
 ) -> tuple[list[float], list[float]]:
-    """Seconds of every set, doStep and get, and of doStep alone."""
+    """Seconds of every set, doStep and get, and of doStep alone.
+
+    Args:
+        estimates: get the error estimates too, if there are any.
+    """
     slave = FMU2Slave(
         guid=fmu.description.guid,
         unzipDirectory=fmu.folder,
@@ -84,7 +89,10 @@ def fmu_times(
     slave.enterInitializationMode()
     slave.exitInitializationMode()
     inputs = [fmu.references[signal.name] for signal in surrogate.inputs]
-    outputs = [fmu.references[signal.name] for signal in surrogate.outputs]
+    names = [signal.name for signal in surrogate.outputs]
+    if estimates and surrogate.estimator is not None:
+        names += [f"{name}_error_estimate" for name in names]
+    outputs = [fmu.references[name] for name in names]
     whole, alone, step = [], [], surrogate.window.step
     for k, value in enumerate(values):
         row = (surrogate.input_scaling.offset + value * surrogate.input_scaling.scale).tolist()

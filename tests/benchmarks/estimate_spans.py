@@ -144,8 +144,7 @@ def errors_of(surrogate: Surrogate, estimator: ErrorEstimator, motion: Motion) -
     """True and estimated errors of the samples that are scored."""
     true, _ = scored(surrogate, motion)
     scaled = surrogate.input_scaling.apply(motion.drawn.inputs)
-    values = estimator.network.stream(scaled[None])[0].astype(np.float64)
-    estimated = np.sqrt(estimator.squares(values, len(surrogate.outputs)))
+    estimated = np.sqrt(estimator.along(scaled, len(surrogate.outputs)))
     first = motion.first(surrogate.network.n_needed, estimator.network.n_needed)
     count = len(motion.reference) - first
     return Errors(

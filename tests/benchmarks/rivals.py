@@ -167,7 +167,8 @@ class NumpySurrogate(Fmi2Slave):
         if estimator is not None:
             values = self.estimator.step(row)[None]
             self.squares[:-1] = self.squares[1:]
-            self.squares[-1] = estimator.squares(values, len(self.y))[0]
+            newest = self.estimator.newest[None]
+            self.squares[-1] = estimator.squares(values, newest, len(self.y))[0]
             self.e[:] = np.sqrt(self.squares.mean(axis=0)) * surrogate.output_scaling.scale
         return True
 '''
@@ -295,6 +296,7 @@ class TorchStep:
             values = self.estimator.step(value)
             spread = 10 ** (2 * (log_error.middle + log_error.half_range * values[-n_outputs:]))
             self.squares = torch.roll(self.squares, -1, 0)
-            self.squares[-1] = (values[:-n_outputs] ** 2).sum() + spread.sum()
+            means = values[:-n_outputs] if len(values) > n_outputs else torch.zeros(n_outputs)
+            self.squares[-1] = (spread * (1 + means**2)).sum()
             self.squares.mean().sqrt()
         return result

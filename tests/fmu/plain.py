@@ -142,7 +142,8 @@ class Resampling:
         if estimator is None:
             return outputs, None
         values = self._values(estimator.network, scaled, estimator.positions)
-        squares = estimator.squares(values, len(outputs))
+        newest = plain_features(estimator.network.features, scaled)[-estimator.positions :]
+        squares = estimator.squares(values, newest, len(outputs))
         return outputs, np.sqrt(squares.mean(axis=0)) * surrogate.output_scaling.scale
 
     @staticmethod

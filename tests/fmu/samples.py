@@ -59,6 +59,7 @@ class Shape:
     skip: bool = False
     positions: int = 0
     means: bool = False
+    narrow: bool = False  # features leave the ranges that the estimator knows
     estimator_samples: int = 0  # 0: as many as fit in the window with all positions
     ages: int = 0  # samples of their windows that layers look at; 0: all
     name: str = "sample"
@@ -207,7 +208,16 @@ def _estimator(shape: Shape) -> ErrorEstimator | None:
         return None
     seen = shape.estimator_samples or shape.n_in - shape.positions + 1
     network = _network(shape, seen, shape.n_outputs * (1 + shape.means), shape.seed + 1)
-    return ErrorEstimator(network, LogError(-3, 1), shape.positions)
+    return ErrorEstimator(network, LogError(-3, 1), shape.positions, _ranges(shape, network))
+
+
+def _ranges(shape: Shape, network: FeedForward) -> Float32Array:
+    """Ranges that some features leave, or that hold whatever is tested."""
+    count = network.features.n_signals
+    if not shape.narrow:
+        return np.repeat(np.float32([[-1e30], [1e30]]), count, axis=1)
+    rng = np.random.default_rng(shape.seed + 2)
+    return np.stack([-rng.uniform(0.8, 2, count), rng.uniform(0.8, 2, count)]).astype(np.float32)
 
 
 def random_surrogate(shape: Shape) -> Surrogate:

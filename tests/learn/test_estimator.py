@@ -57,7 +57,13 @@ def test_module_is_what_the_surrogate_estimates(
     log_error = LogError(-3.0, 0.5)
     module = EstimatorModule(network, positions, log_error, 2)
     estimating = dataclasses.replace(
-        surrogate, estimator=ErrorEstimator(network.freeze(), log_error, positions)
+        surrogate,
+        estimator=ErrorEstimator(
+            network.freeze(),
+            log_error,
+            positions,
+            np.repeat(np.float32([[-99], [99]]), features.n_signals, axis=1),
+        ),
     )
     inputs = np.random.default_rng(0).uniform(-2, 3, (60, 2))
     seen = features.along(surrogate.input_scaling.apply(inputs)[None])[0]
@@ -119,6 +125,7 @@ def estimator_recipe(time_invariant: bool, **changes: Any) -> EstimatorRecipe:
         (False, {}),
         (True, {"pretraining": SHORT, "lags": [0, 1, 3]}),
         (True, {"span": 3}),
+        (True, {"pretraining": SHORT, "pretrained_beyond": False, "in_range": 0.6}),
     ],
 )
 def test_estimator_learns_where_the_errors_are_large(
@@ -240,3 +247,19 @@ def test_signs_of_angles_are_not_flipped(tmp_path: Path, stage: str) -> None:
     short_fit(tmp_path, {"features": ["changes"]}, **{stage: FLIPPED})
     with pytest.raises(ValueError, match=r"^flip_signs = true in a training .* 'turn'"):
         short_fit(tmp_path, {"features": ["turn"]}, **{stage: FLIPPED})
+
+
+def test_features_that_the_training_did_not_see_count_as_the_largest_error(tmp_path: Path) -> None:
+    """Up to a margin; the newest sample decides."""
+    surrogate, estimator = centred_surrogate(), short_fit(tmp_path, {})
+    inputs = np.concatenate(
+        [split_of(surrogate, lambda given, rng: 0.3 * given, 2, 30, s).inputs for s in (0, 1)]
+    )
+    least, largest = inputs[:2].min((0, 1)), inputs[:2].max((0, 1))
+    margin = 0.05 * (largest - least)
+    assert estimator.ranges == pytest.approx(np.stack([least - margin, largest + margin]))
+    record = np.repeat(0.5 * (least + largest)[None], 12, axis=0)
+    record[5, 1] = largest[1] + 0.5 * margin[1]
+    record[8, 0] = least[0] - 1.5 * margin[0]
+    most = float(estimator.log_error.invert(np.array(1.0))) ** 2
+    assert np.flatnonzero(estimator.along(record, 2)[:, 0] == most).tolist() == [8]

@@ -12,6 +12,15 @@ static double square_of(double exponent) {
     return pow(10.0, 2 * within(exponent, -FARTHEST_EXPONENT, FARTHEST_EXPONENT));
 }
 
+static void place_ranges(SlideEstimator *estimator, const unsigned char *ranges,
+                         SlideArena *arena) {
+    size_t count = 2 * estimator->layers.seen.count;
+    estimator->ranges = slide_place(arena, count, sizeof(float));
+    for (size_t i = 0; arena->base != NULL && i < count; ++i) {
+        estimator->ranges[i] = slide_f32(ranges + 4 * i);
+    }
+}
+
 void slide_estimator_place(SlideEstimator *estimator, const SlidePayload *payload,
                            SlideArena *arena) {
     estimator->positions = 0;
@@ -27,6 +36,7 @@ void slide_estimator_place(SlideEstimator *estimator, const SlidePayload *payloa
     estimator->log_half_range = 0.5 * (payload->high - payload->low);
     estimator->largest = square_of(estimator->log_middle + estimator->log_half_range);
     slide_layers_place(&estimator->layers, view, view->n_values, arena);
+    place_ranges(estimator, payload->ranges, arena);
 }
 
 void slide_estimate_place(SlideEstimate *estimate, const SlideEstimator *estimator,
@@ -66,14 +76,28 @@ static double *square_at(const SlideEstimator *estimator, const SlideEstimate *e
     return estimate->squares + output * positions + (size_t)(sample % positions);
 }
 
+/* Has the training seen such features as those of the newest sample? */
+static bool in_range(const SlideEstimator *estimator) {
+    size_t count = estimator->layers.seen.count;
+    const float *least = estimator->ranges, *largest = least + count;
+    for (size_t i = 0; i < count; ++i) {
+        float value = estimator->layers.features[i];
+        if (!(value >= least[i] && value <= largest[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static void evaluate(const SlideEstimator *estimator, const SlideKernel *kernel,
                      SlideEstimate *estimate, uint64_t sample) {
     const float *values =
         slide_layers_evaluate(&estimator->layers, kernel, &estimate->layers, sample);
+    bool known = in_range(estimator);
     for (size_t i = 0; i < estimator->n_outputs; ++i) {
         double mean = estimator->n_means > 0 ? values[i] : 0;
-        *square_at(estimator, estimate, i, sample) =
-            squared_error(estimator, mean, values[estimator->n_means + i]);
+        double square = squared_error(estimator, mean, values[estimator->n_means + i]);
+        *square_at(estimator, estimate, i, sample) = known ? square : estimator->largest;
     }
 }
 

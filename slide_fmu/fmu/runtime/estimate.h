@@ -14,6 +14,7 @@ typedef struct {
     uint32_t n_means; /* expected errors that the network gives before the exponents */
     uint64_t reach;   /* newest samples that an estimate depends on */
     double log_middle, log_half_range, largest; /* largest: squared error */
+    float *ranges; /* [2][features], least and largest values of the training */
     SlideLayers layers;
 } SlideEstimator;
 

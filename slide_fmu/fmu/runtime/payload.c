@@ -145,6 +145,21 @@ static bool check_estimator(const SlidePayload *payload, SlideMessage *message) 
                      (int)MAX_WINDOW);
 }
 
+static bool check_ranges(const SlidePayload *payload, SlideMessage *message) {
+    uint32_t count = payload->estimator.features.chosen.count;
+    for (uint32_t i = 0; i < count; ++i) {
+        double least = slide_f32(payload->ranges + 4 * (size_t)i);
+        double largest = slide_f32(payload->ranges + 4 * ((size_t)count + i));
+        if (!(least <= largest)) {
+            return slide_say(message,
+                             "surrogate file: feature %u of the error estimator lies in %g .. %g; "
+                             "expected the smaller number first",
+                             (unsigned)i, least, largest);
+        }
+    }
+    return true;
+}
+
 static bool read_estimator(SlidePayload *payload, SlideCursor *file, SlideMessage *message) {
     SlideCursor section;
     payload->has_estimator = file->end - file->at >= 4 && memcmp(file->at, "ESTI", 4) == 0;
@@ -163,10 +178,13 @@ static bool read_estimator(SlidePayload *payload, SlideCursor *file, SlideMessag
                          payload->low, payload->high);
     }
     if (!slide_network_read(&payload->estimator, payload->n_inputs, &section, message) ||
+        !check_estimator(payload, message) ||
+        !slide_read_f32(&payload->ranges, 2, payload->estimator.features.chosen.count, &section,
+                        "range", message) ||
         !close_section(&section, "ESTI", message)) {
         return false;
     }
-    return check_estimator(payload, message);
+    return check_ranges(payload, message);
 }
 
 static bool read_sections(SlidePayload *payload, SlideCursor *file, SlideMessage *message) {

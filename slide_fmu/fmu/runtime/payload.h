@@ -20,6 +20,7 @@ typedef struct {
     double low, high; /* decimal exponents of the log error map */
     uint32_t positions;         /* squared errors that are averaged, as far apart as samples */
     SlideNetworkView estimator; /* feed-forward */
+    const unsigned char *ranges; /* f32 [2][its features], least and largest values */
     char guid[48]; /* derived from the bytes, as in slide_fmu/fmu/model_description.py */
 } SlidePayload;
 

@@ -176,7 +176,7 @@ def fit_estimator(
     ages = tuple(reversed(recipe.lags or ()))
     n_samples = ages[0] + 1 if ages else most
     # no error counts before the surrogate's window is filled
-    inputs = [values[:, most - n_samples :] for values in inputs]
+    inputs = [values[:, most - n_samples :].contiguous() for values in inputs]
     errors = [values[:, most - n_samples :] for values in errors]
     blocks = [values[:, most - n_samples :] for values in blocks]
     n_values = 2 * n_outputs if time_invariant else n_outputs

@@ -16,9 +16,8 @@ from typing import Any
 
 import numpy as np
 from figures_out import write_figures
-from seeds import PAPER_PROTOCOL
 
-from slide_fmu.cli import progress_bars
+from slide_fmu.cli import UNSEEN_SEED, progress_bars
 from slide_fmu.data.sampling import TEST, Stream, draw, recipe_system
 from slide_fmu.errors import rms
 from slide_fmu.fmu.export import read_fmu
@@ -77,7 +76,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("fmu", type=Path)
     parser.add_argument("--simulations", type=int, default=512)
-    parser.add_argument("--seed", type=int, default=PAPER_PROTOCOL, help="of the simulations")
+    parser.add_argument("--seed", type=int, default=UNSEEN_SEED, help="of the simulations")
     parser.add_argument("--json", default="-")
     arguments = parser.parse_args()
     with progress_bars() as bar:

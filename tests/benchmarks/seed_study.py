@@ -21,7 +21,6 @@ from typing import Any
 import torch
 from figures_out import write_figures
 from matplotlib.figure import Figure
-from seeds import SEED_STUDY
 from studies import (
     first_trajectories,
     simulated_seconds,
@@ -32,7 +31,7 @@ from studies import (
 )
 
 from slide_fmu import pipeline
-from slide_fmu.cli import progress_bars
+from slide_fmu.cli import UNSEEN_SEED, progress_bars
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.validation import validate
 
@@ -146,7 +145,7 @@ def main() -> None:
     )
     parser.add_argument("--surrogate-only", action="store_true", help="no error estimator")
     parser.add_argument("--trajectories", type=int, help="the recipe's if not given")
-    parser.add_argument("--seed", type=int, default=SEED_STUDY, help="of the trajectories")
+    parser.add_argument("--seed", type=int, default=UNSEEN_SEED, help="of the trajectories")
     parser.add_argument("--runs", type=Path, default=Path("runs"))
     parser.add_argument("--picture", type=Path, help="PNG of the learning curve")
     parser.add_argument("--json", default="-")

@@ -1,7 +1,9 @@
-"""Default seeds of the unseen trajectories of every benchmark.
+"""Default seeds of the unseen trajectories of the benchmarks that measure other things than the
+validation does.
 
-Each benchmark has its own, so that no figure depends on motions by which another one was chosen:
-``slide-fmu validate`` and ``run`` draw with 20260000 and, beyond the range, 20260001. The splits
+Each has its own, so that no figure depends on motions by which another one was chosen:
+``slide-fmu validate`` and ``run`` draw with 20260000 and, beyond the range, 20260001; so do
+``seed_study.py`` and ``paper_protocol.py``, to compare with the released FMUs. The splits
 of the recipes' data have the seeds 20261 to 20264, and other streams of them too. A benchmark
 that draws beyond the range does so with the next seed, so seeds are a hundred apart.
 
@@ -13,8 +15,6 @@ that draws beyond the range does so with the next seed, so seeds are a hundred a
 from __future__ import annotations
 
 PAPER_SEGMENTS = 20_260_100
-PAPER_PROTOCOL = 20_260_200
 ESTIMATE_SPANS = 20_260_300
-SEED_STUDY = 20_260_400
 STRUCTURES = 20_260_500
 SPEED_UP = 20_260_600

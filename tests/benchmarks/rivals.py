@@ -144,14 +144,17 @@ class NumpySurrogate(Fmi2Slave):
         if estimator is not None:
             self.estimator = stepper(estimator.network)
             self.squares = np.zeros((estimator.positions, len(surrogate.outputs)))
+        names = [signal.name for signal in surrogate.outputs]
+        estimates = [] if estimator is None else [name + "_error_estimate" for name in names]
         for signals, values, causality in (
-            (surrogate.inputs, self.u, Fmi2Causality.input),
-            (surrogate.outputs, self.y, Fmi2Causality.output),
+            ([signal.name for signal in surrogate.inputs], self.u, Fmi2Causality.input),
+            (names, self.y, Fmi2Causality.output),
+            (estimates, self.e, Fmi2Causality.output),
         ):
-            for i, signal in enumerate(signals):
+            for i, name in enumerate(signals):
                 self.register_variable(
                     Real(
-                        signal.name,
+                        name,
                         causality=causality,
                         getter=lambda values=values, i=i: float(values[i]),
                         setter=lambda v, values=values, i=i: values.__setitem__(i, v),
@@ -167,7 +170,7 @@ class NumpySurrogate(Fmi2Slave):
         if estimator is not None:
             values = self.estimator.step(row)[None]
             self.squares[:-1] = self.squares[1:]
-            newest = self.estimator.newest[None]
+            newest = self.estimator.samples[:, -1]
             self.squares[-1] = estimator.squares(values, newest, len(self.y))[0]
             self.e[:] = np.sqrt(self.squares.mean(axis=0)) * surrogate.output_scaling.scale
         return True

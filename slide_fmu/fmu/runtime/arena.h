@@ -4,6 +4,7 @@
 #define SLIDE_ARENA_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 enum { SLIDE_ALIGNMENT = 64 };
 
@@ -16,6 +17,15 @@ static inline void *slide_place(SlideArena *arena, size_t count, size_t size) {
     size_t start = (arena->used + SLIDE_ALIGNMENT - 1) / SLIDE_ALIGNMENT * SLIDE_ALIGNMENT;
     arena->used = start + count * size;
     return arena->base == NULL ? NULL : arena->base + start;
+}
+
+/* Size of a ring with so many places: the place of a number is a mask of it, not a division. */
+static inline uint64_t slide_power_of_two(uint64_t least) {
+    uint64_t size = 1;
+    while (size < least) {
+        size *= 2;
+    }
+    return size;
 }
 
 #endif

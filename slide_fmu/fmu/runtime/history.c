@@ -10,7 +10,7 @@ static const double SLACK = 1e-6; /* in sample steps */
 
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
                                       bool ramp, bool director) {
-    uint64_t capacity = STEPS_PER_SAMPLE * ((uint64_t)n_samples + 1);
+    uint64_t capacity = slide_power_of_two(STEPS_PER_SAMPLE * ((uint64_t)n_samples + 1));
     return (SlideHistoryShape){n_inputs, capacity, sample_step / STEPS_PER_SAMPLE,
                                SLACK * sample_step, ramp, director};
 }
@@ -31,7 +31,7 @@ void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape,
 
 static double *step_at(const SlideHistoryShape *shape, const SlideHistory *history,
                        uint64_t index) {
-    return history->steps + (index % shape->capacity) * (1 + (size_t)shape->n_inputs);
+    return history->steps + (index & (shape->capacity - 1)) * (1 + (size_t)shape->n_inputs);
 }
 
 /* May a step be joined to the one before it? Held inputs that stay lose nothing by it. */

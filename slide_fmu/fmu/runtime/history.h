@@ -10,7 +10,7 @@
 /* What does not change. */
 typedef struct {
     uint32_t n_inputs;
-    uint64_t capacity; /* steps remembered */
+    uint64_t capacity; /* steps remembered, a power of two */
     double shortest;   /* s; a shorter step is joined to the one after it */
     double slack;      /* s; a sample this little before a held input already has it */
     bool ramp;         /* inputs move and reach their value at the end of the step */

@@ -8,6 +8,7 @@ static SlideScaling *place_scaling(const unsigned char *rows, size_t row_size, u
     for (size_t i = 0; arena->base != NULL && i < channels; ++i) {
         scaling[i].offset = slide_f64(rows + row_size * i);
         scaling[i].scale = slide_f64(rows + row_size * i + 8);
+        scaling[i].factor = 1 / scaling[i].scale;
     }
     return scaling;
 }
@@ -26,7 +27,8 @@ static void shape_past(SlideModel *model, const SlidePayload *payload) {
     uint32_t reach = model->estimator.positions > 0 ? (uint32_t)model->estimator.reach : 1;
     uint32_t n_seen = reach > payload->n_in ? reach : payload->n_in;
     model->n_sampled = n_seen + SLIDE_BEFORE;
-    model->samples = (SlideSamplesShape){payload->n_inputs, (uint64_t)reach + SLIDE_BEFORE};
+    model->samples = (SlideSamplesShape){payload->n_inputs,
+                                         slide_power_of_two((uint64_t)reach + SLIDE_BEFORE)};
     model->history = slide_history_shape(payload->n_inputs, model->n_sampled, payload->step,
                                          payload->ramp, model->director);
 }

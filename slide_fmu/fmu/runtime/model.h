@@ -7,7 +7,7 @@
 #include "network.h"
 
 typedef struct {
-    double offset, scale;
+    double offset, scale, factor; /* factor: 1 / scale */
 } SlideScaling;
 
 typedef struct {

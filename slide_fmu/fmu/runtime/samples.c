@@ -10,7 +10,8 @@ void slide_samples_place(SlideSamples *samples, const SlideSamplesShape *shape,
 }
 
 static uint64_t place_of(const SlideSamplesShape *shape, uint64_t sample) {
-    return shape->capacity - 1 - sample % shape->capacity;
+    uint64_t mask = shape->capacity - 1;
+    return mask - (sample & mask);
 }
 
 void slide_samples_append(const SlideSamplesShape *shape, SlideSamples *samples,

@@ -10,7 +10,7 @@
 /* What does not change. */
 typedef struct {
     size_t n_inputs;
-    uint64_t capacity; /* samples kept; more than SLIDE_BEFORE */
+    uint64_t capacity; /* samples kept; more than SLIDE_BEFORE, a power of two */
 } SlideSamplesShape;
 
 /* What changes; part of the flat state block. */

@@ -26,7 +26,7 @@ void slide_state_reset(const SlideModel *model, SlideState *state) {
 
 static double scaled(const SlideModel *model, size_t input, double value) {
     const SlideScaling *scaling = &model->input_scaling[input];
-    return (value - scaling->offset) / scaling->scale;
+    return (value - scaling->offset) * scaling->factor;
 }
 
 bool slide_input_usable(const SlideModel *model, size_t input, double value) {

@@ -125,7 +125,11 @@ def size_recipe(job: Job, seed: int | None = None) -> Sizing:
 
     Args:
         seed: of the motions; the recipe's data seed if None.
+
+    Raises:
+        LoadError, RecipeError: as of ``check_recipe``.
     """
+    check_recipe(job.recipe)
     return size_window(job.recipe, recipe_system(job.recipe), seed)
 
 
@@ -136,7 +140,6 @@ def check_window(job: Job) -> Sizing:
         LoadError, RecipeError: as of ``check_recipe``.
         ShortWindowError: the window is too short for the system.
     """
-    check_recipe(job.recipe)
     sizing = size_recipe(job)
     require_window(job.recipe, sizing)
     return sizing

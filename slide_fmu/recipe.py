@@ -299,9 +299,10 @@ class Recipe(Table):
         }
         for name, (duration, needed) in whole.items():
             if duration < needed - 0.5 * window.step:
+                also = f" and estimator.span = {span}" if span else ""
                 raise ValueError(
                     f"{name} = {duration:g} s; expected at least {needed:g} s for a window of "
-                    f"n_in = {window.n_in}, n_out = {window.n_out} samples"
+                    f"n_in = {window.n_in}, n_out = {window.n_out} samples{also}"
                 )
         return self
 

@@ -153,9 +153,14 @@ class Surrogate:
     @property
     def estimated_samples(self) -> int:
         """Samples over which the error is estimated; of the output window without estimator."""
-        if self.estimator is None or self.estimator.positions == 1:
+        if self.estimator is None:
             return self.window.n_out
-        return self.estimator.positions
+        whole = self.estimator.network.n_samples == self.window.n_in
+        return (
+            self.window.n_out
+            if whole and self.estimator.positions == 1
+            else (self.estimator.positions)
+        )
 
     @property
     def gives_blocks(self) -> bool:

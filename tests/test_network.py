@@ -41,7 +41,8 @@ TORCH: dict[str, Callable[[torch.Tensor], torch.Tensor]] = {
 
 
 def plain_evaluation(network: FeedForward, sequence: np.ndarray) -> list[float]:
-    first = [float(value) for row in sequence for value in row]
+    ages = network.ages or range(network.n_samples - 1, -1, -1)
+    first = [float(value) for age in ages for value in sequence[-1 - age]]
     hidden = first
     for layer in network.layers:
         hidden = [

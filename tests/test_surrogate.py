@@ -192,6 +192,17 @@ def test_input_that_is_not_finite_is_named(value: float) -> None:
         stream.step(np.zeros(3))
 
 
+@pytest.mark.parametrize(
+    ("positions", "samples", "expected"), [(1, 12, 4), (1, 3, 1), (30, 3, 30)]
+)
+def test_estimate_is_about_its_positions_or_the_output_window(
+    positions: int, samples: int, expected: int
+) -> None:
+    """The output window where one evaluation sees the whole input window."""
+    shape = Shape(n_in=12, n_out=4, positions=positions, estimator_samples=samples)
+    assert random_surrogate(shape).estimated_samples == expected
+
+
 def test_parts_that_do_not_fit_are_refused() -> None:
     surrogate = random_surrogate(Shape(positions=2))
     estimator = surrogate.estimator

@@ -35,6 +35,8 @@ LIMIT = 8.0
 
 HUBER = 0.03
 """Deviations of eps below count as their square, larger ones linearly: bursts do not rule all."""
+ROUNDING = 1e-6
+"""Of a feature, that is of order one: two programs may differ by it in one that never changes."""
 MARGIN = 0.05
 """Of the range of a feature in the training, on both sides: what the estimator still knows."""
 OUTLIER = 4.0
@@ -226,9 +228,8 @@ def _ranges(features: torch.Tensor) -> Float32Array:
     """
     values = features.flatten(0, 1)
     least, largest = values.min(0).values, values.max(0).values
-    margin = (
-        MARGIN * (largest - least) + torch.finfo(torch.float32).eps * values.abs().max(0).values
-    )
+    size = values.abs().max(0).values.clamp_min(1.0)
+    margin = MARGIN * (largest - least) + ROUNDING * size
     return torch.stack([least - margin, largest + margin]).to("cpu", torch.float32).numpy()
 
 

@@ -15,7 +15,13 @@ from plants import Still
 from slide_fmu.data.store import Split
 from slide_fmu.errors import relative_deviation
 from slide_fmu.features import Differences, Director, FeatureMap
-from slide_fmu.learn.estimator import EstimatorModule, block_errors, fit_estimator, streamed_errors
+from slide_fmu.learn.estimator import (
+    EstimatorModule,
+    _ranges,
+    block_errors,
+    fit_estimator,
+    streamed_errors,
+)
 from slide_fmu.learn.feed_forward import FeedForwardModule
 from slide_fmu.network import FeedForward
 from slide_fmu.recipe import EstimatorRecipe, FeedForwardRecipe
@@ -257,9 +263,20 @@ def test_features_that_the_training_did_not_see_count_as_the_largest_error(tmp_p
     )
     least, largest = inputs[:2].min((0, 1)), inputs[:2].max((0, 1))
     margin = 0.05 * (largest - least)
-    assert estimator.ranges == pytest.approx(np.stack([least - margin, largest + margin]))
+    assert estimator.ranges == pytest.approx(
+        np.stack([least - margin, largest + margin]), abs=1e-5
+    )
     record = np.repeat(0.5 * (least + largest)[None], 12, axis=0)
     record[5, 1] = largest[1] + 0.5 * margin[1]
     record[8, 0] = least[0] - 1.5 * margin[0]
     most = float(estimator.log_error.invert(np.array(1.0))) ** 2
     assert np.flatnonzero(estimator.along(record, 2)[:, 0] == most).tolist() == [8]
+
+
+def test_feature_that_never_changes_is_known_up_to_rounding() -> None:
+    """Two programs round it differently."""
+    values = torch.zeros(2, 5, 2, dtype=torch.float64)
+    values[..., 0] = torch.linspace(-1, 1, 5)
+    least, largest = _ranges(values)
+    assert least == pytest.approx([-1.1, 0], abs=1e-5)
+    assert largest[1] - least[1] == pytest.approx(2e-6)

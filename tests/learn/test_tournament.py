@@ -83,7 +83,10 @@ def test_pairs_that_an_order_does_not_have_are_not_turned(tmp_path: Path) -> Non
     message = r"^network\.turned_pairs = 2 with an order of 3; expected two states for each pair"
     with pytest.raises(ValueError, match=message):
         tournament.linear(3)
-    assert tournament.shape(4, 2).turned == 2
+    with pytest.raises(
+        ValueError, match=r"^network\.turned_pairs = 2 with 1 drives and 1 outputs"
+    ):
+        tournament.shape(4, 2)
 
 
 def test_static_features_that_also_drive_share_no_impulse_response(tmp_path: Path) -> None:

@@ -47,9 +47,9 @@ def side_by_side(validation: Validation, output: int) -> bytes:
         )
         lower.plot(time, comparison.true_error[shown, output], color=REFERENCE, label="RMSE, true")
         if comparison.estimate is not None:
-            lower.plot(
-                time, comparison.estimate[shown, output], color=ESTIMATE, label="RMSE, estimated"
-            )
+            filled = np.isfinite(comparison.true_error[shown, output])
+            estimate = np.where(filled, comparison.estimate[shown, output], np.nan)
+            lower.plot(time, estimate, color=ESTIMATE, label="RMSE, estimated")
         lower.set_ylabel(f"error / {signal.unit}")
         lower.set_xlabel("time / s")
         middle.legend(loc="upper right", fontsize=8)

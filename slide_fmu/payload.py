@@ -40,20 +40,18 @@ from typing import get_args
 
 import numpy as np
 
-from slide_fmu.network import FeedForward, Float32Array, Network
+from slide_fmu.error_estimator import ErrorEstimator
+from slide_fmu.network import FeedForward, Network
 from slide_fmu.network_bytes import Reader, decode_network, encode_network
 from slide_fmu.scaling import Affine, LogError
 from slide_fmu.signals import FloatArray, Hold
 from slide_fmu.state_space import StateSpace
-from slide_fmu.window import Window
+from slide_fmu.window import MAX_WINDOW, Window
 
 MAGIC = b"SLIDEFMU"
 VERSION = 4
 HOLDS: tuple[Hold, ...] = get_args(Hold)
 """How inputs act between samples; their order is their number in the payload."""
-
-MAX_WINDOW = 1 << 20
-"""Largest n_in: an upper bound against damaged files, far above any use."""
 
 START_TOLERANCE = 1e-12
 """How far a start may lie outside offset -+ scale, relative to |offset| + scale: rounding."""
@@ -61,16 +59,6 @@ START_TOLERANCE = 1e-12
 
 class PayloadError(ValueError):
     """A surrogate file is damaged, of another version, or not a surrogate file."""
-
-
-@dataclass(frozen=True, eq=False)
-class EstimatorPayload:
-    """The error estimator as stored: log map, positions, network, ranges of its features."""
-
-    log_error: LogError
-    positions: int
-    network: FeedForward
-    ranges: Float32Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +71,7 @@ class Payload:
     starts: FloatArray
     output_scaling: Affine
     network: Network
-    estimator: EstimatorPayload | None
+    estimator: ErrorEstimator | None
     metadata: str
 
 
@@ -176,36 +164,6 @@ def check_block_sizes(window: Window, network: Network, n_outputs: int) -> None:
         )
 
 
-def check_estimator(
-    positions: int, network: FeedForward, ranges: Float32Array, n_outputs: int
-) -> None:
-    """Refuse an error estimator that does not fit.
-
-    Raises:
-        ValueError: wrong number of values, samples or positions, or ranges that are none.
-    """
-    if network.n_values not in (n_outputs, 2 * n_outputs):
-        raise ValueError(
-            f"estimator gives {network.n_values} values; expected {n_outputs} or {2 * n_outputs}"
-        )
-    if not 1 <= positions <= MAX_WINDOW or network.n_samples > MAX_WINDOW:
-        raise ValueError(
-            f"estimator sees {network.n_samples} samples at {positions} positions; "
-            f"expected 1 to {MAX_WINDOW} of both"
-        )
-    if ranges.shape != (2, network.features.n_signals):
-        raise ValueError(
-            f"estimator with ranges of shape {ranges.shape}; expected least and largest value of "
-            f"{network.features.n_signals} features"
-        )
-    for index, (least, largest) in enumerate(ranges.T.tolist()):
-        if not -math.inf < least <= largest < math.inf:
-            raise ValueError(
-                f"estimator whose feature {index} lies in {least:g} .. {largest:g}; expected "
-                "finite numbers, the smaller one first"
-            )
-
-
 def _section(tag: bytes, content: bytes) -> bytes:
     return tag + struct.pack("<I", len(content)) + content
 
@@ -236,7 +194,7 @@ def _decode_sections(reader: Reader) -> Payload:
     estimator = None
     if reader.data[reader.position : reader.position + 4] == b"ESTI":
         estimator = _decode_estimator(reader.section(b"ESTI"), n_inputs)
-        check_estimator(estimator.positions, estimator.network, estimator.ranges, n_outputs)
+        estimator.require_outputs(n_outputs)
     section = reader.section(b"META")
     metadata = section.take(len(section.data)).decode("utf-8").rstrip(" ")
     scalings = input_scaling, starts, output_scaling
@@ -249,7 +207,7 @@ def _decode_columns(section: Reader, channels: int, count: int) -> tuple[FloatAr
     return tuple(rows.T.copy())
 
 
-def _decode_estimator(section: Reader, n_inputs: int) -> EstimatorPayload:
+def _decode_estimator(section: Reader, n_inputs: int) -> ErrorEstimator:
     low, high = (float(value) for value in section.f64(2))
     positions = section.u32()
     network = decode_network(section, n_inputs)
@@ -257,4 +215,4 @@ def _decode_estimator(section: Reader, n_inputs: int) -> EstimatorPayload:
         raise ValueError("estimator that is no feed-forward network; expected one")
     ranges = section.f32(2, network.features.n_signals)
     section.done()
-    return EstimatorPayload(LogError(low, high), positions, network, ranges)
+    return ErrorEstimator(network, LogError(low, high), positions, ranges)

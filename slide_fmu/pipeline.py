@@ -166,7 +166,7 @@ def generate_data(job: Job, workers: int | None, overwrite: bool) -> dict[str, A
     advance = job.bar("trajectories")
     with process_pool(workers) as pool:
         generate(job.recipe, job.folder.store, pool, lambda done, n: advance(done, n, ""))
-    counts = {split: job.recipe.data.count(split) for split in SPLITS}
+    counts = {split: job.recipe.count(split) for split in SPLITS}
     time = sum(counts.values()) * (job.recipe.data.duration + job.recipe.data.burn_in)
     return {"trajectories": counts, "simulated_time_s": time, "seed": job.recipe.data.seed}
 

@@ -27,6 +27,10 @@ SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond")
 """Trajectories that are kept. Test trajectories are drawn anew for every validation."""
 
 
+ROUNDING = 1e-9
+"""Added before a share of a number is cut to whole trajectories: a tenth of ten is one."""
+
+
 class RecipeError(ValueError):
     """A recipe cannot be used; the message holds one line per mistake."""
 
@@ -95,10 +99,6 @@ class DataRecipe(Table):
     beyond_factor: PositiveRange = (1.0, 3.0)
     excitation: tuple[Excitation, ...] = Field(min_length=1)
 
-    def count(self, split: str) -> int:
-        """Number of trajectories of a split."""
-        return int(getattr(self, split))
-
 
 class EstimatorRecipe(Table):
     """The error estimator.
@@ -131,6 +131,15 @@ class EstimatorRecipe(Table):
     amplitude_factor: PositiveRange = (1.0, 3.0)
     in_range: float = Field(0.5, ge=0, le=1)
     resolution: float = Field(1e-3, gt=0, lt=1)
+
+    def draws_beyond(self, index: int) -> bool:
+        """Whether trajectory ``index`` is drawn with ``amplitude_factor``.
+
+        Those in range and those beyond take turns, the first one in range if any is: more
+        trajectories leave the first ones as they are.
+        """
+        share = 1.0 - self.in_range
+        return int((index + 1) * share + ROUNDING) > int(index * share + ROUNDING)
 
     @model_validator(mode="after")
     def _parts_fit(self) -> EstimatorRecipe:
@@ -254,6 +263,12 @@ class Recipe(Table):
                 "the error estimator needs trajectories of its own, at least one each"
             )
         return self
+
+    def count(self, split: str) -> int:
+        """Number of trajectories of a split; without [estimator] there are none for it."""
+        if split.startswith("estimator") and self.estimator is None:
+            return 0
+        return int(getattr(self.data, split))
 
     def trainings(self) -> tuple[TrainingRecipe | LeastSquaresRecipe, ...]:
         """All trainings of the recipe: of the surrogate, then of its error estimator."""

@@ -10,81 +10,19 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.network import (
-    BATCH,
-    FeedForward,
-    Float32Array,
-    Network,
-    SlidingWindow,
-    Stepper,
-)
+from slide_fmu.error_estimator import ErrorEstimator
+from slide_fmu.network import BATCH, Network, SlidingWindow, Stepper
 from slide_fmu.payload import (
-    EstimatorPayload,
     Payload,
     PayloadError,
     check_block_sizes,
-    check_estimator,
     check_starts,
     decode,
     encode,
 )
-from slide_fmu.scaling import Affine, LogError
+from slide_fmu.scaling import Affine
 from slide_fmu.signals import FloatArray, Hold, Signal
 from slide_fmu.window import Window
-
-
-@dataclass(frozen=True, eq=False)
-class ErrorEstimator:
-    """The second network: estimates the RMSE of the surrogate over its last samples.
-
-    Attributes:
-        network: gives the logarithmic error eps of every output, in one or several positions;
-            or first the expected error mu of every output, relative to the spread around it,
-            then the eps of that spread.
-        log_error: map between eps and the error relative to the scale of the output.
-        positions: number of consecutive evaluations whose mean square is taken; 1 if the network
-            estimates the error of an output window directly.
-        ranges: least and largest value of every feature that the network knows, shape
-            (2, n_features).
-    """
-
-    network: FeedForward
-    log_error: LogError
-    positions: int
-    ranges: Float32Array
-
-    def along(self, scaled: FloatArray, n_outputs: int) -> FloatArray:
-        """Squared errors at every sample of a record, relative to the outputs' scales.
-
-        Args:
-            scaled: inputs, shape (N, n_inputs); the first counts as held for ever before.
-
-        Returns:
-            Shape (N, n_outputs).
-        """
-        values = self.network.stream(scaled[None])[0].astype(np.float64)
-        return self.squares(values, self.network.features.along(scaled[None])[0], n_outputs)
-
-    def squares(self, values: FloatArray, newest: Float32Array, n_outputs: int) -> FloatArray:
-        """Squared errors, relative to the outputs' scales, from what the network gives.
-
-        Args:
-            values: shape (N, n_outputs) or (N, 2 n_outputs).
-            newest: features of the newest sample that it saw, shape (N, n_features).
-
-        Returns:
-            Shape (N, n_outputs): e^2 (1 + mu^2), with mu = 0 where the network gives eps alone;
-            at most the square of the largest error that the map knows, and that too where the
-            network gives no finite value, or has not seen such features in its training.
-        """
-        eps, mean = values[:, -n_outputs:], values[:, :-n_outputs]
-        squares = self.log_error.invert(np.minimum(eps, 1.0)) ** 2
-        squares = squares * (1 + mean**2) if mean.size else squares
-        largest = self.log_error.invert(np.array(1.0)) ** 2
-        known = np.isfinite(values).reshape(len(values), -1, n_outputs).all(axis=1)
-        inside = (newest >= self.ranges[0]) & (newest <= self.ranges[1])
-        known &= inside.all(axis=1)[:, None]
-        return np.where(known, np.minimum(squares, largest), largest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,10 +69,7 @@ class Surrogate:
         check_starts(self.input_scaling, self.starts)
         check_block_sizes(self.window, self.network, len(self.outputs))
         if self.estimator is not None:
-            estimator = self.estimator
-            check_estimator(
-                estimator.positions, estimator.network, estimator.ranges, len(self.outputs)
-            )
+            self.estimator.require_outputs(len(self.outputs))
 
     def _check_channels(self) -> None:
         networks = [self.network, *([] if self.estimator is None else [self.estimator.network])]
@@ -281,7 +216,6 @@ class Surrogate:
 
     def to_bytes(self) -> bytes:
         """The surrogate file (``payload.py``); the same surrogate gives the same bytes."""
-        estimator = self.estimator
         metadata = {
             "name": self.name,
             "inputs": [asdict(signal) for signal in self.inputs],
@@ -295,11 +229,7 @@ class Surrogate:
                 self.starts,
                 self.output_scaling,
                 self.network,
-                None
-                if estimator is None
-                else EstimatorPayload(
-                    estimator.log_error, estimator.positions, estimator.network, estimator.ranges
-                ),
+                self.estimator,
                 json.dumps(metadata, sort_keys=True, ensure_ascii=False),
             )
         )
@@ -312,7 +242,6 @@ class Surrogate:
             PayloadError: the bytes are damaged or of another version.
         """
         payload = decode(data)
-        estimator = payload.estimator
         try:
             metadata = json.loads(payload.metadata)
             surrogate = Surrogate(
@@ -324,11 +253,7 @@ class Surrogate:
                 payload.input_scaling,
                 payload.output_scaling,
                 payload.network,
-                None
-                if estimator is None
-                else ErrorEstimator(
-                    estimator.network, estimator.log_error, estimator.positions, estimator.ranges
-                ),
+                payload.estimator,
             )
         except (AttributeError, KeyError, OverflowError, TypeError, ValueError) as error:
             raise PayloadError(f"surrogate file: metadata is damaged: {error!r}") from error

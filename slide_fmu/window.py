@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 
 from slide_fmu.signals import FloatArray
 
+MAX_WINDOW = 1 << 20
+"""Largest n_in: an upper bound against damaged files, far above any use."""
+
 
 @dataclass(frozen=True)
 class Window:

@@ -84,7 +84,7 @@ def test_trajectories_beyond_the_range_are_for_state_space_networks() -> None:
         "state-space networks alone learn from them"
     )
     recipe = parse_recipe(STATE_SPACE.replace("train = 4", "train = 4\nbeyond = 3"), "mine.toml")
-    assert recipe.data.count("beyond") == 3
+    assert recipe.count("beyond") == 3
     assert recipe.data.beyond_factor == (1.0, 3.0)
 
 

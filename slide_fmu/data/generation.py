@@ -38,8 +38,13 @@ def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress)
     n_samples = round(recipe.data.duration / recipe.window.step)
     layout = Layout(n_samples, len(system.inputs), len(system.outputs))
     open_store(path, recipe, layout, probe(recipe, system))
-    jobs = [(split, index) for split in SPLITS for index in missing_trajectories(path, split)]
-    total = sum(recipe.data.count(split) for split in SPLITS)
+    counts = {split: recipe.count(split) for split in SPLITS}
+    jobs = [
+        (split, index)
+        for split, count in counts.items()
+        for index in missing_trajectories(path, split, count)
+    ]
+    total = sum(counts.values())
     done = total - len(jobs)
     progress(done, total)
     text = json.dumps(recipe.model_dump(mode="json"), sort_keys=True)

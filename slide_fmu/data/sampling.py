@@ -159,11 +159,14 @@ def reference_parameters(recipe: Recipe) -> dict[str, float | int | str | bool]:
 
 
 def split_stream(recipe: Recipe, split: str, index: int) -> Stream:
-    """The stream that trajectory ``index`` of a split belongs to."""
+    """The stream that trajectory ``index`` of a split belongs to.
+
+    More trajectories leave the first ones as they are.
+    """
     factors = (1.0, 1.0)
     if recipe.estimator is not None and split.startswith("estimator"):
-        in_range = round(recipe.estimator.in_range * recipe.data.count(split))
-        factors = recipe.estimator.amplitude_factor if index >= in_range else factors
+        beyond = recipe.estimator.draws_beyond(index)
+        factors = recipe.estimator.amplitude_factor if beyond else factors
     if split == "beyond":
         factors = recipe.data.beyond_factor
     return Stream(STREAMS[split], recipe.data.seed, factors, recipe.data.duration)

@@ -57,11 +57,14 @@ class Layout:
 
 
 def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
-    """What the data depends on: a store made from other values is not used."""
+    """What the data depends on: a store made from other values is not used.
+
+    Numbers of trajectories are not part of it: a store may hold more than a recipe reads.
+    """
     fingerprint = {
         "system": recipe.system.model_dump(mode="json", exclude={"reference"}),
         "step": recipe.window.step,
-        "data": recipe.data.model_dump(mode="json"),
+        "data": recipe.data.model_dump(mode="json", exclude=set(SPLITS)),
     }
     if recipe.estimator is not None:
         keys = {"amplitude_factor", "in_range"}
@@ -70,7 +73,7 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
 
 
 def open_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray) -> None:
-    """Create the store, or check that the one at ``path`` belongs to the recipe.
+    """Create the store, or make room in the one at ``path`` for what the recipe has more.
 
     Args:
         probe: outputs of a short motion, by which a changed model is noticed.
@@ -81,8 +84,12 @@ def open_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray) ->
     if not path.exists():
         _create_store(path, recipe, layout, probe)
     require_origin(path, recipe, probe)
-    if any(missing_trajectories(path, split) for split in SPLITS):
-        require_origin(path, recipe, probe, to_read=False)
+    group = _group(path, "r+")
+    group.attrs["fingerprint"] = {**group.attrs["fingerprint"], **data_fingerprint(recipe)}
+    for split in SPLITS:
+        for name in ("inputs", "outputs", "kinds", "done"):
+            array = group[f"{split}/{name}"]
+            array.resize((max(array.shape[0], recipe.count(split)), *array.shape[1:]))
 
 
 def _create_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray) -> None:
@@ -92,7 +99,7 @@ def _create_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray)
     temporary = path.with_name(f"{path.name}.{number}")
     group = zarr.open_group(temporary, mode="w", attributes=attributes)
     for split in SPLITS:
-        _create_split(group.create_group(split), recipe.data.count(split), layout)
+        _create_split(group.create_group(split), recipe.count(split), layout)
     try:
         temporary.rename(path)
     except OSError:
@@ -101,12 +108,13 @@ def _create_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray)
             raise
 
 
-def require_origin(path: Path, recipe: Recipe, probe: FloatArray, to_read: bool = True) -> None:
+def require_origin(path: Path, recipe: Recipe, probe: FloatArray) -> None:
     """Refuse a store that was made from another recipe, or from a model that was another then.
+
+    Recipes with and without error estimator may share a store.
 
     Args:
         probe: outputs that the model gives now on the short motion of ``open_store``.
-        to_read: a recipe without error estimator may read what one with an estimator has made.
 
     Raises:
         StoreError: with the first value that differs; or there is no store.
@@ -115,8 +123,9 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray, to_read: bool 
         raise StoreError(f"no data at {path}; generate it first (slide-fmu generate RECIPE)")
     attributes, wanted = _attributes(path), data_fingerprint(recipe)
     found = attributes["fingerprint"]
-    if to_read:
-        found = {key: value for key, value in found.items() if key in wanted}
+    for one, other in ((found, wanted), (wanted, found)):
+        if "estimator" not in one:
+            other.pop("estimator", None)
     difference = _first_difference(found, wanted)
     if difference is not None:
         raise StoreError(
@@ -142,11 +151,16 @@ def remove_store(path: Path) -> None:
         shutil.rmtree(doomed)
 
 
-def missing_trajectories(path: Path, split: str) -> list[int]:
-    """Indices of the split's trajectories that are not yet in the store."""
+def missing_trajectories(path: Path, split: str, count: int | None = None) -> list[int]:
+    """Those of the split's first trajectories that are not yet in the store.
+
+    Args:
+        count: number of them; all that the store has room for if None.
+    """
     with _damage_told(path, split):
-        done = np.asarray(_group(path, "r")[f"{split}/done"][:])
-    return [int(index) for index in np.flatnonzero(done == 0)]
+        done = np.asarray(_group(path, "r")[f"{split}/done"][:count])
+    wanted = range(len(done) if count is None else count)
+    return [index for index in wanted if index >= len(done) or not done[index]]
 
 
 def write_trajectory(
@@ -160,27 +174,30 @@ def write_trajectory(
     group[f"{split}/done"][index] = 1
 
 
-def read_split(path: Path, split: str) -> Split:
-    """Read all trajectories of a split.
+def read_split(path: Path, split: str, count: int | None = None) -> Split:
+    """Read the first trajectories of a split.
+
+    Args:
+        count: number of them; all that the store has room for if None.
 
     Raises:
         StoreError: there is no store, trajectories are missing, or a file is damaged.
     """
     if not path.exists():
         raise StoreError(f"no data at {path}; generate it first (slide-fmu generate RECIPE)")
-    missing = missing_trajectories(path, split)
+    missing = missing_trajectories(path, split, count)
     group = _group(path, "r")
     if missing:
-        count = group[f"{split}/done"].shape[0]
+        wanted = group[f"{split}/done"].shape[0] if count is None else count
         raise StoreError(
-            f"{path}: {len(missing)} of {count} trajectories of split {split!r} are missing; "
+            f"{path}: {len(missing)} of {wanted} trajectories of split {split!r} are missing; "
             "generate again to complete it (slide-fmu generate RECIPE)"
         )
     with _damage_told(path, split):
         return Split(
-            np.asarray(group[f"{split}/inputs"][:]),
-            np.asarray(group[f"{split}/outputs"][:]),
-            np.asarray(group[f"{split}/kinds"][:], dtype=np.int64),
+            np.asarray(group[f"{split}/inputs"][:count]),
+            np.asarray(group[f"{split}/outputs"][:count]),
+            np.asarray(group[f"{split}/kinds"][:count], dtype=np.int64),
         )
 
 

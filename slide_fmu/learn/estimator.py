@@ -9,6 +9,7 @@ import numpy as np
 import torch
 
 from slide_fmu.data.store import Split
+from slide_fmu.error_estimator import ErrorEstimator
 from slide_fmu.errors import moving_rms
 from slide_fmu.learn.family import seeded_generator
 from slide_fmu.learn.feature_choice import feature_map, require_odd
@@ -19,7 +20,7 @@ from slide_fmu.network import Float32Array
 from slide_fmu.recipe import EstimatorRecipe
 from slide_fmu.scaling import LogError
 from slide_fmu.signals import FloatArray
-from slide_fmu.surrogate import ErrorEstimator, Surrogate
+from slide_fmu.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.window import Window
 
@@ -189,10 +190,10 @@ def fit_estimator(
     histories = {}
     if recipe.pretraining is not None:
         one = Window(window.step, n_samples, 1)
-        kept = [_pretrained(recipe, len(error)) for error in errors]
         training, validation = (
-            WindowData(u[:count], tensor(e[:count]), one)
-            for u, e, count in zip(inputs, errors, kept, strict=True)
+            WindowData(u[kept].contiguous(), tensor(e[kept]), one)
+            for u, e in zip(inputs, errors, strict=True)
+            for kept in [_pretrained(recipe, len(e))]
         )
         histories[POSITIONS] = train(
             network,
@@ -233,10 +234,10 @@ def _ranges(features: torch.Tensor) -> Float32Array:
     return torch.stack([least - margin, largest + margin]).to("cpu", torch.float32).numpy()
 
 
-def _pretrained(recipe: EstimatorRecipe, trajectories: int) -> int:
-    """Number of a split's trajectories, those in range first, that the pretraining learns from."""
-    share = 1.0 if recipe.pretrained_beyond else recipe.in_range
-    return max(1, round(share * trajectories))
+def _pretrained(recipe: EstimatorRecipe, trajectories: int) -> list[int]:
+    """Which of a split's trajectories the pretraining learns from."""
+    every = range(trajectories)
+    return [i for i in every if recipe.pretrained_beyond or not recipe.draws_beyond(i)]
 
 
 def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:

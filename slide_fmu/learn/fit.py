@@ -66,17 +66,21 @@ def fit_surrogate(
     surrogate, history = _fit_network(recipe, system, (store, checkpoints), device, progress)
     if recipe.estimator is None:
         return Fit(surrogate, {"surrogate": history})
-    errors = read_split(store, "estimator"), read_split(store, "estimator_validation")
+    learnt, validation = (
+        read_split(store, name, recipe.count(name))
+        for name in ("estimator", "estimator_validation")
+    )
     key = _digest(
         _code(),
         surrogate.to_bytes().hex(),
-        *(_content(split) for split in errors),
+        _content(learnt),
+        _content(validation),
         recipe.estimator.model_dump(mode="json"),
     )
     estimator, histories = fit_estimator(
         surrogate,
         system,
-        errors,
+        (learnt, validation),
         recipe.estimator,
         checkpoints / f"estimator-{key}.pt",
         device,
@@ -100,7 +104,7 @@ def _fit_network(
     """
     store, checkpoints = places
     names = ("train", "validation", *(["beyond"] if recipe.data.beyond else []))
-    splits = [read_split(store, name) for name in names]
+    splits = [read_split(store, name, recipe.count(name)) for name in names]
     if any(training.flip_signs for training in recipe.trainings()):
         require_symmetry((*system.inputs, *system.outputs))
     require_motion(system.inputs, splits[0].inputs)

@@ -3,11 +3,12 @@
     python tests/benchmarks/seed_study.py training/duffing_paper_code.toml --seeds 3 --json -
 
 Data are generated once, in ``runs/<name>``. Every seed trains a surrogate (and error estimator) of
-its own, which is exported and run beside the reference FMU on unseen trajectories. ``--train``
-compares recipes on the same number of trajectories, ``--surrogate-only`` leaves out the error
-estimator (give both a ``--runs`` of their own). Several numbers after ``--train`` give one study
-each, the smaller ones on the first trajectories of the largest: the learning curve, which
-``--picture`` draws over the simulated time.
+its own, which is exported and run beside the reference FMU on unseen trajectories. What is trained
+stays in ``runs/<name>/trainings`` for the next call, as long as recipe and file format are the
+same: remove it to train anew with other code. ``--train`` compares recipes on the same number of
+trajectories, ``--surrogate-only`` leaves out the error estimator. Several numbers after
+``--train`` give one study each, all on the first trajectories of the same data: the learning
+curve, which ``--picture`` draws over the simulated time.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 from collections.abc import Sequence
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +24,7 @@ import torch
 from figures_out import write_figures
 from matplotlib.figure import Figure
 from studies import (
-    first_trajectories,
+    Trained,
     simulated_seconds,
     statistics,
     surrogate_only,
@@ -44,24 +46,28 @@ def studies(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
     counts = sorted(set(arguments.train or [base.data.train]))
     job = dataclasses.replace(job, recipe=with_train(base, counts[-1]))
     pipeline.generate_data(job, None, False)
-    found = []
-    for count in counts:
-        recipe, store = with_train(base, count), job.folder.store
-        if count != counts[-1]:
-            store = first_trajectories(recipe, store, job.folder.path)
-        found.append(study(dataclasses.replace(job, recipe=recipe), store, arguments, bar))
+    recipes = {
+        f"{count} trajectories, seed {seed}": pipeline.with_training_seed(
+            with_train(base, count), seed
+        )
+        for count in counts
+        for seed in range(arguments.seeds)
+    }
+    done = iter(trained(recipes, job.folder, arguments.workers, bar))
+    found = [study(job, list(islice(done, arguments.seeds)), arguments) for _ in counts]
     return {"recipe": job.recipe.name, "studies": found}
 
 
 def study(
-    job: pipeline.Job, store: Path, arguments: argparse.Namespace, bar: pipeline.Bar
+    job: pipeline.Job, trainings: Sequence[Trained], arguments: argparse.Namespace
 ) -> dict[str, Any]:
-    """All seeds on the trajectories of one store."""
-    seeds = [seed_figures(job, store, seed, arguments, bar) for seed in range(arguments.seeds)]
-    tasks = pipeline.tasks(job.recipe, arguments.seed, arguments.trajectories)
+    """All seeds on the same trajectories."""
+    seeds = [seed_figures(job, one, arguments) for one in trainings]
+    recipe = trainings[0].recipe
+    tasks = pipeline.tasks(recipe, arguments.seed, arguments.trajectories)
     return {
-        "trajectories": job.recipe.data.train,
-        "simulated_seconds": simulated_seconds(job.recipe),
+        "trajectories": recipe.data.train,
+        "simulated_seconds": simulated_seconds(recipe),
         "training_cpu_seconds": statistics([seed["training_cpu_seconds"] for seed in seeds]),
         "summary": {name: summary([seed[name] for seed in seeds]) for name in tasks},
         "seeds": seeds,
@@ -69,11 +75,11 @@ def study(
 
 
 def seed_figures(
-    job: pipeline.Job, store: Path, seed: int, arguments: argparse.Namespace, bar: pipeline.Bar
+    job: pipeline.Job, training: Trained, arguments: argparse.Namespace
 ) -> dict[str, Any]:
-    """What one training seed costs and reaches."""
-    recipe = pipeline.with_training_seed(job.recipe, seed)
-    surrogate, seconds = trained(recipe, store, f"seed {seed}", bar)
+    """What one training costs and reaches."""
+    recipe, surrogate = training.recipe, training.surrogate
+    seed = recipe.training.seed
     fmu = job.folder.path / f"{recipe.name}_seed_{seed}.fmu"
     origin = pipeline.provenance(dataclasses.replace(job, recipe=recipe), pipeline.versions())
     export_fmu(surrogate, fmu, provenance=origin)
@@ -81,7 +87,7 @@ def seed_figures(
     return {
         "training_seed": seed,
         "parameters": surrogate.network.count_parameters(),
-        "training_cpu_seconds": seconds,
+        "training_cpu_seconds": training.cpu_seconds,
         **{
             name: validate(fmu, surrogate, recipe, task, quiet).figures()
             for name, task in tasks.items()
@@ -147,6 +153,7 @@ def main() -> None:
     parser.add_argument("--trajectories", type=int, help="the recipe's if not given")
     parser.add_argument("--seed", type=int, default=UNSEEN_SEED, help="of the trajectories")
     parser.add_argument("--runs", type=Path, default=Path("runs"))
+    parser.add_argument("--workers", type=int, default=1, help="trainings at the same time")
     parser.add_argument("--picture", type=Path, help="PNG of the learning curve")
     parser.add_argument("--json", default="-")
     arguments = parser.parse_args()

@@ -1,29 +1,49 @@
-"""What studies of several trainings share: data, trainings, statistics."""
+"""What studies of several trainings share: trainings that stay, statistics."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import tempfile
 import time
+from collections.abc import Mapping
+from concurrent.futures import as_completed
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
+from figures_out import write_figures
 from numpy.typing import ArrayLike
 
 from slide_fmu import pipeline
-from slide_fmu.data.sampling import probe, recipe_system
-from slide_fmu.data.store import (
-    Layout,
-    StoreError,
-    missing_trajectories,
-    open_store,
-    read_split,
-    write_trajectory,
-)
+from slide_fmu.data.pool import process_pool
+from slide_fmu.data.sampling import recipe_system
 from slide_fmu.learn.fit import fit_surrogate
-from slide_fmu.recipe import SPLITS, Recipe
-from slide_fmu.signals import Trajectory
+from slide_fmu.learn.training import ProgressOf
+from slide_fmu.payload import VERSION
+from slide_fmu.recipe import Recipe
 from slide_fmu.surrogate import Surrogate
+
+LEARNT_FROM = {"window", "data", "network", "training", "estimator"}
+"""Tables of a recipe that decide, with the model, what is learnt."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trained:
+    """A trained surrogate.
+
+    Attributes:
+        recipe: what was trained.
+        surrogate: the result.
+        cpu_seconds: of its training.
+    """
+
+    recipe: Recipe
+    surrogate: Surrogate
+    cpu_seconds: float
 
 
 def surrogate_only(recipe: Recipe, train: int | None = None) -> Recipe:
@@ -43,71 +63,92 @@ def with_train(recipe: Recipe, train: int | None) -> Recipe:
     return recipe.model_copy(update={"data": recipe.data.model_copy(update={"train": train})})
 
 
-def first_trajectories(recipe: Recipe, whole: Path, folder: Path) -> Path:
-    """The store of a recipe, its trajectories copied from one that holds more of them.
-
-    What trajectory ``i`` of a split is depends on seed, split and ``i`` alone: these are the
-    trajectories that the recipe would generate.
-
-    Args:
-        recipe: as the one that made the whole store, but for the numbers of trajectories.
-        whole: the store to copy from.
-        folder: holds the copy, which is made once.
-
-    Returns:
-        Path of the copy.
-
-    Raises:
-        StoreError: the whole store has fewer trajectories, or the copy is of another recipe.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    store, system = folder / f"train_{recipe.data.train}.zarr", recipe_system(recipe)
-    n_samples = round(recipe.data.duration / recipe.window.step)
-    layout = Layout(n_samples, len(system.inputs), len(system.outputs))
-    open_store(store, recipe, layout, probe(recipe, system))
-    for split in SPLITS:
-        missing = missing_trajectories(store, split)
-        if missing:
-            _copy(split, missing, whole, store, system.step)
-    return store
+def training_key(recipe: Recipe) -> str:
+    """Digest of what a training depends on, the code aside."""
+    system = recipe.system.model_dump(mode="json", exclude={"reference"})
+    tables = recipe.model_dump(mode="json", include=LEARNT_FROM)
+    text = json.dumps([system, tables, VERSION], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def _copy(split: str, indices: list[int], whole: Path, store: Path, step: float) -> None:
-    source = read_split(whole, split)
-    if len(source.inputs) <= max(indices):
-        raise StoreError(
-            f"{whole}: {len(source.inputs)} trajectories of split {split!r}; expected at least "
-            f"{max(indices) + 1}: ask for fewer, or generate more"
-        )
-    for index in indices:
-        trajectory = Trajectory(step, source.inputs[index], source.outputs[index])
-        write_trajectory(store, split, index, trajectory, int(source.kinds[index]))
-
-
-def trained(recipe: Recipe, store: Path, title: str, bar: pipeline.Bar) -> tuple[Surrogate, float]:
-    """Train from the start: checkpoints of earlier trainings would cost nothing.
+def trained(
+    recipes: Mapping[str, Recipe], folder: pipeline.RunFolder, workers: int, bar: pipeline.Bar
+) -> list[Trained]:
+    """Train what is not in ``trainings`` of the run folder yet; what is finished stays there.
 
     Args:
-        title: of the progress bars.
+        recipes: by title; all read the run folder's store.
+        workers: trainings at the same time, one thread each. They slow each other down, and so
+            take more CPU time.
 
     Returns:
-        The surrogate, and the CPU time of its training in s.
+        In the order of the recipes.
     """
+    missing = {title: one for title, one in recipes.items() if not _kept(folder, one).exists()}
+    if workers == 1:
+        for title, recipe in missing.items():
+            _train(recipe, folder, partial(_stages, bar, title))
+    elif missing:
+        _train_at_once(missing, folder, workers, bar("trainings"))
+    return [_finished(recipe, folder) for recipe in recipes.values()]
+
+
+def _train_at_once(
+    recipes: Mapping[str, Recipe],
+    folder: pipeline.RunFolder,
+    workers: int,
+    advance: pipeline.Advance,
+) -> None:
+    """Train in processes of their own, the longest first."""
+    order = sorted(recipes, key=lambda title: -recipes[title].data.train)
+    with process_pool(workers, torch.set_num_threads, (1,)) as pool:
+        advance(0, len(order), "")
+        futures = {
+            pool.submit(_train, recipes[title], folder, _in_silence): title for title in order
+        }
+        try:
+            for done, future in enumerate(as_completed(futures), 1):
+                future.result()
+                advance(done, len(order), futures[future])
+        finally:
+            for future in futures:
+                future.cancel()
+
+
+def _train(recipe: Recipe, folder: pipeline.RunFolder, progress: ProgressOf) -> None:
+    kept = _kept(folder, recipe)
+    kept.parent.mkdir(exist_ok=True)
     begin = time.process_time()
-    with tempfile.TemporaryDirectory() as checkpoints:
-        fit = fit_surrogate(
-            recipe,
-            recipe_system(recipe),
-            store,
-            Path(checkpoints),
-            lambda stage: _stage_progress(bar(f"{stage}, {title}")),
-        )
-    return fit.surrogate, time.process_time() - begin
+    with tempfile.TemporaryDirectory() as checkpoints:  # earlier ones would cost nothing
+        system = recipe_system(recipe)
+        fit = fit_surrogate(recipe, system, folder.store, Path(checkpoints), progress)
+    fit.surrogate.save(kept.with_suffix(".slide"))
+    figures = {"training_cpu_seconds": time.process_time() - begin}
+    write_figures(figures, str(kept))  # last: the sign that it is whole
 
 
-def _stage_progress(advance: pipeline.Advance) -> Any:
-    """Progress of a training on a bar."""
+def _finished(recipe: Recipe, folder: pipeline.RunFolder) -> Trained:
+    kept = _kept(folder, recipe)
+    seconds = json.loads(kept.read_text(encoding="utf-8"))["training_cpu_seconds"]
+    return Trained(recipe, Surrogate.load(kept.with_suffix(".slide")), seconds)
+
+
+def _kept(folder: pipeline.RunFolder, recipe: Recipe) -> Path:
+    return folder.path / "trainings" / f"{training_key(recipe)}.json"
+
+
+def _stages(bar: pipeline.Bar, title: str, stage: str) -> Any:
+    """Progress of a stage of a training on a bar."""
+    advance = bar(f"{stage}, {title}")
     return lambda done, total, best: advance(done, total, f"validation RMSE {best:.3g}")
+
+
+def _in_silence(stage: str) -> Any:
+    return _no_news
+
+
+def _no_news(done: int, total: int, best: float) -> None:
+    """Nobody looks at the stages of one training among many."""
 
 
 def simulated_seconds(recipe: Recipe) -> float:

@@ -35,14 +35,15 @@ def no_bar(stage: str) -> pipeline.Advance:
     return lambda done, total, remark: None
 
 
-@pytest.fixture
-def arguments(tmp_path: Path) -> argparse.Namespace:
+@pytest.fixture(params=[1, 2], ids=["one after the other", "at once"])
+def arguments(tmp_path: Path, request: pytest.FixtureRequest) -> argparse.Namespace:
+    workers = request.param
     recipe, variants = tmp_path / "tiny.toml", tmp_path / "variants.toml"
     recipe.write_text(TINY, encoding="utf-8")
     variants.write_text(VARIANTS, encoding="utf-8")
     return argparse.Namespace(
-        recipe=recipe, variants=variants, runs=tmp_path / "runs", train=None, trajectories=2,
-        seed=1, rounds=1,
+        recipe=recipe, variants=variants, runs=tmp_path / "runs", trajectories=2,
+        seed=1, rounds=1, workers=workers,
     )  # fmt: skip
 
 
@@ -59,32 +60,11 @@ def test_variants_are_trained_once_and_measured_together(
     for row in table["variants"]:
         assert row["training_cpu_seconds"] > 0
         assert 0 < row["kernel_us"] < row["step_us"]
-    monkeypatch.setattr(structures, "trained", None)  # nothing is left to train
+    monkeypatch.setattr(studies, "_train", None)  # nothing is left to train
     again = study(arguments, no_bar)
     for row, other in zip(table["variants"], again["variants"], strict=True):
         same = {"relative_rmse", "training_cpu_seconds", "parameters"}
         assert {key: row[key] for key in same} == {key: other[key] for key in same}
-
-
-def test_first_trajectories_are_those_that_the_recipe_makes(
-    arguments: argparse.Namespace, tmp_path: Path
-) -> None:
-    from slide_fmu.data.store import StoreError, read_split
-
-    job = pipeline.open_job(arguments.recipe, arguments.runs, no_bar)
-    pipeline.generate_data(job, 1, False)
-    fewer = studies.with_train(job.recipe, 2)
-    copied = studies.first_trajectories(fewer, job.folder.store, tmp_path / "copies")
-    own = pipeline.Job(job.text, fewer, pipeline.RunFolder(tmp_path / "own"), no_bar)
-    pipeline.generate_data(own, 1, False)
-    for split in ("train", "validation"):
-        there, here = read_split(copied, split), read_split(own.folder.store, split)
-        assert there.inputs.tobytes() == here.inputs.tobytes()
-        assert there.outputs.tobytes() == here.outputs.tobytes()
-        assert there.kinds.tolist() == here.kinds.tolist()
-    more = studies.with_train(job.recipe, 5)
-    with pytest.raises(StoreError, match="4 trajectories of split 'train'; expected at least 5"):
-        studies.first_trajectories(more, job.folder.store, tmp_path / "copies")
 
 
 @pytest.mark.parametrize(
@@ -104,14 +84,27 @@ def test_mistakes_in_variants_are_named(tmp_path: Path, text: str, message: str)
     changes = {"training": {"method": "adam"}}
     tables: dict[str, Any] = structures.merged(tomllib.loads(TINY), changes)
     with pytest.raises(SystemExit, match=f"(?s){message}"):
-        read_variants(path, tables, None)
+        read_variants(path, tables)
 
 
 @pytest.mark.parametrize("name", ["robot_6r", "slider_crank"])
-def test_released_recipes_and_their_variants_fit(name: str) -> None:
+def test_recipes_and_their_variants_fit(name: str) -> None:
     text = (TRAINING / f"{name}.toml").read_text("utf-8")
-    variants = read_variants(HERE / "variants" / f"{name}.toml", tomllib.loads(text), None)
-    assert variants[0].recipe == studies.surrogate_only(parse_recipe(text, name))
-    assert len({variant.key() for variant in variants}) == len(variants) > 5
-    fewer = read_variants(HERE / "variants" / f"{name}.toml", tomllib.loads(text), 7)
-    assert {variant.recipe.data.train for variant in fewer} == {7}
+    variants = read_variants(HERE / "variants" / f"{name}.toml", tomllib.loads(text))
+    recipe = studies.surrogate_only(parse_recipe(text, name))
+    assert variants["as_released"].network == recipe.network
+    assert len({studies.training_key(one) for one in variants.values()}) == len(variants) > 5
+    baseline = (TRAINING / f"{name}_feed_forward.toml").read_text("utf-8")
+    fair = studies.surrogate_only(parse_recipe(baseline, name))
+    one = variants["feed_forward"]
+    assert (one.network, one.training, one.window) == (fair.network, fair.training, fair.window)
+    assert one.data.train == recipe.data.train
+
+
+def test_every_variant_may_be_changed(tmp_path: Path) -> None:
+    path = tmp_path / "variants.toml"
+    text = "[every]\ntraining = { steps = 3 }\n[a]\n[b]\ntraining = { steps = 4, batch = 5 }"
+    path.write_text(text, encoding="utf-8")
+    found = read_variants(path, tomllib.loads(TINY))
+    steps = {name: recipe.training.model_dump()["steps"] for name, recipe in found.items()}
+    assert steps == {"a": 3, "b": 4}

@@ -67,7 +67,7 @@ def assert_complete(recipe: Recipe, path: Path) -> None:
     system = recipe_system(recipe)
     for name in SPLITS:
         split = read_split(path, name)
-        assert len(split.inputs) == recipe.data.count(name)
+        assert len(split.inputs) == recipe.count(name)
         for index in range(len(split.inputs)):
             drawn = draw(recipe, system, split_stream(recipe, name, index), index)
             expected = simulate_draw(system, drawn)
@@ -193,7 +193,7 @@ def identities() -> dict[tuple[str, int], str]:
             draw(LONG, system, split_stream(LONG, split, index), index).initial
         )
         for split in SPLITS
-        for index in range(LONG.data.count(split))
+        for index in range(LONG.count(split))
     }
 
 

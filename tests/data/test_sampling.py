@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from recipes import ESTIMATOR, tiny_state_space_recipe
+from recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
 from slide_fmu.data.sampling import (
     PROBE,
@@ -90,9 +90,9 @@ def test_only_estimator_and_beyond_leave_the_range() -> None:
     for split in SPLITS:
         factors = [drawn(split, index).factor for index in range(COUNT)]
         if split.startswith("estimator"):
-            assert factors[:3] == [1.0, 1.0, 1.0]
-            assert all(1.5 <= factor <= 3.0 for factor in factors[3:])
-            assert len(set(factors[3:])) == 3
+            assert factors[::2] == [1.0, 1.0, 1.0]
+            assert all(1.5 <= factor <= 3.0 for factor in factors[1::2])
+            assert len(set(factors[1::2])) == 3
         elif split == "beyond":
             assert all(1.25 <= factor <= 2.5 for factor in factors)
             assert len(set(factors)) == COUNT
@@ -101,6 +101,21 @@ def test_only_estimator_and_beyond_leave_the_range() -> None:
         for index, factor in enumerate(factors):
             largest = np.max(np.abs(drawn(split, index).inputs))
             assert 0.5 * factor * limit < largest <= factor * limit
+
+
+@pytest.mark.parametrize("in_range", [0.0, 0.1, 0.25, 0.6, 0.7, 0.9, 1.0])
+def test_those_in_range_and_beyond_take_turns(in_range: float) -> None:
+    """Any number of the first ones holds about the share that was asked for."""
+    recipe = tiny_recipe(
+        data={"estimator": 1, "estimator_validation": 1},
+        estimator={**ESTIMATOR, "in_range": in_range},
+    ).estimator
+    assert recipe is not None
+    beyond = np.cumsum([recipe.draws_beyond(index) for index in range(1000)])
+    shares = (1.0 - in_range) * np.arange(1, 1001)
+    assert np.all(np.abs(beyond - shares) < 1.0)
+    assert beyond[-1] == round(shares[-1])
+    assert recipe.draws_beyond(0) == (in_range == 0.0)
 
 
 def test_burn_in_is_simulated_and_left_out() -> None:

@@ -21,14 +21,27 @@ from slide_fmu.data.store import (
     open_store,
     read_split,
     remove_store,
+    require_origin,
     write_trajectory,
 )
+from slide_fmu.recipe import Recipe
 from slide_fmu.signals import Trajectory
 
 LAYOUT = Layout(n_samples=5, n_inputs=2, n_outputs=1)
 MOTION = np.array([[0.0], [0.1], [0.3]])
 
-RECIPE = tiny_recipe(data={"train": 4, "validation": 1})
+COUNTS = {"train": 4, "validation": 1, "estimator": 1, "estimator_validation": 1}
+
+
+def recipe(**changes: Any) -> Recipe:
+    return tiny_recipe(**{"data": COUNTS, "estimator": ESTIMATOR, **changes})
+
+
+def surrogate_only(train: int) -> Recipe:
+    return tiny_recipe(data={"train": train, "validation": 1})
+
+
+RECIPE = recipe()
 
 
 def trajectory(seed: int) -> Trajectory:
@@ -50,31 +63,31 @@ def store(tmp_path: Path) -> Path:
 def test_written_trajectories_are_read(store: Path) -> None:
     for index in (2, 0, 3, 1):
         write_trajectory(store, "train", index, trajectory(index), kind=index % 2)
-    split = read_split(store, "train")
+    split = read_split(store, "train", 4)
     assert split.kinds.tolist() == [0, 1, 0, 1]
     for index in range(4):
         assert np.array_equal(split.inputs[index], trajectory(index).inputs)
         assert np.array_equal(split.outputs[index], trajectory(index).outputs)
-    assert read_split(store, "estimator").inputs.shape == (0, 5, 2)
+    assert read_split(store, "estimator", 0).inputs.shape == (0, 5, 2)
 
 
 def test_missing_trajectories_are_reported(store: Path) -> None:
-    assert missing_trajectories(store, "train") == [0, 1, 2, 3]
+    assert missing_trajectories(store, "train", 4) == [0, 1, 2, 3]
     write_trajectory(store, "train", 2, trajectory(2), kind=0)
-    assert missing_trajectories(store, "train") == [0, 1, 3]
-    assert missing_trajectories(store, "validation") == [0]
+    assert missing_trajectories(store, "train", 4) == [0, 1, 3]
+    assert missing_trajectories(store, "validation", 1) == [0]
     with pytest.raises(StoreError, match="3 of 4 trajectories of split 'train' are missing"):
-        read_split(store, "train")
+        read_split(store, "train", 4)
 
 
 def test_half_written_trajectory_is_missing_and_made_again(store: Path) -> None:
     """A process that died after the data, before the flag."""
     zarr.open_group(store, mode="r+")["train/inputs"][1] = np.ones((5, 2))
     zarr.open_group(store, mode="r+")["train/outputs"][1] = np.ones((6, 1))
-    assert 1 in missing_trajectories(store, "train")
+    assert 1 in missing_trajectories(store, "train", 4)
     for index in range(4):
         write_trajectory(store, "train", index, trajectory(index), kind=0)
-    assert np.array_equal(read_split(store, "train").outputs[1], trajectory(1).outputs)
+    assert np.array_equal(read_split(store, "train", 4).outputs[1], trajectory(1).outputs)
 
 
 def test_flag_is_written_last(store: Path) -> None:
@@ -82,14 +95,13 @@ def test_flag_is_written_last(store: Path) -> None:
     outputs_that_do_not_fit = Trajectory(whole.step, whole.inputs[:4], whole.outputs[:5])
     with pytest.raises(ValueError):  # noqa: PT011 (zarr's own words)
         write_trajectory(store, "train", 0, outputs_that_do_not_fit, kind=0)
-    assert 0 in missing_trajectories(store, "train")
+    assert 0 in missing_trajectories(store, "train", 4)
 
 
 def test_opening_again_keeps_what_is_done(store: Path) -> None:
     write_trajectory(store, "train", 2, trajectory(2), kind=0)
     before = content(store)
-    changed_only_in_training = tiny_recipe(
-        data={"train": 4, "validation": 1},
+    changed_only_in_training = recipe(
         training={"steps": 1},
         network={"hidden": [9]},
         window={"n_in": 50},
@@ -100,8 +112,7 @@ def test_opening_again_keeps_what_is_done(store: Path) -> None:
 
 def test_a_reference_of_its_own_belongs_to_no_data(store: Path) -> None:
     """Stores made before recipes had such a table stay valid too."""
-    data = {"train": 4, "validation": 1}
-    finer = tiny_recipe(data=data, system={"reference": {"substeps": 24}})
+    finer = recipe(system={"reference": {"substeps": 24}})
     open_store(store, finer, LAYOUT, MOTION)
     assert "reference" not in data_fingerprint(finer)["system"]
 
@@ -110,14 +121,13 @@ def test_a_reference_of_its_own_belongs_to_no_data(store: Path) -> None:
     ("key", "changes"),
     [
         ("data.seed = 7 there, 8 in the recipe", {"data": {"seed": 8}}),
-        ("data.train = 4 there, 5 in the recipe", {"data": {"train": 5}}),
         ("data.burn_in = 0.25 there, 0.5", {"data": {"burn_in": 0.5}}),
         ("data.excitation = ", {"data": {"excitation": [{"kind": "held_random", "weight": 2.0}]}}),
         ("step = 0.015625 there, 0.03125", {"window": {"step": 0.03125}}),
         ("system.parameters.damping = 40.0 there, 8", {"system": {"parameters": {"damping": 8}}}),
         (
-            r"estimator = None there, {'amplitude_factor': \[1.0, 3.0\]",
-            {"data": {"estimator": 0, "estimator_validation": 0}, "estimator": ESTIMATOR},
+            r"estimator.in_range = 0.5 there, 0.25 in",
+            {"estimator": {**ESTIMATOR, "in_range": 0.25}},
         ),
     ],
 )
@@ -126,19 +136,12 @@ def test_other_recipe_is_refused_and_the_store_untouched(
 ) -> None:
     write_trajectory(store, "train", 2, trajectory(2), kind=0)
     before = content(store)
-    data = {"train": 4, "validation": 1, **changes.get("data", {})}
-    if "estimator" in changes:  # the numbers of trajectories would differ first
-        other = RECIPE.model_copy(update={"estimator": _estimator(changes["estimator"])})
-    else:
-        other = tiny_recipe(**{**changes, "data": data})
+    data = {**COUNTS, **changes.get("data", {})}
+    other = recipe(**{**changes, "data": data})
     with pytest.raises(StoreError, match=f"generated from other values: {key}") as caught:
         open_store(store, other, LAYOUT, MOTION)
     assert str(store) in str(caught.value)
     assert content(store) == before
-
-
-def _estimator(table: dict[str, Any]) -> Any:
-    return tiny_recipe(data={"estimator": 1, "estimator_validation": 1}, estimator=table).estimator
 
 
 def test_half_made_store_is_made_again(tmp_path: Path) -> None:
@@ -148,7 +151,7 @@ def test_half_made_store_is_made_again(tmp_path: Path) -> None:
     (tmp_path / name).mkdir()
     (tmp_path / name / "zarr.json").write_text("{")
     open_store(path, RECIPE, LAYOUT, MOTION)
-    assert missing_trajectories(path, "train") == [0, 1, 2, 3]
+    assert missing_trajectories(path, "train", 4) == [0, 1, 2, 3]
     assert [p.name for p in tmp_path.iterdir()] == ["data.zarr"]
 
 
@@ -162,7 +165,7 @@ def test_something_else_is_refused(tmp_path: Path, make: Any) -> None:
 
 def test_no_store_is_told(tmp_path: Path) -> None:
     with pytest.raises(StoreError, match=r"no data at .*generate"):
-        read_split(tmp_path / "data.zarr", "train")
+        read_split(tmp_path / "data.zarr", "train", 4)
 
 
 def test_store_of_a_changed_model_is_refused(store: Path) -> None:
@@ -177,7 +180,7 @@ def test_damaged_file_is_named(store: Path) -> None:
     chunk = max((store / "train" / "outputs").rglob("c/*/*/*"), key=lambda path: path.name)
     chunk.write_bytes(chunk.read_bytes()[:10])
     with pytest.raises(StoreError, match=r"split 'train' is damaged.*--overwrite"):
-        read_split(store, "train")
+        read_split(store, "train", 4)
 
 
 def test_removed_store_is_gone(store: Path) -> None:
@@ -195,22 +198,41 @@ def test_several_may_create_the_store_at_once(tmp_path: Path) -> None:
             made = [pool.submit(open_store, folder, RECIPE, LAYOUT, MOTION) for _ in range(4)]
             for future in made:
                 future.result()
-            assert missing_trajectories(folder, "train") == [0, 1, 2, 3]
+            assert missing_trajectories(folder, "train", 4) == [0, 1, 2, 3]
             assert [p.name for p in folder.parent.iterdir()] == ["data.zarr"]
 
 
-def test_recipe_without_estimator_may_read_but_not_go_on(tmp_path: Path) -> None:
-    """What it would add were other trajectories than those the estimator asks for."""
-    path = tmp_path / "data.zarr"
-    counts = {"train": 1, "validation": 1, "estimator": 1, "estimator_validation": 1}
-    estimating = tiny_recipe(data=counts, estimator=ESTIMATOR)
-    alone = estimating.model_copy(update={"estimator": None})
-    open_store(path, estimating, LAYOUT, MOTION)
-    with pytest.raises(StoreError, match="estimator"):
-        open_store(path, alone, LAYOUT, MOTION)
-    for split in ("train", "validation", "estimator", "estimator_validation"):
-        write_trajectory(path, split, 0, trajectory(0), kind=0)
+def test_recipes_with_and_without_estimator_share_a_store(tmp_path: Path) -> None:
+    """The first to have one settles what its trajectories are drawn from."""
+    path, alone = tmp_path / "data.zarr", surrogate_only(4)
     open_store(path, alone, LAYOUT, MOTION)
+    write_trajectory(path, "train", 1, trajectory(1), kind=0)
+    open_store(path, RECIPE, LAYOUT, MOTION)
+    assert missing_trajectories(path, "train", 4) == [0, 2, 3]
+    assert missing_trajectories(path, "estimator", 1) == [0]
+    open_store(path, alone, LAYOUT, MOTION)
+    require_origin(path, alone, MOTION)
+    other = recipe(estimator={**ESTIMATOR, "in_range": 0.25})
+    with pytest.raises(StoreError, match=r"estimator\.in_range = 0\.5 there, 0\.25"):
+        open_store(path, other, LAYOUT, MOTION)
+
+
+def test_a_store_grows_and_gives_the_first_ones(store: Path) -> None:
+    for index in range(4):
+        write_trajectory(store, "train", index, trajectory(index), kind=0)
+    open_store(store, surrogate_only(6), LAYOUT, MOTION)
+    assert missing_trajectories(store, "train", 6) == [4, 5]
+    assert missing_trajectories(store, "train", 3) == []
+    with pytest.raises(StoreError, match="2 of 6 trajectories of split 'train' are missing"):
+        read_split(store, "train", 6)
+    with pytest.raises(StoreError, match="9 of 9 trajectories of split 'beyond' are missing"):
+        read_split(store, "beyond", 9)
+    before = content(store)
+    open_store(store, surrogate_only(2), LAYOUT, MOTION)
+    assert content(store) == before
+    first = read_split(store, "train", 3)
+    assert [len(values) for values in (first.inputs, first.outputs, first.kinds)] == [3, 3, 3]
+    assert np.array_equal(first.outputs[2], trajectory(2).outputs)
 
 
 def test_small_outputs_show_a_changed_model_too(tmp_path: Path) -> None:

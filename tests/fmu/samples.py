@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from slide_fmu.cell import GATED, Cell
+from slide_fmu.error_estimator import ErrorEstimator
 from slide_fmu.features import (
     ChainMotion,
     Differences,
@@ -22,7 +23,7 @@ from slide_fmu.scaling import Affine, LogError
 from slide_fmu.serial_chain import SerialChain
 from slide_fmu.signals import Hold, Signal
 from slide_fmu.state_space import StateSpace
-from slide_fmu.surrogate import ErrorEstimator, Surrogate
+from slide_fmu.surrogate import Surrogate
 from slide_fmu.window import Window
 
 STEP = 0.005

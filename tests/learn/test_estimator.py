@@ -13,6 +13,7 @@ from fmu.samples import Shape, random_surrogate
 from plants import Still
 
 from slide_fmu.data.store import Split
+from slide_fmu.error_estimator import ErrorEstimator
 from slide_fmu.errors import relative_deviation
 from slide_fmu.features import Differences, Director, FeatureMap
 from slide_fmu.learn.estimator import (
@@ -27,7 +28,7 @@ from slide_fmu.network import FeedForward
 from slide_fmu.recipe import EstimatorRecipe, FeedForwardRecipe
 from slide_fmu.scaling import Affine, LogError
 from slide_fmu.signals import FloatArray
-from slide_fmu.surrogate import ErrorEstimator, Surrogate
+from slide_fmu.surrogate import Surrogate
 
 SHAPE = Shape(n_in=12, n_out=4, n_inputs=2, n_outputs=2, block=False)
 

@@ -220,8 +220,8 @@ def test_signal_that_is_constant_up_to_rounding_is_refused(remaining: float, lev
 def test_fit_refuses_what_never_moves(
     store: Path, monkeypatch: pytest.MonkeyPatch, recipe: Recipe, part: str, name: str
 ) -> None:
-    def still(path: Path, split: str) -> Split:
-        found = read_split(path, split)
+    def still(path: Path, split: str, count: int) -> Split:
+        found = read_split(path, split, count)
         change: dict[str, Any] = {part: np.full_like(getattr(found, part), 0.1)}
         return replace(found, **change) if split == "train" else found
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import metadata
@@ -149,7 +150,8 @@ def generate_data(job: Job, workers: int | None, overwrite: bool) -> dict[str, A
     """Make all trajectories that are not in the store yet.
 
     Returns:
-        Numbers of trajectories by split, and the simulated time in s.
+        Numbers of trajectories by split, the simulated time in s, and how many of them were made
+        now in which time.
 
     Raises:
         LoadError, RecipeError: as of ``check_recipe``.
@@ -164,11 +166,18 @@ def generate_data(job: Job, workers: int | None, overwrite: bool) -> dict[str, A
         remove_store(job.folder.store)
     job.folder.path.mkdir(parents=True, exist_ok=True)
     advance = job.bar("trajectories")
+    begin = time.monotonic()
     with process_pool(workers) as pool:
-        generate(job.recipe, job.folder.store, pool, lambda done, n: advance(done, n, ""))
+        made = generate(job.recipe, job.folder.store, pool, lambda done, n: advance(done, n, ""))
     counts = {split: job.recipe.count(split) for split in SPLITS}
-    time = sum(counts.values()) * (job.recipe.data.duration + job.recipe.data.burn_in)
-    return {"trajectories": counts, "simulated_time_s": time, "seed": job.recipe.data.seed}
+    simulated = sum(counts.values()) * (job.recipe.data.duration + job.recipe.data.burn_in)
+    return {
+        "trajectories": counts,
+        "simulated_time_s": simulated,
+        "made_now": made,
+        "wall_time_s": time.monotonic() - begin,
+        "seed": job.recipe.data.seed,
+    }
 
 
 def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:

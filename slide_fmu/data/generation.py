@@ -22,13 +22,16 @@ Progress = Callable[[int, int], None]
 """Called with the number of trajectories done and to do."""
 
 
-def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress) -> None:
+def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress) -> int:
     """Make all trajectories of a recipe that its store does not hold yet.
 
     Args:
         path: the Zarr store.
         executor: where to simulate; see ``slide_fmu.data.pool``.
         progress: told at the start and after every trajectory.
+
+    Returns:
+        Number of trajectories made.
 
     Raises:
         StoreError: the store belongs to another recipe.
@@ -57,6 +60,7 @@ def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress)
     finally:
         for future in futures:
             future.cancel()
+    return len(jobs)
 
 
 class _Worker(threading.local):

@@ -89,8 +89,21 @@ def test_threads_do_not_disturb_each_other(tmp_path: Path, request: pytest.Fixtu
 @pytest.mark.slow
 def test_process_pool(tmp_path: Path) -> None:
     with process_pool(WORKERS) as pool:
-        generate(SMALL, tmp_path / "s", pool, ignore)
+        assert generate(SMALL, tmp_path / "s", pool, ignore) == 14
+        assert generate(SMALL, tmp_path / "s", pool, ignore) == 0
     assert_complete(SMALL, tmp_path / "s")
+
+
+def test_more_trajectories_leave_the_first_ones(tmp_path: Path) -> None:
+    """Those of the error estimator too, in range or not."""
+    path = tmp_path / "s"
+    fewer = {"train": 2, "validation": 1, "estimator": 3, "estimator_validation": 1, "beyond": 1}
+    small = SMALL.model_copy(update={"data": SMALL.data.model_copy(update=fewer)})
+    assert generate(small, path, Inline(), ignore) == 8
+    assert_complete(small, path)
+    assert generate(SMALL, path, Inline(), ignore) == 6
+    assert_complete(SMALL, path)
+    assert generate(small, path, Inline(), ignore) == 0
 
 
 def test_broken_generation_goes_on_where_it_was(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from rich.table import Table
 from slide_fmu import pipeline
 from slide_fmu.fmu.check import check_fmu
 from slide_fmu.fmu.export import read_fmu
+from slide_fmu.fmu.platforms import checked_version
 from slide_fmu.recipe import load_recipe
 from slide_fmu.sizing import decay_rows, require_window
 from slide_fmu.surrogate import Surrogate
@@ -172,19 +173,23 @@ def train(
 def export(
     source: Annotated[Path, typer.Argument(help="Recipe that was trained, or an FMU.")],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="FMU to write.")] = None,
+    fmi: Annotated[
+        int, typer.Option("--fmi", min=2, max=3, help="Version of the standard: 2 or 3.")
+    ] = 2,
     seed: TrainingSeedOption = None,
     data_seed: DataSeedOption = None,
     runs: RunsOption = Path("runs"),
 ) -> None:
     """Write the FMU of a trained recipe, or an FMU again with this version's runtime."""
     with progress_bars() as bar:
+        version = checked_version(fmi)
         if source.suffix == ".toml":
             job = pipeline.open_job(source, runs, bar, seed, data_seed)
-            path = pipeline.export_recipe(job, output)
+            path = pipeline.export_recipe(job, output, version)
         elif output is None:
             raise ValueError("export of an FMU: where to? give the FMU to write with -o PATH")
         else:
-            path = pipeline.export_again(source, output)
+            path = pipeline.export_again(source, output, version)
     console.print(f"FMU     {path}", highlight=False)
 
 

@@ -12,8 +12,8 @@ from typing import Any
 
 import fmpy
 import numpy as np
-from fmpy import fmi2
 
+from slide_fmu.fmu.slave import Slave, open_slave
 from slide_fmu.signals import FloatArray
 
 
@@ -63,7 +63,7 @@ def unpacked(path: Path) -> Iterator[UnpackedFmu]:
     """Unpack an FMU for the time of a ``with`` block.
 
     Raises:
-        CoSimulationError: the file is no FMI 2.0 co-simulation FMU.
+        CoSimulationError: the file is no co-simulation FMU of FMI 2.0 or FMI 3.0.
     """
     try:
         description = fmpy.read_model_description(str(path), validate=False)
@@ -71,9 +71,11 @@ def unpacked(path: Path) -> Iterator[UnpackedFmu]:
     except Exception as error:
         raise CoSimulationError(f"{path} is not an FMU that can be read: {error}") from error
     try:
-        if description.fmiVersion != "2.0" or description.coSimulation is None:
+        known = description.fmiVersion[:2] in ("2.", "3.")
+        if not known or description.coSimulation is None:
             raise CoSimulationError(
-                f"{path}: FMI {description.fmiVersion}; expected an FMI 2.0 co-simulation FMU"
+                f"{path}: FMI {description.fmiVersion}; expected a co-simulation FMU of FMI 2.0 "
+                "or 3.0"
             )
         variables = description.modelVariables
         yield UnpackedFmu(
@@ -111,70 +113,42 @@ def run_fmu(
         raise CoSimulationError(
             f"{fmu.path.name} has no variables {unknown}; it has {sorted(fmu.references)}"
         )
-    slave = fmi2.FMU2Slave(
-        guid=fmu.description.guid,
-        unzipDirectory=fmu.folder,
-        modelIdentifier=fmu.description.coSimulation.modelIdentifier,
-        instanceName=fmu.path.stem,
-    )
     messages: list[str] = []
     try:
-        slave.instantiate(callbacks=_collecting_callbacks(messages))
-        try:
+        with open_slave(fmu.folder, fmu.description, fmu.path.stem, messages) as slave:
             return _run(slave, fmu, inputs, outputs, parameters or {}, step or fmu.step)
-        finally:
-            slave.freeInstance()
     except Exception as error:
         said = "; ".join(messages) or str(error)
         raise CoSimulationError(f"{fmu.path.name}: {said}") from error
 
 
 def _run(
-    slave: Any,
+    slave: Slave,
     fmu: UnpackedFmu,
     inputs: Mapping[str, FloatArray],
     outputs: Sequence[str],
     parameters: Mapping[str, float | bool],
     step: float,
 ) -> Run:
-    slave.setupExperiment(startTime=0.0)
     for name, value in parameters.items():
         if fmu.types[name] == "Boolean":
-            slave.setBoolean([fmu.references[name]], [bool(value)])
+            slave.set_boolean([fmu.references[name]], [bool(value)])
         else:
-            slave.setReal([fmu.references[name]], [float(value)])
+            slave.set_real([fmu.references[name]], [float(value)])
     input_references = [fmu.references[name] for name in inputs]
     output_references = [fmu.references[name] for name in outputs]
     rows = np.stack(list(inputs.values()), axis=1).tolist()
-    slave.setReal(input_references, rows[0])
-    slave.enterInitializationMode()
-    slave.setReal(input_references, rows[0])
-    slave.exitInitializationMode()
-    values = [slave.getReal(output_references)]
+    slave.set_real(input_references, rows[0])
+    slave.enter_initialization(0.0)
+    slave.set_real(input_references, rows[0])
+    slave.exit_initialization()
+    values = [slave.get_real(output_references)]
     seconds = np.empty(len(rows))
     for k, row in enumerate(rows):
         begin = time.perf_counter()
-        slave.setReal(input_references, row)
-        slave.doStep(k * step, step)
-        values.append(slave.getReal(output_references))
+        slave.set_real(input_references, row)
+        slave.do_step(k * step, step)
+        values.append(slave.get_real(output_references))
         seconds[k] = time.perf_counter() - begin
     slave.terminate()
     return Run(np.array(values, dtype=np.float64), seconds)
-
-
-def _collecting_callbacks(messages: list[str]) -> Any:
-    """FMI callbacks that keep what the FMU logs as warning or worse.
-
-    fmpy's own proxy for printf-like messages is left alone: it serves one logger per process, and
-    would outlive this one. Messages without arguments need it only for their doubled signs.
-    """
-
-    def log(_environment: Any, _name: Any, status: int, _category: Any, message: Any) -> None:
-        if status > fmi2.fmi2OK and message:
-            messages.append(message.decode("utf-8", "replace").replace("%%", "%"))
-
-    callbacks = fmi2.fmi2CallbackFunctions()
-    callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(log)
-    callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
-    callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
-    return callbacks

@@ -16,6 +16,7 @@ from slide_fmu.card import card
 from slide_fmu.data.sampling import recipe_system, reference_parameters, reference_system
 from slide_fmu.figures import side_by_side, stability_tests
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
+from slide_fmu.fmu.platforms import FmiVersion
 from slide_fmu.network_features import require_features
 from slide_fmu.recipe import SPLITS, Recipe, parse_recipe, read_recipe_text
 from slide_fmu.report import Report
@@ -218,13 +219,14 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
     }
 
 
-def export_recipe(job: Job, path: Path | None) -> Path:
+def export_recipe(job: Job, path: Path | None, fmi: FmiVersion = 2) -> Path:
     """Write the FMU of a trained recipe.
 
     An FMU of the same surrogate that ``run`` has finished keeps its report and measured error.
 
     Args:
         path: the FMU to write; if None, that of the run folder.
+        fmi: version of the standard.
 
     Raises:
         StageError: nothing was trained.
@@ -238,12 +240,12 @@ def export_recipe(job: Job, path: Path | None) -> Path:
         other, found = read_fmu(finished)
         same = {key: value for key, value in (found or {}).items() if key in origin} == origin
         if same and other.to_bytes() == surrogate.to_bytes():
-            return export_again(finished, path)
-    return export_fmu(surrogate, path, provenance=origin)
+            return export_again(finished, path, fmi)
+    return export_fmu(surrogate, path, fmi=fmi, provenance=origin)
 
 
-def export_again(source: Path, path: Path) -> Path:
-    """Write the surrogate of an FMU as FMU again, with this version's runtime.
+def export_again(source: Path, path: Path, fmi: FmiVersion = 2) -> Path:
+    """Write the surrogate of an FMU as FMU of either standard, with this version's runtime.
 
     Raises:
         FmuError: the source is no FMU of slide-fmu.
@@ -251,7 +253,7 @@ def export_again(source: Path, path: Path) -> Path:
     surrogate, found = read_fmu(source)
     page = read_member(source, "documentation/index.html")
     documentation = {} if page is None else {"index.html": page}
-    return export_fmu(surrogate, path, provenance=found, documentation=documentation)
+    return export_fmu(surrogate, path, fmi=fmi, provenance=found, documentation=documentation)
 
 
 def write_reference(recipe: Recipe, path: Path) -> Path:

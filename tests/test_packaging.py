@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from slide_fmu.fmu.build import TARGETS
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -21,8 +23,7 @@ def test_wheel_holds_the_compiled_runtime(tmp_path: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
     assert {
-        "slide_fmu/fmu/binaries/linux64/slide.so",
-        "slide_fmu/fmu/binaries/win64/slide.dll",
+        *(f"slide_fmu/fmu/binaries/{name}" for name in TARGETS),
         "slide_fmu/templates/report.html",
         "slide_fmu/templates/card.md",
         "mbs_models/oscillators.py",

@@ -1,6 +1,7 @@
 """Compile the C runtime for all platforms with the compiler of the PyPI package ``ziglang``.
 
-``python -m slide_fmu.fmu.build`` by hand; ``hatch_build.py`` calls it when a wheel is built.
+``python -m slide_fmu.fmu.build`` by hand; ``--record`` writes the hashes of its libraries down,
+after a change of the runtime. ``hatch_build.py`` calls it when a wheel is built.
 Nothing but the standard library is imported, so that it runs before the package is installed.
 """
 
@@ -18,18 +19,36 @@ BUILD = Path(__file__).parents[2] / "build" / "runtime"
 STAMP = "sources.sha256"
 
 TARGETS = {
-    "linux64/slide.so": "x86_64-linux-gnu.2.17",
-    "win64/slide.dll": "x86_64-windows-gnu",
+    "x86_64-linux/slide.so": "x86_64-linux-gnu.2.17",
+    "x86_64-windows/slide.dll": "x86_64-windows-gnu",
+    "x86_64-darwin/slide.dylib": "x86_64-macos.11.0",
+    "aarch64-darwin/slide.dylib": "aarch64-macos.11.0",
+    "aarch64-linux/slide.so": "aarch64-linux-gnu.2.17",
 }
-"""Library, as below ``binaries``, and the target it is compiled for."""
+"""Library, as below ``binaries``, and the target it is compiled for. Folders have the names that
+FMI 3.0 gives to platforms."""
 
-BASELINE = "x86_64_v2"
-KERNELS = {"slide_kernel_baseline": BASELINE, "slide_kernel_avx2": f"{BASELINE}+avx2+fma"}
-"""Kernel table and the instruction set it is compiled for."""
+HASHES = Path(__file__).parent / "libraries.sha256"
+"""SHA-256 of every library as the pinned compiler makes it, in the format of sha256sum."""
+
+BASELINE = {"x86_64": "x86_64_v2", "aarch64": "baseline"}
+"""Processor that the code is compiled for, by architecture."""
+
+KERNELS = {
+    "x86_64": {"slide_kernel_baseline": "x86_64_v2", "slide_kernel_avx2": "x86_64_v2+avx2+fma"},
+    "aarch64": {"slide_kernel_baseline": "baseline"},
+}
+"""Kernel table and the instruction set it is compiled for, by architecture."""
 
 WARNINGS = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wmissing-prototypes", "-Werror"]
 CODE = ["-O3", "-fvisibility=hidden", "-fno-math-errno", "-DNDEBUG"]
-LINK = ["-shared", "-s", "-Wl,-Bsymbolic"]
+LINK = ["-shared", "-s"]
+LINK_OF = {
+    "linux": ["-Wl,-Bsymbolic"],
+    "windows": [],
+    "macos": ["-Wl,-install_name,@rpath/slide.dylib"],
+}
+"""What the linker is told beside that, by operating system."""
 
 
 class BuildError(RuntimeError):
@@ -75,15 +94,16 @@ def compile_objects(target: str) -> list[Path]:
     """
     folder = BUILD / target
     folder.mkdir(parents=True, exist_ok=True)
-    position = ["-fPIC"] if "linux" in target else []
+    architecture = target.split("-")[0]
+    position = [] if "windows" in target else ["-fPIC"]
     common = ["-target", target, *WARNINGS, *CODE, *position]
     objects = []
     for source in sorted(RUNTIME.glob("*.c")):
         if source.name != "kernel.c":
             objects.append(folder / f"{source.stem}.o")
-            flags = ["-mcpu=" + BASELINE, "-ffp-contract=off"]
+            flags = ["-mcpu=" + BASELINE[architecture], "-ffp-contract=off"]
             run_compiler([*common, *flags, "-c", source.name, "-o", str(objects[-1])])
-    for table, processor in KERNELS.items():
+    for table, processor in KERNELS[architecture].items():
         objects.append(folder / f"{table}.o")
         flags = ["-mcpu=" + processor, "-ffp-contract=on", f"-DSLIDE_KERNEL={table}"]
         run_compiler([*common, *flags, "-c", "kernel.c", "-o", str(objects[-1])])
@@ -94,7 +114,8 @@ def _build_library(name: str, target: str) -> None:
     objects = compile_objects(target)
     folder = BUILD / target
     library = folder / Path(name).name
-    run_compiler(["-target", target, *LINK, *map(str, objects), "-lm", "-o", str(library)])
+    link = [*LINK, *LINK_OF[target.split("-")[1].split(".")[0]]]
+    run_compiler(["-target", target, *link, *map(str, objects), "-lm", "-o", str(library)])
     final = BINARIES / name
     final.parent.mkdir(parents=True, exist_ok=True)
     staged = final.with_name(f"{final.name}.{os.getpid()}")
@@ -108,6 +129,15 @@ def _without_time(library: bytes) -> bytes:
         return library
     at = int.from_bytes(library[0x3C:0x40], "little") + 8
     return library[:at] + bytes(4) + library[at + 4 :]
+
+
+def hashes() -> str:
+    """SHA-256 of the libraries that are there, one line for each."""
+    lines = [
+        f"{hashlib.sha256((BINARIES / name).read_bytes()).hexdigest()}  {name}\n"
+        for name in TARGETS
+    ]
+    return "".join(lines)
 
 
 def run_compiler(arguments: list[str]) -> None:
@@ -132,3 +162,5 @@ def run_compiler(arguments: list[str]) -> None:
 if __name__ == "__main__":
     for built in build_all(force="--force" in sys.argv[1:]):
         print(built)
+    if "--record" in sys.argv[1:]:
+        HASHES.write_text(hashes())

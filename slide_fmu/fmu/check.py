@@ -8,12 +8,14 @@ from pathlib import Path
 
 import fmpy
 import numpy as np
-from fmpy.fmi2 import FMU2Slave
 from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
-from slide_fmu.fmu.export import SURROGATE, FmuError, library_members, read_fmu, read_member
+from slide_fmu.fmu.export import SURROGATE, FmuError, read_fmu, read_member
 from slide_fmu.fmu.model_description import fmu_variables, guid_of, samples_behind
+from slide_fmu.fmu.model_description3 import fmu_variables3
+from slide_fmu.fmu.platforms import FmiVersion, library_members
+from slide_fmu.fmu.slave import open_slave
 from slide_fmu.signals import FloatArray
 from slide_fmu.surrogate import Surrogate
 
@@ -40,10 +42,11 @@ def check_fmu(path: Path) -> list[str]:
         surrogate, _ = read_fmu(path)
     except (FmuError, OSError) as error:
         return [str(error)]
-    problems = [f"binary {name} is missing; export again" for name in _missing(path, surrogate)]
+    problems = []
     try:
         problems += [f"fmpy: {problem}" for problem in validate_fmu(str(path))]
         description = fmpy.read_model_description(str(path))
+        problems += _missing(path, surrogate, _version(description))
         problems += _compare_description(path, surrogate, description)
     except Exception as error:  # fmpy raises bare Exception for invalid XML
         problems.append(f"modelDescription.xml: {error}")
@@ -52,8 +55,16 @@ def check_fmu(path: Path) -> list[str]:
     return problems
 
 
-def _missing(path: Path, surrogate: Surrogate) -> list[str]:
-    return [name for name in library_members(surrogate.name) if read_member(path, name) is None]
+def _version(description: ModelDescription) -> FmiVersion:
+    return 3 if description.fmiVersion.startswith("3.") else 2
+
+
+def _missing(path: Path, surrogate: Surrogate, fmi: FmiVersion) -> list[str]:
+    return [
+        f"binary {name} is missing; export again"
+        for name in library_members(surrogate.name, fmi)
+        if read_member(path, name) is None
+    ]
 
 
 def _compare_description(
@@ -61,8 +72,10 @@ def _compare_description(
 ) -> list[str]:
     problems = []
     guid = guid_of(read_member(path, SURROGATE) or b"")
-    if description.guid != guid:
-        problems.append(f"GUID {description.guid}; expected {guid}, derived from {SURROGATE}")
+    fmi = _version(description)
+    found_guid = description.guid if fmi == 2 else description.instantiationToken
+    if found_guid != guid:
+        problems.append(f"GUID {found_guid}; expected {guid}, derived from {SURROGATE}")
     if description.coSimulation is None:
         return [*problems, "no co-simulation interface; expected one"]
     if description.coSimulation.modelIdentifier != surrogate.name:
@@ -70,7 +83,8 @@ def _compare_description(
             f"model identifier {description.coSimulation.modelIdentifier!r}; "
             f"expected {surrogate.name!r}"
         )
-    expected = [(v.name, i, v.unit, v.causality) for i, v in enumerate(fmu_variables(surrogate))]
+    variables = fmu_variables(surrogate) if fmi == 2 else fmu_variables3(surrogate)
+    expected = [(v.name, i, v.unit, v.causality) for i, v in enumerate(variables)]
     found = [(v.name, v.valueReference, v.unit, v.causality) for v in description.modelVariables]
     if found != expected:
         problems.append(f"variables {found}; expected {expected}")
@@ -79,7 +93,9 @@ def _compare_description(
 
 def _compare_run(path: Path, surrogate: Surrogate, description: ModelDescription) -> list[str]:
     """Run the native library of this platform against numpy, on inputs within their ranges."""
-    if not any(fmpy.platform in name for name in library_members(surrogate.name)):
+    fmi = _version(description)
+    platform = fmpy.platform if fmi == 2 else fmpy.platform_tuple
+    if not any(f"/{platform}/" in name for name in library_members(surrogate.name, fmi)):
         return []
     low = np.array([signal.low for signal in surrogate.inputs])
     high = np.array([signal.high for signal in surrogate.inputs])
@@ -156,22 +172,12 @@ def _run_native(
     n_inputs, step = len(surrogate.inputs), surrogate.window.step
     names = [variable.name for variable in fmu_variables(surrogate)][n_inputs:]
     wanted = list(range(n_inputs, n_inputs + len(names)))
-    slave = FMU2Slave(
-        guid=description.guid,
-        unzipDirectory=folder,
-        modelIdentifier=description.coSimulation.modelIdentifier,
-        instanceName="check",
-    )
-    slave.instantiate()
-    try:
-        slave.setupExperiment(startTime=0.0)
-        slave.enterInitializationMode()
-        slave.exitInitializationMode()
+    with open_slave(folder, description, "check", []) as slave:
+        slave.enter_initialization(0.0)
+        slave.exit_initialization()
         rows = []
         for index, row in enumerate(inputs):
-            slave.setReal(list(range(n_inputs)), row.tolist())
-            slave.doStep(index * step, step)
-            rows.append(slave.getReal(wanted))
+            slave.set_real(list(range(n_inputs)), row.tolist())
+            slave.do_step(index * step, step)
+            rows.append(slave.get_real(wanted))
         return dict(zip(names, np.array(rows).T, strict=True))
-    finally:
-        slave.freeInstance()

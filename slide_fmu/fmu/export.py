@@ -10,8 +10,9 @@ from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from slide_fmu.fmu.build import BINARIES, TARGETS
 from slide_fmu.fmu.model_description import guid_of, model_description
+from slide_fmu.fmu.model_description3 import model_description3
+from slide_fmu.fmu.platforms import FmiVersion, libraries
 from slide_fmu.payload import PayloadError
 from slide_fmu.surrogate import Surrogate
 
@@ -28,14 +29,16 @@ def export_fmu(
     surrogate: Surrogate,
     path: Path,
     *,
+    fmi: FmiVersion = 2,
     provenance: dict[str, object] | None = None,
     documentation: Mapping[str, bytes] | None = None,
 ) -> Path:
-    """Write a surrogate as FMI 2.0 co-simulation FMU; the same arguments give the same bytes.
+    """Write a surrogate as co-simulation FMU; the same arguments give the same bytes.
 
     Args:
         surrogate: its name becomes the model identifier.
         path: the FMU file; replaced as a whole when it is there.
+        fmi: version of the standard: 2.0 or 3.0.
         provenance: where the surrogate comes from, as JSON values.
         documentation: files of the documentation folder, by name, ``index.html`` first of all.
 
@@ -49,10 +52,11 @@ def export_fmu(
     if path.suffix != ".fmu":
         raise ValueError(f"FMU {str(path)!r}; expected a name ending in .fmu")
     payload = surrogate.to_bytes()
+    describe = {2: model_description, 3: model_description3}[fmi]
     members = {
-        DESCRIPTION: model_description(surrogate, guid_of(payload)),
+        DESCRIPTION: describe(surrogate, guid_of(payload)),
         SURROGATE: payload,
-        **_libraries(surrogate.name),
+        **libraries(surrogate.name, fmi),
     }
     if provenance is not None:
         text = json.dumps(provenance, sort_keys=True, indent=2, ensure_ascii=False)
@@ -102,26 +106,6 @@ def read_member(path: Path, name: str) -> bytes | None:
         raise FmuError(f"{path} is no FMU or is damaged: {error}") from error
     except (NotImplementedError, RuntimeError) as error:
         raise FmuError(f"{path}: cannot unpack {name}: {error}") from error
-
-
-def library_members(name: str) -> dict[str, Path]:
-    """Libraries in an FMU with this model identifier, and the compiled files they come from."""
-    members = {}
-    for target in TARGETS:
-        source = PurePosixPath(target)
-        members[f"binaries/{source.parent}/{name}{source.suffix}"] = BINARIES / source
-    return members
-
-
-def _libraries(name: str) -> dict[str, bytes]:
-    contents = {}
-    for member, source in library_members(name).items():
-        if not source.is_file():
-            raise FileNotFoundError(
-                f"the compiled runtime {source} is missing; run: python -m slide_fmu.fmu.build"
-            )
-        contents[member] = source.read_bytes()
-    return contents
 
 
 def _checked_name(name: str) -> str:

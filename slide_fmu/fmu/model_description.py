@@ -1,6 +1,6 @@
 """The modelDescription.xml (FMI 2.0.4) of a surrogate's FMU.
 
-Value references, which ``runtime/fmi2_values.c`` counts in the same way: inputs, outputs, error
+Value references, which ``runtime/calls_values.c`` counts in the same way: inputs, outputs, error
 estimates, ``window_filled``, ``error_estimate_filled``, truncation errors; estimates and their
 filled part only with an estimator, truncation errors only of a state-space network.
 """
@@ -79,6 +79,15 @@ def fmu_variables(surrogate: Surrogate) -> list[Variable]:
         variables.append(Variable(name, "1", "output", FILLED[name], 0.0, 1.0))
     if isinstance(surrogate.network, StateSpace):
         variables += [_truncation_error(signal) for signal in surrogate.outputs]
+    return checked_names(surrogate, variables)
+
+
+def checked_names(surrogate: Surrogate, variables: list[Variable]) -> list[Variable]:
+    """The same variables, when their names are unique.
+
+    Raises:
+        ValueError: two have the same name.
+    """
     names = [variable.name for variable in variables]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
@@ -115,7 +124,7 @@ def model_description(surrogate: Surrogate, guid: str) -> bytes:
         fmiVersion="2.0",
         modelName=surrogate.name,
         guid=guid,
-        description=_summary(surrogate),
+        description=summary(surrogate),
         generationTool="slide-fmu",
         variableNamingConvention="flat",
         numberOfEventIndicators="0",
@@ -123,18 +132,14 @@ def model_description(surrogate: Surrogate, guid: str) -> bytes:
     ElementTree.SubElement(
         root, "CoSimulation", {"modelIdentifier": surrogate.name, **CAPABILITIES}
     )
-    _add_units(root, variables)
-    categories = ElementTree.SubElement(root, "LogCategories")
-    for name, text in LOG_CATEGORIES.items():
-        ElementTree.SubElement(categories, "Category", name=name, description=text)
+    add_units(root, variables)
+    add_log_categories(root)
     ElementTree.SubElement(
         root, "DefaultExperiment", startTime="0", stepSize=repr(surrogate.window.step)
     )
     _add_variables(root, variables)
-    _add_structure(root, variables, set(samples_behind(surrogate)))
-    ElementTree.indent(root)
-    text = ElementTree.tostring(root, encoding="unicode")
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + text.encode("utf-8") + b"\n"
+    _add_structure(root, surrogate, variables)
+    return document(root)
 
 
 def _input(signal: Signal) -> Variable:
@@ -170,7 +175,8 @@ def _truncation_error(signal: Signal) -> Variable:
     return Variable(f"{signal.name}_truncation_error", signal.unit, "output", text, 0.0, None)
 
 
-def _summary(surrogate: Surrogate) -> str:
+def summary(surrogate: Surrogate) -> str:
+    """What the FMU is, in one sentence."""
     window = surrogate.window
     return (
         f"SLIDE surrogate: a network that needs the last {surrogate.network.n_needed} samples of "
@@ -178,12 +184,48 @@ def _summary(surrogate: Surrogate) -> str:
     )
 
 
-def _add_units(root: ElementTree.Element, variables: list[Variable]) -> None:
+def add_units(root: ElementTree.Element, variables: list[Variable]) -> None:
+    """The element UnitDefinitions, alike in both standards."""
     definitions = ElementTree.SubElement(root, "UnitDefinitions")
     for name in sorted({variable.unit for variable in variables}):
         unit = ElementTree.SubElement(definitions, "Unit", name=name)
         if name in BASE_UNITS:
             ElementTree.SubElement(unit, "BaseUnit", BASE_UNITS[name])
+
+
+def add_log_categories(root: ElementTree.Element) -> None:
+    """The element LogCategories, alike in both standards."""
+    categories = ElementTree.SubElement(root, "LogCategories")
+    for name, text in LOG_CATEGORIES.items():
+        ElementTree.SubElement(categories, "Category", name=name, description=text)
+
+
+def given_attributes(variable: Variable) -> dict[str, str]:
+    """Bounds and start value, those that are given."""
+    limits = {"min": variable.low, "max": variable.high, "start": variable.start}
+    return {key: repr(float(value)) for key, value in limits.items() if value is not None}
+
+
+def initial_dependencies(surrogate: Surrogate, variables: list[Variable]) -> dict[int, list[int]]:
+    """Outputs, and the inputs that each depends on in initialization mode, by value references.
+
+    Outputs follow from past inputs alone, but before the first step from the start inputs; the
+    filled parts follow from no inputs at all.
+    """
+    inputs = [i for i, variable in enumerate(variables) if variable.causality == "input"]
+    independent = samples_behind(surrogate)
+    return {
+        i: [] if variable.name in independent else inputs
+        for i, variable in enumerate(variables)
+        if variable.causality == "output"
+    }
+
+
+def document(root: ElementTree.Element) -> bytes:
+    """The bytes of an XML document."""
+    ElementTree.indent(root)
+    text = ElementTree.tostring(root, encoding="unicode")
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + text.encode("utf-8") + b"\n"
 
 
 def _add_variables(root: ElementTree.Element, variables: list[Variable]) -> None:
@@ -200,30 +242,18 @@ def _add_variables(root: ElementTree.Element, variables: list[Variable]) -> None
         )
         if variable.causality == "output":
             scalar.set("initial", "calculated")
-        limits = {"min": variable.low, "max": variable.high, "start": variable.start}
-        given = {key: repr(float(value)) for key, value in limits.items() if value is not None}
-        ElementTree.SubElement(scalar, "Real", {"unit": variable.unit, **given})
+        real = {"unit": variable.unit, **given_attributes(variable)}
+        ElementTree.SubElement(scalar, "Real", real)
 
 
 def _add_structure(
-    root: ElementTree.Element, variables: list[Variable], independent: set[str]
+    root: ElementTree.Element, surrogate: Surrogate, variables: list[Variable]
 ) -> None:
-    """Outputs follow from past inputs alone, but before the first step from the start inputs.
-
-    Args:
-        root: parent of the element.
-        variables: all variables.
-        independent: names of outputs that do not follow from inputs at all.
-    """
-    indices = {
-        causality: [i for i, v in enumerate(variables, start=1) if v.causality == causality]
-        for causality in ("input", "output")
-    }
+    """Indices begin at 1."""
     structure = ElementTree.SubElement(root, "ModelStructure")
     outputs = ElementTree.SubElement(structure, "Outputs")
     unknowns = ElementTree.SubElement(structure, "InitialUnknowns")
-    all_inputs = " ".join(map(str, indices["input"]))
-    for index in indices["output"]:
-        ElementTree.SubElement(outputs, "Unknown", index=str(index), dependencies="")
-        initial = "" if variables[index - 1].name in independent else all_inputs
-        ElementTree.SubElement(unknowns, "Unknown", index=str(index), dependencies=initial)
+    for reference, inputs in initial_dependencies(surrogate, variables).items():
+        index, initial = str(reference + 1), " ".join(str(i + 1) for i in inputs)
+        ElementTree.SubElement(outputs, "Unknown", index=index, dependencies="")
+        ElementTree.SubElement(unknowns, "Unknown", index=index, dependencies=initial)

@@ -8,7 +8,7 @@ from pathlib import Path
 from slide_fmu.fmu.build import RUNTIME, TARGETS, compile_objects, run_compiler
 
 SOURCE = Path(__file__).parent / "c" / "kernel_time.c"
-TARGET = TARGETS["linux64/slide.so"]
+TARGET = TARGETS["x86_64-linux/slide.so"]
 
 
 class KernelTime:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import subprocess
 import sys
 import zipfile
@@ -13,10 +14,14 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
+from typer.testing import CliRunner
 
-from slide_fmu.fmu import build, export
-from slide_fmu.fmu.check import check_fmu
+from slide_fmu.cli import app
+from slide_fmu.cosim import CoSimulationError, run_fmu, unpacked
+from slide_fmu.fmu import build, platforms
+from slide_fmu.fmu.check import OUTPUT_TOLERANCE, check_fmu
 from slide_fmu.fmu.export import FmuError, export_fmu, read_fmu
+from slide_fmu.fmu.platforms import FmiVersion
 from slide_fmu.scaling import Affine
 from slide_fmu.signals import Signal
 from slide_fmu.surrogate import Surrogate
@@ -54,9 +59,12 @@ def _changed(fmu: Path, replaced: dict[str, bytes | None]) -> Path:
 
 @pytest.mark.parametrize("positions", [0, 3])
 @pytest.mark.parametrize("cell", [None, CellShape(contraction=0.9)])
-def test_validates(tmp_path: Path, positions: int, cell: CellShape | None) -> None:
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_validates(
+    tmp_path: Path, positions: int, cell: CellShape | None, fmi: FmiVersion
+) -> None:
     surrogate = random_surrogate(dataclasses.replace(SHAPE, positions=positions, cell=cell))
-    path = export_fmu(surrogate, tmp_path / "m.fmu")
+    path = export_fmu(surrogate, tmp_path / "m.fmu", fmi=fmi)
     assert validate_fmu(str(path)) == []
     assert check_fmu(path) == []
 
@@ -73,6 +81,7 @@ def test_same_surrogate_same_bytes(fmu: Path, surrogate: Surrogate, tmp_path: Pa
 def test_content(fmu: Path) -> None:
     with zipfile.ZipFile(fmu) as archive:
         assert archive.namelist() == [
+            "binaries/darwin64/two_masses.dylib",
             "binaries/linux64/two_masses.so",
             "binaries/win64/two_masses.dll",
             "documentation/figures/error.svg",
@@ -104,6 +113,97 @@ def test_description(fmu: Path, surrogate: Surrogate) -> None:
     assert all(not unknown.dependencies for unknown in description.outputs)
     initial = [[v.name for v in u.dependencies] for u in description.initialUnknowns]
     assert initial == [["u0", "u1"]] * 4 + [[], []]
+
+
+def test_fmi_3(surrogate: Surrogate, tmp_path: Path) -> None:
+    path = export_fmu(surrogate, tmp_path / "m.fmu", fmi=3)
+    assert path.read_bytes() == export_fmu(surrogate, tmp_path / "n.fmu", fmi=3).read_bytes()
+    assert read_fmu(path)[0].to_bytes() == surrogate.to_bytes()
+    with zipfile.ZipFile(path) as archive:
+        assert archive.namelist() == [
+            "binaries/aarch64-darwin/two_masses.dylib",
+            "binaries/aarch64-linux/two_masses.so",
+            "binaries/x86_64-darwin/two_masses.dylib",
+            "binaries/x86_64-linux/two_masses.so",
+            "binaries/x86_64-windows/two_masses.dll",
+            "modelDescription.xml",
+            "resources/surrogate.slide",
+        ]
+
+
+def test_fmi_3_description(fmu: Path, surrogate: Surrogate, tmp_path: Path) -> None:
+    """What FMI 2.0 says, and what FMI 3.0 has beside."""
+    path = export_fmu(surrogate, tmp_path / "m.fmu", fmi=3)
+    two, three = (fmpy.read_model_description(str(p)) for p in (fmu, path))
+    assert three.fmiVersion == "3.0"
+    assert three.instantiationToken == two.guid
+    same = ("name", "valueReference", "causality", "unit", "min", "max", "start", "description")
+    *variables, time = three.modelVariables
+    for one, other in zip(two.modelVariables, variables, strict=True):
+        assert [getattr(one, name) for name in same] == [getattr(other, name) for name in same]
+        assert other.type == "Float64"
+    assert (time.name, time.unit, time.causality) == ("time", "s", "independent")
+    interface = three.coSimulation
+    assert interface.fixedInternalStepSize == STEP
+    assert three.defaultExperiment.stepSize == str(STEP)
+    assert interface.canHandleVariableCommunicationStepSize
+    assert interface.canGetAndSetFMUState
+    assert interface.canSerializeFMUState
+    assert not interface.hasEventMode
+    for unknowns in ("outputs", "initialUnknowns"):
+        found = [
+            [(u.variable.name, [v.name for v in u.dependencies]) for u in getattr(d, unknowns)]
+            for d in (two, three)
+        ]
+        assert found[0] == found[1]
+
+
+def test_a_signal_called_time_is_refused_in_fmi_3(surrogate: Surrogate, tmp_path: Path) -> None:
+    signals = (Signal("time", "N", -2.0, 3.0, start=0.0), surrogate.inputs[1])
+    surrogate = dataclasses.replace(surrogate, inputs=signals)
+    export_fmu(surrogate, tmp_path / "m.fmu")
+    with pytest.raises(ValueError, match="two variables of its FMU have the name 'time'"):
+        export_fmu(surrogate, tmp_path / "m.fmu", fmi=3)
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_cosim_runs_both_standards(surrogate: Surrogate, tmp_path: Path, fmi: FmiVersion) -> None:
+    path = export_fmu(surrogate, tmp_path / "m.fmu", fmi=fmi)
+    inputs = np.random.default_rng(2).uniform(-2, 3, (40, 2))
+    columns = dict(zip(("u0", "u1"), inputs.T, strict=True))
+    with unpacked(path) as fmu:
+        run = run_fmu(fmu, columns, ["y0", "y1"])
+        with pytest.raises(CoSimulationError, match=r"input with value reference 0 = nan"):
+            run_fmu(fmu, {"u0": np.full(3, np.nan)}, ["y0"])
+    expected = surrogate.predict_newest(inputs)
+    np.testing.assert_allclose(run.values[1:], expected, rtol=0, atol=OUTPUT_TOLERANCE * 8)
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_verbs_know_both_standards(fmu: Path, tmp_path: Path, fmi: FmiVersion) -> None:
+    path = tmp_path / "again.fmu"
+    runner = CliRunner()
+    assert (
+        runner.invoke(app, ["export", str(fmu), "--fmi", str(fmi), "-o", str(path)]).exit_code == 0
+    )
+    description = fmpy.read_model_description(str(path))
+    assert description.fmiVersion == f"{fmi}.0"
+    assert runner.invoke(app, ["check", str(path)]).exit_code == 0
+    info = runner.invoke(app, ["info", str(path), "--json", "-"])
+    assert json.loads(info.stdout)["name"] == "two_masses"
+    wrong = runner.invoke(app, ["export", str(fmu), "--fmi", "4", "-o", str(path)])
+    assert wrong.exit_code == 2
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_size_beyond_the_weights(fmu: Path, tmp_path: Path, fmi: FmiVersion) -> None:
+    """All platforms in one file stay below half a megabyte."""
+    surrogate = read_fmu(fmu)[0]
+    path = export_fmu(surrogate, tmp_path / "m.fmu", fmi=fmi)
+    with zipfile.ZipFile(path) as archive:
+        weights = archive.getinfo("resources/surrogate.slide").compress_size
+    print(f"FMI {fmi}: {path.stat().st_size - weights} bytes beyond the weights")
+    assert path.stat().st_size - weights < 500_000
 
 
 def test_description_without_estimator(surrogate: Surrogate, tmp_path: Path) -> None:
@@ -180,7 +280,7 @@ def test_documentation_stays_in_its_folder(
 def test_missing_runtime(
     surrogate: Surrogate, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(export, "BINARIES", tmp_path)
+    monkeypatch.setattr(platforms, "BINARIES", tmp_path)
     with pytest.raises(FileNotFoundError, match=r"python -m slide_fmu\.fmu\.build"):
         export_fmu(surrogate, tmp_path / "m.fmu")
 
@@ -228,6 +328,12 @@ def test_unchanged_sources_are_not_compiled_again(monkeypatch: pytest.MonkeyPatc
     libraries = build.build_all()
     monkeypatch.setattr(build, "run_compiler", lambda arguments: pytest.fail("compiled"))
     assert build.build_all() == libraries
+
+
+def test_libraries_are_those_that_the_pinned_compiler_makes() -> None:
+    """After a change of the runtime: python -m slide_fmu.fmu.build --record."""
+    build.build_all()
+    assert build.hashes() == build.HASHES.read_text()
 
 
 def test_build_needs_the_standard_library_alone() -> None:

@@ -26,6 +26,7 @@ from slide_fmu.surrogate import Surrogate
 
 from .native import DISCARD, ERROR, OK, Loaded, Native
 from .samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
+from .standards import functions
 
 Load = Callable[[Surrogate], Loaded]
 
@@ -300,23 +301,21 @@ def test_calls_in_the_wrong_state(rich: Loaded) -> None:
     assert native.try_get(2)[0] == OK
 
 
-def _functions() -> list[str]:
-    header = Path(fmpy.__file__).parent / "c-code" / "fmi2Functions.h"
-    return sorted(set(re.findall(r"\b(fmi2\w+)TYPE\b", header.read_text())))
-
-
-def test_all_functions_of_the_standard_are_exported(rich: Loaded) -> None:
-    windows = (BINARIES / "win64" / "slide.dll").read_bytes()
-    functions = _functions()
-    assert len(functions) > 40
-    for function in functions:
-        assert hasattr(rich.library, function)
-        assert function.encode() + b"\0" in windows
+def test_all_functions_of_both_standards_are_exported(rich: Loaded) -> None:
+    windows = (BINARIES / "x86_64-windows" / "slide.dll").read_bytes()
+    arm = (BINARIES / "aarch64-linux" / "slide.so").read_bytes()
+    names = functions(2) + functions(3)
+    assert len(functions(2)) > 40
+    assert len(functions(3)) > 70
+    for name in names:
+        assert hasattr(rich.library, name)
+        assert name.encode() + b"\0" in windows
+        assert name.encode() + b"\0" in arm
 
 
 def test_no_instance_is_an_error_never_a_crash(rich: Loaded) -> None:
     without = {"fmi2Instantiate", "fmi2FreeInstance", "fmi2GetVersion", "fmi2GetTypesPlatform"}
-    for function in set(_functions()) - without:
+    for function in set(functions(2)) - without:
         assert getattr(rich.library, function)(*[ctypes.c_void_p()] * 7) == ERROR
     rich.library.fmi2FreeInstance(ctypes.c_void_p())
 

@@ -198,10 +198,11 @@ def test_official_headers_agree(tmp_path: Path) -> None:
     """The sources compile against the FMI project's own declarations in place of ours."""
     for path in RUNTIME.glob("*.[ch]"):
         shutil.copy(path, tmp_path)
-    (tmp_path / "fmi2.h").write_text('#include "fmi2Functions.h"\n')
+    for version in (2, 3):
+        (tmp_path / f"fmi{version}.h").write_text(f'#include "fmi{version}Functions.h"\n')
     include = Path(fmpy.__file__).parent / "c-code"
     command, _ = host_compilers()[0]
-    for source in sorted(tmp_path.glob("fmi2_*.c")):
+    for source in sorted(tmp_path.glob("fmi[23]_*.c")):
         arguments = [*WARNINGS, "-fsyntax-only", f"-I{include}", str(source)]
         built = run_compiler(command, arguments)
         assert built.returncode == 0, built.stderr

@@ -1,15 +1,14 @@
 /* FMI 2.0: functions that this FMU exports, because masters look them up, but does not offer. */
-#include "instance.h"
+#include "calls.h"
+#include "fmi2.h"
 
 static fmi2Status refuse(fmi2Component c, const char *function, const char *reason) {
-    SlideInstance *instance = slide_enter(c, SLIDE_ANY_MODE, function);
-    return instance == NULL ? fmi2Error
-                            : slide_report(instance, fmi2Error, "%s: %s; nothing was changed",
-                                           function, reason);
+    return (fmi2Status)slide_refuse(c, function, reason);
 }
 
 static const char *const NO_DERIVATIVES = "derivatives are not offered, as modelDescription.xml "
                                           "says";
+static const char *const NEVER_PENDING = "steps end before fmi2DoStep returns; nothing is pending";
 static const char *const NO_EXCHANGE = "this FMU is for co-simulation, not for model exchange";
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[],
@@ -30,6 +29,23 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
                                         const fmi2Integer order[], fmi2Real value[]) {
     (void)vr, (void)nvr, (void)order, (void)value;
     return refuse(c, __func__, NO_DERIVATIVES);
+}
+
+fmi2Status fmi2CancelStep(fmi2Component c) { return refuse(c, __func__, NEVER_PENDING); }
+
+fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value) {
+    (void)kind, (void)value;
+    return refuse(c, __func__, NEVER_PENDING);
+}
+
+fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value) {
+    (void)kind, (void)value;
+    return refuse(c, __func__, NEVER_PENDING);
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value) {
+    (void)kind, (void)value;
+    return refuse(c, __func__, "FMI 2.0 defines no status of type Integer");
 }
 
 fmi2Status fmi2EnterEventMode(fmi2Component c) { return refuse(c, __func__, NO_EXCHANGE); }

@@ -1,11 +1,14 @@
-/* One FMU instance: model, state, logger. Instances share nothing. */
+/* One FMU instance: model, state, logger. Instances share nothing. An instance knows no standard:
+ * fmi2_*.c and fmi3_*.c wrap the same calls (calls.h). */
 #ifndef SLIDE_INSTANCE_H
 #define SLIDE_INSTANCE_H
 
-#include "fmi2.h"
 #include "stream.h"
 
-/* States of the FMI 2.0 co-simulation state machine, as bits. */
+/* The numbers of fmi2Status and fmi3Status. */
+typedef enum { SLIDE_OK = 0, SLIDE_DISCARD = 2, SLIDE_ERROR = 3 } SlideStatus;
+
+/* States of the co-simulation state machine of both standards, as bits. */
 typedef enum {
     SLIDE_INSTANTIATED = 1,
     SLIDE_INITIALIZATION = 2,
@@ -14,27 +17,39 @@ typedef enum {
     SLIDE_ANY_MODE = 15
 } SlideMode;
 
+typedef struct SlideLogger SlideLogger;
+
+/* The master's logger. */
+struct SlideLogger {
+    /* Call it; instance: its name. NULL: nobody listens. */
+    void (*write)(const SlideLogger *logger, const char *instance, SlideStatus status,
+                  const char *category, const char *text);
+    void (*callback)(void); /* the master's function, of a type that write knows */
+    void *environment;      /* the master's, for callback */
+};
+
 /* The instance begins the aligned part of its one memory block; name, model arrays and state
  * follow in it. */
 typedef struct {
     void *block; /* what calloc gave */
     SlideModel model;
     SlideState state;
-    fmi2CallbackFunctions callbacks;
+    SlideLogger logger;
     char *name;
     bool debug;
+    bool lists_time; /* the time is a variable, after all others */
 } SlideInstance;
 
 /* Log a message (errors always, others when debug logging is on) and give the status back. */
-__attribute__((format(printf, 3, 4))) fmi2Status slide_report(const SlideInstance *instance,
-                                                              fmi2Status status,
-                                                              const char *format, ...);
+__attribute__((format(printf, 3, 4))) SlideStatus slide_report(const SlideInstance *instance,
+                                                               SlideStatus status,
+                                                               const char *format, ...);
 
 /* The instance behind a component, when the function may be called now; otherwise NULL, with a
  * logged message. modes: sum of SlideMode bits. */
-SlideInstance *slide_enter(fmi2Component component, unsigned modes, const char *function);
+SlideInstance *slide_enter(void *component, unsigned modes, const char *function);
 
 /* Log that an argument pointer is missing. */
-fmi2Status slide_null(const SlideInstance *instance, const char *function);
+SlideStatus slide_null(const SlideInstance *instance, const char *function);
 
 #endif

@@ -61,7 +61,7 @@ typedef struct {
                           float *next, float *rows);
 } SlideKernel;
 
-extern const SlideKernel slide_kernel_baseline; /* x86-64-v2 */
+extern const SlideKernel slide_kernel_baseline; /* x86-64-v2; NEON */
 extern const SlideKernel slide_kernel_avx2;     /* with AVX2 and FMA */
 
 /* The fastest kernel that processor and operating system support. */

@@ -1,5 +1,7 @@
 #include "kernel.h"
 
+#if defined(__x86_64__)
+
 #include <cpuid.h>
 #include <stdbool.h>
 
@@ -22,3 +24,9 @@ const SlideKernel *slide_kernel_choose(void) {
     }
     return &slide_kernel_avx2;
 }
+
+#else /* aarch64: NEON with FMA belongs to every processor */
+
+const SlideKernel *slide_kernel_choose(void) { return &slide_kernel_baseline; }
+
+#endif

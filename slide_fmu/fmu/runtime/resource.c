@@ -50,28 +50,36 @@ static bool unescape(char *text) {
     return true;
 }
 
-char *slide_resource_path(const char *uri, const char *file, SlideMessage *message) {
+char *slide_path_in_folder(const char *folder, const char *file, SlideMessage *message) {
+    if (folder == NULL) {
+        slide_say(message, "the path of the resources is NULL; expected /path/to/resources/");
+        return NULL;
+    }
+    size_t length = strlen(folder) + strlen(file) + 2;
+    char *path = malloc(length);
+    if (path == NULL) {
+        slide_say(message, "out of memory");
+        return NULL;
+    }
+    snprintf(path, length, "%s/%s", folder, file);
+    return path;
+}
+
+char *slide_path_of_uri(const char *uri, const char *file, SlideMessage *message) {
     const char *start = uri == NULL ? NULL : path_of_uri(uri);
     if (start == NULL) {
         slide_say(message, "fmuResourceLocation %s; expected file:///path/to/resources",
                   uri == NULL ? "is NULL" : uri);
         return NULL;
     }
-    size_t length = strlen(start) + strlen(file) + 2;
-    char *path = malloc(length);
-    if (path == NULL) {
-        slide_say(message, "out of memory");
-        return NULL;
-    }
-    snprintf(path, length, "%s", start);
-    if (!unescape(path)) {
+    char *path = slide_path_in_folder(start, file, message);
+    if (path != NULL && !unescape(path)) {
         slide_say(message, "fmuResourceLocation %s has a malformed percent escape", uri);
         free(path);
         return NULL;
     }
-    strcat(strcat(path, "/"), file);
 #if defined(_WIN32)
-    if (path[1] != '\0' && path[2] == ':') { /* /C:/folder */
+    if (path != NULL && path[1] != '\0' && path[2] == ':') { /* /C:/folder */
         memmove(path, path + 1, strlen(path));
     }
 #endif

@@ -9,6 +9,8 @@
  *   driver damage URI GUID    steps from states with damaged content
  */
 #include "cell_driver.h"
+#include "fmi2.h"
+#include "fmi3.h"
 #include "instance.h"
 #include "resource.h"
 
@@ -195,6 +197,31 @@ static int roll_back(fmi2Component from, fmi2Component to) {
     return status == fmi2OK ? 0 : 1;
 }
 
+/* Bad calls of FMI 3.0 and a step; the path of the resources is the URI after file://. */
+static int make_calls_3(const char *uri, const char *guid) {
+    fmi3Boolean event, terminate, early;
+    fmi3Float64 last = -1, values[2] = {NAN, 1e300};
+    fmi3ValueReference references[2] = {0, 4000000000u};
+    fmi3Instance c = fmi3InstantiateCoSimulation("three", guid, uri + strlen("file://"), false,
+                                                 true, false, false, NULL, 0, NULL, NULL, NULL);
+    if (c == NULL || fmi3InstantiateModelExchange("three", guid, uri, 0, 0, NULL, NULL) != NULL) {
+        return 1;
+    }
+    fmi3GetFloat64(c, references, 1, values, 1);
+    fmi3EnterInitializationMode(c, false, 0, 0, false, 0);
+    fmi3SetFloat64(c, references, 2, values, 1);
+    fmi3SetFloat64(c, references, 2, values, 2);
+    fmi3GetFloat64(c, references, 2, values, 2);
+    fmi3GetFloat64(c, NULL, 2, NULL, 2);
+    fmi3ExitInitializationMode(c);
+    fmi3DoStep(c, 0, 0.005, true, NULL, NULL, NULL, NULL);
+    fmi3DeserializeFMUState(c, NULL, 0, NULL);
+    fmi3GetBinary(c, NULL, 1, NULL, NULL, 1);
+    fmi3Status status = fmi3DoStep(c, 0, 0.005, true, &event, &terminate, &early, &last);
+    fmi3FreeInstance(c);
+    return status == fmi3OK && last == 0.005 ? 0 : 1;
+}
+
 static int make_calls(const char *uri, const char *guid) {
     fmi2Component one = start(uri, guid), two = start(uri, guid);
     if (one == NULL || two == NULL || start(uri, "other") != NULL ||
@@ -202,7 +229,7 @@ static int make_calls(const char *uri, const char *guid) {
         return 1;
     }
     bad_calls(one);
-    int failed = roll_back(one, two);
+    int failed = make_calls_3(uri, guid) | roll_back(one, two);
     fmi2Reset(one);
     bad_calls(one);
     fmi2Terminate(two);

@@ -1,6 +1,6 @@
-/* FMI 2.0: save, restore and serialise the state. A saved state and its serialised form are the
- * same bytes: a header, then the flat state block. */
-#include "instance.h"
+/* Save, restore and serialise the state. A saved state and its serialised form are the same bytes:
+ * a header, then the flat state block. */
+#include "calls.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -47,99 +47,100 @@ static bool belongs(const SlideInstance *instance, const void *saved, const char
         fault = "the state has another size than this FMU's";
     }
     if (fault != NULL) {
-        slide_report(instance, fmi2Error, "%s: %s; nothing was changed", function, fault);
+        slide_report(instance, SLIDE_ERROR, "%s: %s; nothing was changed", function, fault);
     }
     return fault == NULL;
 }
 
-fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
-    SlideInstance *instance = slide_enter(c, SLIDE_ANY_MODE, __func__);
+SlideStatus slide_save(void *component, void **state, const char *function) {
+    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
     if (instance == NULL || state == NULL) {
-        return instance == NULL ? fmi2Error : slide_null(instance, __func__);
+        return instance == NULL ? SLIDE_ERROR : slide_null(instance, function);
     }
-    if (*state != NULL && !belongs(instance, *state, __func__)) {
-        return fmi2Error;
+    if (*state != NULL && !belongs(instance, *state, function)) {
+        return SLIDE_ERROR;
     }
     unsigned char *saved = *state != NULL ? *state : malloc(saved_size(instance));
     if (saved == NULL) {
-        return slide_report(instance, fmi2Error, "fmi2GetFMUstate: out of memory");
+        return slide_report(instance, SLIDE_ERROR, "%s: out of memory", function);
     }
     StateHeader header = header_of(instance);
     memcpy(saved, &header, sizeof header);
     memcpy(saved + sizeof header, instance->state.head, instance->state.size);
     *state = saved;
-    return fmi2OK;
+    return SLIDE_OK;
 }
 
-fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
-    SlideInstance *instance = slide_enter(c, SLIDE_ANY_MODE, __func__);
+SlideStatus slide_restore(void *component, const void *state, const char *function) {
+    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
     if (instance == NULL || state == NULL) {
-        return instance == NULL ? fmi2Error : slide_null(instance, __func__);
+        return instance == NULL ? SLIDE_ERROR : slide_null(instance, function);
     }
-    if (!belongs(instance, state, __func__)) {
-        return fmi2Error;
+    if (!belongs(instance, state, function)) {
+        return SLIDE_ERROR;
     }
     const unsigned char *saved = state;
     memcpy(instance->state.head, saved + sizeof(StateHeader), instance->state.size);
-    return fmi2OK;
+    return SLIDE_OK;
 }
 
-fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
-    SlideInstance *instance = slide_enter(c, SLIDE_ANY_MODE, __func__);
+SlideStatus slide_free_state(void *component, void **state, const char *function) {
+    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
     if (instance == NULL) {
-        return fmi2Error;
+        return SLIDE_ERROR;
     }
     if (state != NULL) {
         free(*state);
         *state = NULL;
     }
-    return fmi2OK;
+    return SLIDE_OK;
 }
 
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
-    SlideInstance *instance = slide_enter(c, SLIDE_ANY_MODE, __func__);
+SlideStatus slide_serialized_size(void *component, const void *state, size_t *size,
+                                  const char *function) {
+    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
     if (instance == NULL || state == NULL || size == NULL) {
-        return instance == NULL ? fmi2Error : slide_null(instance, __func__);
+        return instance == NULL ? SLIDE_ERROR : slide_null(instance, function);
     }
-    if (!belongs(instance, state, __func__)) {
-        return fmi2Error;
+    if (!belongs(instance, state, function)) {
+        return SLIDE_ERROR;
     }
     *size = saved_size(instance);
-    return fmi2OK;
+    return SLIDE_OK;
 }
 
-fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[],
-                                 size_t size) {
-    SlideInstance *instance = slide_enter(c, SLIDE_ANY_MODE, __func__);
+SlideStatus slide_serialize(void *component, const void *state, void *bytes, size_t size,
+                            const char *function) {
+    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
     if (instance == NULL || state == NULL || bytes == NULL) {
-        return instance == NULL ? fmi2Error : slide_null(instance, __func__);
+        return instance == NULL ? SLIDE_ERROR : slide_null(instance, function);
     }
-    if (!belongs(instance, state, __func__)) {
-        return fmi2Error;
+    if (!belongs(instance, state, function)) {
+        return SLIDE_ERROR;
     }
     if (size < saved_size(instance)) {
-        return slide_report(instance, fmi2Error,
-                            "fmi2SerializeFMUstate: room for %llu bytes; expected %llu, the "
-                            "answer of fmi2SerializedFMUstateSize",
-                            (unsigned long long)size, (unsigned long long)saved_size(instance));
+        return slide_report(instance, SLIDE_ERROR,
+                            "%s: room for %llu bytes; expected %llu, the size that this FMU "
+                            "gives for its serialised state",
+                            function, (unsigned long long)size, (unsigned long long)saved_size(instance));
     }
     const unsigned char *block = (const unsigned char *)state + sizeof(StateHeader);
     StateHeader header = header_of(instance);
     header.checksum = slide_crc32(block, instance->state.size);
     memcpy(bytes, &header, sizeof header);
-    memcpy(bytes + sizeof header, block, instance->state.size);
-    return fmi2OK;
+    memcpy((unsigned char *)bytes + sizeof header, block, instance->state.size);
+    return SLIDE_OK;
 }
 
 /* Check the content of a serialised state of the right size. */
-static bool is_intact(const SlideInstance *instance, const fmi2Byte bytes[]) {
+static bool is_intact(const SlideInstance *instance, const unsigned char *bytes) {
     StateHeader header;
     SlideHead head;
     memcpy(&header, bytes, sizeof header);
     memcpy(&head, bytes + sizeof header, sizeof head);
     bool known_mode = head.mode == SLIDE_INSTANTIATED || head.mode == SLIDE_INITIALIZATION ||
                       head.mode == SLIDE_STEPPING || head.mode == SLIDE_TERMINATED;
-    const unsigned char *block = (const unsigned char *)bytes + sizeof header;
+    const unsigned char *block = bytes + sizeof header;
     const SlideState *state = &instance->state;
     size_t counter = (size_t)((const char *)state->history.count - (const char *)state->head);
     uint64_t steps;
@@ -148,31 +149,31 @@ static bool is_intact(const SlideInstance *instance, const fmi2Byte bytes[]) {
            header.checksum == slide_crc32(block, instance->state.size);
 }
 
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
-                                   fmi2FMUstate *state) {
-    SlideInstance *instance = slide_enter(c, SLIDE_ANY_MODE, __func__);
+SlideStatus slide_deserialize(void *component, const void *bytes, size_t size, void **state,
+                              const char *function) {
+    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
     if (instance == NULL || bytes == NULL || state == NULL) {
-        return instance == NULL ? fmi2Error : slide_null(instance, __func__);
+        return instance == NULL ? SLIDE_ERROR : slide_null(instance, function);
     }
     if (size != saved_size(instance)) {
-        return slide_report(instance, fmi2Error,
-                            "fmi2DeSerializeFMUstate: %llu bytes; expected %llu; is the state of "
-                            "another FMU, or cut off?",
-                            (unsigned long long)size, (unsigned long long)saved_size(instance));
+        return slide_report(instance, SLIDE_ERROR,
+                            "%s: %llu bytes; expected %llu; is the state of another FMU, or cut "
+                            "off?",
+                            function, (unsigned long long)size, (unsigned long long)saved_size(instance));
     }
-    if (!belongs(instance, bytes, __func__)) {
-        return fmi2Error;
+    if (!belongs(instance, bytes, function)) {
+        return SLIDE_ERROR;
     }
     if (!is_intact(instance, bytes)) {
-        return slide_report(instance, fmi2Error,
-                            "fmi2DeSerializeFMUstate: the state is damaged: its checksum does not "
-                            "match its content");
+        return slide_report(instance, SLIDE_ERROR,
+                            "%s: the state is damaged: its checksum does not match its content",
+                            function);
     }
     void *saved = malloc(size);
     if (saved == NULL) {
-        return slide_report(instance, fmi2Error, "fmi2DeSerializeFMUstate: out of memory");
+        return slide_report(instance, SLIDE_ERROR, "%s: out of memory", function);
     }
     memcpy(saved, bytes, size);
     *state = saved;
-    return fmi2OK;
+    return SLIDE_OK;
 }

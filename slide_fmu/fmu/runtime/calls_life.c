@@ -1,0 +1,175 @@
+/* From instantiation to the end. */
+#include "calls.h"
+#include "resource.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const PAYLOAD = "surrogate.slide";
+
+/* Place the instance and all it needs; the same code measures and fills. */
+static SlideInstance *place_instance(const SlidePayload *payload, const char *name,
+                                     SlideArena *arena) {
+    SlideInstance measured = {0};
+    SlideInstance *placed = slide_place(arena, 1, sizeof *placed);
+    SlideInstance *instance = placed == NULL ? &measured : placed;
+    instance->name = slide_place(arena, strlen(name) + 1, 1);
+    if (placed != NULL) {
+        strcpy(instance->name, name);
+    }
+    slide_model_place(&instance->model, payload, arena);
+    slide_state_place(&instance->state, &instance->model, arena);
+    return placed;
+}
+
+static SlideInstance *build_instance(const SlidePayload *payload, const char *name,
+                                     SlideMessage *message) {
+    SlideArena arena = {NULL, 0};
+    place_instance(payload, name, &arena);
+    unsigned char *block = calloc(arena.used + SLIDE_ALIGNMENT, 1);
+    if (block == NULL) {
+        slide_say(message, "out of memory: %llu bytes", (unsigned long long)arena.used);
+        return NULL;
+    }
+    size_t misaligned = (size_t)((uintptr_t)block % SLIDE_ALIGNMENT);
+    arena = (SlideArena){block + (SLIDE_ALIGNMENT - misaligned), 0};
+    SlideInstance *instance = place_instance(payload, name, &arena);
+    instance->block = block;
+    slide_state_reset(&instance->model, &instance->state);
+    instance->state.head->mode = SLIDE_INSTANTIATED;
+    return instance;
+}
+
+static SlideInstance *load_instance(const SlideRequest *request, SlideMessage *message) {
+    char *path = request->location_is_uri
+                     ? slide_path_of_uri(request->location, PAYLOAD, message)
+                     : slide_path_in_folder(request->location, PAYLOAD, message);
+    size_t size = 0;
+    unsigned char *data = path == NULL ? NULL : slide_read_file(path, &size, message);
+    SlidePayload payload;
+    SlideInstance *instance = NULL;
+    if (data != NULL && slide_payload_read(&payload, data, size, message)) {
+        const char *guid = request->guid;
+        if (guid != NULL && strcmp(guid, payload.guid) == 0) {
+            instance = build_instance(&payload, request->name, message);
+        } else {
+            slide_say(message,
+                      "GUID %s; expected %s: modelDescription.xml and resources/surrogate.slide "
+                      "do not belong together, export the FMU again",
+                      guid == NULL ? "is NULL" : guid, payload.guid);
+        }
+    }
+    free(data);
+    free(path);
+    return instance;
+}
+
+SlideInstance *slide_instantiate(const SlideRequest *request) {
+    char unnamed[] = "unnamed";
+    SlideMessage message = {""};
+    SlideInstance *instance = NULL, nobody = {0};
+    nobody.name = unnamed;
+    nobody.logger = request->logger;
+    if (request->name == NULL || request->name[0] == '\0') {
+        slide_say(&message, "the instance name is empty; expected a name");
+    } else if (request->fault != NULL) {
+        slide_say(&message, "%s", request->fault);
+    } else {
+        instance = load_instance(request, &message);
+    }
+    if (instance == NULL) {
+        slide_report(&nobody, SLIDE_ERROR, "%s: %s", request->function, message.text);
+        return NULL;
+    }
+    instance->logger = request->logger;
+    instance->debug = request->debug;
+    instance->lists_time = request->lists_time;
+    slide_report(instance, SLIDE_OK, "instantiated, window of %u samples, kernel %s",
+                 (unsigned)instance->model.predictor.n_samples, instance->model.kernel->name);
+    return instance;
+}
+
+void slide_free(void *component) {
+    if (component != NULL) {
+        free(((SlideInstance *)component)->block);
+    }
+}
+
+SlideStatus slide_set_logging(void *component, bool on, size_t n_categories,
+                              const char *const categories[], const char *function) {
+    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
+    if (instance == NULL) {
+        return SLIDE_ERROR;
+    }
+    if (n_categories > 0 && categories == NULL) {
+        return slide_null(instance, function);
+    }
+    bool events = n_categories == 0;
+    for (size_t i = 0; i < n_categories; ++i) {
+        const char *category = categories[i] == NULL ? "" : categories[i];
+        bool event = strcmp(category, "logEvents") == 0 || strcmp(category, "logAll") == 0;
+        if (!event && strcmp(category, "logStatusError") != 0 &&
+            strcmp(category, "logStatusDiscard") != 0) {
+            return slide_report(instance, SLIDE_ERROR,
+                                "%s: category '%s'; expected logAll, logEvents, "
+                                "logStatusDiscard or logStatusError",
+                                function, category);
+        }
+        events = events || event;
+    }
+    if (events) {
+        instance->debug = on;
+    }
+    return SLIDE_OK;
+}
+
+SlideStatus slide_set_start(void *component, double start, bool stop_defined, double stop,
+                            const char *function) {
+    SlideInstance *instance = slide_enter(component, SLIDE_INSTANTIATED, function);
+    if (instance == NULL) {
+        return SLIDE_ERROR;
+    }
+    if (!isfinite(start) || (stop_defined && !(stop >= start))) {
+        return slide_report(instance, SLIDE_ERROR,
+                            "%s: start time %g s, stop time %g s; expected a finite start and no "
+                            "earlier stop",
+                            function, start, stop);
+    }
+    double step = instance->model.step;
+    if (fabs(start) > slide_clock_farthest(step)) {
+        return slide_report(instance, SLIDE_ERROR,
+                            "%s: start time %.15g s; expected at most %.3g s from 0, where steps "
+                            "of %.9g s can be told apart: start nearer to 0; nothing was changed",
+                            function, start, slide_clock_farthest(step), step);
+    }
+    instance->state.head->clock.anchor = start;
+    return SLIDE_OK;
+}
+
+SlideStatus slide_change_mode(void *component, SlideMode from, SlideMode to,
+                              const char *function) {
+    SlideInstance *instance = slide_enter(component, from, function);
+    if (instance == NULL) {
+        return SLIDE_ERROR;
+    }
+    instance->state.head->mode = to;
+    return slide_report(instance, SLIDE_OK, "%s", function);
+}
+
+SlideStatus slide_reset(void *component, const char *function) {
+    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
+    if (instance == NULL) {
+        return SLIDE_ERROR;
+    }
+    slide_state_reset(&instance->model, &instance->state);
+    instance->state.head->mode = SLIDE_INSTANTIATED;
+    return slide_report(instance, SLIDE_OK, "%s", function);
+}
+
+SlideStatus slide_refuse(void *component, const char *function, const char *reason) {
+    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
+    return instance == NULL ? SLIDE_ERROR
+                            : slide_report(instance, SLIDE_ERROR, "%s: %s; nothing was changed",
+                                           function, reason);
+}

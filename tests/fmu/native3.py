@@ -1,0 +1,106 @@
+"""A thin view of the FMI 3.0 functions of the native library: every call gives the bare status."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from pathlib import Path
+
+from fmpy.fmi3 import fmi3LogMessageCallback
+
+from .native import OK
+from .samples import STEP
+
+NO, YES = ctypes.c_bool(False), ctypes.c_bool(True)
+
+
+class Native3:
+    """One FMU instance through ctypes."""
+
+    def __init__(
+        self,
+        library: ctypes.CDLL,
+        guid: str,
+        resources: Path | str | None,
+        logging: bool = False,
+        events: bool = False,
+    ) -> None:
+        self.library = library
+        self.messages: list[str] = []
+        self._logger = fmi3LogMessageCallback(self._log)
+        place = None if resources is None else str(resources).encode()
+        arguments = (b"one", guid.encode(), place, NO, ctypes.c_bool(logging))
+        more = (ctypes.c_bool(events), NO, None, ctypes.c_size_t(0), None, self._logger, None)
+        library.fmi3InstantiateCoSimulation.restype = ctypes.c_void_p
+        pointer = library.fmi3InstantiateCoSimulation(*arguments, *more)
+        self.instance = ctypes.c_void_p(pointer)
+        self.last = 0.0
+        self.flags: tuple[bool, ...] = ()
+
+    def _log(self, _environment: object, _status: int, _kind: bytes, text: bytes) -> None:
+        self.messages.append(text.decode())
+
+    def call(self, function: str, *arguments: object) -> int:
+        return int(getattr(self.library, function)(self.instance, *arguments))
+
+    def initialize(self, time: float = 0.0, stop: float | None = None) -> int:
+        zero, end = ctypes.c_double(0), ctypes.c_double(stop or 0.0)
+        defined = ctypes.c_bool(stop is not None)
+        arguments = (NO, zero, ctypes.c_double(time), defined, end)
+        return self.call("fmi3EnterInitializationMode", *arguments)
+
+    def start(self, time: float = 0.0) -> Native3:
+        assert self.initialize(time) == OK, self.messages
+        assert self.call("fmi3ExitInitializationMode") == OK
+        return self
+
+    def set(self, *values: float, first: int = 0, count: int | None = None) -> int:
+        n = len(values)
+        references = (ctypes.c_uint * n)(*range(first, first + n))
+        data = (ctypes.c_double * n)(*values)
+        n_values = ctypes.c_size_t(n if count is None else count)
+        return self.call("fmi3SetFloat64", references, ctypes.c_size_t(n), data, n_values)
+
+    def try_get(self, first: int, count: int = 1) -> tuple[int, list[float]]:
+        references = (ctypes.c_uint * count)(*range(first, first + count))
+        values, n = (ctypes.c_double * count)(), ctypes.c_size_t(count)
+        return self.call("fmi3GetFloat64", references, n, values, n), list(values)
+
+    def get(self, first: int, count: int = 1) -> list[float]:
+        status, values = self.try_get(first, count)
+        assert status == OK, self.messages
+        return values
+
+    def do_step(self, time: float, step: float = STEP) -> int:
+        event, terminate, early = (ctypes.c_bool(True) for _ in range(3))
+        last = ctypes.c_double(-1)
+        flags = map(ctypes.byref, (event, terminate, early, last))
+        arguments = (ctypes.c_double(time), ctypes.c_double(step), YES)
+        status = self.call("fmi3DoStep", *arguments, *flags)
+        self.last, self.flags = last.value, (event.value, terminate.value, early.value)
+        return status
+
+    def save(self) -> bytes:
+        """The serialised state."""
+        state, size = ctypes.c_void_p(), ctypes.c_size_t()
+        assert self.call("fmi3GetFMUState", ctypes.byref(state)) == OK
+        assert self.call("fmi3SerializedFMUStateSize", state, ctypes.byref(size)) == OK
+        data = ctypes.create_string_buffer(size.value)
+        assert self.call("fmi3SerializeFMUState", state, data, size) == OK
+        assert self.call("fmi3FreeFMUState", ctypes.byref(state)) == OK
+        return data.raw
+
+    def restore(self, data: bytes) -> int:
+        """Status of deserialising and setting a state."""
+        state = ctypes.c_void_p()
+        arguments = (data, ctypes.c_size_t(len(data)), ctypes.byref(state))
+        status = self.call("fmi3DeserializeFMUState", *arguments)
+        if status == OK:
+            status = self.call("fmi3SetFMUState", state)
+            self.call("fmi3FreeFMUState", ctypes.byref(state))
+        return status
+
+
+def with_separator(folder: Path) -> str:
+    """A folder as the standard passes it: with a separator at its end."""
+    return f"{folder}{os.sep}"

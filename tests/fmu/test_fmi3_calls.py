@@ -1,0 +1,187 @@
+"""The FMI 3.0 calls of the native library: as in FMI 2.0, and what the standard has of its own."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slide_fmu.surrogate import Surrogate
+
+from .native import DISCARD, ERROR, OK, Loaded
+from .native3 import NO, Native3, with_separator
+from .samples import STEP, CellShape, Shape, random_surrogate
+from .standards import functions
+
+Load = Callable[[Surrogate], Loaded]
+TIME = 8
+"""Value reference of the time in ``rich``: two inputs, outputs, estimates and filled parts."""
+
+SHAPES = [
+    Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3),
+    Shape(n_inputs=2, positions=3, hold="ramp", cell=CellShape(9, 17)),
+]
+
+
+def _instance(loaded: Loaded, **more: bool) -> Native3:
+    return Native3(
+        loaded.library, loaded.guid, with_separator(loaded.folder / "resources"), **more
+    )
+
+
+@pytest.mark.parametrize("shape", SHAPES, ids=str)
+def test_same_bits_as_fmi_2(load: Load, shape: Shape) -> None:
+    loaded = load(random_surrogate(shape))
+    two, three = loaded.instance().start(), _instance(loaded).start()
+    rng, count, time = np.random.default_rng(1), 3 * shape.n_outputs + 2, 0.0
+    for length in rng.choice([STEP, 2 * STEP, 0.6 * STEP], 60).tolist():
+        inputs = rng.uniform(-2, 3, shape.n_inputs).tolist()
+        assert two.set(*inputs) == three.set(*inputs) == OK
+        assert two.do_step(time, length) == three.do_step(time, length) == OK
+        time += length
+        count = 2 * shape.n_outputs + 2
+        assert two.get(shape.n_inputs, count) == three.get(shape.n_inputs, count)
+    assert two.save() == three.save()
+
+
+def test_states_go_from_one_standard_to_the_other(rich: Loaded) -> None:
+    two, three, again = rich.instance().start(), _instance(rich).start(), _instance(rich)
+    two.step(0.3, 0.1)
+    assert three.restore(two.save()) == again.restore(two.save()) == OK
+    two.step(0.2, -0.4)
+    assert three.set(0.2, -0.4) == three.do_step(STEP) == OK
+    assert two.get(2, 6) == three.get(2, 6)
+    assert two.save() == three.save() != again.save()
+    assert three.restore(b"SLIDEST") == ERROR
+    assert three.messages[-1].startswith("fmi3DeserializeFMUState: 7 bytes; expected ")
+
+
+def test_time_is_a_variable(rich: Loaded) -> None:
+    native = _instance(rich)
+    assert native.initialize(2.0) == OK
+    assert native.get(TIME) == [2.0]
+    assert native.call("fmi3ExitInitializationMode") == OK
+    assert native.do_step(2.0) == OK
+    assert native.get(TIME) == [2.0 + STEP]
+    assert native.set(1.0, first=TIME) == ERROR
+    assert "is no input" in native.messages[-1]
+    assert native.try_get(TIME + 1)[0] == ERROR
+
+
+def test_steps_tell_where_they_ended(rich: Loaded) -> None:
+    native = _instance(rich).start(1.0)
+    assert native.do_step(1.0) == OK
+    assert (native.last, native.flags) == (1.0 + STEP, (False, False, False))
+    for step in (0.0, -STEP, math.nan):
+        assert native.do_step(1.0 + STEP, step) == ERROR
+        assert (native.last, native.flags) == (1.0 + STEP, (False, False, False))
+    assert native.do_step(1.0) == ERROR
+    saved = native.save()
+    zero = ctypes.c_double(0)
+    assert native.call("fmi3DoStep", zero, zero, NO, None, None, None, None) == ERROR
+    assert native.messages[-1].startswith("fmi3DoStep: an argument is NULL")
+    assert native.save() == saved
+
+
+def test_every_variable_has_one_value(rich: Loaded) -> None:
+    native = _instance(rich).start()
+    assert native.set(0.1, 0.2, count=1) == ERROR
+    assert "1 values for 2 variables" in native.messages[-1]
+    assert native.set(0.1, math.nan) == DISCARD
+    assert native.set(0.1, 0.2) == OK
+
+
+def test_start_and_stop_time(rich: Loaded) -> None:
+    native = _instance(rich)
+    for start, stop in ((math.nan, None), (2.0, 1.0), (1e16, None)):
+        assert native.initialize(start, stop) == ERROR
+    assert native.initialize(1.0, 2.0) == OK
+    assert native.initialize(1.0) == ERROR
+    assert native.call("fmi3ExitInitializationMode") == OK
+    assert native.call("fmi3Terminate") == OK
+    assert native.do_step(1.0) == ERROR
+    assert native.call("fmi3Reset") == OK
+    assert native.start().do_step(0.0) == OK
+
+
+def test_resource_paths(rich: Loaded, tmp_path: Path) -> None:
+    odd = tmp_path / "with space, %41 # and ü"
+    shutil.copytree(rich.folder / "resources", odd)
+    for path in (str(odd), with_separator(odd)):
+        assert Native3(rich.library, rich.guid, path).instance.value, path
+    for path, message in ((None, "is NULL"), (tmp_path / "100 %", "cannot read")):
+        native = Native3(rich.library, rich.guid, path)
+        assert not native.instance.value
+        assert message in native.messages[0]
+    assert "100 %/" in native.messages[0]  # no printf format: signs stay as they are
+
+
+def test_instantiation_is_refused(rich: Loaded) -> None:
+    native = Native3(rich.library, "other", rich.folder / "resources")
+    assert not native.instance.value
+    assert "GUID other; expected slide-" in native.messages[0]
+    events = _instance(rich, events=True)
+    assert not events.instance.value
+    assert "eventModeUsed is true; expected false" in events.messages[0]
+    for kind, more in (("ModelExchange", ()), ("ScheduledExecution", (None, None, None))):
+        messages = events.messages = []
+        place = str(rich.folder / "resources").encode()
+        function = getattr(rich.library, f"fmi3Instantiate{kind}")
+        function.restype = ctypes.c_void_p
+        arguments = (b"one", rich.guid.encode(), place, NO, NO, None, events._logger, *more)
+        assert function(*arguments) is None
+        assert "this FMU is for co-simulation" in messages[0]
+
+
+def test_no_instance_is_an_error_never_a_crash(rich: Loaded) -> None:
+    library, without = rich.library, {"fmi3FreeInstance", "fmi3GetVersion"}
+    for name in set(functions(3)) - without:
+        if "Instantiate" not in name:
+            assert getattr(library, name)(*[ctypes.c_void_p()] * 9) == ERROR, name
+    library.fmi3FreeInstance(ctypes.c_void_p())
+    library.fmi3GetVersion.restype = ctypes.c_char_p
+    assert library.fmi3GetVersion() == b"3.0"
+
+
+def test_functions_that_are_not_offered(rich: Loaded) -> None:
+    native = _instance(rich).start()
+    nothing = [ctypes.c_void_p()] * 8
+    for name in (
+        "fmi3EnterEventMode",
+        "fmi3UpdateDiscreteStates",
+        "fmi3EnterConfigurationMode",
+        "fmi3GetVariableDependencies",
+        "fmi3GetOutputDerivatives",
+        "fmi3GetContinuousStates",
+        "fmi3ActivateModelPartition",
+    ):
+        assert native.call(name, *nothing) == ERROR
+        assert native.messages[-1].startswith(name)
+
+
+def test_variables_of_other_types(rich: Loaded) -> None:
+    native = _instance(rich).start()
+    for kind in ("Float32", "Int32", "UInt64", "Boolean", "String"):
+        for verb in ("Get", "Set"):
+            for count, status in ((0, OK), (1, ERROR)):
+                n = ctypes.c_size_t(count)
+                assert native.call(f"fmi3{verb}{kind}", None, n, None, n) == status
+    one = ctypes.c_size_t(1)
+    assert native.call("fmi3GetBinary", None, one, None, None, one) == ERROR
+    assert native.call("fmi3GetClock", None, one, None) == ERROR
+    assert native.call("fmi3GetIntervalDecimal", None, one, None, None) == ERROR
+
+
+def test_debug_logging(rich: Loaded) -> None:
+    native = _instance(rich, logging=True)
+    assert native.messages[0].startswith("instantiated, window of ")
+    native.start()
+    assert native.messages[1:] == ["fmi3EnterInitializationMode", "fmi3ExitInitializationMode"]
+    assert native.call("fmi3SetDebugLogging", NO, ctypes.c_size_t(0), None) == OK
+    assert native.call("fmi3Terminate") == OK
+    assert len(native.messages) == 3

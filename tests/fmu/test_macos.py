@@ -1,0 +1,62 @@
+"""The libraries for macOS, which does not run here, are what its loader asks for."""
+
+from __future__ import annotations
+
+import struct
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from slide_fmu.fmu.build import BINARIES
+from slide_fmu.fmu.export import export_fmu
+from slide_fmu.fmu.universal import universal_library
+
+from .mach_o import ARM64, BUILD_VERSION, ID_DYLIB, LOAD_DYLIB, X86_64, MachO, slices
+from .samples import Shape, random_surrogate
+from .standards import functions
+
+FOLDERS = {X86_64: "x86_64-darwin", ARM64: "aarch64-darwin"}
+PLATFORM_MACOS, VERSION_11 = 1, 11 << 16
+
+
+def _library(processor: int) -> bytes:
+    return (BINARIES / FOLDERS[processor] / "slide.dylib").read_bytes()
+
+
+@pytest.mark.parametrize("processor", FOLDERS)
+def test_library(processor: int) -> None:
+    library = MachO(_library(processor))
+    assert library.processor == processor
+    assert library.libraries(ID_DYLIB) == ["@rpath/slide.dylib"]
+    assert library.libraries(LOAD_DYLIB) == ["/usr/lib/libSystem.B.dylib"]
+    platform, oldest = struct.unpack_from("<II", library.commands(BUILD_VERSION)[0])
+    assert (platform, oldest) == (PLATFORM_MACOS, VERSION_11)
+
+
+@pytest.mark.parametrize("processor", FOLDERS)
+def test_exactly_the_functions_of_both_standards_are_exported(processor: int) -> None:
+    expected = {f"_{name}" for fmi in (2, 3) for name in functions(fmi)}
+    assert MachO(_library(processor)).exported() == expected
+
+
+def test_arm_part_is_signed() -> None:
+    """macOS loads no code for arm64 without; an ad-hoc signature is enough."""
+    library = _library(ARM64)
+    assert MachO(library).has_valid_ad_hoc_signature()
+    changed = library[:5000] + bytes([library[5000] ^ 1]) + library[5001:]
+    assert not MachO(changed).has_valid_ad_hoc_signature()
+
+
+def test_fmi_2_holds_a_universal_library_of_both(tmp_path: Path) -> None:
+    path = export_fmu(random_surrogate(Shape()), tmp_path / "m.fmu")
+    with zipfile.ZipFile(path) as archive:
+        library = archive.read("binaries/darwin64/sample.dylib")
+    assert slices(library) == {processor: _library(processor) for processor in FOLDERS}
+
+
+def test_other_files_are_not_joined() -> None:
+    with pytest.raises(ValueError, match="expected a 64-bit Mach-O file"):
+        universal_library([_library(ARM64), b"MZ\0\0"])
+    with pytest.raises(ValueError, match="expected different ones"):
+        universal_library([_library(ARM64)] * 2)

@@ -107,6 +107,13 @@ def test_without_a_reference_of_its_own_nothing_is_said_of_the_model(
     assert len(validation_sections({"in range": plain})[0].rows[0]) == 7
 
 
+def test_fmi_3_is_measured_alike(surrogate: Surrogate, finer: Validation, tmp_path: Path) -> None:
+    fmu = export_fmu(surrogate, tmp_path / "tiny.fmu", fmi=3)
+    three = measured(fmu, surrogate, FINER)
+    for one, other in zip(three.comparisons, finer.comparisons, strict=True):
+        assert same(one, other)
+
+
 def test_report_and_card_show_the_error_of_the_model(finer: Validation) -> None:
     percent = f"{100 * finer.figures()['outputs'][0]['model_relative_rmse']:.3g} %"
     section = validation_sections({"in range": finer, "beyond": finer})[0]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import struct
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 X86_64, ARM64 = 0x01000007, 0x0100000C
 DYNAMIC_LIBRARY = 6
-SYMTAB, ID_DYLIB, LOAD_DYLIB, CODE_SIGNATURE, BUILD_VERSION = 0x2, 0xD, 0xC, 0x1D, 0x32
-EXTERNAL, SECTION, TYPE_MASK, STAB = 0x01, 0x0E, 0x0E, 0xE0
+ID_DYLIB, LOAD_DYLIB, CODE_SIGNATURE, BUILD_VERSION = 0xD, 0xC, 0x1D, 0x32
+DYLD_INFO_ONLY = 0x80000022
 SIGNATURE, CODE_DIRECTORY, AD_HOC = 0xFADE0CC0, 0xFADE0C02, 0x2
 
 
@@ -54,15 +55,33 @@ class MachO:
         return [command[16:].rstrip(b"\0").decode() for command in self.commands(kind)]
 
     def exported(self) -> set[str]:
-        """Names of external symbols that are defined in a section."""
-        ((at, count, strings, _),) = (struct.unpack("<IIII", c) for c in self.commands(SYMTAB))
-        names = set()
-        for index in range(count):
-            name, kind = struct.unpack_from("<IB", self.content, at + 16 * index)
-            if kind & EXTERNAL and kind & TYPE_MASK == SECTION and not kind & STAB:
-                start = strings + name
-                names.add(self.content[start : self.content.index(b"\0", start)].decode())
-        return names
+        """Names of exported symbols, from the trie that the loader reads."""
+        (start,) = (struct.unpack("<10I", c)[8] for c in self.commands(DYLD_INFO_ONLY))
+        return set(self._names(start, start, ""))
+
+    def _names(self, trie: int, node: int, prefix: str) -> Iterator[str]:
+        """Names below a node; sizes and places are numbers of seven bits a byte."""
+        size, at = self._number(node)
+        if size > 0:
+            yield prefix
+        at += size
+        children = self.content[at]
+        at += 1
+        for _ in range(children):
+            end = self.content.index(b"\0", at)
+            label = self.content[at:end].decode()
+            child, at = self._number(end + 1)
+            yield from self._names(trie, trie + child, prefix + label)
+
+    def _number(self, at: int) -> tuple[int, int]:
+        """A number in LEB128, and the place after it."""
+        value = shift = 0
+        while True:
+            byte = self.content[at]
+            value |= (byte & 0x7F) << shift
+            at, shift = at + 1, shift + 7
+            if not byte & 0x80:
+                return value, at
 
     def has_valid_ad_hoc_signature(self) -> bool:
         """Is there a code directory, marked ad hoc, whose hashes are those of the pages?"""

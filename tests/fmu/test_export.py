@@ -144,7 +144,7 @@ def test_fmi_3_description(fmu: Path, surrogate: Surrogate, tmp_path: Path) -> N
         assert other.type == "Float64"
     assert (time.name, time.unit, time.causality) == ("time", "s", "independent")
     interface = three.coSimulation
-    assert interface.fixedInternalStepSize == STEP
+    assert interface.fixedInternalStepSize == str(STEP)
     assert three.defaultExperiment.stepSize == str(STEP)
     assert interface.canHandleVariableCommunicationStepSize
     assert interface.canGetAndSetFMUState
@@ -159,7 +159,8 @@ def test_fmi_3_description(fmu: Path, surrogate: Surrogate, tmp_path: Path) -> N
 
 
 def test_a_signal_called_time_is_refused_in_fmi_3(surrogate: Surrogate, tmp_path: Path) -> None:
-    signals = (Signal("time", "N", -2.0, 3.0, start=0.0), surrogate.inputs[1])
+    first, second = surrogate.inputs
+    signals = (dataclasses.replace(first, name="time"), second)
     surrogate = dataclasses.replace(surrogate, inputs=signals)
     export_fmu(surrogate, tmp_path / "m.fmu")
     with pytest.raises(ValueError, match="two variables of its FMU have the name 'time'"):
@@ -177,6 +178,14 @@ def test_cosim_runs_both_standards(surrogate: Surrogate, tmp_path: Path, fmi: Fm
             run_fmu(fmu, {"u0": np.full(3, np.nan)}, ["y0"])
     expected = surrogate.predict_newest(inputs)
     np.testing.assert_allclose(run.values[1:], expected, rtol=0, atol=OUTPUT_TOLERANCE * 8)
+
+
+def test_fmpy_simulates_both_standards_alike(fmu: Path, tmp_path: Path) -> None:
+    three = export_fmu(read_fmu(fmu)[0], tmp_path / "three.fmu", fmi=3)
+    results = [
+        fmpy.simulate_fmu(str(path), stop_time=0.4, output_interval=STEP) for path in (fmu, three)
+    ]
+    assert np.array_equal(results[0], results[1])
 
 
 @pytest.mark.parametrize("fmi", [2, 3])

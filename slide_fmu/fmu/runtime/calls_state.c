@@ -122,7 +122,8 @@ SlideStatus slide_serialize(void *component, const void *state, void *bytes, siz
         return slide_report(instance, SLIDE_ERROR,
                             "%s: room for %llu bytes; expected %llu, the size that this FMU "
                             "gives for its serialised state",
-                            function, (unsigned long long)size, (unsigned long long)saved_size(instance));
+                            function, (unsigned long long)size,
+                            (unsigned long long)saved_size(instance));
     }
     const unsigned char *block = (const unsigned char *)state + sizeof(StateHeader);
     StateHeader header = header_of(instance);
@@ -159,7 +160,8 @@ SlideStatus slide_deserialize(void *component, const void *bytes, size_t size, v
         return slide_report(instance, SLIDE_ERROR,
                             "%s: %llu bytes; expected %llu; is the state of another FMU, or cut "
                             "off?",
-                            function, (unsigned long long)size, (unsigned long long)saved_size(instance));
+                            function, (unsigned long long)size,
+                            (unsigned long long)saved_size(instance));
     }
     if (!belongs(instance, bytes, function)) {
         return SLIDE_ERROR;

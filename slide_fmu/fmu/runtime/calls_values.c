@@ -156,5 +156,6 @@ SlideStatus slide_only_real(void *component, size_t count, const char *function)
     }
     return count == 0 ? SLIDE_OK
                       : slide_report(instance, SLIDE_ERROR,
-                                     "%s: all variables of this FMU are of type Real (Float64)", function);
+                                     "%s: all variables of this FMU are of type Real (Float64)",
+                                     function);
 }

@@ -147,8 +147,8 @@ def test_fmi_3_description(fmu: Path, surrogate: Surrogate, tmp_path: Path) -> N
     assert interface.fixedInternalStepSize == str(STEP)
     assert three.defaultExperiment.stepSize == str(STEP)
     assert interface.canHandleVariableCommunicationStepSize
-    assert interface.canGetAndSetFMUState
-    assert interface.canSerializeFMUState
+    assert interface.canGetAndSetFMUstate
+    assert interface.canSerializeFMUstate
     assert not interface.hasEventMode
     for unknowns in ("outputs", "initialUnknowns"):
         found = [

@@ -1,6 +1,7 @@
 /* master LIBRARY STANDARD RESOURCES GUID STEPS N_INPUTS N_OUTPUTS: a small master in C for every
  * platform. Runs an FMU of FMI 2 or 3 on made-up inputs, with steps of one, two and 0.6 sample
- * steps of 5 ms, and prints all outputs after each step, exactly. RESOURCES: URI or path. */
+ * steps of 5 ms, and prints all outputs after each step, exactly. RESOURCES: a URI; for FMI 3 a
+ * path with percent escapes, because Windows changes other arguments than plain ASCII. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -65,7 +66,23 @@ static void *start_2(const char *guid, const char *resources) {
     return c == NULL || setup(c, 0, 0, 0, 0, 0) || enter(c) || leave(c) ? NULL : c;
 }
 
-static void *start_3(const char *guid, const char *resources) {
+/* Replace percent escapes in place. */
+static void unescape(char *text) {
+    char *to = text;
+    for (const char *from = text; *from != '\0'; ++to) {
+        char digits[3] = {0};
+        if (*from == '%') {
+            memcpy(digits, from + 1, 2);
+            *to = (char)strtol(digits, NULL, 16);
+            from += 3;
+        } else {
+            *to = *from++;
+        }
+    }
+    *to = '\0';
+}
+
+static void *start_3(const char *guid, char *resources) {
     void *(*instantiate)(const char *, const char *, const char *, _Bool, _Bool, _Bool, _Bool,
                          const unsigned *, size_t, void *,
                          void (*)(void *, int, const char *, const char *), void *);
@@ -73,6 +90,7 @@ static void *start_3(const char *guid, const char *resources) {
     find("fmi3InstantiateCoSimulation", &instantiate);
     find("fmi3EnterInitializationMode", &enter);
     find("fmi3ExitInitializationMode", &leave);
+    unescape(resources);
     void *c =
         instantiate("one", guid, resources, 0, 0, 0, 0, NULL, 0, NULL, complain_3, NULL);
     return c == NULL || enter(c, 0, 0, 0, 0, 0) || leave(c) ? NULL : c;

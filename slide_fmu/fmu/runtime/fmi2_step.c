@@ -18,18 +18,24 @@ static const char *fault_of(double time, double length, double sample_step) {
 static const double SHORTEST_DIRECTOR = 1e-6;
 
 /* An angle needs a direction. The file names inputs for people only: here they are references. */
-static bool has_direction(const SlideInstance *instance) {
-    const double *inputs = instance->state.inputs;
+static bool has_direction(const SlideInstance *instance, const double *inputs, const char *which) {
     double length = slide_director_length(&instance->model, inputs);
     if (length >= SHORTEST_DIRECTOR) {
         return true;
     }
     slide_report(instance, fmi2Error,
-                 "fmi2DoStep: inputs with value references 0 and 1 = %g, %g, which gives no "
+                 "fmi2DoStep: %s with value references 0 and 1 = %g, %g, which gives no "
                  "direction; expected cosine and sine of an angle, not both zero (length at least "
                  "%g): set both and step again; nothing was changed",
-                 inputs[0], inputs[1], SHORTEST_DIRECTOR);
+                 which, inputs[0], inputs[1], SHORTEST_DIRECTOR);
     return false;
+}
+
+static bool have_direction(const SlideInstance *instance) {
+    const SlideState *state = &instance->state;
+    return has_direction(instance, state->inputs, "inputs") &&
+           (!slide_stream_fresh(state) ||
+            has_direction(instance, slide_stream_prehistory(state), "initial inputs of those"));
 }
 
 /* Wrong steps are errors, not fmi2Discard: a master may try a discarded step again for ever. */
@@ -56,7 +62,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint,
                             "changed",
                             communicationStepSize, time, fault);
     }
-    if (!has_direction(instance)) {
+    if (!have_direction(instance)) {
         return fmi2Error;
     }
     double length = slide_clock_meant(clock, communicationStepSize, step);

@@ -1,6 +1,7 @@
 /* FMI 2.0: values of variables. References: inputs, outputs, error estimates, window_filled,
- * error_estimate_filled, truncation errors; estimates and their part only with an estimator,
- * truncation errors only of cells. See slide_fmu/fmu/model_description.py. */
+ * error_estimate_filled, truncation errors, inputs_in_range; parameters: prehistory_known, initial
+ * inputs. Estimates and their part only with an estimator, truncation errors only of cells. See
+ * slide_fmu/fmu/model_description.py. */
 #include "instance.h"
 
 /* Outputs come with a variable that tells how much of their inputs is filled, and so do error
@@ -15,14 +16,28 @@ static bool is_estimate(const SlideModel *model, fmi2ValueReference reference) {
            reference < first + model->n_outputs;
 }
 
-static uint64_t count_outputs(const SlideModel *model) {
+/* The last output. */
+static uint64_t in_range_reference(const SlideModel *model) {
     bool measures = model->predictor.kind == SLIDE_STATE_SPACE;
-    return count_filled_outputs(model) + (measures ? model->n_outputs : 0);
+    return model->n_inputs + count_filled_outputs(model) + (measures ? model->n_outputs : 0);
+}
+
+/* Those of parameters: this one, then the initial inputs. */
+static uint64_t prehistory_reference(const SlideModel *model) {
+    return in_range_reference(model) + 1;
+}
+
+static uint64_t count_references(const SlideModel *model) {
+    return prehistory_reference(model) + 1 + model->n_inputs;
+}
+
+static bool is_parameter(const SlideModel *model, fmi2ValueReference reference) {
+    return reference >= prehistory_reference(model);
 }
 
 static bool known_references(const SlideInstance *instance, const fmi2ValueReference vr[],
                              size_t nvr, const char *function) {
-    uint64_t count = instance->model.n_inputs + count_outputs(&instance->model);
+    uint64_t count = count_references(&instance->model);
     for (size_t i = 0; i < nvr; ++i) {
         if (vr[i] >= count) {
             slide_report(instance, fmi2Error,
@@ -34,15 +49,24 @@ static bool known_references(const SlideInstance *instance, const fmi2ValueRefer
     return true;
 }
 
-/* Part of the inputs behind a result that were set in this run. */
+/* Part of the inputs behind a result that were set in this run, or are known. */
 static double part_filled(const SlideState *state, double n_samples) {
     double filled = state->head->filled / n_samples;
-    return filled < 1 ? filled : 1;
+    return filled < 1 && !state->head->prehistory_known ? filled : 1;
+}
+
+static double parameter(const SlideModel *model, const SlideState *state, size_t reference) {
+    size_t first = (size_t)prehistory_reference(model);
+    return reference == first ? state->head->prehistory_known
+                              : state->initial[reference - first - 1];
 }
 
 static double value_of(const SlideInstance *instance, size_t reference) {
     const SlideModel *model = &instance->model;
     const SlideState *state = &instance->state;
+    if (is_parameter(model, (fmi2ValueReference)reference)) {
+        return parameter(model, state, reference);
+    }
     if (reference < model->n_inputs) {
         return state->inputs[reference];
     }
@@ -87,31 +111,76 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
         if (is_estimate(&instance->model, vr[i])) { /* found when they are read */
             slide_stream_estimate(&instance->model, &instance->state);
         }
-        value[i] = value_of(instance, vr[i]);
+        value[i] = vr[i] == in_range_reference(&instance->model)
+                       ? slide_stream_in_range(&instance->model, &instance->state)
+                       : value_of(instance, vr[i]);
     }
     return fmi2OK;
+}
+
+static fmi2Status check_settable(const SlideInstance *instance, fmi2ValueReference reference) {
+    const SlideModel *model = &instance->model;
+    bool parameter = is_parameter(model, reference);
+    if (reference >= model->n_inputs && !parameter) {
+        return slide_report(instance, fmi2Error,
+                            "fmi2SetReal: value reference %u is an output; only inputs, 0 to %u, "
+                            "and parameters, from %u on, can be set; nothing was changed",
+                            reference, (unsigned)model->n_inputs - 1,
+                            (unsigned)prehistory_reference(model));
+    }
+    if (parameter && instance->state.head->mode == SLIDE_STEPPING) {
+        return slide_report(instance, fmi2Error,
+                            "fmi2SetReal: value reference %u is a parameter; set it before "
+                            "fmi2ExitInitializationMode; nothing was changed",
+                            reference);
+    }
+    return fmi2OK;
+}
+
+static fmi2Status check_value(const SlideInstance *instance, fmi2ValueReference reference,
+                              double value) {
+    const SlideModel *model = &instance->model;
+    const fmi2ValueReference known = (fmi2ValueReference)prehistory_reference(model);
+    if (reference == known) {
+        return value == 0 || value == 1
+                   ? fmi2OK
+                   : slide_report(instance, fmi2Discard,
+                                  "fmi2SetReal: prehistory_known (value reference %u) = %g; "
+                                  "expected 0 or 1; the former values are kept",
+                                  reference, value);
+    }
+    size_t input = is_parameter(model, reference) ? reference - known - 1 : reference;
+    return slide_input_usable(model, input, value)
+               ? fmi2OK
+               : slide_report(instance, fmi2Discard,
+                              "fmi2SetReal: input with value reference %u = %g; expected a finite "
+                              "number near the input's range; the former values are kept",
+                              reference, value);
 }
 
 /* Check all values before the first is taken over. */
 static fmi2Status check_inputs(const SlideInstance *instance, const fmi2ValueReference vr[],
                                size_t nvr, const fmi2Real value[]) {
-    for (size_t i = 0; i < nvr; ++i) {
-        if (vr[i] >= instance->model.n_inputs) {
-            return slide_report(instance, fmi2Error,
-                                "fmi2SetReal: value reference %u is an output; only inputs, 0 to "
-                                "%u, can be set; nothing was changed",
-                                vr[i], (unsigned)instance->model.n_inputs - 1);
-        }
+    fmi2Status status = fmi2OK;
+    for (size_t i = 0; status == fmi2OK && i < nvr; ++i) {
+        status = check_settable(instance, vr[i]);
     }
-    for (size_t i = 0; i < nvr; ++i) {
-        if (!slide_input_usable(&instance->model, vr[i], value[i])) {
-            return slide_report(instance, fmi2Discard,
-                                "fmi2SetReal: input with value reference %u = %g; expected a "
-                                "finite number near the input's range; the former values are kept",
-                                vr[i], value[i]);
-        }
+    for (size_t i = 0; status == fmi2OK && i < nvr; ++i) {
+        status = check_value(instance, vr[i], value[i]);
     }
-    return fmi2OK;
+    return status;
+}
+
+static void take_over(SlideInstance *instance, fmi2ValueReference reference, double value) {
+    const fmi2ValueReference known = (fmi2ValueReference)prehistory_reference(&instance->model);
+    SlideState *state = &instance->state;
+    if (reference == known) {
+        state->head->prehistory_known = value != 0;
+    } else if (reference > known) {
+        state->initial[reference - known - 1] = value;
+    } else {
+        state->inputs[reference] = value;
+    }
 }
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
@@ -132,7 +201,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
         return status;
     }
     for (size_t i = 0; i < nvr; ++i) {
-        instance->state.inputs[vr[i]] = value[i];
+        take_over(instance, vr[i], value[i]);
     }
     if (slide_stream_fresh(&instance->state)) {
         instance->state.head->current = 0;

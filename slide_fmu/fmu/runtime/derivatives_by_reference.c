@@ -1,0 +1,120 @@
+#include "derivatives_by_reference.h"
+
+#include "derivative.h"
+
+#include <math.h>
+#include <string.h>
+
+static fmi2Status check_references(const SlideInstance *instance, const SlideDerivativePair *of,
+                                   const char *function) {
+    const uint32_t n_inputs = instance->model.n_inputs, n_outputs = instance->model.n_outputs;
+    for (size_t i = 0; i < of->n_knowns; ++i) {
+        if (of->knowns[i] >= n_inputs) {
+            return slide_report(instance, fmi2Error,
+                                "%s: known with value reference %u; expected inputs, 0 to %u",
+                                function, of->knowns[i], (unsigned)n_inputs - 1);
+        }
+    }
+    for (size_t i = 0; i < of->n_unknowns; ++i) {
+        if (of->unknowns[i] < n_inputs || of->unknowns[i] - n_inputs >= n_outputs) {
+            return slide_report(instance, fmi2Error,
+                                "%s: unknown with value reference %u; expected outputs of the "
+                                "surrogate, %u to %u: error estimates and what tells about the "
+                                "window have no derivatives",
+                                function, of->unknowns[i], (unsigned)n_inputs,
+                                (unsigned)(n_inputs + n_outputs - 1));
+        }
+    }
+    return fmi2OK;
+}
+
+static bool all_finite(const double *values, size_t count) {
+    bool finite = true;
+    for (size_t i = 0; i < count; ++i) {
+        finite = finite && isfinite(values[i]);
+    }
+    return finite;
+}
+
+/* May the derivatives be formed now? Before the first step they are those of the start inputs. */
+static fmi2Status prepare(SlideInstance *instance, const SlideDerivativePair *of,
+                          const double *seed, size_t n_seed, const char *function) {
+    SlideState *state = &instance->state;
+    fmi2Status status = check_references(instance, of, function);
+    if (status != fmi2OK) {
+        return status;
+    }
+    if (!all_finite(seed, n_seed)) {
+        return slide_report(instance, fmi2Error, "%s: a seed is not finite; expected numbers",
+                            function);
+    }
+    if (slide_stream_fresh(state) && !state->head->current &&
+        !slide_stream_hold(&instance->model, state)) {
+        return slide_report(instance, fmi2Discard,
+                            "%s: the outputs for the present inputs are not finite; set inputs "
+                            "within their ranges",
+                            function);
+    }
+    return fmi2OK;
+}
+
+static SlideInstance *enter(fmi2Component c, const SlideDerivativePair *of, const double *seed,
+                            const double *sensitivity, const char *function) {
+    SlideInstance *instance =
+        slide_enter(c, SLIDE_INITIALIZATION | SLIDE_STEPPING | SLIDE_TERMINATED, function);
+    bool missing = (of->n_unknowns > 0 && of->unknowns == NULL) ||
+                   (of->n_knowns > 0 && of->knowns == NULL) || seed == NULL ||
+                   sensitivity == NULL;
+    if (instance != NULL && missing && of->n_unknowns > 0 && of->n_knowns > 0) {
+        slide_null(instance, function);
+        return NULL;
+    }
+    return instance;
+}
+
+fmi2Status slide_get_directional_derivative(fmi2Component c, const SlideDerivativePair *of,
+                                            const double *seed, double *sensitivity,
+                                            const char *function) {
+    SlideInstance *instance = enter(c, of, seed, sensitivity, function);
+    fmi2Status status =
+        instance == NULL ? fmi2Error : prepare(instance, of, seed, of->n_knowns, function);
+    if (status != fmi2OK) {
+        return status;
+    }
+    const SlideModel *model = &instance->model;
+    double *direction = model->derivative.direction, *column = model->derivative.column;
+    memset(direction, 0, model->n_inputs * sizeof *direction);
+    for (size_t i = 0; i < of->n_knowns; ++i) {
+        direction[of->knowns[i]] += seed[i];
+    }
+    slide_directional_derivative(model, &instance->state, direction, column);
+    for (size_t i = 0; i < of->n_unknowns; ++i) {
+        sensitivity[i] = column[of->unknowns[i] - model->n_inputs];
+    }
+    return fmi2OK;
+}
+
+/* There are few inputs: from the directional derivative of each. */
+fmi2Status slide_get_adjoint_derivative(fmi2Component c, const SlideDerivativePair *of,
+                                        const double *seed, double *sensitivity,
+                                        const char *function) {
+    SlideInstance *instance = enter(c, of, seed, sensitivity, function);
+    fmi2Status status =
+        instance == NULL ? fmi2Error : prepare(instance, of, seed, of->n_unknowns, function);
+    if (status != fmi2OK) {
+        return status;
+    }
+    const SlideModel *model = &instance->model;
+    double *direction = model->derivative.direction, *column = model->derivative.column;
+    memset(direction, 0, model->n_inputs * sizeof *direction);
+    for (size_t i = 0; i < of->n_knowns; ++i) {
+        direction[of->knowns[i]] = 1;
+        slide_directional_derivative(model, &instance->state, direction, column);
+        direction[of->knowns[i]] = 0;
+        sensitivity[i] = 0;
+        for (size_t j = 0; j < of->n_unknowns; ++j) {
+            sensitivity[i] += seed[j] * column[of->unknowns[j] - model->n_inputs];
+        }
+    }
+    return fmi2OK;
+}

@@ -70,9 +70,7 @@ class ErrorEstimator:
 
     def knows(self, newest: Float32Array) -> NDArray[np.bool_]:
         """Whether the training has seen such features: (N, n_features) to (N,)."""
-        return np.asarray(
-            ((newest >= self.ranges[0]) & (newest <= self.ranges[1])).all(axis=1)
-        )
+        return np.asarray(((newest >= self.ranges[0]) & (newest <= self.ranges[1])).all(axis=1))
 
     def along(self, scaled: FloatArray, n_outputs: int) -> FloatArray:
         """Squared errors at every sample of a record, relative to the outputs' scales.

@@ -6,8 +6,8 @@ then the parameters ``prehistory_known`` and ``initial_<input>``. Estimates and 
 only with an estimator, truncation errors only of a state-space network.
 
 At a communication point no output depends on the inputs set at it: the dependencies under
-``Outputs`` are empty, and masters find no algebraic loops. Directional derivatives are those of the
-step before (``runtime/derivative.h``).
+``Outputs`` are empty, and masters find no algebraic loops. Directional derivatives are those of
+the step before (``runtime/derivative.h``).
 """
 
 from __future__ import annotations
@@ -247,9 +247,7 @@ def _add_variables(root: ElementTree.Element, variables: list[Variable]) -> None
         ElementTree.SubElement(scalar, "Real", {"unit": variable.unit, **given})
 
 
-def _add_structure(
-    root: ElementTree.Element, variables: list[Variable], filled: set[str]
-) -> None:
+def _add_structure(root: ElementTree.Element, variables: list[Variable], filled: set[str]) -> None:
     """Outputs follow from past inputs alone, but before the first step from the start inputs, or
     from the initial ones.
 

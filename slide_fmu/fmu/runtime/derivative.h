@@ -1,7 +1,7 @@
 /* Derivatives of the present outputs with respect to the inputs that the last communication step
  * took in: how much the outputs at its end move with inputs that were held in this step (ramps:
- * reached at its end), all that was before it staying as it was. Before the first step and after it:
- * with inputs held for ever.
+ * reached at its end), all that was before it staying as it was. Before the first step, and after
+ * it, inputs count as held for ever, unless the prehistory is known.
  *
  * Forward mode: the last step is done once more, with derivatives beside the values. */
 #ifndef SLIDE_DERIVATIVE_H

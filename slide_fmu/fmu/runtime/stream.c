@@ -84,7 +84,7 @@ static bool try_sample(const SlideModel *model, SlideState *state, bool evaluate
            (!evaluated || predict(model, state, sample));
 }
 
-/* The predictor goes on by model->sample. Layers are evaluated at the last sample of a step only. */
+/* The predictor goes on by model->sample. Layers are evaluated at the last one of a step only. */
 static bool advance(const SlideModel *model, SlideState *state, bool last) {
     const SlideNetwork *network = &model->predictor;
     bool evaluated = last || network->kind == SLIDE_STATE_SPACE;

@@ -13,8 +13,8 @@ typedef struct {
     uint64_t strayed; /* number of the sample after the newest one that was out of range; or 0 */
     uint32_t mode;    /* SlideMode of instance.h */
     uint32_t current; /* outputs belong to the present state */
-    uint32_t prehistory_known; /* before the start the inputs were SlideState.initial; else the first
-                                  counts as held for ever */
+    uint32_t prehistory_known; /* before the start the inputs were SlideState.initial; else the
+                                  first counts as held for ever */
     uint32_t n_taken; /* samples one h apart that the last step took in; 0: it took all anew */
 } SlideHead;
 

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slide_fmu.network import FeedForward, Float32Array
 from slide_fmu.scaling import LogError
@@ -62,6 +63,15 @@ class ErrorEstimator:
                     "finite numbers, the smaller one first"
                 )
 
+    @property
+    def reach(self) -> int:
+        """Number of newest samples that an estimate depends on."""
+        return self.network.n_needed + self.positions - 1
+
+    def knows(self, newest: Float32Array) -> NDArray[np.bool_]:
+        """Whether the training has seen such features: (N, n_features) to (N,)."""
+        return np.asarray(((newest >= self.ranges[0]) & (newest <= self.ranges[1])).all(axis=1))
+
     def along(self, scaled: FloatArray, n_outputs: int) -> FloatArray:
         """Squared errors at every sample of a record, relative to the outputs' scales.
 
@@ -91,6 +101,5 @@ class ErrorEstimator:
         squares = squares * (1 + mean**2) if mean.size else squares
         largest = self.log_error.invert(np.array(1.0)) ** 2
         known = np.isfinite(values).reshape(len(values), -1, n_outputs).all(axis=1)
-        inside = (newest >= self.ranges[0]) & (newest <= self.ranges[1])
-        known &= inside.all(axis=1)[:, None]
+        known &= self.knows(newest)[:, None]
         return np.where(known, np.minimum(squares, largest), largest)

@@ -31,6 +31,7 @@ class Network(abc.ABC):
     Scaled inputs come as float64: a family may form their differences before it rounds.
 
     Attributes:
+        features: what it sees of the inputs.
         n_samples: length of the input sequence.
         n_channels: number of input channels.
         n_values: number of values it gives.
@@ -38,6 +39,7 @@ class Network(abc.ABC):
             network that runs along them, those behind the oldest sample of the output window.
     """
 
+    features: FeatureMap
     n_samples: int
     n_needed: int
     n_channels: int

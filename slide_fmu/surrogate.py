@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, get_args
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.error_estimator import ErrorEstimator
+from slide_fmu.features import Director
 from slide_fmu.network import BATCH, Network, SlidingWindow, Stepper
 from slide_fmu.payload import (
     Payload,
@@ -23,6 +25,12 @@ from slide_fmu.payload import (
 from slide_fmu.scaling import Affine
 from slide_fmu.signals import FloatArray, Hold, Signal
 from slide_fmu.window import Window
+
+RANGE_SLACK = 1e-6
+"""Scaled inputs have the range -1 to 1; how far outside they still count as inside: rounding."""
+
+LENGTH_SLACK = 0.01
+"""How far the length of a director, which was 1 in the training, may be from that."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,6 +200,37 @@ class Surrogate:
         views = np.lib.stride_tricks.sliding_window_view(squares, estimator.positions, axis=0)
         return np.asarray(np.sqrt(views.mean(axis=-1)) * self.output_scaling.scale)
 
+    def inputs_in_range(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
+        """Whether all inputs behind the outputs lie where the training had them, at each sample.
+
+        The last ``network.n_needed`` inputs lie in their ranges; of a director, its length is
+        about 1. With an estimator, its features of the samples that an estimate depends on lie in
+        their ranges too.
+
+        Args:
+            inputs: shape (N, n_inputs), N >= 1, in the inputs' units; the first counts as held
+                for ever before.
+
+        Returns:
+            Shape (N,).
+
+        Raises:
+            ValueError: as for ``predict``.
+        """
+        scaled = self.input_scaling.apply(self._checked(inputs))
+        inside = _inside_throughout(self.covers(scaled), self.network.n_needed)
+        if self.estimator is not None:
+            newest = self.estimator.network.features.along(scaled[None])[0]
+            inside &= _inside_throughout(self.estimator.knows(newest), self.estimator.reach)
+        return inside
+
+    def covers(self, scaled: NDArray[Any]) -> NDArray[np.bool_]:
+        """Whether single inputs lie in their ranges: scaled ones (N, n_inputs) to (N,)."""
+        if isinstance(self.network.features.features, Director):
+            lengths = np.hypot(scaled[:, 0], scaled[:, 1])
+            return np.asarray(np.abs(lengths - 1) <= LENGTH_SLACK)
+        return np.asarray((np.abs(scaled) <= 1 + RANGE_SLACK).all(axis=1))
+
     def stream(self) -> Stream:
         """Start a step-by-step evaluation, as in a co-simulation."""
         return Stream(self)
@@ -288,6 +327,7 @@ class Stream:
         self._predictor: Stepper = surrogate.network.stepper()
         self._estimator = None if estimator is None else SlidingWindow(estimator.network)
         self._squares: FloatArray | None = None
+        self._inside = [math.inf, math.inf]  # newest samples in range: inputs, features
 
     def step(self, inputs: NDArray[Any]) -> tuple[FloatArray, FloatArray | None]:
         """Take the input of one communication step.
@@ -306,7 +346,25 @@ class Stream:
         row = surrogate._checked(np.asarray(inputs, dtype=np.float64)[None, :])[0]
         scaled = surrogate.input_scaling.apply(row)
         values = self._predictor.step(scaled)[-len(surrogate.outputs) :]
-        return surrogate.output_scaling.invert(values.astype(np.float64)), self._estimate(scaled)
+        estimates = self._estimate(scaled)
+        self._watch_ranges(scaled)
+        return surrogate.output_scaling.invert(values.astype(np.float64)), estimates
+
+    @property
+    def inputs_in_range(self) -> bool:
+        """``Surrogate.inputs_in_range`` at the last sample."""
+        estimator = self.surrogate.estimator
+        inputs, features = self._inside
+        inside = inputs >= self.surrogate.network.n_needed
+        return inside and (estimator is None or features >= estimator.reach)
+
+    def _watch_ranges(self, scaled: FloatArray) -> None:
+        estimator, covered = self.surrogate.estimator, self.surrogate.covers(scaled[None])[0]
+        known = True
+        if estimator is not None and self._estimator is not None:
+            known = estimator.knows(self._estimator.newest[None])[0]
+        for place, inside in enumerate((covered, known)):
+            self._inside[place] = self._inside[place] + 1 if inside else 0
 
     @property
     def truncation_error(self) -> FloatArray | None:
@@ -331,6 +389,13 @@ class Stream:
             self._squares = np.concatenate([self._squares[1:], square])
         scale = self.surrogate.output_scaling.scale
         return np.asarray(np.sqrt(self._squares.mean(axis=0)) * scale)
+
+
+def _inside_throughout(inside: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
+    """Whether the newest ``count`` samples are all inside, the first held before: (N,) to (N,)."""
+    samples = np.arange(len(inside))
+    strayed = np.maximum.accumulate(np.where(inside, -count, samples))
+    return np.asarray(samples - strayed >= count)
 
 
 def _batches(starts: NDArray[np.int64]) -> list[NDArray[np.int64]]:

@@ -12,7 +12,7 @@ from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
 from slide_fmu.fmu.export import SURROGATE, FmuError, read_fmu, read_member
-from slide_fmu.fmu.model_description import fmu_variables, guid_of, samples_behind
+from slide_fmu.fmu.model_description import IN_RANGE, fmu_variables, guid_of, samples_behind
 from slide_fmu.fmu.model_description3 import fmu_variables3
 from slide_fmu.fmu.platforms import FmiVersion, library_members
 from slide_fmu.fmu.slave import open_slave
@@ -118,6 +118,7 @@ def _compare_run(path: Path, surrogate: Surrogate, description: ModelDescription
         allowed = ERROR_TOLERANCE * values.max(axis=0) if estimates else rounding
         what = suffix.strip("_").replace("_", " ") or "output"
         problems += _compare(surrogate, what, found, values, allowed)
+    problems += _compare_in_range(surrogate, native, inputs)
     return problems + _compare_filled(surrogate, native)
 
 
@@ -150,6 +151,18 @@ def _compare(
                 f"{signal.unit}; expected at most {allowed[column]:.3g} {signal.unit}"
             )
     return problems
+
+
+def _compare_in_range(
+    surrogate: Surrogate, native: dict[str, FloatArray], inputs: FloatArray
+) -> list[str]:
+    deviating = np.nonzero(native[IN_RANGE] != surrogate.inputs_in_range(inputs))[0]
+    if len(deviating) == 0:
+        return []
+    return [
+        f"{IN_RANGE}: native library and numpy differ after step {deviating[0] + 1}; "
+        "expected the same, export again"
+    ]
 
 
 def _compare_filled(surrogate: Surrogate, native: dict[str, FloatArray]) -> list[str]:

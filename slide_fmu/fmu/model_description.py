@@ -1,8 +1,13 @@
 """The modelDescription.xml (FMI 2.0.4) of a surrogate's FMU.
 
 Value references, which ``runtime/calls_values.c`` counts in the same way: inputs, outputs, error
-estimates, ``window_filled``, ``error_estimate_filled``, truncation errors; estimates and their
-filled part only with an estimator, truncation errors only of a state-space network.
+estimates, ``window_filled``, ``error_estimate_filled``, truncation errors, ``inputs_in_range``;
+then the parameters ``prehistory_known`` and ``initial_<input>``. Estimates and their filled part
+only with an estimator, truncation errors only of a state-space network.
+
+At a communication point no output depends on the inputs set at it: the dependencies under
+``Outputs`` are empty, and masters find no algebraic loops. Directional derivatives are those of
+the step before (``runtime/derivative.h``).
 """
 
 from __future__ import annotations
@@ -26,7 +31,7 @@ CAPABILITIES = {
     "canNotUseMemoryManagementFunctions": "true",
     "canGetAndSetFMUstate": "true",
     "canSerializeFMUstate": "true",
-    "providesDirectionalDerivative": "false",
+    "providesDirectionalDerivative": "true",
 }
 
 LOG_CATEGORIES = {
@@ -44,10 +49,16 @@ FILLED = {
 }
 """Descriptions of the variables that tell from when on results count."""
 
+IN_RANGE = "inputs_in_range"
+PREHISTORY_KNOWN = "prehistory_known"
+
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of the FMU; its value reference is its position. Bounds None: not given."""
+    """One variable of the FMU; its value reference is its position. Bounds None: not given.
+
+    All are of type Real, those that are 0 or 1 too: every tool can plot, connect and set a Real.
+    """
 
     name: str
     unit: str
@@ -56,6 +67,7 @@ class Variable:
     low: float | None
     high: float | None
     start: float | None = None
+    variability: str = "continuous"
 
 
 def guid_of(payload: bytes) -> str:
@@ -79,6 +91,8 @@ def fmu_variables(surrogate: Surrogate) -> list[Variable]:
         variables.append(Variable(name, "1", "output", FILLED[name], 0.0, 1.0))
     if isinstance(surrogate.network, StateSpace):
         variables += [_truncation_error(signal) for signal in surrogate.outputs]
+    variables.append(_in_range(surrogate))
+    variables += _parameters(surrogate)
     return checked_names(surrogate, variables)
 
 
@@ -107,8 +121,7 @@ def samples_behind(surrogate: Surrogate) -> dict[str, int]:
     samples = {"window_filled": surrogate.network.n_needed}
     estimator = surrogate.estimator
     if estimator is not None:
-        seen = estimator.network.n_needed + estimator.positions - 1
-        samples["error_estimate_filled"] = seen
+        samples["error_estimate_filled"] = estimator.reach
     return samples
 
 
@@ -175,6 +188,33 @@ def _truncation_error(signal: Signal) -> Variable:
     return Variable(f"{signal.name}_truncation_error", signal.unit, "output", text, 0.0, None)
 
 
+def _in_range(surrogate: Surrogate) -> Variable:
+    also = "" if surrogate.estimator is None else ", and moved as they did in the training"
+    text = f"1 when all inputs behind the outputs lay in their ranges{also}; else 0"
+    return Variable(IN_RANGE, "1", "output", text, 0.0, 1.0, variability="discrete")
+
+
+def _parameters(surrogate: Surrogate) -> list[Variable]:
+    text = "1: before the start the inputs were the initial ones; 0: the first input held for ever"
+    fixed = {"causality": "parameter", "variability": "fixed"}
+    known = Variable(
+        PREHISTORY_KNOWN, "1", description=text, low=0.0, high=1.0, start=0.0, **fixed
+    )
+    initial = [
+        Variable(
+            f"initial_{signal.name}",
+            signal.unit,
+            description=f"{signal.name} before the start, where {PREHISTORY_KNOWN} is 1",
+            low=signal.low,
+            high=signal.high,
+            start=signal.start_value,
+            **fixed,
+        )
+        for signal in surrogate.inputs
+    ]
+    return [known, *initial]
+
+
 def summary(surrogate: Surrogate) -> str:
     """What the FMU is, in one sentence."""
     window = surrogate.window
@@ -207,15 +247,17 @@ def given_attributes(variable: Variable) -> dict[str, str]:
 
 
 def initial_dependencies(surrogate: Surrogate, variables: list[Variable]) -> dict[int, list[int]]:
-    """Outputs, and the inputs that each depends on in initialization mode, by value references.
+    """Outputs, and what each depends on in initialization mode, by value references.
 
-    Outputs follow from past inputs alone, but before the first step from the start inputs; the
-    filled parts follow from no inputs at all.
+    Outputs follow from past inputs alone, but before the first step from the start inputs, or from
+    the initial ones. The filled parts do not follow from inputs: only whether those before the
+    start are known counts.
     """
     inputs = [i for i, variable in enumerate(variables) if variable.causality == "input"]
-    independent = samples_behind(surrogate)
+    parameters = [i for i, variable in enumerate(variables) if variable.causality == "parameter"]
+    filled = samples_behind(surrogate)
     return {
-        i: [] if variable.name in independent else inputs
+        i: parameters[:1] if variable.name in filled else [*inputs, *parameters]
         for i, variable in enumerate(variables)
         if variable.causality == "output"
     }
@@ -238,8 +280,10 @@ def _add_variables(root: ElementTree.Element, variables: list[Variable]) -> None
             valueReference=str(reference),
             description=variable.description,
             causality=variable.causality,
-            variability="continuous",
+            variability=variable.variability,
         )
+        if variable.causality == "parameter":
+            scalar.set("initial", "exact")
         if variable.causality == "output":
             scalar.set("initial", "calculated")
         real = {"unit": variable.unit, **given_attributes(variable)}

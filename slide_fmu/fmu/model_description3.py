@@ -26,8 +26,8 @@ CAPABILITIES = {
     "canBeInstantiatedOnlyOncePerProcess": "false",
     "canGetAndSetFMUState": "true",
     "canSerializeFMUState": "true",
-    "providesDirectionalDerivatives": "false",
-    "providesAdjointDerivatives": "false",
+    "providesDirectionalDerivatives": "true",
+    "providesAdjointDerivatives": "true",
     "canHandleVariableCommunicationStepSize": "true",
     "providesIntermediateUpdate": "false",
     "mightReturnEarlyFromDoStep": "false",
@@ -75,14 +75,14 @@ def model_description3(surrogate: Surrogate, guid: str) -> bytes:
 def _add_variables(root: ElementTree.Element, variables: list[Variable]) -> None:
     parent = ElementTree.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(variables):
-        initial = {"initial": "calculated"} if variable.causality == "output" else {}
+        initial = {"output": "calculated", "parameter": "exact"}.get(variable.causality)
         attributes = {
             "name": variable.name,
             "valueReference": str(reference),
             "description": variable.description,
             "causality": variable.causality,
-            "variability": "continuous",
-            **initial,
+            "variability": variable.variability,
+            **({} if initial is None else {"initial": initial}),
             "unit": variable.unit,
             **given_attributes(variable),
         }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -89,6 +90,53 @@ def plain_pair(network: StateSpace, features: FloatArray) -> tuple[FloatArray, F
             largest = 0 * largest
         errors.append(error)
     return np.array(values), np.array(errors)
+
+
+ACTIVATIONS: dict[str, Callable[[FloatArray], FloatArray]] = {
+    "identity": lambda z: z,
+    "relu": lambda z: np.where(z > 0, z, 0.0),
+    "elu": lambda z: np.where(z > 0, z, np.expm1(np.minimum(z, 0.0))),
+    "tanh": np.tanh,
+    "gelu": lambda z: 0.5 * z * (1 + np.tanh(math.sqrt(2 / math.pi) * (z + 0.044715 * z**3))),
+    "cubic": lambda z: z**3,
+}
+
+
+def plain_layers(network: FeedForward, window: FloatArray) -> FloatArray:
+    """Values of one window of features, (n_samples, q), in double precision."""
+    ages = network.ages or tuple(reversed(range(network.n_samples)))
+    flat = np.concatenate([window[network.n_samples - 1 - age] for age in ages])
+    hidden = flat
+    for layer in network.layers:
+        hidden = ACTIVATIONS[layer.activation](layer.weights.astype(float) @ hidden + layer.bias)
+    return hidden if network.skip is None else hidden + network.skip.astype(float) @ flat
+
+
+def plain_outputs(surrogate: Surrogate, window: FloatArray) -> FloatArray:
+    """Outputs (n_out, n_outputs) of a window of physical inputs (n_in, n_inputs)."""
+    network, n_out = surrogate.network, surrogate.window.n_out
+    assert isinstance(network, StateSpace | FeedForward)
+    features = plain_features(network.features, surrogate.input_scaling.apply(window))
+    values = []
+    if isinstance(network, StateSpace):
+        x = np.zeros(len(network.cell.a))
+        for f in features:
+            x, y = plain_step(network, x, f)
+            values.append(y)
+    else:
+        for first in range(len(features) - network.n_samples + 1):
+            values.append(plain_layers(network, features[first : first + network.n_samples]))
+    rows = np.concatenate(values).reshape(-1, len(surrogate.outputs))[-n_out:]
+    return np.asarray(surrogate.output_scaling.invert(rows))
+
+
+def five_point_slope(
+    function: Callable[[float], FloatArray], distance: float = 1e-4
+) -> FloatArray:
+    """Derivative of a function at 0."""
+    near = function(distance) - function(-distance)
+    far = function(2 * distance) - function(-2 * distance)
+    return np.asarray((8 * near - far) / (12 * distance))
 
 
 def plain_arc(time: float, times: FloatArray, rows: FloatArray) -> FloatArray:

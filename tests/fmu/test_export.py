@@ -93,12 +93,17 @@ def test_content(fmu: Path) -> None:
     assert [path.name for path in fmu.parent.iterdir()] == ["m.fmu"]
 
 
+KNOWN_AT_START = ["u0", "u1", "prehistory_known", "initial_u0", "initial_u1"]
+KINDS = ["inputs_in_range", "prehistory_known", "initial_u0"]
+
+
 def test_description(fmu: Path, surrogate: Surrogate) -> None:
     description = fmpy.read_model_description(str(fmu))
     variables = {variable.name: variable for variable in description.modelVariables}
     assert list(variables) == [
         *("u0", "u1", "y0", "y1", "y0_error_estimate", "y1_error_estimate"),
-        *("window_filled", "error_estimate_filled"),
+        *("window_filled", "error_estimate_filled", "inputs_in_range"),
+        *("prehistory_known", "initial_u0", "initial_u1"),
     ]
     first = variables["u0"]
     assert (first.min, first.max, first.start) == ("-2.0", "3.0", repr(surrogate.starts[0].item()))
@@ -112,7 +117,12 @@ def test_description(fmu: Path, surrogate: Surrogate) -> None:
     assert description.coSimulation.canHandleVariableCommunicationStepSize
     assert all(not unknown.dependencies for unknown in description.outputs)
     initial = [[v.name for v in u.dependencies] for u in description.initialUnknowns]
-    assert initial == [["u0", "u1"]] * 4 + [[], []]
+    assert initial == [KNOWN_AT_START] * 4 + [["prehistory_known"]] * 2 + [KNOWN_AT_START]
+    assert description.coSimulation.providesDirectionalDerivative
+    in_range, known, parameter = (variables[name] for name in KINDS)
+    assert (in_range.type, in_range.variability) == ("Real", "discrete")
+    assert (known.causality, known.variability, known.initial) == ("parameter", "fixed", "exact")
+    assert (known.start, parameter.start, parameter.unit) == ("0.0", first.start, "N")
 
 
 def test_fmi_3(surrogate: Surrogate, tmp_path: Path) -> None:
@@ -220,9 +230,12 @@ def test_description_without_estimator(surrogate: Surrogate, tmp_path: Path) -> 
     path = export_fmu(surrogate, tmp_path / "m.fmu")
     description = fmpy.read_model_description(str(path))
     names = [variable.name for variable in description.modelVariables]
-    assert names == ["u0", "u1", "y0", "y1", "window_filled"]
+    assert names == [
+        *("u0", "u1", "y0", "y1", "window_filled", "inputs_in_range"),
+        *("prehistory_known", "initial_u0", "initial_u1"),
+    ]
     initial = [[v.name for v in u.dependencies] for u in description.initialUnknowns]
-    assert initial == [["u0", "u1"]] * 2 + [[]]
+    assert initial == [KNOWN_AT_START] * 2 + [["prehistory_known"], KNOWN_AT_START]
 
 
 def test_description_of_a_cell(tmp_path: Path) -> None:
@@ -231,11 +244,12 @@ def test_description_of_a_cell(tmp_path: Path) -> None:
     description = fmpy.read_model_description(str(path))
     variables = description.modelVariables
     assert [variable.name for variable in variables[6:]] == [
-        *("window_filled", "error_estimate_filled", "y0_truncation_error", "y1_truncation_error")
+        *("window_filled", "error_estimate_filled", "y0_truncation_error", "y1_truncation_error"),
+        *("inputs_in_range", "prehistory_known", "initial_u0", "initial_u1"),
     ]
     assert (variables[8].unit, variables[8].min, variables[8].causality) == ("m", "0.0", "output")
     initial = [[v.name for v in u.dependencies] for u in description.initialUnknowns]
-    assert initial == [["u0", "u1"]] * 4 + [[], []] + [["u0", "u1"]] * 2
+    assert initial == [KNOWN_AT_START] * 4 + [["prehistory_known"]] * 2 + [KNOWN_AT_START] * 3
 
 
 def test_start_values_lie_in_the_range(surrogate: Surrogate, tmp_path: Path) -> None:

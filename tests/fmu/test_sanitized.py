@@ -161,6 +161,21 @@ def test_damaged_states_stay_in_their_arrays(
     _run(driver, "damage", loaded.uri, loaded.guid)
 
 
+@pytest.mark.parametrize("shape", [SMALL, CELLS, RAMP, GATED, DIRECTOR])
+def test_adjoint_derivatives(
+    driver: Path, load: Callable[[Surrogate], Loaded], shape: Shape
+) -> None:
+    """They are the transposed directional ones, before the first step and after each."""
+    loaded = load(random_surrogate(shape))
+    sizes = (str(shape.n_inputs), str(shape.n_outputs))
+    lines = _run(driver, "adjoint", loaded.uri, loaded.guid, "10", *sizes)
+    assert len(lines) == 11
+    for line in lines:
+        worst, largest = map(float, line.split())
+        assert worst <= 1e-12 * largest
+        assert largest > 1e-6
+
+
 @pytest.mark.parametrize("differences", [0, 2])
 @pytest.mark.parametrize("units", ["tanh", "gated"])
 def test_three_evaluations_are_those_of_numpy(

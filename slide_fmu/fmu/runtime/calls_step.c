@@ -18,18 +18,25 @@ static const char *fault_of(double time, double length, double sample_step) {
 static const double SHORTEST_DIRECTOR = 1e-6;
 
 /* An angle needs a direction. The file names inputs for people only: here they are references. */
-static bool has_direction(const SlideInstance *instance, const char *function) {
-    const double *inputs = instance->state.inputs;
+static bool has_direction(const SlideInstance *instance, const double *inputs, const char *which,
+                          const char *function) {
     double length = slide_director_length(&instance->model, inputs);
     if (length >= SHORTEST_DIRECTOR) {
         return true;
     }
     slide_report(instance, SLIDE_ERROR,
-                 "%s: inputs with value references 0 and 1 = %g, %g, which gives no direction; "
+                 "%s: %s with value references 0 and 1 = %g, %g, which gives no direction; "
                  "expected cosine and sine of an angle, not both zero (length at least %g): set "
                  "both and step again; nothing was changed",
-                 function, inputs[0], inputs[1], SHORTEST_DIRECTOR);
+                 function, which, inputs[0], inputs[1], SHORTEST_DIRECTOR);
     return false;
+}
+
+static bool have_direction(const SlideInstance *instance, const char *function) {
+    const SlideState *state = &instance->state;
+    return has_direction(instance, state->inputs, "inputs", function) &&
+           (!slide_stream_fresh(state) || has_direction(instance, slide_stream_prehistory(state),
+                                                        "initial inputs of those", function));
 }
 
 /* Wrong steps are errors, not discarded ones: a master may try a discarded step again for ever. */
@@ -52,7 +59,7 @@ SlideStatus slide_do_step(void *component, double point, double length, const ch
                             "%s: communication step %.9g s at %.9g s: %s; nothing was changed",
                             function, length, time, fault);
     }
-    if (!has_direction(instance, function)) {
+    if (!have_direction(instance, function)) {
         return SLIDE_ERROR;
     }
     double meant = slide_clock_meant(clock, length, step);

@@ -52,6 +52,18 @@ void slide_cell_state_place(SlideCellState *state, const SlideCells *cells, Slid
     state->largest = slide_place(arena, cells->n_values, sizeof(float));
 }
 
+void slide_cells_before_place(SlideCellsBefore *before, const SlideCells *cells,
+                              SlideArena *arena) {
+    before->taken = slide_place(arena, 1, sizeof *before->taken);
+    before->states = slide_place(arena, n_state_values(cells), sizeof(float));
+}
+
+void slide_cells_keep(const SlideCells *cells, const SlideCellState *state,
+                      SlideCellsBefore *before) {
+    *before->taken = *state->taken;
+    memcpy(before->states, state->states, n_state_values(cells) * sizeof(float));
+}
+
 void slide_cells_restart(const SlideCells *cells, SlideCellState *state) {
     *state->taken = 0;
     memset(state->states, 0, n_state_values(cells) * sizeof(float));
@@ -85,11 +97,15 @@ static float value_of(const SlideCells *cells, const float *rows) {
     return value;
 }
 
+float slide_cells_weight(const SlideCells *cells, uint32_t age) {
+    uint32_t n_truncated = cells->n_samples - cells->n_out;
+    return age <= n_truncated ? 0 : (float)(age - n_truncated) / (float)cells->n_out;
+}
+
 const float *slide_cells_advance(const SlideCells *cells, const SlideKernel *kernel,
                                  const SlideCellState *state) {
     const float *older = cells->both, *younger = older + cells->row_panels * SLIDE_LANES;
-    uint32_t age = age_after_input(cells, state), n_truncated = cells->n_samples - cells->n_out;
-    float weight = age <= n_truncated ? 0 : (float)(age - n_truncated) / (float)cells->n_out;
+    float weight = slide_cells_weight(cells, age_after_input(cells, state));
     slide_cells_run(cells, kernel, state);
     for (size_t i = 0; i < cells->n_values; ++i) {
         size_t row = i * (1 + cells->n_factors);

@@ -33,8 +33,19 @@ typedef struct {
     float *largest;   /* [n_values], scaled: the same since then, not known before the next */
 } SlideCellState;
 
+/* The same before a step; part of the flat state block. */
+typedef struct {
+    uint64_t *taken;
+    float *states;
+} SlideCellsBefore;
+
 void slide_cells_place(SlideCells *cells, const SlideNetworkView *view, SlideArena *arena);
 void slide_cell_state_place(SlideCellState *state, const SlideCells *cells, SlideArena *arena);
+
+void slide_cells_before_place(SlideCellsBefore *before, const SlideCells *cells,
+                              SlideArena *arena);
+void slide_cells_keep(const SlideCells *cells, const SlideCellState *state,
+                      SlideCellsBefore *before);
 
 /* Both states to zero; the truncation error stays. n_samples inputs later the exact window is
  * evaluated, 2 n_samples inputs later the truncation error is measured. */
@@ -47,6 +58,9 @@ bool slide_cells_see(const SlideCells *cells, const double *input, const double 
 /* Both states after what was seen, and the rows of their values. */
 void slide_cells_run(const SlideCells *cells, const SlideKernel *kernel,
                      const SlideCellState *state);
+
+/* The weight of the younger state in the values, at its age. */
+float slide_cells_weight(const SlideCells *cells, uint32_t age);
 
 /* Try the input that was seen. Gives the values; each has a term of every state, so states that are
  * not finite show there. The state stays as it was until slide_cells_accept. */

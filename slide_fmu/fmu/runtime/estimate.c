@@ -47,6 +47,7 @@ void slide_estimate_place(SlideEstimate *estimate, const SlideEstimator *estimat
     size_t n_outputs = estimator->n_outputs;
     estimate->known = slide_place(arena, 1, sizeof *estimate->known);
     estimate->held = slide_place(arena, 1, sizeof *estimate->held);
+    estimate->strayed = slide_place(arena, 1, sizeof *estimate->strayed);
     estimate->squares = slide_place(arena, estimator->positions * n_outputs, sizeof(double));
     estimate->errors = slide_place(arena, n_outputs, sizeof(double));
     slide_layers_state_place(&estimate->layers, &estimator->layers, arena);
@@ -57,6 +58,7 @@ void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *esti
     if (estimator->positions > 0) {
         *estimate->known = 0;
         *estimate->held = *samples->count;
+        *estimate->strayed = 0;
     }
 }
 
@@ -141,6 +143,9 @@ void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel 
         const double *input = slide_samples_at(shape, samples, sample);
         slide_layers_see_anyhow(&estimator->layers, &estimate->layers, sample, input,
                                 input + shape->n_inputs);
+        if (!in_range(estimator)) {
+            *estimate->strayed = sample + 1;
+        }
         if (left < wanted && sample < *estimate->held) {
             repeat(estimator, estimate, sample);
         } else if (left <= wanted) {
@@ -152,4 +157,9 @@ void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel 
         double sum = sum_of(square_at(estimator, estimate, i, 0), estimator->positions);
         estimate->errors[i] = sqrt(sum / estimator->positions);
     }
+}
+
+bool slide_estimate_in_range(const SlideEstimator *estimator, const SlideEstimate *estimate) {
+    uint64_t behind = *estimate->known - *estimate->strayed;
+    return *estimate->strayed == 0 || behind >= estimator->reach;
 }

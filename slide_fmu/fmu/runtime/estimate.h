@@ -22,6 +22,8 @@ typedef struct {
 typedef struct {
     uint64_t *known;  /* samples that are evaluated, or too old to be needed: all below a number */
     uint64_t *held;   /* samples below this number are all the same */
+    uint64_t *strayed; /* number of the sample after the newest one that the training has not seen
+                          the like of; or 0 */
     double *squares;  /* [n_outputs][positions], squared errors; sample k in k % positions */
     double *errors;   /* [n_outputs], the estimates at the last of the known samples; both relative
                          to the scale of the output */
@@ -42,5 +44,9 @@ void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *esti
 void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel *kernel,
                              const SlideSamplesShape *shape, const SlideSamples *samples,
                              SlideEstimate *estimate);
+
+/* Has the training seen the like of all samples that the estimates depend on? Only when all are
+ * known. */
+bool slide_estimate_in_range(const SlideEstimator *estimator, const SlideEstimate *estimate);
 
 #endif

@@ -48,6 +48,7 @@ void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *
         const unsigned char *rows = view->skip + 4 * n_dropped * view->n_first;
         network->skip = place_layer(rows, NULL, view->n_first, n_kept, arena);
     }
+    network->widest = widest;
     network->scratch[0] = slide_place(arena, widest, SLIDE_PANEL * sizeof(float));
     network->scratch[1] = slide_place(arena, widest, SLIDE_PANEL * sizeof(float));
 }

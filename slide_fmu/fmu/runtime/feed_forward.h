@@ -15,6 +15,7 @@ typedef struct {
 
 typedef struct {
     uint32_t n_layers;
+    size_t widest; /* panels of the widest layer */
     SlideLayer *layers;
     SlideLayer skip; /* no panels when there is no linear path */
     float *scratch[2];

@@ -6,18 +6,10 @@ static fmi2Status refuse(fmi2Component c, const char *function, const char *reas
     return (fmi2Status)slide_refuse(c, function, reason);
 }
 
-static const char *const NO_DERIVATIVES = "derivatives are not offered, as modelDescription.xml "
-                                          "says";
+static const char *const NO_DERIVATIVES = "derivatives with respect to time are not offered, as "
+                                          "modelDescription.xml says";
 static const char *const NEVER_PENDING = "steps end before fmi2DoStep returns; nothing is pending";
 static const char *const NO_EXCHANGE = "this FMU is for co-simulation, not for model exchange";
-
-fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[],
-                                        size_t n_unknown, const fmi2ValueReference known[],
-                                        size_t n_known, const fmi2Real d_known[],
-                                        fmi2Real d_unknown[]) {
-    (void)unknown, (void)n_unknown, (void)known, (void)n_known, (void)d_known, (void)d_unknown;
-    return refuse(c, __func__, NO_DERIVATIVES);
-}
 
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                                        const fmi2Integer order[], const fmi2Real value[]) {

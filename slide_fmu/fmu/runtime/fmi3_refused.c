@@ -7,8 +7,8 @@ static fmi3Status refuse(fmi3Instance instance, const char *function, const char
 }
 
 static const char *const NO_EVENTS = "this FMU has no event mode, as modelDescription.xml says";
-static const char *const NO_DERIVATIVES = "derivatives are not offered, as modelDescription.xml "
-                                          "says";
+static const char *const NO_DERIVATIVES = "derivatives with respect to time are not offered, as "
+                                          "modelDescription.xml says";
 static const char *const NO_PARAMETERS = "this FMU has no structural parameters";
 static const char *const NO_ELEMENTS = "dependencies are those of modelDescription.xml";
 static const char *const NO_EXCHANGE = "this FMU is for co-simulation, not for model exchange";
@@ -58,24 +58,6 @@ fmi3Status fmi3GetVariableDependencies(fmi3Instance instance, fmi3ValueReference
     (void)dependent, (void)elements_of_dependent, (void)independents;
     (void)elements_of_independents, (void)kinds, (void)count;
     return refuse(instance, __func__, NO_ELEMENTS);
-}
-
-fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[],
-                                        size_t n_unknowns, const fmi3ValueReference knowns[],
-                                        size_t n_knowns, const fmi3Float64 seed[], size_t n_seed,
-                                        fmi3Float64 sensitivity[], size_t n_sensitivity) {
-    (void)unknowns, (void)n_unknowns, (void)knowns, (void)n_knowns;
-    (void)seed, (void)n_seed, (void)sensitivity, (void)n_sensitivity;
-    return refuse(instance, __func__, NO_DERIVATIVES);
-}
-
-fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[],
-                                    size_t n_unknowns, const fmi3ValueReference knowns[],
-                                    size_t n_knowns, const fmi3Float64 seed[], size_t n_seed,
-                                    fmi3Float64 sensitivity[], size_t n_sensitivity) {
-    (void)unknowns, (void)n_unknowns, (void)knowns, (void)n_knowns;
-    (void)seed, (void)n_seed, (void)sensitivity, (void)n_sensitivity;
-    return refuse(instance, __func__, NO_DERIVATIVES);
 }
 
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueReference vr[],

@@ -26,6 +26,7 @@ size_t slide_history_steps_size(const SlideHistoryShape *shape) {
 void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape,
                          SlideArena *arena) {
     history->count = slide_place(arena, 1, sizeof *history->count);
+    history->acting = slide_place(arena, 1, sizeof *history->acting);
     history->steps = slide_place(arena, (size_t)shape->capacity, step_size(shape));
 }
 
@@ -43,11 +44,15 @@ static bool joins(const SlideHistoryShape *shape, const double *before, const do
 void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
                           const double *inputs) {
     uint64_t count = *history->count;
+    double acting = length;
     if (count > 1 && joins(shape, step_at(shape, history, count - 1), inputs)) {
         count -= 1;
-        length += step_at(shape, history, count)[0];
+        double before = step_at(shape, history, count)[0];
+        length += before;
+        acting = before < shape->shortest ? length : acting;
     }
     double *step = step_at(shape, history, count);
+    *history->acting = acting;
     step[0] = length;
     memcpy(step + 1, inputs, shape->n_inputs * sizeof *inputs);
     *history->count = count + 1;
@@ -91,6 +96,31 @@ void slide_history_between(const SlideHistoryShape *shape, const double *from, c
     }
 }
 
+/* With z = length e^(i angle): dz = z (dlength / length + i dangle), and both move as much as those
+ * of the end, times the part of the way that is done. */
+static void on_arc_slope(const double *from, const double *to, double left, const double *d_to,
+                         double *d_director) {
+    double director[2], square = to[0] * to[0] + to[1] * to[1];
+    on_arc(from, to, left, director);
+    double outwards = (to[0] * d_to[0] + to[1] * d_to[1]) / hypot(director[0], director[1]);
+    outwards *= (1 - left) / sqrt(square);
+    double turn = (1 - left) * (to[0] * d_to[1] - to[1] * d_to[0]) / square;
+    d_director[0] = outwards * director[0] - turn * director[1];
+    d_director[1] = outwards * director[1] + turn * director[0];
+}
+
+void slide_history_between_slope(const SlideHistoryShape *shape, const double *from,
+                                 const double *to, double left, const double *d_to,
+                                 double *d_inputs) {
+    if (shape->director) {
+        on_arc_slope(from, to, left, d_to, d_inputs);
+        return;
+    }
+    for (size_t i = 0; i < shape->n_inputs; ++i) {
+        d_inputs[i] = (1 - left) * d_to[i];
+    }
+}
+
 const double *slide_history_newest(const SlideHistoryShape *shape, const SlideHistory *history) {
     return step_at(shape, history, *history->count - 1) + 1;
 }
@@ -126,17 +156,43 @@ static double within(double value, double low, double high) {
     return value < low ? low : (value > high ? high : value);
 }
 
+/* The inputs before the step read last; of the oldest one, its own. */
+static const double *inputs_before(const SlideReader *reader) {
+    uint64_t before = reader->at > oldest(reader) ? reader->at - 1 : reader->at;
+    return step_at(reader->shape, reader->history, before) + 1;
+}
+
+/* The part of the step read last that is left at a time. */
+static double part_left(const SlideReader *reader, double time) {
+    double length = step_at(reader->shape, reader->history, reader->at)[0];
+    return 1 - within((time - reader->begin) / length, 0, 1);
+}
+
 void slide_history_sample(SlideReader *reader, double begin, double end, double *inputs) {
     const SlideHistoryShape *shape = reader->shape;
     seek(reader, shape->ramp ? end : begin + shape->slack);
-    const double *step = step_at(shape, reader->history, reader->at);
-    const double *before = reader->at > oldest(reader)
-                               ? step_at(shape, reader->history, reader->at - 1)
-                               : step;
+    const double *reached = step_at(shape, reader->history, reader->at) + 1;
     if (shape->ramp) {
-        double left = 1 - within((end - reader->begin) / step[0], 0, 1);
-        slide_history_between(shape, before + 1, step + 1, left, inputs);
+        slide_history_between(shape, inputs_before(reader), reached, part_left(reader, end),
+                              inputs);
     } else {
-        memcpy(inputs, step + 1, shape->n_inputs * sizeof *inputs);
+        memcpy(inputs, reached, shape->n_inputs * sizeof *inputs);
+    }
+}
+
+void slide_history_sample_slope(const SlideReader *reader, double begin, double end,
+                                const double *d_newest, double *d_inputs) {
+    const SlideHistoryShape *shape = reader->shape;
+    const SlideHistory *history = reader->history;
+    bool acts = reader->at == *history->count - 1 &&
+                (shape->ramp || begin + shape->slack >= -*history->acting);
+    if (acts && shape->ramp) {
+        slide_history_between_slope(shape, inputs_before(reader),
+                                    slide_history_newest(shape, history), part_left(reader, end),
+                                    d_newest, d_inputs);
+    } else {
+        for (size_t i = 0; i < shape->n_inputs; ++i) {
+            d_inputs[i] = acts ? d_newest[i] : 0;
+        }
     }
 }

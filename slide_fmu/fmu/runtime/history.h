@@ -21,6 +21,8 @@ typedef struct {
 typedef struct {
     uint64_t *count; /* steps so far, joined ones once; the newest sits in slot
                         (count - 1) % capacity */
+    double *acting;  /* s; for how long its end the inputs appended last act: less than the newest
+                        step where steps with the same inputs were joined */
     double *steps;   /* [capacity][1 + n_inputs]: length in s, physical inputs */
 } SlideHistory;
 
@@ -50,6 +52,11 @@ void slide_history_put_back(const SlideHistoryShape *shape, SlideHistory *histor
 void slide_history_between(const SlideHistoryShape *shape, const double *from, const double *to,
                            double left, double *inputs);
 
+/* The derivative of the same when to moves by d_to. */
+void slide_history_between_slope(const SlideHistoryShape *shape, const double *from,
+                                 const double *to, double left, const double *d_to,
+                                 double *d_inputs);
+
 /* Inputs of the newest step. Only after the first. */
 const double *slide_history_newest(const SlideHistoryShape *shape, const SlideHistory *history);
 
@@ -67,5 +74,10 @@ SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHist
  * there when inputs are held, or the input reached at its end. Before the first step: its inputs.
  * Times may only rise from call to call. */
 void slide_history_sample(SlideReader *reader, double begin, double end, double *inputs);
+
+/* The derivative of the sample read last, from the same times, when the inputs appended last move
+ * by d_newest. */
+void slide_history_sample_slope(const SlideReader *reader, double begin, double end,
+                                const double *d_newest, double *d_inputs);
 
 #endif

@@ -60,20 +60,23 @@ void slide_layers_fill(const SlideLayers *layers, SlideLayersState *state, const
     }
 }
 
-/* The features of the ages that the network looks at, from those of the whole window. */
-static const float *pick(const SlideLayers *layers, const float *window) {
+const float *slide_layers_pick(const SlideLayers *layers, const float *window, float *picked) {
     size_t count = layers->seen.count;
     for (size_t i = 0; i < layers->n_ages; ++i) {
         size_t place = layers->n_samples - 1 - layers->ages[i];
-        memcpy(layers->picked + i * count, window + place * count, count * sizeof(float));
+        memcpy(picked + i * count, window + place * count, count * sizeof(float));
     }
-    return layers->picked;
+    return layers->n_ages > 0 ? picked : window;
+}
+
+const float *slide_layers_window(const SlideLayers *layers, const SlideLayersState *state,
+                                 uint64_t sample) {
+    size_t first = (size_t)(sample % layers->n_samples) + 1;
+    return slide_layers_pick(layers, state->ring + first * layers->seen.count, layers->picked);
 }
 
 const float *slide_layers_evaluate(const SlideLayers *layers, const SlideKernel *kernel,
                                    const SlideLayersState *state, uint64_t sample) {
-    size_t first = (size_t)(sample % layers->n_samples) + 1;
-    const float *window = state->ring + first * layers->seen.count;
     return slide_feed_forward_evaluate(&layers->stack, kernel,
-                                       layers->n_ages > 0 ? pick(layers, window) : window);
+                                       slide_layers_window(layers, state, sample));
 }

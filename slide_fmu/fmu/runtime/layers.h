@@ -43,6 +43,14 @@ void slide_layers_see_anyhow(const SlideLayers *layers, SlideLayersState *state,
 void slide_layers_fill(const SlideLayers *layers, SlideLayersState *state, const double *input,
                        const double *before);
 
+/* Of features of the whole window [n_samples][seen.count], those of the ages that the network looks
+ * at: the window itself, or copies in picked. */
+const float *slide_layers_pick(const SlideLayers *layers, const float *window, float *picked);
+
+/* What the network looks at after a sample. */
+const float *slide_layers_window(const SlideLayers *layers, const SlideLayersState *state,
+                                 uint64_t sample);
+
 /* The values after a sample; they stay valid until the next evaluation. */
 const float *slide_layers_evaluate(const SlideLayers *layers, const SlideKernel *kernel,
                                    const SlideLayersState *state, uint64_t sample);

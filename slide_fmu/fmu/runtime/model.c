@@ -50,6 +50,8 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideAren
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
     model->sample = slide_place(arena, payload->n_inputs, sizeof(double));
     model->candidate = slide_place(arena, payload->n_outputs, sizeof(double));
+    slide_derivative_scratch_place(&model->derivative, &model->predictor, payload->n_inputs,
+                                   payload->n_outputs, arena);
     model->kernel = slide_kernel_choose();
     memcpy(model->guid, payload->guid, sizeof model->guid);
 }

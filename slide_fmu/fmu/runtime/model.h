@@ -2,6 +2,7 @@
 #ifndef SLIDE_MODEL_H
 #define SLIDE_MODEL_H
 
+#include "derivative_scratch.h"
 #include "estimate.h"
 #include "history.h"
 #include "network.h"
@@ -25,11 +26,18 @@ typedef struct {
     double *inputs;    /* scratch [n_inputs]: a sample, in physical units */
     double *sample;    /* scratch [n_inputs]: the same, scaled */
     double *candidate; /* scratch [n_outputs]: a result before it is accepted */
+    SlideDerivativeScratch derivative;
     const SlideKernel *kernel;
     char guid[48];
 } SlideModel;
 
 /* Place a checked payload in the arena. While the arena measures, the model is not usable. */
 void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideArena *arena);
+
+/* An input as the networks see it. */
+static inline double slide_scaled(const SlideModel *model, size_t input, double value) {
+    const SlideScaling *scaling = &model->input_scaling[input];
+    return (value - scaling->offset) * scaling->factor;
+}
 
 #endif

@@ -1,16 +1,29 @@
 #include "stream.h"
 
+#include "ranges.h"
+
 #include <math.h>
 #include <string.h>
+
+static void place_before(SlideBeforeStep *before, const SlideModel *model, SlideArena *arena) {
+    size_t row = model->n_inputs * sizeof(double);
+    before->samples = slide_place(arena, SLIDE_BEFORE, row);
+    before->inputs = slide_place(arena, 1, row);
+    if (model->predictor.kind == SLIDE_STATE_SPACE) {
+        slide_cells_before_place(&before->cells, &model->predictor.cells, arena);
+    }
+}
 
 void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *arena) {
     size_t n_inputs = model->n_inputs, n_outputs = model->n_outputs, start;
     state->head = slide_place(arena, 1, sizeof *state->head);
     start = arena->used - sizeof *state->head;
     state->inputs = slide_place(arena, n_inputs, sizeof(double));
+    state->initial = slide_place(arena, n_inputs, sizeof(double));
     state->outputs = slide_place(arena, n_outputs, sizeof(double));
     slide_samples_place(&state->samples, &model->samples, arena);
     slide_network_state_place(&state->predictor, &model->predictor, arena);
+    place_before(&state->before, model, arena);
     slide_estimate_place(&state->estimate, &model->estimator, arena);
     slide_history_place(&state->history, &model->history, arena);
     state->size = arena->used - start;
@@ -22,26 +35,26 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
 void slide_state_reset(const SlideModel *model, SlideState *state) {
     memset(state->head, 0, state->size);
     memcpy(state->inputs, model->starts, model->n_inputs * sizeof(double));
-}
-
-static double scaled(const SlideModel *model, size_t input, double value) {
-    const SlideScaling *scaling = &model->input_scaling[input];
-    return (value - scaling->offset) * scaling->factor;
+    memcpy(state->initial, model->starts, model->n_inputs * sizeof(double));
 }
 
 bool slide_input_usable(const SlideModel *model, size_t input, double value) {
-    return isfinite(value) && isfinite((float)scaled(model, input, value));
+    return isfinite(value) && isfinite((float)slide_scaled(model, input, value));
 }
 
 double slide_director_length(const SlideModel *model, const double *inputs) {
     return model->director ? hypot(inputs[0], inputs[1]) : 1;
 }
 
+const double *slide_stream_prehistory(const SlideState *state) {
+    return state->head->prehistory_known ? state->initial : state->inputs;
+}
+
 bool slide_stream_fresh(const SlideState *state) { return *state->history.count == 0; }
 
 static void set_sample(const SlideModel *model, const double *inputs) {
     for (size_t i = 0; i < model->n_inputs; ++i) {
-        model->sample[i] = scaled(model, i, inputs[i]);
+        model->sample[i] = slide_scaled(model, i, inputs[i]);
     }
 }
 
@@ -62,16 +75,20 @@ static const double *newest_sample(const SlideModel *model, const SlideState *st
     return slide_samples_at(&model->samples, &state->samples, *state->samples.count - 1);
 }
 
-/* The predictor goes on by model->sample. Layers are evaluated at the last sample of a step only;
- * they write to the slot of the oldest sample, which no later window needs: when this fails, the
- * state is what it was. */
+/* The predictor looks at model->sample. Layers write it to the slot of the oldest sample, which no
+ * later window needs: when this fails, the state is what it was. */
+static bool try_sample(const SlideModel *model, SlideState *state, bool evaluated) {
+    uint64_t sample = *state->samples.count;
+    return slide_network_see(&model->predictor, &state->predictor, sample, model->sample,
+                             newest_sample(model, state)) &&
+           (!evaluated || predict(model, state, sample));
+}
+
+/* The predictor goes on by model->sample. Layers are evaluated at the last one of a step only. */
 static bool advance(const SlideModel *model, SlideState *state, bool last) {
     const SlideNetwork *network = &model->predictor;
-    uint64_t sample = *state->samples.count;
     bool evaluated = last || network->kind == SLIDE_STATE_SPACE;
-    if (!slide_network_see(network, &state->predictor, sample, model->sample,
-                           newest_sample(model, state)) ||
-        (evaluated && !predict(model, state, sample))) {
+    if (!try_sample(model, state, evaluated)) {
         return false;
     }
     if (evaluated) {
@@ -80,8 +97,26 @@ static bool advance(const SlideModel *model, SlideState *state, bool last) {
     return true;
 }
 
+/* A sample that is out of range leaves its number, once it is counted. */
+static void watch_range(const SlideModel *model, SlideState *state) {
+    if (!slide_in_range(model->sample, model->n_inputs, model->director)) {
+        state->head->strayed = *state->samples.count;
+    }
+}
+
 static void remember(const SlideModel *model, SlideState *state) {
     slide_samples_append(&model->samples, &state->samples, model->sample);
+    watch_range(model, state);
+}
+
+/* What the derivatives of a step need of the state before it. */
+static void keep(const SlideModel *model, SlideState *state, uint32_t n_taken) {
+    const double *newest = newest_sample(model, state);
+    memcpy(state->before.samples, newest, SLIDE_BEFORE * model->n_inputs * sizeof *newest);
+    if (model->predictor.kind == SLIDE_STATE_SPACE) {
+        slide_cells_keep(&model->predictor.cells, &state->predictor.cells, &state->before.cells);
+    }
+    state->head->n_taken = n_taken;
 }
 
 static bool take(const SlideModel *model, SlideState *state, bool last) {
@@ -103,12 +138,14 @@ static void restart(const SlideModel *model, SlideState *state) {
     slide_network_restart(&model->predictor, &state->predictor, model->sample,
                           newest_sample(model, state));
     slide_estimate_restart(&model->estimator, &state->estimate, &state->samples);
+    state->head->strayed = 0;
+    watch_range(model, state);
 }
 
 bool slide_stream_hold(const SlideModel *model, SlideState *state) {
     const SlideNetwork *network = &model->predictor;
     bool cells = network->kind == SLIDE_STATE_SPACE;
-    set_sample(model, state->inputs);
+    set_sample(model, slide_stream_prehistory(state));
     restart(model, state);
     for (uint64_t left = cells ? 2 * (uint64_t)network->n_samples : 1; left > 0; --left) {
         if (!advance(model, state, left == 1)) {
@@ -122,12 +159,15 @@ bool slide_stream_hold(const SlideModel *model, SlideState *state) {
 /* Take in samples one h apart, of the step that begins now. */
 static bool take_in_turn(const SlideModel *model, SlideState *state, uint32_t count) {
     bool ramp = model->history.ramp && !slide_stream_fresh(state);
+    if (ramp) {
+        memcpy(state->before.inputs, slide_history_newest(&model->history, &state->history),
+               model->n_inputs * sizeof(double));
+    }
     set_sample(model, state->inputs);
     for (uint32_t left = count; left-- > 0;) {
         if (ramp) {
-            slide_history_between(&model->history,
-                                  slide_history_newest(&model->history, &state->history),
-                                  state->inputs, (double)left / count, model->inputs);
+            slide_history_between(&model->history, state->before.inputs, state->inputs,
+                                  (double)left / count, model->inputs);
             set_sample(model, model->inputs);
         }
         if (!take(model, state, left == 0)) {
@@ -158,10 +198,24 @@ static bool take_anew(const SlideModel *model, SlideState *state) {
     return true;
 }
 
+/* The inputs before the first step, where they are known, are a step of their own. */
+static bool begin(const SlideModel *model, SlideState *state) {
+    if (!slide_stream_fresh(state) || !state->head->prehistory_known) {
+        return true;
+    }
+    bool done = slide_stream_hold(model, state);
+    slide_history_append(&model->history, &state->history, model->step, state->initial);
+    return done;
+}
+
 static bool step_of(const SlideModel *model, SlideState *state, double length) {
     double count = nearbyint(length / model->step);
     bool whole = length == count * model->step && count <= model->n_in;
-    bool done = true;
+    bool done = begin(model, state);
+    if (!done) {
+        return false;
+    }
+    keep(model, state, whole ? (uint32_t)count : 0);
     if (slide_stream_fresh(state)) {
         done = slide_stream_hold(model, state); /* the first sample of the step */
         done = done && (!whole || take_in_turn(model, state, (uint32_t)count - 1));
@@ -183,9 +237,12 @@ static bool step_of(const SlideModel *model, SlideState *state, double length) {
 /* The most frequent step, of one sample; it undoes itself. */
 static bool step_once(const SlideModel *model, SlideState *state) {
     set_sample(model, state->inputs);
-    if (!take(model, state, true)) {
+    if (!try_sample(model, state, true)) {
         return false;
     }
+    keep(model, state, 1);
+    slide_network_accept(&model->predictor, &state->predictor);
+    remember(model, state);
     accept_outputs(model, state);
     slide_history_append(&model->history, &state->history, model->step, state->inputs);
     state->head->filled += 1;
@@ -204,6 +261,16 @@ bool slide_stream_step(const SlideModel *model, SlideState *state, double length
         slide_history_put_back(&model->history, &state->history, state->steps);
     }
     return done;
+}
+
+bool slide_stream_in_range(const SlideModel *model, SlideState *state) {
+    uint64_t behind = *state->samples.count - state->head->strayed;
+    bool inside = state->head->strayed == 0 || behind >= model->predictor.n_needed;
+    if (model->estimator.positions > 0) {
+        slide_stream_estimate(model, state);
+        inside = inside && slide_estimate_in_range(&model->estimator, &state->estimate);
+    }
+    return inside;
 }
 
 void slide_stream_estimate(const SlideModel *model, SlideState *state) {

@@ -10,17 +10,30 @@ typedef struct {
     SlideClock clock;
     double filled;    /* samples of the inputs that were set in this run; whole unless steps were
                          no multiples of h */
+    uint64_t strayed; /* number of the sample after the newest one that was out of range; or 0 */
     uint32_t mode;    /* SlideMode of instance.h */
     uint32_t current; /* outputs belong to the present state */
+    uint32_t prehistory_known; /* before the start the inputs were SlideState.initial; else the
+                                  first counts as held for ever */
+    uint32_t n_taken; /* samples one h apart that the last step took in; 0: it took all anew */
 } SlideHead;
+
+/* What was before the last step, for its derivatives, unless it took all anew. */
+typedef struct {
+    double *samples;        /* [SLIDE_BEFORE][n_inputs], scaled, newest first */
+    double *inputs;         /* [n_inputs], physical; of a step of several samples only */
+    SlideCellsBefore cells; /* of cells */
+} SlideBeforeStep;
 
 /* All that changes lies in one flat block: saving and restoring are copies of it. */
 typedef struct {
     SlideHead *head;
     double *inputs;  /* [n_inputs], as set last */
+    double *initial; /* [n_inputs], before the start, where they are known */
     double *outputs; /* [n_outputs] */
     SlideSamples samples;
     SlideNetworkState predictor;
+    SlideBeforeStep before;
     SlideEstimate estimate;
     SlideHistory history;
     size_t size;         /* bytes of the block, which starts at head */
@@ -44,7 +57,10 @@ double slide_director_length(const SlideModel *model, const double *inputs);
 /* No communication step yet? */
 bool slide_stream_fresh(const SlideState *state);
 
-/* Evaluate as if the present inputs had been held for ever. Before the first step only. */
+/* Before the first step: the inputs that count as held for ever. */
+const double *slide_stream_prehistory(const SlideState *state);
+
+/* Evaluate as if they had been. Before the first step only. */
 bool slide_stream_hold(const SlideModel *model, SlideState *state);
 
 /* One communication step of a length (s, positive) under the present inputs: outputs at its end.
@@ -52,6 +68,10 @@ bool slide_stream_hold(const SlideModel *model, SlideState *state);
  * anew from the remembered inputs and evaluated once. False when a result is not finite; then
  * nothing has changed. */
 bool slide_stream_step(const SlideModel *model, SlideState *state, double length);
+
+/* Do the inputs behind the outputs lie in their ranges, and what the estimator sees, where there is
+ * one, in those of its training? Brings the error estimates up to the present state. */
+bool slide_stream_in_range(const SlideModel *model, SlideState *state);
 
 /* Bring the error estimates up to the present state; only with an estimator, after the first step
  * or slide_stream_hold. Changes nothing that later steps give. */

@@ -7,8 +7,11 @@
  *   driver run URI GUID N     outputs of N steps on a made-up input, for comparison of platforms
  *   driver three FILE N       a state-space network: exact window, recursive and ping-pong
  *   driver damage URI GUID    steps from states with damaged content
+ *   driver adjoint URI GUID N N_INPUTS N_OUTPUTS   after each of N steps, the largest difference
+ *                             between adjoint and directional derivatives, and the largest of them
  */
 #include "cell_driver.h"
+#include "derivatives_by_reference.h"
 #include "fmi2.h"
 #include "fmi3.h"
 #include "instance.h"
@@ -167,6 +170,9 @@ static void bad_calls(fmi2Component c) {
     fmi2SetFMUstate(c, NULL);
     fmi2DeSerializeFMUstate(c, "", 0, NULL);
     fmi2GetDerivatives(c, NULL, 3);
+    fmi2GetDirectionalDerivative(c, references, 2, references, 2, values, values);
+    fmi2GetDirectionalDerivative(c, NULL, 2, NULL, 1, NULL, NULL);
+    fmi2GetDirectionalDerivative(c, NULL, 0, NULL, 0, NULL, NULL);
     fmi2CancelStep(c);
 }
 
@@ -250,6 +256,11 @@ static void step_anyhow(fmi2Component c) {
         for (fmi2ValueReference reference = 0; i % 2 == 0 && reference < 8; ++reference) {
             fmi2GetReal(c, &reference, 1, &value);
         }
+        for (fmi2ValueReference reference = 1; reference < 4; ++reference) {
+            fmi2ValueReference input = 0;
+            double seed = 1;
+            fmi2GetDirectionalDerivative(c, &reference, 1, &input, 1, &seed, &value);
+        }
     }
 }
 
@@ -279,6 +290,51 @@ static int damage(const char *uri, const char *guid) {
     fmi2Status status = fmi2SetFMUstate(c, good);
     fmi2FreeFMUstate(c, &good);
     fmi2FreeFMUstate(c, &bad);
+    fmi2FreeInstance(c);
+    return status == fmi2OK ? 0 : 1;
+}
+
+enum { MOST_VARIABLES = 8 };
+
+/* Seeds of the outputs against seeds of the inputs: both products with the same matrix. */
+static fmi2Status compare_adjoint(fmi2Component c, size_t n_inputs, size_t n_outputs) {
+    fmi2ValueReference inputs[MOST_VARIABLES], outputs[MOST_VARIABLES];
+    double seed[MOST_VARIABLES], column[MOST_VARIABLES], gradient[MOST_VARIABLES];
+    double worst = 0, largest = 0;
+    for (size_t i = 0; i < MOST_VARIABLES; ++i) {
+        inputs[i] = (fmi2ValueReference)i;
+        outputs[i] = (fmi2ValueReference)(n_inputs + i);
+        seed[i] = cos((double)i);
+    }
+    const SlideDerivativePair all = {outputs, n_outputs, inputs, n_inputs};
+    fmi2Status status = slide_get_adjoint_derivative(c, &all, seed, gradient, "adjoint");
+    for (size_t i = 0; status == fmi2OK && i < n_inputs; ++i) {
+        const double one = 1;
+        double sum = 0;
+        status = fmi2GetDirectionalDerivative(c, outputs, n_outputs, inputs + i, 1, &one, column);
+        for (size_t j = 0; j < n_outputs; ++j) {
+            sum += seed[j] * column[j];
+        }
+        worst = fmax(worst, fabs(sum - gradient[i]));
+        largest = fmax(largest, fabs(sum));
+    }
+    printf("%.3g %.3g\n", worst, largest);
+    return status;
+}
+
+static int adjoint(const char *uri, const char *guid, int steps, size_t n_inputs,
+                   size_t n_outputs) {
+    fmi2Component c = start(uri, guid);
+    fmi2Status status = c == NULL || n_inputs > MOST_VARIABLES || n_outputs > MOST_VARIABLES
+                            ? fmi2Error
+                            : compare_adjoint(c, n_inputs, n_outputs);
+    for (int k = 0; status == fmi2OK && k < steps; ++k) {
+        double value = 0.5 + 0.01 * k;
+        fmi2ValueReference input = 0;
+        fmi2SetReal(c, &input, 1, &value);
+        status = fmi2DoStep(c, k * 0.005, 0.005, fmi2True);
+        status = status == fmi2OK ? compare_adjoint(c, n_inputs, n_outputs) : status;
+    }
     fmi2FreeInstance(c);
     return status == fmi2OK ? 0 : 1;
 }
@@ -320,6 +376,10 @@ int main(int count, char **arguments) {
     if (strcmp(verb, "damage") == 0 && count == 4) {
         return damage(arguments[2], arguments[3]);
     }
-    fputs("driver read|kernels|calls|run|three|damage ...\n", stderr);
+    if (strcmp(verb, "adjoint") == 0 && count == 7) {
+        return adjoint(arguments[2], arguments[3], atoi(arguments[4]), (size_t)atoi(arguments[5]),
+                       (size_t)atoi(arguments[6]));
+    }
+    fputs("driver read|kernels|calls|run|three|damage|adjoint ...\n", stderr);
     return 2;
 }

@@ -1,0 +1,120 @@
+#include "derivatives_by_reference.h"
+
+#include "derivative.h"
+
+#include <math.h>
+#include <string.h>
+
+static SlideStatus check_references(const SlideInstance *instance, const SlideDerivativePair *of,
+                                   const char *function) {
+    const uint32_t n_inputs = instance->model.n_inputs, n_outputs = instance->model.n_outputs;
+    for (size_t i = 0; i < of->n_knowns; ++i) {
+        if (of->knowns[i] >= n_inputs) {
+            return slide_report(instance, SLIDE_ERROR,
+                                "%s: known with value reference %u; expected inputs, 0 to %u",
+                                function, of->knowns[i], (unsigned)n_inputs - 1);
+        }
+    }
+    for (size_t i = 0; i < of->n_unknowns; ++i) {
+        if (of->unknowns[i] < n_inputs || of->unknowns[i] - n_inputs >= n_outputs) {
+            return slide_report(instance, SLIDE_ERROR,
+                                "%s: unknown with value reference %u; expected outputs of the "
+                                "surrogate, %u to %u: error estimates and what tells about the "
+                                "window have no derivatives",
+                                function, of->unknowns[i], (unsigned)n_inputs,
+                                (unsigned)(n_inputs + n_outputs - 1));
+        }
+    }
+    return SLIDE_OK;
+}
+
+static bool all_finite(const double *values, size_t count) {
+    bool finite = true;
+    for (size_t i = 0; i < count; ++i) {
+        finite = finite && isfinite(values[i]);
+    }
+    return finite;
+}
+
+/* May the derivatives be formed now? Before the first step they are those of the start inputs. */
+static SlideStatus prepare(SlideInstance *instance, const SlideDerivativePair *of,
+                          const double *seed, size_t n_seed, const char *function) {
+    SlideState *state = &instance->state;
+    SlideStatus status = check_references(instance, of, function);
+    if (status != SLIDE_OK) {
+        return status;
+    }
+    if (!all_finite(seed, n_seed)) {
+        return slide_report(instance, SLIDE_ERROR, "%s: a seed is not finite; expected numbers",
+                            function);
+    }
+    if (slide_stream_fresh(state) && !state->head->current &&
+        !slide_stream_hold(&instance->model, state)) {
+        return slide_report(instance, SLIDE_DISCARD,
+                            "%s: the outputs for the present inputs are not finite; set inputs "
+                            "within their ranges",
+                            function);
+    }
+    return SLIDE_OK;
+}
+
+static SlideInstance *enter(void *component, const SlideDerivativePair *of, const double *seed,
+                            const double *sensitivity, const char *function) {
+    SlideInstance *instance =
+        slide_enter(component, SLIDE_INITIALIZATION | SLIDE_STEPPING | SLIDE_TERMINATED, function);
+    bool missing = (of->n_unknowns > 0 && of->unknowns == NULL) ||
+                   (of->n_knowns > 0 && of->knowns == NULL) || seed == NULL ||
+                   sensitivity == NULL;
+    if (instance != NULL && missing && of->n_unknowns > 0 && of->n_knowns > 0) {
+        slide_null(instance, function);
+        return NULL;
+    }
+    return instance;
+}
+
+SlideStatus slide_get_directional_derivative(void *component, const SlideDerivativePair *of,
+                                            const double *seed, double *sensitivity,
+                                            const char *function) {
+    SlideInstance *instance = enter(component, of, seed, sensitivity, function);
+    SlideStatus status =
+        instance == NULL ? SLIDE_ERROR : prepare(instance, of, seed, of->n_knowns, function);
+    if (status != SLIDE_OK) {
+        return status;
+    }
+    const SlideModel *model = &instance->model;
+    double *direction = model->derivative.direction, *column = model->derivative.column;
+    memset(direction, 0, model->n_inputs * sizeof *direction);
+    for (size_t i = 0; i < of->n_knowns; ++i) {
+        direction[of->knowns[i]] += seed[i];
+    }
+    slide_directional_derivative(model, &instance->state, direction, column);
+    for (size_t i = 0; i < of->n_unknowns; ++i) {
+        sensitivity[i] = column[of->unknowns[i] - model->n_inputs];
+    }
+    return SLIDE_OK;
+}
+
+/* There are few inputs: from the directional derivative of each. */
+SlideStatus slide_get_adjoint_derivative(void *component, const SlideDerivativePair *of,
+                                        const double *seed, double *sensitivity,
+                                        const char *function) {
+    SlideInstance *instance = enter(component, of, seed, sensitivity, function);
+    SlideStatus status =
+        instance == NULL ? SLIDE_ERROR : prepare(instance, of, seed, of->n_unknowns, function);
+    if (status != SLIDE_OK) {
+        return status;
+    }
+    const SlideModel *model = &instance->model;
+    double *direction = model->derivative.direction, *column = model->derivative.column;
+    memset(direction, 0, model->n_inputs * sizeof *direction);
+    for (size_t i = 0; i < of->n_knowns; ++i) {
+        direction[of->knowns[i]] = 1;
+        slide_directional_derivative(model, &instance->state, direction, column);
+        direction[of->knowns[i]] = 0;
+        sensitivity[i] = 0;
+        for (size_t j = 0; j < of->n_unknowns; ++j) {
+            sensitivity[i] += seed[j] * column[of->unknowns[j] - model->n_inputs];
+        }
+    }
+    return SLIDE_OK;
+}

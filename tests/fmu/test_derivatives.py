@@ -1,0 +1,244 @@
+"""Directional derivatives of the FMU: outputs after a step by the inputs that it took in."""
+
+from __future__ import annotations
+
+import ctypes
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slide_fmu.features import BEFORE
+from slide_fmu.gradient import jacobian
+from slide_fmu.network import FeedForward
+from slide_fmu.signals import FloatArray
+from slide_fmu.state_space import StateSpace
+from slide_fmu.surrogate import Surrogate
+
+from .native import ERROR, OK, Loaded, Native
+from .plain import five_point_slope, plain_features, plain_layers, plain_pair
+from .samples import STEP, CellShape, Shape, random_surrogate
+
+Load = Callable[[Surrogate], Loaded]
+
+SINGLE = 2e-5
+"""Of single precision, relative to the largest derivative of an input sample."""
+
+ROUNDED = 3e-7
+"""Rounding of single-precision outputs; finite differences divide it by their distance."""
+
+SHAPE = Shape(n_in=8, n_out=3, n_outputs=2, positions=2, hidden=(9, 5), seed=2)
+SEEN = {
+    "inputs": {"n_inputs": 2},
+    "differences": {"n_inputs": 2, "differences": 2},
+    "director": {"n_inputs": 2, "features": "director"},
+    "chain": {"n_inputs": 3, "features": "chain"},
+}
+FAMILIES = {
+    "elu block": {"activation": "elu"},
+    "tanh, skip": {"activation": "tanh", "skip": True, "block": False},
+    "gelu, some ages": {"activation": "gelu", "ages": 4},
+    "tanh cell": {"cell": CellShape(4, 9, contraction=0.8)},
+    "cubic cell": {"cell": CellShape(4, 9, "cubic", 0.8, roles=True, factors=1)},
+    "gated cell": {"cell": CellShape(9, 9, "gated", 0.8, turned=2, factors=2)},
+}
+CASES = list(itertools.product(SEEN, FAMILIES))
+LENGTHS = [1, 1, 3, 0.02, 0.01, 1, 0.6, 1, 5, 1, 2.3, 1, 0.5, 1, 8, 1, 7.7, 1, 1]
+"""Steps in units of h; shorter ones than 1/32 are joined to the next."""
+
+
+def surrogate_of(seen: str, family: str, **others: object) -> Surrogate:
+    return random_surrogate(replace(SHAPE, **SEEN[seen], **FAMILIES[family], **others))
+
+
+def inputs_for(surrogate: Surrogate, count: int) -> FloatArray:
+    rng = np.random.default_rng(8)
+    return 0.8 + np.cumsum(rng.normal(0, 0.03, (count, len(surrogate.inputs))), axis=0)
+
+
+def derivative(native: Native, n_outputs: int, direction: FloatArray) -> FloatArray:
+    """All outputs in a direction of all inputs."""
+    count, sensitivity = len(direction), (ctypes.c_double * n_outputs)()
+    status = native.call(
+        "fmi2GetDirectionalDerivative",
+        (ctypes.c_uint * n_outputs)(*range(count, count + n_outputs)),
+        ctypes.c_size_t(n_outputs),
+        (ctypes.c_uint * count)(*range(count)),
+        ctypes.c_size_t(count),
+        (ctypes.c_double * count)(*direction),
+        sensitivity,
+    )
+    assert status == OK, native.messages
+    return np.array(sensitivity)
+
+
+def derivatives(native: Native, n_inputs: int, n_outputs: int) -> FloatArray:
+    """Shape (n_outputs, n_inputs)."""
+    return np.stack([derivative(native, n_outputs, e) for e in np.eye(n_inputs)], axis=1)
+
+
+def plain_newest(surrogate: Surrogate, record: FloatArray) -> FloatArray:
+    """The newest output after a record, in double precision as the FMU runs its networks."""
+    network, n = surrogate.network, surrogate.network.n_samples
+    scaled = surrogate.input_scaling.apply(record)
+    if isinstance(network, StateSpace):
+        held = np.repeat(scaled[:1], 2 * n - 1, axis=0)
+        features = plain_features(network.features, np.concatenate([held, scaled]))
+        values = plain_pair(network, features)[0][-1]
+    else:
+        assert isinstance(network, FeedForward)
+        held = np.repeat(scaled[:1], n + BEFORE, axis=0)
+        features = plain_features(network.features, np.concatenate([held, scaled])[-n - BEFORE :])
+        values = plain_layers(network, features[-n:])[-len(surrogate.outputs) :]
+    return np.asarray(surrogate.output_scaling.invert(values))
+
+
+@pytest.mark.parametrize(("seen", "family"), CASES, ids=map(" ".join, CASES))
+def test_derivatives_are_those_of_plain_loops(load: Load, seen: str, family: str) -> None:
+    """After single steps, at all ages of the younger state."""
+    surrogate = surrogate_of(seen, family)
+    native, inputs = load(surrogate).instance().start(), inputs_for(surrogate, 21)
+    for k, row in enumerate(inputs):
+        native.step(*row)
+        if k not in (0, 1, 4, 7, 8, 9, 20):
+            continue
+        direction = np.linspace(-1, 0.6, len(row))
+        moved = np.zeros(inputs[: k + 1].shape)
+        moved[k] = direction
+        expected = five_point_slope(
+            lambda amount, k=k, d=moved: plain_newest(surrogate, inputs[: k + 1] + amount * d)
+        )
+        found = derivative(native, 2, direction)
+        allowed = SINGLE * max(1.0, np.abs(expected).max())
+        np.testing.assert_allclose(found, expected, rtol=SINGLE, atol=allowed)
+
+
+@pytest.mark.parametrize("hold", ["held", "ramp"])
+@pytest.mark.parametrize(("seen", "family"), CASES, ids=map(" ".join, CASES))
+def test_derivatives_are_those_of_the_fmu(load: Load, seen: str, family: str, hold: str) -> None:
+    """Finite differences by rollback, over steps of all lengths; inputs set later do not count."""
+    surrogate = surrogate_of(seen, family, hold=hold)
+    native, count = load(surrogate).instance().start(), len(surrogate.inputs)
+    distance = 2e-4 if seen == "chain" else 2e-3
+    rows = inputs_for(surrogate, len(LENGTHS))
+    rows[6] = rows[5]  # held inputs that stay: the steps are joined
+    for row, length in zip(rows, LENGTHS, strict=True):
+        before, direction = native.save(), np.linspace(0.7, -1, count)
+
+        def output(amount: float, row: FloatArray = row, length: float = length) -> FloatArray:
+            assert native.restore(before) == OK  # noqa: B023 (called within this turn)
+            assert native.set(*(row + amount * direction)) == OK  # noqa: B023
+            assert native.do_step(native.time(), length * STEP) == OK, native.messages
+            return np.array(native.get(count, 2))
+
+        expected = five_point_slope(output, distance)
+        values = output(0.0)
+        native.set(*(0.5 * row))
+        found = derivative(native, 2, direction)
+        allowed = ROUNDED * (1 + np.abs(values).max()) / distance
+        np.testing.assert_allclose(found, expected, rtol=2e-2, atol=20 * allowed)
+        assert native.get(count, 2) == list(values)
+
+
+def test_the_newest_column_of_the_window(load: Load) -> None:
+    """Layers that see the inputs alone: their gradient by the newest input."""
+    surrogate = surrogate_of("inputs", "elu block")
+    native, rows = load(surrogate).instance().start(), inputs_for(surrogate, 21)
+    for row in rows:
+        native.step(*row)
+    expected = jacobian(surrogate, rows[None, -surrogate.window.n_in :])[0, -1, :, -1]
+    found = derivatives(native, 2, 2)
+    np.testing.assert_allclose(found, expected, rtol=SINGLE, atol=SINGLE)
+
+
+@pytest.mark.parametrize("family", ["elu block", "gated cell"])
+def test_before_the_first_step(load: Load, family: str) -> None:
+    """Outputs as if the start inputs had been held for ever; so are those after the first step."""
+    surrogate = surrogate_of("inputs", family)
+    native, row = load(surrogate).instance().start(), inputs_for(surrogate, 1)[0]
+    native.set(*row)
+    start = derivatives(native, 2, 2)
+    for i in range(2):
+        expected = five_point_slope(
+            lambda amount, i=i: plain_newest(surrogate, row[None] + amount * np.eye(2)[i])
+        )
+        np.testing.assert_allclose(start[:, i], expected, rtol=SINGLE, atol=SINGLE)
+    native.step()
+    assert np.array_equal(derivatives(native, 2, 2), start)
+
+
+def test_derivatives_are_linear_and_belong_to_the_state(load: Load) -> None:
+    surrogate = surrogate_of("chain", "gated cell", hold="ramp")
+    loaded = load(surrogate)
+    native, other = loaded.instance().start(), loaded.instance()
+    for row in inputs_for(surrogate, 12):
+        native.step(*row)
+    native.set(*inputs_for(surrogate, 1)[0])
+    assert native.do_step(native.time(), 2 * STEP) == OK
+    saved, found = native.save(), derivatives(native, 3, 2)
+    assert native.save() == saved
+    direction = np.array([0.3, -2.0, 1.1])
+    together = derivative(native, 2, direction)
+    np.testing.assert_allclose(together, found @ direction, rtol=1e-6, atol=1e-7)
+    assert other.restore(saved) == OK
+    assert np.array_equal(derivatives(other, 3, 2), found)
+
+
+def test_a_step_that_fails_leaves_the_derivatives(load: Load) -> None:
+    surrogate = surrogate_of("inputs", "cubic cell")
+    native = load(surrogate).instance().start()
+    for row in inputs_for(surrogate, 5):
+        native.step(*row)
+    found = derivatives(native, 2, 2)
+    native.set(1e30, -1e30)
+    for length in (STEP, 2 * STEP, 1.7 * STEP):
+        assert native.do_step(native.time(), length) == ERROR
+        assert np.array_equal(derivatives(native, 2, 2), found)
+
+
+def test_newton_finds_the_input_for_a_wanted_output(load: Load) -> None:
+    surrogate = random_surrogate(
+        replace(SHAPE, n_outputs=1, cell=CellShape(4, 9, contraction=0.8, roles=True), seed=5)
+    )
+    native = load(surrogate).instance().start()
+    native.step(0.4)
+    before, u = native.save(), 0.4
+    native.step(1.2)
+    wanted = native.get(1)[0]
+    for _ in range(6):
+        assert native.restore(before) == OK
+        native.set(u)
+        assert native.do_step(STEP) == OK
+        u -= (native.get(1)[0] - wanted) / derivative(native, 1, np.ones(1))[0]
+    assert u == pytest.approx(1.2, abs=1e-4)
+
+
+def test_calls_that_are_refused(load: Load) -> None:
+    surrogate = surrogate_of("inputs", "gated cell")
+    native = load(surrogate).instance()
+    one, number = ctypes.c_size_t(1), (ctypes.c_double * 1)(1.0)
+
+    def ask(unknown: int, known: int, seed: object = number, result: object = number) -> int:
+        references = [(ctypes.c_uint * 1)(reference) for reference in (unknown, known)]
+        return native.call(
+            "fmi2GetDirectionalDerivative", references[0], one, references[1], one, seed, result
+        )
+
+    assert ask(2, 0) == ERROR
+    assert "instantiated" in native.messages[-1]
+    native.start().step(0.3, 0.4)
+    assert ask(2, 2) == ERROR
+    assert "known with value reference 2; expected inputs, 0 to 1" in native.messages[-1]
+    for unknown in (0, 1, 4, 6, 4_000_000_000):
+        assert ask(unknown, 0) == ERROR
+        assert f"unknown with value reference {unknown}; expected outputs" in native.messages[-1]
+    assert ask(2, 0, (ctypes.c_double * 1)(math.nan)) == ERROR
+    assert "not finite" in native.messages[-1]
+    assert ask(2, 0, None) == ERROR
+    assert ask(2, 0, number, None) == ERROR
+    assert ask(2, 0) == OK
+    native.call("fmi2Terminate")
+    assert ask(2, 0) == OK

@@ -1,0 +1,136 @@
+"""The output ``inputs_in_range``: the FMU's, that of the stream, and that of whole records."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import all_shapes, records
+
+from slide_fmu.fmu.model_description import IN_RANGE, fmu_variables
+from slide_fmu.scaling import Affine
+from slide_fmu.surrogate import Surrogate
+
+from .native import OK, Loaded
+from .samples import STEP, CellShape, Shape, random_surrogate
+
+Load = Callable[[Surrogate], Loaded]
+
+WIDE = Affine.of_channels([0.5], [3.0])
+"""Of one input: its range is -2.5 to 3.5."""
+
+
+def reference(surrogate: Surrogate) -> int:
+    return [variable.name for variable in fmu_variables(surrogate)].index(IN_RANGE)
+
+
+def wide_surrogate(shape: Shape) -> Surrogate:
+    return dataclasses.replace(random_surrogate(shape), input_scaling=WIDE)
+
+
+def flags(loaded: Loaded, rows: np.ndarray, length: float = 1.0) -> list[float]:
+    native, place, found = loaded.instance().start(), reference(loaded.surrogate), []
+    for row in rows:
+        assert native.set(*np.atleast_1d(row)) == OK
+        assert native.do_step(native.time(), length * STEP) == OK
+        found += native.get(place)
+    return found
+
+
+@given(shape=all_shapes(), data=st.data())
+def test_stream_and_record_agree(shape: Shape, data: st.DataObject) -> None:
+    surrogate = random_surrogate(shape)
+    rows = 0.6 * data.draw(records(shape.n_inputs)) + 0.3
+    stream, found = surrogate.stream(), []
+    for row in rows:
+        stream.step(row)
+        found.append(stream.inputs_in_range)
+    assert found == surrogate.inputs_in_range(rows).tolist()
+
+
+@pytest.mark.parametrize("cell", [None, CellShape()])
+def test_one_input_out_of_range_counts_until_it_is_forgotten(
+    load: Load, cell: CellShape | None
+) -> None:
+    loaded = load(wide_surrogate(Shape(n_in=6, n_out=2, cell=cell)))
+    count = loaded.surrogate.network.n_needed
+    rows = np.full(30, 3.5)
+    rows[[8, 9]] = [3.501, -2.499]
+    expected = [not 8 <= k < 8 + count for k in range(30)]
+    assert flags(loaded, rows) == expected
+    assert flags(loaded, -rows + 1) == expected
+    assert loaded.surrogate.inputs_in_range(rows[:, None]).tolist() == expected
+
+
+def test_the_first_input_counts_as_held(load: Load) -> None:
+    loaded = load(wide_surrogate(Shape(n_in=6, n_out=2, block=False)))
+    native, place = loaded.instance().start(), reference(loaded.surrogate)
+    assert native.get(place) == [1.0]
+    native.set(9.0)
+    assert native.get(place) == [0.0]
+    assert flags(loaded, np.array([9.0, *[1.0] * 7])) == [0, 0, 0, 0, 0, 1, 1, 1]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_features_that_the_estimator_does_not_know(load: Load, seed: int) -> None:
+    """Over the samples that an estimate depends on, whenever the flag is read."""
+    shape = Shape(n_in=6, n_out=2, differences=1, positions=3, narrow=True, seed=seed)
+    surrogate = wide_surrogate(dataclasses.replace(shape, estimator_samples=4))
+    loaded, rows = load(surrogate), np.full(50, 1.0)
+    rows[[12, 13]] += [0.4, 0.9]
+    expected = surrogate.inputs_in_range(rows[:, None]).tolist()
+    assert flags(loaded, rows) == expected
+    native = loaded.instance().start()
+    for k, row in enumerate(rows):
+        native.step(row)
+        if k % 17 == 0:
+            assert native.get(reference(surrogate)) == [expected[k]]
+
+
+@pytest.mark.parametrize("length", [2.0, 0.5, 2.5])
+def test_steps_of_other_lengths(load: Load, length: float) -> None:
+    """Samples end with the step, one h apart; each takes the input where it begins."""
+    loaded = load(wide_surrogate(Shape(n_in=6, n_out=2, block=False)))
+    outside, before = max(1, int(2 / length)), 8
+    rows = np.array([*[1.0] * before, *[4.0] * outside, *[1.0] * 20])
+    ends = length * np.arange(1 - before, len(rows) - before + 1)
+    begins = ends[:, None] - np.arange(1, 6)
+    expected = ~((begins >= 0) & (begins < outside * length)).any(axis=1)
+    assert flags(loaded, rows, length) == expected.tolist()
+    assert not expected.all()
+
+
+def test_the_length_of_a_director(load: Load) -> None:
+    shape = Shape(n_in=4, n_out=2, n_inputs=2, features="director", block=False)
+    unit = Affine.of_channels([0.0, 0.0], [1.0, 1.0])
+    signals = tuple(
+        dataclasses.replace(signal, low=-1.0, high=1.0, start=float(start))
+        for signal, start in zip(random_surrogate(shape).inputs, (1, 0), strict=True)
+    )
+    surrogate = dataclasses.replace(random_surrogate(shape), inputs=signals, input_scaling=unit)
+    angles, lengths = 0.3 * np.arange(30), np.ones(30)
+    lengths[[5, 15, 25]] = [1.009, 1.02, 0.95]
+    rows = np.stack([lengths * np.cos(angles), lengths * np.sin(angles)], axis=1)
+    expected = [not (15 <= k < 18 or 25 <= k < 28) for k in range(30)]
+    assert flags(load(surrogate), rows) == expected
+    assert surrogate.inputs_in_range(rows).tolist() == expected
+
+
+def test_the_flag_belongs_to_the_state(load: Load) -> None:
+    loaded = load(wide_surrogate(Shape(n_in=6, n_out=2, cell=CellShape())))
+    native, place = loaded.instance().start(), reference(loaded.surrogate)
+    native.step(1.0)
+    inside = native.save()
+    native.step(9.0)
+    outside = native.save()
+    assert native.restore(inside) == OK
+    assert native.get(place) == [1.0]
+    assert native.restore(outside) == OK
+    assert native.get(place) == [0.0]
+    native.call("fmi2Reset")
+    native.start()
+    assert native.get(place) == [1.0]

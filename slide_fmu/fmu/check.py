@@ -87,7 +87,7 @@ def _compare_description(
     expected = [(v.name, i, v.unit, v.causality) for i, v in enumerate(variables)]
     found = [(v.name, v.valueReference, v.unit, v.causality) for v in description.modelVariables]
     if found != expected:
-        problems.append(f"variables {found}; expected {expected}")
+        problems.append(f"variables {found}; expected {expected}; export again")
     return problems
 
 

@@ -189,7 +189,7 @@ def _truncation_error(signal: Signal) -> Variable:
 
 
 def _in_range(surrogate: Surrogate) -> Variable:
-    also = "" if surrogate.estimator is None else ", and moved as they did in the training"
+    also = "" if surrogate.estimator is None else ", and moved as the error estimator knows"
     text = f"1 when all inputs behind the outputs lay in their ranges{also}; else 0"
     return Variable(IN_RANGE, "1", "output", text, 0.0, 1.0, variability="discrete")
 

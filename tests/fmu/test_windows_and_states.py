@@ -78,7 +78,7 @@ def test_error_estimates_fill_by_their_own_window(load: Load) -> None:
     for steps in range(1, 16):
         native.step(0.1)
         assert native.get(3, 2) == [min(1, steps / 9), min(1, steps / 12)]
-    assert native.try_get(5)[0] == ERROR
+    assert native.try_get(8)[0] == ERROR
 
 
 def test_outputs_in_initialization_mode(load: Load) -> None:

@@ -172,6 +172,9 @@ def train(
 def export(
     source: Annotated[Path, typer.Argument(help="Recipe that was trained, or an FMU.")],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="FMU to write.")] = None,
+    sources: Annotated[
+        bool, typer.Option("--source", help="With C sources, for targets of your own compiler.")
+    ] = False,
     seed: TrainingSeedOption = None,
     data_seed: DataSeedOption = None,
     runs: RunsOption = Path("runs"),
@@ -180,11 +183,11 @@ def export(
     with progress_bars() as bar:
         if source.suffix == ".toml":
             job = pipeline.open_job(source, runs, bar, seed, data_seed)
-            path = pipeline.export_recipe(job, output)
+            path = pipeline.export_recipe(job, output, sources)
         elif output is None:
             raise ValueError("export of an FMU: where to? give the FMU to write with -o PATH")
         else:
-            path = pipeline.export_again(source, output)
+            path = pipeline.export_again(source, output, sources)
     console.print(f"FMU     {path}", highlight=False)
 
 

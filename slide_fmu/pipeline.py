@@ -218,13 +218,14 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
     }
 
 
-def export_recipe(job: Job, path: Path | None) -> Path:
+def export_recipe(job: Job, path: Path | None, sources: bool = False) -> Path:
     """Write the FMU of a trained recipe.
 
     An FMU of the same surrogate that ``run`` has finished keeps its report and measured error.
 
     Args:
         path: the FMU to write; if None, that of the run folder.
+        sources: with C sources.
 
     Raises:
         StageError: nothing was trained.
@@ -238,12 +239,17 @@ def export_recipe(job: Job, path: Path | None) -> Path:
         other, found = read_fmu(finished)
         same = {key: value for key, value in (found or {}).items() if key in origin} == origin
         if same and other.to_bytes() == surrogate.to_bytes():
-            return export_again(finished, path)
-    return export_fmu(surrogate, path, provenance=origin)
+            return export_again(finished, path, sources)
+    return export_fmu(surrogate, path, provenance=origin, sources=sources)
 
 
-def export_again(source: Path, path: Path) -> Path:
+def export_again(source: Path, path: Path, sources: bool = False) -> Path:
     """Write the surrogate of an FMU as FMU again, with this version's runtime.
+
+    Args:
+        source: FMU of slide-fmu.
+        path: the FMU to write.
+        sources: with C sources.
 
     Raises:
         FmuError: the source is no FMU of slide-fmu.
@@ -251,7 +257,9 @@ def export_again(source: Path, path: Path) -> Path:
     surrogate, found = read_fmu(source)
     page = read_member(source, "documentation/index.html")
     documentation = {} if page is None else {"index.html": page}
-    return export_fmu(surrogate, path, provenance=found, documentation=documentation)
+    return export_fmu(
+        surrogate, path, provenance=found, documentation=documentation, sources=sources
+    )
 
 
 def write_reference(recipe: Recipe, path: Path) -> Path:

@@ -12,6 +12,7 @@ from typing import Any
 
 from slide_fmu.fmu.build import BINARIES, TARGETS
 from slide_fmu.fmu.model_description import guid_of, model_description
+from slide_fmu.fmu.sources import compiled_files, source_members
 from slide_fmu.payload import PayloadError
 from slide_fmu.surrogate import Surrogate
 
@@ -30,6 +31,7 @@ def export_fmu(
     *,
     provenance: dict[str, object] | None = None,
     documentation: Mapping[str, bytes] | None = None,
+    sources: bool = False,
 ) -> Path:
     """Write a surrogate as FMI 2.0 co-simulation FMU; the same arguments give the same bytes.
 
@@ -38,6 +40,7 @@ def export_fmu(
         path: the FMU file; replaced as a whole when it is there.
         provenance: where the surrogate comes from, as JSON values.
         documentation: files of the documentation folder, by name, ``index.html`` first of all.
+        sources: also write the C sources, for targets that the libraries are not for.
 
     Returns:
         The path.
@@ -50,9 +53,12 @@ def export_fmu(
         raise ValueError(f"FMU {str(path)!r}; expected a name ending in .fmu")
     payload = surrogate.to_bytes()
     members = {
-        DESCRIPTION: model_description(surrogate, guid_of(payload)),
+        DESCRIPTION: model_description(
+            surrogate, guid_of(payload), compiled_files() if sources else ()
+        ),
         SURROGATE: payload,
         **_libraries(surrogate.name),
+        **(source_members(surrogate.name, payload) if sources else {}),
     }
     if provenance is not None:
         text = json.dumps(provenance, sort_keys=True, indent=2, ensure_ascii=False)

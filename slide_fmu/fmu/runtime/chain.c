@@ -381,11 +381,13 @@ static void write_baseline(const SlideChain *chain, const double *const inputs[4
     write_signals(chain, inputs, signals);
 }
 
+#if !defined(SLIDE_ONE_KERNEL)
 __attribute__((target("avx2,fma"))) static void write_avx2(const SlideChain *chain,
                                                            const double *const inputs[4],
                                                            double *signals) {
     write_signals(chain, inputs, signals);
 }
+#endif
 
 void slide_chain_write(const SlideChain *chain, const double *const inputs[4], double *signals) {
     chain->write(chain, inputs, signals);
@@ -476,7 +478,12 @@ static void fill_chain(SlideChain *chain, const SlideFeaturesView *view) {
 
 void slide_chain_place(SlideChain *chain, const SlideFeaturesView *view, SlideArena *arena) {
     chain->n_joints = view->n_inputs;
-    chain->write = slide_kernel_choose() == &slide_kernel_avx2 ? write_avx2 : write_baseline;
+    chain->write = write_baseline;
+#if !defined(SLIDE_ONE_KERNEL)
+    if (slide_kernel_choose() == &slide_kernel_avx2) {
+        chain->write = write_avx2;
+    }
+#endif
     chain->skew = false;
     chain->links = slide_place(arena, view->n_inputs, sizeof *chain->links);
     chain->sectors = slide_place(arena, SLIDE_SECTORS, sizeof *chain->sectors);

@@ -45,9 +45,8 @@ static SlideInstance *build_instance(const SlidePayload *payload, fmi2String nam
 
 static SlideInstance *load_instance(fmi2String name, fmi2String guid, fmi2String location,
                                     SlideMessage *message) {
-    char *path = slide_resource_path(location, "surrogate.slide", message);
     size_t size = 0;
-    unsigned char *data = path == NULL ? NULL : slide_read_file(path, &size, message);
+    const unsigned char *data = slide_surrogate_open(location, &size, message);
     SlidePayload payload;
     SlideInstance *instance = NULL;
     if (data != NULL && slide_payload_read(&payload, data, size, message)) {
@@ -60,8 +59,7 @@ static SlideInstance *load_instance(fmi2String name, fmi2String guid, fmi2String
                       guid == NULL ? "is NULL" : guid, payload.guid);
         }
     }
-    free(data);
-    free(path);
+    slide_surrogate_close(data);
     return instance;
 }
 

@@ -118,3 +118,13 @@ unsigned char *slide_read_file(const char *path, size_t *size, SlideMessage *mes
     }
     return data;
 }
+
+const unsigned char *slide_surrogate_open(const char *location, size_t *size,
+                                          SlideMessage *message) {
+    char *path = slide_resource_path(location, "surrogate.slide", message);
+    unsigned char *data = path == NULL ? NULL : slide_read_file(path, size, message);
+    free(path);
+    return data;
+}
+
+void slide_surrogate_close(const unsigned char *data) { free((void *)data); }

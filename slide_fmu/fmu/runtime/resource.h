@@ -11,4 +11,10 @@ char *slide_resource_path(const char *uri, const char *file, SlideMessage *messa
 /* Read a whole file, path in UTF-8. Free the result. NULL, with a message, on failure. */
 unsigned char *slide_read_file(const char *path, size_t *size, SlideMessage *message);
 
+/* The bytes of the surrogate file in the folder with this URI; in a source FMU (source/resource.c)
+ * those compiled in, wherever it is. Close the result. NULL, with a message, on failure. */
+const unsigned char *slide_surrogate_open(const char *location, size_t *size,
+                                          SlideMessage *message);
+void slide_surrogate_close(const unsigned char *data);
+
 #endif

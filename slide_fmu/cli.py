@@ -204,6 +204,21 @@ def reference(
 
 
 @app.command()
+def ssp(
+    fmu: FmuArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="SSP to write.")],
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the inputs.")] = UNSEEN_SEED,
+    duration: Annotated[
+        float | None, typer.Option(min=0.0, help="Of the inputs in s; the recipe's if not given.")
+    ] = None,
+) -> None:
+    """Write an FMU and its reference system, driven by the same unseen inputs, as SSP."""
+    with _errors():
+        path = pipeline.write_side_by_side(fmu, output, seed, duration)
+    console.print(f"SSP     {path}", highlight=False)
+
+
+@app.command()
 def validate(
     fmu: FmuArgument,
     json_path: JsonOption = None,

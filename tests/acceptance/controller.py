@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-import sys
 import zipfile
 from pathlib import Path
 
 import fmpy
 
-from slide_fmu.fmu.build import RUNTIME
-
-from ..fmu.driver import run_compiler
+from slide_fmu.fmu.build import WARNINGS, run_compiler
 
 SOURCE = Path(__file__).parent / "c" / "controller.c"
 GAIN, AMPLITUDE, FREQUENCY, BEGIN = 150.0, 2.0, 2.0, 0.3
@@ -43,11 +40,7 @@ def force_at(time: float, position: float) -> float:
 def build_controller(folder: Path) -> Path:
     """Compile and pack the controller for this platform."""
     library, path = folder / "controller.so", folder / "controller.fmu"
-    zig = [sys.executable, "-m", "ziglang", "cc"]
-    flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1", "-fPIC", "-shared"]
-    arguments = [*flags, f"-I{RUNTIME}", str(SOURCE), "-lm", "-o", str(library)]
-    built = run_compiler(zig, arguments)
-    assert built.returncode == 0, built.stderr
+    run_compiler([*WARNINGS, "-shared", "-fPIC", str(SOURCE), "-I.", "-lm", "-o", str(library)])
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("modelDescription.xml", DESCRIPTION)
         archive.write(library, f"binaries/{fmpy.platform}/controller.so")

@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,10 +19,19 @@ from rich.table import Table
 from slide_fmu import pipeline
 from slide_fmu.fmu.check import check_fmu
 from slide_fmu.fmu.export import read_fmu
+from slide_fmu.module_fmu import is_module, module_figures
 from slide_fmu.recipe import load_recipe
 from slide_fmu.sizing import decay_rows, require_window
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.validation import Task
+
+
+class Backend(StrEnum):
+    """What runs the network in an FMU."""
+
+    native = "native"
+    python = "python"
+
 
 TRACEBACK = "SLIDE_FMU_TRACEBACK"
 """Environment variable: if set, errors show where they come from."""
@@ -170,18 +180,28 @@ def train(
 
 @app.command()
 def export(
-    source: Annotated[Path, typer.Argument(help="Recipe that was trained, or an FMU.")],
+    source: Annotated[
+        Path, typer.Argument(help="Recipe that was trained, an FMU, or a torch module.")
+    ],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="FMU to write.")] = None,
     sources: Annotated[
         bool, typer.Option("--source", help="With C sources, for targets of your own compiler.")
     ] = False,
+    backend: Annotated[
+        Backend, typer.Option(help="python: for torch modules; needs Python where it runs.")
+    ] = Backend.native,
+    description: Annotated[
+        Path | None, typer.Option("--description", help="TOML file about a torch module.")
+    ] = None,
     seed: TrainingSeedOption = None,
     data_seed: DataSeedOption = None,
     runs: RunsOption = Path("runs"),
 ) -> None:
     """Write the FMU of a trained recipe, or an FMU again with this version's runtime."""
     with progress_bars() as bar:
-        if source.suffix == ".toml":
+        if backend == Backend.python or is_module(source):
+            path = pipeline.export_torch(source, backend == Backend.python, description, output)
+        elif source.suffix == ".toml":
             job = pipeline.open_job(source, runs, bar, seed, data_seed)
             path = pipeline.export_recipe(job, output, sources)
         elif output is None:
@@ -265,8 +285,7 @@ def check(fmu: FmuArgument, json_path: JsonOption = None) -> None:
 def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
     """What an FMU is: signals, window, network, measured error, provenance."""
     with _errors():
-        surrogate, provenance = read_fmu(fmu)
-        figures = _describe(surrogate, provenance)
+        figures = module_figures(fmu) or _describe(*read_fmu(fmu))
         _write_json(json_path, figures)
     if json_path != "-":
         Console().print_json(json.dumps(figures))

@@ -24,6 +24,7 @@ from slide_fmu.data.sampling import (
 )
 from slide_fmu.figures import side_by_side, stability_tests
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
+from slide_fmu.module_fmu import SUFFIXES, ModuleError, export_module, is_module
 from slide_fmu.network_features import require_features
 from slide_fmu.recipe import SPLITS, Recipe, parse_recipe, read_recipe_text
 from slide_fmu.report import Report
@@ -270,6 +271,36 @@ def export_again(source: Path, path: Path, sources: bool = False) -> Path:
     return export_fmu(
         surrogate, path, provenance=found, documentation=documentation, sources=sources
     )
+
+
+def export_torch(source: Path, python: bool, description: Path | None, path: Path | None) -> Path:
+    """Write a torch module as FMU that needs Python where it runs.
+
+    Args:
+        source: file of a scripted or exported module.
+        python: whether such an FMU was asked for.
+        description: TOML file about the module.
+        path: the FMU to write.
+
+    Raises:
+        ModuleError: an argument is missing, or the module or its description cannot be used.
+    """
+    if not is_module(source):
+        raise ModuleError(
+            f"{source}: the python backend takes a torch module, {' or '.join(SUFFIXES)}; the "
+            "native one runs what slide-fmu trains: leave out --backend python"
+        )
+    if not python:
+        raise ModuleError(
+            f"{source} is a torch module; the native runtime runs exactly what slide-fmu trains, "
+            "and nothing else: add --backend python for an FMU that needs Python where it runs"
+        )
+    if description is None or path is None:
+        raise ModuleError(
+            f"{source}: what are its signals, and where to? give --description signals.toml and "
+            "-o PATH"
+        )
+    return export_module(source, description, path)
 
 
 def write_reference(recipe: Recipe, path: Path) -> Path:

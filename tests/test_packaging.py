@@ -23,6 +23,7 @@ def test_wheel_holds_the_compiled_runtime(tmp_path: Path) -> None:
     assert {
         "slide_fmu/fmu/binaries/linux64/slide.so",
         "slide_fmu/fmu/binaries/win64/slide.dll",
+        "slide_fmu/fmu/runtime/source/resource.c",
         "slide_fmu/templates/report.html",
         "slide_fmu/templates/card.md",
         "mbs_models/oscillators.py",

@@ -1,14 +1,13 @@
 """The ``sources`` folder of an FMU (FMI 2.0.4, section 2.3): the runtime with the weights in it.
 
-The runtime's own files, each with one line before it, ``#include "own_names.h"``. Two of them are
-replaced by those in ``runtime/source``: the surrogate file is an array of bytes in the program
-instead of a file, and there is one kernel, for the processor that it is compiled for.
+The runtime's own files, each with one line before it, ``#include "own_names.h"``. One is replaced
+by that in ``runtime/source``: the surrogate file is an array of bytes in the program. There is one
+kernel, for the processor that it is compiled for (``SLIDE_ONE_KERNEL``).
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 
 from slide_fmu.fmu.build import RUNTIME
 
@@ -65,12 +64,7 @@ def _own_names(name: str, headers: str) -> str:
 def _as_array(payload: bytes) -> str:
     """The surrogate file as C array."""
 
-    def rows() -> Iterator[str]:
-        for first in range(0, len(payload), BYTES_IN_A_LINE):
-            yield ",".join(map(str, payload[first : first + BYTES_IN_A_LINE]))
-
-    return (
-        f"static const unsigned char surrogate[{len(payload)}] = {{\n"
-        + ",\n".join(rows())
-        + "};\n"
-    )
+    starts = range(0, len(payload), BYTES_IN_A_LINE)
+    rows = (",".join(map(str, payload[first : first + BYTES_IN_A_LINE])) for first in starts)
+    values = ",\n".join(rows)
+    return f"static const unsigned char surrogate[{len(payload)}] = {{\n{values}}};\n"

@@ -1,5 +1,6 @@
 #include "kernel.h"
 
+#if !defined(SLIDE_ONE_KERNEL)
 #include <cpuid.h>
 #include <stdbool.h>
 
@@ -22,3 +23,6 @@ const SlideKernel *slide_kernel_choose(void) {
     }
     return &slide_kernel_avx2;
 }
+#else /* source FMUs: that of the processor they are compiled for */
+const SlideKernel *slide_kernel_choose(void) { return &slide_kernel_baseline; }
+#endif

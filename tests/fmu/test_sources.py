@@ -13,7 +13,9 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
+from typer.testing import CliRunner
 
+from slide_fmu.cli import app
 from slide_fmu.fmu.build import WARNINGS
 from slide_fmu.fmu.check import OUTPUT_TOLERANCE, check_fmu
 from slide_fmu.fmu.export import export_fmu
@@ -86,6 +88,16 @@ def test_description_names_all_sources(tmp_path: Path) -> None:
     found = sorted(path.name for path in (loaded.folder / "sources").glob("*.c"))
     assert files.sourceFiles == found
     assert check_fmu(loaded.path) == []
+
+
+def test_verb_adds_them_to_an_fmu(tmp_path: Path) -> None:
+    surrogate = random_surrogate(SHAPES["layers"])
+    plain = export_fmu(surrogate, tmp_path / "plain.fmu")
+    arguments = ["export", str(plain), "--source", "-o", str(tmp_path / "verb.fmu")]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+    again = export_fmu(surrogate, tmp_path / "again.fmu", sources=True)
+    assert (tmp_path / "verb.fmu").read_bytes() == again.read_bytes() != plain.read_bytes()
 
 
 def test_no_file_is_opened(tmp_path: Path) -> None:

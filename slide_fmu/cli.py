@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,10 +20,19 @@ from slide_fmu import pipeline
 from slide_fmu.fmu.check import check_fmu
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.fmu.platforms import checked_version
+from slide_fmu.module_fmu import is_module, module_figures
 from slide_fmu.recipe import load_recipe
 from slide_fmu.sizing import decay_rows, require_window
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.validation import Task
+
+
+class Backend(StrEnum):
+    """What runs the network in an FMU."""
+
+    native = "native"
+    python = "python"
+
 
 TRACEBACK = "SLIDE_FMU_TRACEBACK"
 """Environment variable: if set, errors show where they come from."""
@@ -171,25 +181,38 @@ def train(
 
 @app.command()
 def export(
-    source: Annotated[Path, typer.Argument(help="Recipe that was trained, or an FMU.")],
+    source: Annotated[
+        Path, typer.Argument(help="Recipe that was trained, an FMU, or a torch module.")
+    ],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="FMU to write.")] = None,
     fmi: Annotated[
         int, typer.Option("--fmi", min=2, max=3, help="Version of the standard: 2 or 3.")
     ] = 2,
+    sources: Annotated[
+        bool, typer.Option("--source", help="With C sources, for targets of your own compiler.")
+    ] = False,
+    backend: Annotated[
+        Backend, typer.Option(help="python: for torch modules; needs Python where it runs.")
+    ] = Backend.native,
+    description: Annotated[
+        Path | None, typer.Option("--description", help="TOML file about a torch module.")
+    ] = None,
     seed: TrainingSeedOption = None,
     data_seed: DataSeedOption = None,
     runs: RunsOption = Path("runs"),
 ) -> None:
     """Write the FMU of a trained recipe, or an FMU again with this version's runtime."""
     with progress_bars() as bar:
-        version = checked_version(fmi)
-        if source.suffix == ".toml":
+        form = pipeline.Form(checked_version(fmi), sources)
+        if backend == Backend.python or is_module(source):
+            path = pipeline.export_torch(source, backend == Backend.python, description, output)
+        elif source.suffix == ".toml":
             job = pipeline.open_job(source, runs, bar, seed, data_seed)
-            path = pipeline.export_recipe(job, output, version)
+            path = pipeline.export_recipe(job, output, form)
         elif output is None:
             raise ValueError("export of an FMU: where to? give the FMU to write with -o PATH")
         else:
-            path = pipeline.export_again(source, output, version)
+            path = pipeline.export_again(source, output, form)
     console.print(f"FMU     {path}", highlight=False)
 
 
@@ -203,6 +226,21 @@ def reference(
         pipeline.make_importable(recipe.parent)
         path = pipeline.write_reference(load_recipe(recipe), output)
     console.print(f"FMU     {path}", highlight=False)
+
+
+@app.command()
+def ssp(
+    fmu: FmuArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="SSP to write.")],
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the inputs.")] = UNSEEN_SEED,
+    duration: Annotated[
+        float | None, typer.Option(min=0.0, help="Of the inputs in s; the recipe's if not given.")
+    ] = None,
+) -> None:
+    """Write an FMU and its reference system, driven by the same unseen inputs, as SSP."""
+    with _errors():
+        path = pipeline.write_side_by_side(fmu, output, seed, duration)
+    console.print(f"SSP     {path}", highlight=False)
 
 
 @app.command()
@@ -252,8 +290,7 @@ def check(fmu: FmuArgument, json_path: JsonOption = None) -> None:
 def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
     """What an FMU is: signals, window, network, measured error, provenance."""
     with _errors():
-        surrogate, provenance = read_fmu(fmu)
-        figures = _describe(surrogate, provenance)
+        figures = module_figures(fmu) or _describe(*read_fmu(fmu))
         _write_json(json_path, figures)
     if json_path != "-":
         Console().print_json(json.dumps(figures))

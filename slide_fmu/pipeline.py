@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -13,16 +14,25 @@ from typing import Any
 
 from slide_fmu import report as reports
 from slide_fmu.card import card
-from slide_fmu.data.sampling import recipe_system, reference_parameters, reference_system
+from slide_fmu.data.sampling import (
+    TEST,
+    Stream,
+    draw,
+    recipe_system,
+    reference_parameters,
+    reference_system,
+)
 from slide_fmu.figures import side_by_side, stability_tests
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
 from slide_fmu.fmu.platforms import FmiVersion
+from slide_fmu.module_fmu import SUFFIXES, ModuleError, export_module, is_module
 from slide_fmu.network_features import require_features
 from slide_fmu.recipe import SPLITS, Recipe, parse_recipe, read_recipe_text
 from slide_fmu.report import Report
 from slide_fmu.response import is_affine
 from slide_fmu.run_folder import RunFolder, Trained, recipe_of_provenance
 from slide_fmu.sizing import Sizing, require_window, size_window
+from slide_fmu.ssp import write_comparison
 from slide_fmu.stability import (
     AmplitudeTest,
     check_stability,
@@ -30,6 +40,7 @@ from slide_fmu.stability import (
     stability_figures,
 )
 from slide_fmu.surrogate import Surrogate
+from slide_fmu.systems.input_source import write_input_source
 from slide_fmu.systems.reference_fmu import write_reference_fmu
 from slide_fmu.validation import Task, Validation, validate
 
@@ -63,6 +74,19 @@ class Job:
     recipe: Recipe
     folder: RunFolder
     bar: Bar = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Form:
+    """Which FMU of a surrogate is written.
+
+    Attributes:
+        fmi: version of the standard.
+        sources: with C sources.
+    """
+
+    fmi: FmiVersion = 2
+    sources: bool = False
 
 
 def open_job(
@@ -219,14 +243,14 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
     }
 
 
-def export_recipe(job: Job, path: Path | None, fmi: FmiVersion = 2) -> Path:
+def export_recipe(job: Job, path: Path | None, form: Form = Form()) -> Path:
     """Write the FMU of a trained recipe.
 
     An FMU of the same surrogate that ``run`` has finished keeps its report and measured error.
 
     Args:
         path: the FMU to write; if None, that of the run folder.
-        fmi: version of the standard.
+        form: which FMU is written.
 
     Raises:
         StageError: nothing was trained.
@@ -240,12 +264,17 @@ def export_recipe(job: Job, path: Path | None, fmi: FmiVersion = 2) -> Path:
         other, found = read_fmu(finished)
         same = {key: value for key, value in (found or {}).items() if key in origin} == origin
         if same and other.to_bytes() == surrogate.to_bytes():
-            return export_again(finished, path, fmi)
-    return export_fmu(surrogate, path, fmi=fmi, provenance=origin)
+            return export_again(finished, path, form)
+    return export_fmu(surrogate, path, fmi=form.fmi, provenance=origin, sources=form.sources)
 
 
-def export_again(source: Path, path: Path, fmi: FmiVersion = 2) -> Path:
+def export_again(source: Path, path: Path, form: Form = Form()) -> Path:
     """Write the surrogate of an FMU as FMU of either standard, with this version's runtime.
+
+    Args:
+        source: FMU of slide-fmu.
+        path: the FMU to write.
+        form: which FMU is written.
 
     Raises:
         FmuError: the source is no FMU of slide-fmu.
@@ -253,7 +282,44 @@ def export_again(source: Path, path: Path, fmi: FmiVersion = 2) -> Path:
     surrogate, found = read_fmu(source)
     page = read_member(source, "documentation/index.html")
     documentation = {} if page is None else {"index.html": page}
-    return export_fmu(surrogate, path, fmi=fmi, provenance=found, documentation=documentation)
+    return export_fmu(
+        surrogate,
+        path,
+        fmi=form.fmi,
+        provenance=found,
+        documentation=documentation,
+        sources=form.sources,
+    )
+
+
+def export_torch(source: Path, python: bool, description: Path | None, path: Path | None) -> Path:
+    """Write a torch module as FMU that needs Python where it runs.
+
+    Args:
+        source: file of a scripted or exported module.
+        python: whether such an FMU was asked for.
+        description: TOML file about the module.
+        path: the FMU to write.
+
+    Raises:
+        ModuleError: an argument is missing, or the module or its description cannot be used.
+    """
+    if not is_module(source):
+        raise ModuleError(
+            f"{source}: the python backend takes a torch module, {' or '.join(SUFFIXES)}; the "
+            "native one runs what slide-fmu trains: leave out --backend python"
+        )
+    if not python:
+        raise ModuleError(
+            f"{source} is a torch module; the native runtime runs exactly what slide-fmu trains, "
+            "and nothing else: add --backend python for an FMU that needs Python where it runs"
+        )
+    if description is None or path is None:
+        raise ModuleError(
+            f"{source}: what are its signals, and where to? give --description signals.toml and "
+            "-o PATH"
+        )
+    return export_module(source, description, path)
 
 
 def write_reference(recipe: Recipe, path: Path) -> Path:
@@ -266,6 +332,32 @@ def write_reference(recipe: Recipe, path: Path) -> Path:
     """
     reference_system(recipe)
     return write_reference_fmu(recipe.system.model, reference_parameters(recipe), path)
+
+
+def write_side_by_side(fmu: Path, path: Path, seed: int, duration: float | None) -> Path:
+    """Write an FMU and its reference system, driven by the same unseen inputs, as SSP.
+
+    Args:
+        fmu: FMU of slide-fmu.
+        path: file to write, ending in ``.ssp``.
+        seed: of the inputs, which are those of the first trajectory of ``validate``.
+        duration: of the inputs in s; the recipe's if None.
+
+    Raises:
+        FmuError: the file is no FMU of slide-fmu.
+        LoadError: the reference system cannot be made.
+        ValueError: the path does not end in ``.ssp``.
+    """
+    surrogate, found = read_fmu(fmu)
+    recipe = recipe_of_provenance(found, str(fmu))
+    stream = Stream(TEST, seed, (1.0, 1.0), duration or recipe.data.duration)
+    drawn = draw(recipe, reference_system(recipe), stream, 0)
+    inputs = drawn.inputs[drawn.burn_in :]
+    with tempfile.TemporaryDirectory() as folder:
+        reference = write_reference(recipe, Path(folder) / "reference.fmu")
+        source = Path(folder) / "inputs.fmu"
+        write_input_source(surrogate.inputs, surrogate.window.step, inputs, source)
+        return write_comparison(path, surrogate.name, source, reference, fmu)
 
 
 def validate_fmu_file(fmu: Path, task: Task, bar: Bar) -> Validation:

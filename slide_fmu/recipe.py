@@ -336,8 +336,17 @@ def parse_recipe(text: str, source: str) -> Recipe:
     except tomllib.TOMLDecodeError as error:
         raise RecipeError(f"{source}: not valid TOML: {error}") from error
     except ValidationError as error:
-        lines = [f"{source}: {_describe(item)}" for item in error.errors() if _is_cause(item)]
-        raise RecipeError("\n".join(lines)) from error
+        raise RecipeError(mistakes(error, source)) from error
+
+
+def mistakes(error: ValidationError, source: str) -> str:
+    """What is wrong in a TOML file, one line per mistake.
+
+    Args:
+        source: what the file is called.
+    """
+    lines = [f"{source}: {_describe(item)}" for item in error.errors() if _is_cause(item)]
+    return "\n".join(lines)
 
 
 def load_recipe(path: Path) -> Recipe:

@@ -24,6 +24,7 @@ def test_wheel_holds_the_compiled_runtime(tmp_path: Path) -> None:
         names = set(archive.namelist())
     assert {
         *(f"slide_fmu/fmu/binaries/{name}" for name in TARGETS),
+        "slide_fmu/fmu/runtime/source/resource.c",
         "slide_fmu/templates/report.html",
         "slide_fmu/templates/card.md",
         "mbs_models/oscillators.py",

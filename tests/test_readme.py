@@ -6,11 +6,13 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import typer.main
 
 from slide_fmu.cli import app
+from slide_fmu.module_fmu import ModuleTable
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -54,3 +56,9 @@ def test_python_examples_run() -> None:
     # a held force of 200 N: k x (1 + alpha x^2) = F at 0.124 m
     assert abs(position - 0.124) < 0.02
     assert 0 < error < 0.1
+
+
+def test_description_of_a_torch_module_is_one() -> None:
+    (example,) = re.findall(r"```toml\n(.*?)```", README, re.DOTALL)
+    table = ModuleTable.model_validate(tomllib.loads(example))
+    assert (table.inputs[0].name, table.window.n_in) == ("force", 100)

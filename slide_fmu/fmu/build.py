@@ -96,7 +96,8 @@ def compile_objects(target: str) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     architecture = target.split("-")[0]
     position = [] if "windows" in target else ["-fPIC"]
-    common = ["-target", target, *WARNINGS, *CODE, *position]
+    choice = ["-DSLIDE_ONE_KERNEL"] if len(KERNELS[architecture]) == 1 else []
+    common = ["-target", target, *WARNINGS, *CODE, *position, *choice]
     objects = []
     for source in sorted(RUNTIME.glob("*.c")):
         if source.name != "kernel.c":

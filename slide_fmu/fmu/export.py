@@ -13,6 +13,7 @@ from typing import Any
 from slide_fmu.fmu.model_description import guid_of, model_description
 from slide_fmu.fmu.model_description3 import model_description3
 from slide_fmu.fmu.platforms import FmiVersion, libraries
+from slide_fmu.fmu.sources import compiled_files, source_members
 from slide_fmu.payload import PayloadError
 from slide_fmu.surrogate import Surrogate
 
@@ -32,6 +33,7 @@ def export_fmu(
     fmi: FmiVersion = 2,
     provenance: dict[str, object] | None = None,
     documentation: Mapping[str, bytes] | None = None,
+    sources: bool = False,
 ) -> Path:
     """Write a surrogate as co-simulation FMU; the same arguments give the same bytes.
 
@@ -41,22 +43,31 @@ def export_fmu(
         fmi: version of the standard: 2.0 or 3.0.
         provenance: where the surrogate comes from, as JSON values.
         documentation: files of the documentation folder, by name, ``index.html`` first of all.
+        sources: also write the C sources, for targets that the libraries are not for; FMI 2.0.
 
     Returns:
         The path.
 
     Raises:
-        ValueError: names of variables or documentation files are not usable.
+        ValueError: names of variables or documentation files are not usable, or sources are asked
+            for in FMI 3.0.
         FileNotFoundError: the runtime has not been compiled.
     """
     if path.suffix != ".fmu":
         raise ValueError(f"FMU {str(path)!r}; expected a name ending in .fmu")
     payload = surrogate.to_bytes()
-    describe = {2: model_description, 3: model_description3}[fmi]
+    if fmi == 3 and sources:
+        raise ValueError("C sources in an FMU of FMI 3.0; expected FMI 2.0: export with --fmi 2")
+    if fmi == 3:
+        description = model_description3(surrogate, guid_of(payload))
+    else:
+        files = compiled_files() if sources else ()
+        description = model_description(surrogate, guid_of(payload), files)
     members = {
-        DESCRIPTION: describe(surrogate, guid_of(payload)),
+        DESCRIPTION: description,
         SURROGATE: payload,
         **libraries(surrogate.name, fmi),
+        **(source_members(surrogate.name, payload) if sources else {}),
     }
     if provenance is not None:
         text = json.dumps(provenance, sort_keys=True, indent=2, ensure_ascii=False)

@@ -13,6 +13,7 @@ the step before (``runtime/derivative.h``).
 from __future__ import annotations
 
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
@@ -125,8 +126,13 @@ def samples_behind(surrogate: Surrogate) -> dict[str, int]:
     return samples
 
 
-def model_description(surrogate: Surrogate, guid: str) -> bytes:
-    """The XML document of a surrogate's FMU; the same surrogate gives the same bytes.
+def model_description(surrogate: Surrogate, guid: str, sources: Sequence[str] = ()) -> bytes:
+    """The XML document of a surrogate's FMU; the same arguments give the same bytes.
+
+    Args:
+        surrogate: what the FMU carries.
+        guid: identity of the surrogate file.
+        sources: files of the ``sources`` folder to compile; empty if there is none.
 
     Raises:
         ValueError: two variables would have the same name.
@@ -142,9 +148,13 @@ def model_description(surrogate: Surrogate, guid: str) -> bytes:
         variableNamingConvention="flat",
         numberOfEventIndicators="0",
     )
-    ElementTree.SubElement(
+    slave = ElementTree.SubElement(
         root, "CoSimulation", {"modelIdentifier": surrogate.name, **CAPABILITIES}
     )
+    if sources:
+        files = ElementTree.SubElement(slave, "SourceFiles")
+        for name in sources:
+            ElementTree.SubElement(files, "File", name=name)
     add_units(root, variables)
     add_log_categories(root)
     ElementTree.SubElement(

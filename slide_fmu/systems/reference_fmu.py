@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
-import importlib
 import re
-import sys
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from pythonfmu import FmuBuilder
-
 from slide_fmu.systems.loading import Parameter, load_system
+from slide_fmu.systems.python_fmu import write_python_fmu
 
 _SCRIPT = '''"""Reference FMU: names its system, which the Python environment must offer."""
 
@@ -45,21 +40,7 @@ def write_reference_fmu(model: str, parameters: Mapping[str, Parameter], path: P
         LoadError: the system cannot be made from model and parameters.
         ValueError: the path does not end in ``.fmu``.
     """
-    path = Path(path)
-    if path.suffix != ".fmu":
-        raise ValueError(f"reference FMU path {str(path)!r}; expected a name ending in .fmu")
     load_system(model, parameters)
     class_name = re.sub(r"\W", "_", model.partition(":")[2]) + "Reference"
     script = _SCRIPT.format(class_name=class_name, model=model, parameters=dict(parameters))
-    # Python keeps modules by name: two reference FMUs in one process need different ones
-    module_name = f"{class_name.lower()}_{hashlib.sha256(script.encode()).hexdigest()[:12]}"
-    with tempfile.TemporaryDirectory() as folder:
-        script_file = Path(folder) / f"{module_name}.py"
-        script_file.write_text(script, encoding="utf-8")
-        importlib.invalidate_caches()
-        try:
-            FmuBuilder.build_FMU(script_file, dest=path, needsExecutionTool="true")
-        finally:
-            sys.modules.pop(module_name, None)
-            sys.path[:] = [entry for entry in sys.path if str(entry) != folder]
-    return path
+    return write_python_fmu(class_name, script, Path(path))

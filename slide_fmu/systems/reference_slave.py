@@ -7,25 +7,23 @@ from __future__ import annotations
 
 import hashlib
 import json
-import sys
 from collections.abc import Mapping
 from typing import Any, ClassVar
-from xml.etree.ElementTree import Element, SubElement
+from xml.etree.ElementTree import Element
 
 import numpy as np
 from pythonfmu import Boolean, DefaultExperiment, Fmi2Causality, Fmi2Slave, Real
 from pythonfmu.enums import Fmi2Initial, Fmi2Status, Fmi2Variability
 
-from slide_fmu.signals import FloatArray, Signal
+from slide_fmu.signals import FloatArray
 from slide_fmu.systems.base import SimulationError, State
 from slide_fmu.systems.loading import Parameter, load_system
-from slide_fmu.units import BASE_UNITS
+from slide_fmu.systems.python_fmu import child, complete, keep_module_of
 
 FROM_STATE = "start_from_state"
 """FMI parameter: start from the ``initial_...`` parameters instead of at rest."""
 STEP_TOLERANCE = 1e-9
 """Relative deviation of a communication step that counts as rounding."""
-_SPARE_REFERENCES: list[dict[str, Any]] = []
 
 
 class SystemSlave(Fmi2Slave):  # type: ignore[misc]
@@ -41,11 +39,11 @@ class SystemSlave(Fmi2Slave):  # type: ignore[misc]
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
-        _keep_module_of(cls)
+        keep_module_of(cls)
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        _keep_module_of(type(self))
+        keep_module_of(type(self))
         self.system = load_system(self.MODEL, self.PARAMETERS)
         identity = json.dumps([self.MODEL, dict(self.PARAMETERS)], sort_keys=True)
         self.guid = hashlib.sha256(identity.encode()).hexdigest()[:32]
@@ -155,44 +153,7 @@ class SystemSlave(Fmi2Slave):  # type: ignore[misc]
     def to_xml(self, model_options: Mapping[str, str] | None = None) -> Element:
         """Model description with what PythonFMU leaves out: units, ranges, initial unknowns."""
         root: Element = super().to_xml(dict(model_options or {}))
-        slave = _child(root, "CoSimulation")
+        slave = child(root, "CoSimulation")
         slave.set("canHandleVariableCommunicationStepSize", "false")
-        signals = (*self.system.inputs, *self.system.outputs)
-        units = Element("UnitDefinitions")
-        for name in sorted({signal.unit for signal in signals}):
-            unit = SubElement(units, "Unit", name=name)
-            if name in BASE_UNITS:
-                SubElement(unit, "BaseUnit", BASE_UNITS[name])
-        root.insert(list(root).index(slave) + 1, units)
-        by_name = {variable.get("name"): variable for variable in _child(root, "ModelVariables")}
-        for signal in signals:
-            _set_range(_child(by_name[signal.name], "Real"), signal)
-        structure = _child(root, "ModelStructure")
-        unknowns = SubElement(structure, "InitialUnknowns")
-        for unknown in _child(structure, "Outputs"):
-            SubElement(unknowns, "Unknown", index=unknown.attrib["index"])
+        complete(root, (*self.system.inputs, *self.system.outputs))
         return root
-
-
-def _keep_module_of(slave_class: type) -> None:
-    """Hold one more reference to the names of the module that defines a slave class.
-
-    The library of PythonFMU 0.7 gives back one reference too many per instance (its issue 228);
-    without a spare one for each, the second instance in a process finds an emptied module.
-    """
-    _SPARE_REFERENCES.append(vars(sys.modules[slave_class.__module__]))
-
-
-def _child(parent: Element, tag: str) -> Element:
-    """A child that PythonFMU always writes."""
-    child = parent.find(tag)
-    if child is None:
-        raise RuntimeError(f"model description: no {tag} in {parent.tag}; expected PythonFMU 0.7")
-    return child
-
-
-def _set_range(real: Element, signal: Signal) -> None:
-    """Unit, range and, of an input, start of a signal, as attributes of its ``Real`` element."""
-    real.attrib.update(unit=signal.unit, min=repr(signal.low), max=repr(signal.high))
-    if "start" in real.attrib:
-        real.set("start", repr(signal.start_value))  # with all digits, so within the range

@@ -6,8 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const PAYLOAD = "surrogate.slide";
-
 /* Place the instance and all it needs; the same code measures and fills. */
 static SlideInstance *place_instance(const SlidePayload *payload, const char *name,
                                      SlideArena *arena) {
@@ -42,11 +40,9 @@ static SlideInstance *build_instance(const SlidePayload *payload, const char *na
 }
 
 static SlideInstance *load_instance(const SlideRequest *request, SlideMessage *message) {
-    char *path = request->location_is_uri
-                     ? slide_path_of_uri(request->location, PAYLOAD, message)
-                     : slide_path_in_folder(request->location, PAYLOAD, message);
     size_t size = 0;
-    unsigned char *data = path == NULL ? NULL : slide_read_file(path, &size, message);
+    const unsigned char *data =
+        slide_surrogate_open(request->location, request->location_is_uri, &size, message);
     SlidePayload payload;
     SlideInstance *instance = NULL;
     if (data != NULL && slide_payload_read(&payload, data, size, message)) {
@@ -60,8 +56,7 @@ static SlideInstance *load_instance(const SlideRequest *request, SlideMessage *m
                       guid == NULL ? "is NULL" : guid, payload.guid);
         }
     }
-    free(data);
-    free(path);
+    slide_surrogate_close(data);
     return instance;
 }
 

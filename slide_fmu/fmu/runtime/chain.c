@@ -381,7 +381,7 @@ static void write_baseline(const SlideChain *chain, const double *const inputs[4
     write_signals(chain, inputs, signals);
 }
 
-#if defined(__x86_64__)
+#if !defined(SLIDE_ONE_KERNEL)
 __attribute__((target("avx2,fma"))) static void write_avx2(const SlideChain *chain,
                                                            const double *const inputs[4],
                                                            double *signals) {
@@ -479,7 +479,7 @@ static void fill_chain(SlideChain *chain, const SlideFeaturesView *view) {
 void slide_chain_place(SlideChain *chain, const SlideFeaturesView *view, SlideArena *arena) {
     chain->n_joints = view->n_inputs;
     chain->write = write_baseline;
-#if defined(__x86_64__)
+#if !defined(SLIDE_ONE_KERNEL)
     if (slide_kernel_choose() == &slide_kernel_avx2) {
         chain->write = write_avx2;
     }

@@ -1,6 +1,6 @@
 #include "kernel.h"
 
-#if defined(__x86_64__)
+#if !defined(SLIDE_ONE_KERNEL)
 
 #include <cpuid.h>
 #include <stdbool.h>
@@ -25,7 +25,7 @@ const SlideKernel *slide_kernel_choose(void) {
     return &slide_kernel_avx2;
 }
 
-#else /* aarch64: NEON with FMA belongs to every processor */
+#else /* aarch64, where NEON with FMA belongs to every processor, and source FMUs */
 
 const SlideKernel *slide_kernel_choose(void) { return &slide_kernel_baseline; }
 

@@ -8,8 +8,10 @@
 #include <windows.h>
 #endif
 
+static const char *const PAYLOAD = "surrogate.slide";
+
 /* Find where the path of the URI begins, at its slash; NULL when it is no local file URI. */
-static const char *path_of_uri(const char *uri) {
+static const char *begin_of_path(const char *uri) {
     const char *at = uri;
     for (const char *scheme = "file:"; *scheme != '\0'; ++scheme, ++at) {
         char lower = *at >= 'A' && *at <= 'Z' ? (char)(*at + ('a' - 'A')) : *at;
@@ -50,7 +52,8 @@ static bool unescape(char *text) {
     return true;
 }
 
-char *slide_path_in_folder(const char *folder, const char *file, SlideMessage *message) {
+/* The path of a file in a folder. Free the result. */
+static char *path_in_folder(const char *folder, const char *file, SlideMessage *message) {
     if (folder == NULL) {
         slide_say(message, "the path of the resources is NULL; expected /path/to/resources/");
         return NULL;
@@ -65,14 +68,15 @@ char *slide_path_in_folder(const char *folder, const char *file, SlideMessage *m
     return path;
 }
 
-char *slide_path_of_uri(const char *uri, const char *file, SlideMessage *message) {
-    const char *start = uri == NULL ? NULL : path_of_uri(uri);
+/* The same of a folder given as URI. */
+static char *path_of_uri(const char *uri, const char *file, SlideMessage *message) {
+    const char *start = uri == NULL ? NULL : begin_of_path(uri);
     if (start == NULL) {
         slide_say(message, "fmuResourceLocation %s; expected file:///path/to/resources",
                   uri == NULL ? "is NULL" : uri);
         return NULL;
     }
-    char *path = slide_path_in_folder(start, file, message);
+    char *path = path_in_folder(start, file, message);
     if (path != NULL && !unescape(path)) {
         slide_say(message, "fmuResourceLocation %s has a malformed percent escape", uri);
         free(path);
@@ -126,3 +130,14 @@ unsigned char *slide_read_file(const char *path, size_t *size, SlideMessage *mes
     }
     return data;
 }
+
+const unsigned char *slide_surrogate_open(const char *location, bool is_uri, size_t *size,
+                                          SlideMessage *message) {
+    char *path = is_uri ? path_of_uri(location, PAYLOAD, message)
+                        : path_in_folder(location, PAYLOAD, message);
+    unsigned char *data = path == NULL ? NULL : slide_read_file(path, size, message);
+    free(path);
+    return data;
+}
+
+void slide_surrogate_close(const unsigned char *data) { free((void *)data); }

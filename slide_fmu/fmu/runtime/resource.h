@@ -4,15 +4,15 @@
 
 #include "bytes.h"
 
-/* The path of a file in a folder; the folder may end in a separator. Free the result. NULL, with a
- * message, when there is no folder or no memory. */
-char *slide_path_in_folder(const char *folder, const char *file, SlideMessage *message);
-
-/* The same of a folder given as URI file:/p, file:///p or file://localhost/p with percent escapes
- * (UTF-8). NULL, with a message, also when the URI is none of these. */
-char *slide_path_of_uri(const char *uri, const char *file, SlideMessage *message);
-
 /* Read a whole file, path in UTF-8. Free the result. NULL, with a message, on failure. */
 unsigned char *slide_read_file(const char *path, size_t *size, SlideMessage *message);
+
+/* Read the surrogate file in the folder of the resources. location: a URI file:/p, file:///p or
+ * file://localhost/p with percent escapes (UTF-8), or a path that may end in a separator. Close the
+ * result. NULL, with a message, on failure. In a source FMU (source/resource.c) the file is compiled
+ * in, and its location does not matter. */
+const unsigned char *slide_surrogate_open(const char *location, bool is_uri, size_t *size,
+                                          SlideMessage *message);
+void slide_surrogate_close(const unsigned char *data);
 
 #endif

@@ -1,0 +1,47 @@
+"""The second FMU of the loops: a controller, compiled from ``c/controller.c``."""
+
+from __future__ import annotations
+
+import math
+import zipfile
+from pathlib import Path
+
+import fmpy
+
+from slide_fmu.fmu.build import WARNINGS, run_compiler
+
+SOURCE = Path(__file__).parent / "c" / "controller.c"
+GAIN, AMPLITUDE, FREQUENCY, BEGIN = 150.0, 2.0, 2.0, 0.3
+"""As in the C source: N/m, m, rad/s, s."""
+
+DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="controller" guid="controller">
+  <CoSimulation modelIdentifier="controller" canHandleVariableCommunicationStepSize="true"/>
+  <ModelVariables>
+    <ScalarVariable name="position" valueReference="0" causality="input">
+      <Real start="0"/>
+    </ScalarVariable>
+    <ScalarVariable name="force" valueReference="1" causality="output"><Real/></ScalarVariable>
+  </ModelVariables>
+  <ModelStructure>
+    <Outputs><Unknown index="2" dependencies="1"/></Outputs>
+    <InitialUnknowns><Unknown index="2" dependencies="1"/></InitialUnknowns>
+  </ModelStructure>
+</fmiModelDescription>
+"""
+
+
+def force_at(time: float, position: float) -> float:
+    """What the controller gives out, in N."""
+    target = 0.0 if time < BEGIN else AMPLITUDE * math.sin(FREQUENCY * (time - BEGIN))
+    return GAIN * (target - position)
+
+
+def build_controller(folder: Path) -> Path:
+    """Compile and pack the controller for this platform."""
+    library, path = folder / "controller.so", folder / "controller.fmu"
+    run_compiler([*WARNINGS, "-shared", "-fPIC", str(SOURCE), "-I.", "-lm", "-o", str(library)])
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("modelDescription.xml", DESCRIPTION)
+        archive.write(library, f"binaries/{fmpy.platform}/controller.so")
+    return path

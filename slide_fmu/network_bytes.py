@@ -27,8 +27,8 @@ The signals of the sets and their order: ``slide_fmu/features.py``.
 Kind 1, feed-forward: the first layer takes the features of some of the newest n_samples inputs,
 all of a sample together: those of the ages, 0 the newest, which fall from n_samples - 1; of all
 n_samples, oldest first, where the count of the ages is 0.
-Kind 3, the same with weights of IEEE 754 binary16: an odd number of them is followed by two bytes of
-padding.
+Kind 3, the same with weights of IEEE 754 binary16: an odd number of them is followed by two bytes
+of padding.
 Kind 2, state space (state_space.py): n_states, n_values >= 1; units 3 tanh, 5 cubic, 6 gated.
 n_arguments = n_states + n_drive + 1, of gated units n_schedule + 1; n_products = n_states +
 n_gated of gated units, else V is absent and n_gated = n_schedule = 0; n_rows = n_values (1 +

@@ -31,6 +31,7 @@ from slide_fmu.stability import (
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.systems.reference_fmu import write_reference_fmu
 from slide_fmu.validation import Task, Validation, validate
+from slide_fmu.weights import rounding_loss, with_weights
 
 Advance = Callable[[int, int, str], None]
 """Called with the work done, the work to do, and a remark."""
@@ -218,16 +219,23 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
     }
 
 
-def export_recipe(job: Job, path: Path | None) -> Path:
+def export_recipe(
+    job: Job, path: Path | None, weights: str | None = None
+) -> tuple[Path, dict[str, Any] | None]:
     """Write the FMU of a trained recipe.
 
     An FMU of the same surrogate that ``run`` has finished keeps its report and measured error.
 
     Args:
         path: the FMU to write; if None, that of the run folder.
+        weights: precision of the weights of layers (``with_weights``); as they are if None.
+
+    Returns:
+        The path, and what rounding to float16 changes (``rounding_loss``).
 
     Raises:
         StageError: nothing was trained.
+        ValueError: no such precision.
     """
     trained = job.folder.load_surrogate(job.recipe)
     surrogate, origin = trained.surrogate, provenance(job, trained.versions)
@@ -238,20 +246,40 @@ def export_recipe(job: Job, path: Path | None) -> Path:
         other, found = read_fmu(finished)
         same = {key: value for key, value in (found or {}).items() if key in origin} == origin
         if same and other.to_bytes() == surrogate.to_bytes():
-            return export_again(finished, path)
-    return export_fmu(surrogate, path, provenance=origin)
+            return export_again(finished, path, weights)
+    stored, loss = _stored(surrogate, weights)
+    return export_fmu(stored, path, provenance=origin), loss
 
 
-def export_again(source: Path, path: Path) -> Path:
+def export_again(
+    source: Path, path: Path, weights: str | None = None
+) -> tuple[Path, dict[str, Any] | None]:
     """Write the surrogate of an FMU as FMU again, with this version's runtime.
+
+    Args:
+        weights: as of ``export_recipe``.
+
+    Returns:
+        As of ``export_recipe``.
 
     Raises:
         FmuError: the source is no FMU of slide-fmu.
+        ValueError: no such precision.
     """
     surrogate, found = read_fmu(source)
     page = read_member(source, "documentation/index.html")
     documentation = {} if page is None else {"index.html": page}
-    return export_fmu(surrogate, path, provenance=found, documentation=documentation)
+    stored, loss = _stored(surrogate, weights)
+    exported = export_fmu(stored, path, provenance=found, documentation=documentation)
+    return exported, loss
+
+
+def _stored(surrogate: Surrogate, weights: str | None) -> tuple[Surrogate, dict[str, Any] | None]:
+    """The surrogate with weights of a precision, and what rounding them changes."""
+    if weights is None:
+        return surrogate, None
+    stored = with_weights(surrogate, weights)
+    return stored, rounding_loss(surrogate, stored) if weights == "float16" else None
 
 
 def write_reference(recipe: Recipe, path: Path) -> Path:

@@ -18,7 +18,7 @@ from slide_fmu.surrogate import Surrogate
 
 Weights = Literal["float32", "float16"]
 SEED, RECORDS, WINDOWS, KNOTS = 20_261_120, 8, 4, 12
-"""Random inputs of the comparison: its seed, records, their length in windows, knots per window."""
+"""Random inputs of the comparison: seed, records, their length in windows, knots per window."""
 
 
 def with_weights(surrogate: Surrogate, weights: str) -> Surrogate:
@@ -45,9 +45,7 @@ def _stored(network: Network, weights: str) -> Network:
         return network
     half, layers, skip = weights == "float16", network.layers, network.skip
     if half:
-        layers = tuple(
-            replace(layer, weights=rounded_to_half(layer.weights)) for layer in layers
-        )
+        layers = tuple(replace(layer, weights=rounded_to_half(layer.weights)) for layer in layers)
         skip = None if skip is None else rounded_to_half(skip)
     return FeedForward(layers, network.n_samples, network.features, skip, network.ages, half)
 

@@ -126,6 +126,8 @@ class NativeSurrogate:
         count = _available_cores() if threads is None else threads
         if count < 1:
             raise ValueError(f"threads {threads}; expected at least one")
+        if len(array) == 0:
+            return np.empty((0, window.n_out, len(surrogate.outputs)))
         record, step = _record_behind(array)
         if not np.all(np.isfinite(record)):
             raise ValueError("windows hold values that are not finite; expected numbers")
@@ -210,20 +212,25 @@ def _sees_single_inputs(network: FeedForward) -> bool:
 
 
 def _record_behind(windows: FloatArray) -> tuple[FloatArray, int]:
-    """The record (samples, channels) that windows are cut from, and the samples between them."""
+    """The record (samples, channels) that windows are cut from, and the samples between them.
+
+    Windows that are no parts of a record are laid out one after the other.
+    """
     count, n_in, channels = windows.shape
     between, sample, _ = windows.strides
     if sample <= 0 or not 0 <= between <= n_in * sample or between % sample:
         windows = np.ascontiguousarray(windows)
         between, sample, _ = windows.strides
     step = between // sample if count > 1 else n_in
-    samples = (max(count, 1) - 1) * step + n_in if count else 0
-    shape, strides = (samples, channels), (sample, windows.strides[2])
+    shape = ((count - 1) * step + n_in, channels)
+    strides = (sample, windows.strides[2])
     return np.lib.stride_tricks.as_strided(windows, shape, strides, writeable=False), step
 
 
 def _available_cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return (
+        len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    )
 
 
 def _library() -> ctypes.CDLL:

@@ -10,6 +10,7 @@ import importlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 from pythonfmu import FmuBuilder
 
@@ -187,9 +188,12 @@ class NumpySurrogate(Fmi2Slave):
 
 
 def python_fmu(surrogate: Surrogate, folder: Path) -> Path:
-    """The surrogate as FMU by PythonFMU and numpy."""
+    """The surrogate as FMU by PythonFMU and numpy; it works as long as the folder is there.
+
+    Its module has a name of its own: the process that loads it keeps modules by their names.
+    """
     surrogate.save(folder / "surrogate.slide")
-    script = folder / "numpysurrogate.py"
+    script = folder / f"numpy_{uuid4().hex}.py"
     script.write_text(SCRIPT.format(path=str(folder / "surrogate.slide")), encoding="utf-8")
     importlib.invalidate_caches()
     return Path(FmuBuilder.build_FMU(script, dest=folder))

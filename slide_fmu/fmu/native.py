@@ -48,7 +48,8 @@ def kernels() -> list[str]:
     Raises:
         NativeError: there is no compiled library.
     """
-    library, names = _library(), []
+    library = _library()
+    names: list[str] = []
     while (name := library.slide_native_kernel(ctypes.c_size_t(len(names)))) is not None:
         names.append(name.decode().removeprefix("slide_kernel_"))
     return names

@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 from fmu.samples import CellShape, Shape, random_surrogate
+from typer.testing import CliRunner
 
+from slide_fmu.cli import app
+from slide_fmu.fmu.build import build_all
+from slide_fmu.fmu.check import check_fmu
+from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.network import FeedForward, Layer, rounded_to_half
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.weights import rounding_loss, with_weights
@@ -60,3 +68,27 @@ def test_weights_that_are_no_halves_are_refused() -> None:
     layers = tuple(Layer(y.weights + np.float32(1e-5), y.bias, "relu") for y in network.layers)
     with pytest.raises(ValueError, match="round it"):
         FeedForward(layers, network.n_samples, network.features, half=True)
+
+
+def test_export_says_what_rounding_costs(tmp_path: Path) -> None:
+    build_all()
+    source = export_fmu(random_surrogate(LAYERS), tmp_path / "source.fmu")
+    target = tmp_path / "half.fmu"
+    arguments = ["export", str(source), "--weights", "float16", "-o", str(target), "--json", "-"]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["rounding"]["outputs"][0]["relative_rms_change"] > 0
+    assert "y0 changes by" in result.stderr
+    surrogate, _ = read_fmu(target)
+    assert isinstance(surrogate.network, FeedForward)
+    assert surrogate.network.half
+    assert check_fmu(target) == []
+
+
+def test_export_refuses_other_precisions(tmp_path: Path) -> None:
+    build_all()
+    source = export_fmu(random_surrogate(LAYERS), tmp_path / "source.fmu")
+    arguments = ["export", str(source), "--weights", "int8", "-o", str(tmp_path / "x.fmu")]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 1
+    assert "float32" in result.stderr

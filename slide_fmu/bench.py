@@ -273,8 +273,6 @@ class _Run:
         scaled = self.surrogate.input_scaling.apply(self.record)
         stepper, row = network.stepper(), scaled[0]
         self.singles["numpy"] = lambda: stepper.step(row)
-        windows = self.surrogate.input_scaling.apply(self.windows)
-        self.batches["numpy"] = lambda: network.block(windows, network.n_out)
         self.remarks["onnxruntime"] = "a state-space network goes from step to step: no such graph"
         try:
             self.singles["torch"] = partial(TorchCells(network).step, row)

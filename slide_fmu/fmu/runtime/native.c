@@ -105,16 +105,16 @@ int slide_native_cells(SlideNative *native, const double *const *windows, size_t
 }
 
 static void run_network(SlideNative *native, float value) {
-    const SlideNetwork *network = &native->network;
-    if (network->kind == SLIDE_STATE_SPACE) {
-        network->cells.features[0] = value;
-        slide_cells_run(&network->cells, native->kernel, &native->network_state.cells);
-        native->network_state.cells.states[0] = network->cells.next[0];
+    const SlideCells *cells = &native->model.predictor.cells;
+    SlideNetworkState *state = &native->state.predictor;
+    if (native->network.kind == SLIDE_STATE_SPACE) {
+        cells->features[0] = value;
+        slide_cells_run(cells, native->model.kernel, &state->cells);
+        state->cells.states[0] = cells->next[0];
     } else {
-        float *window = native->state.predictor.layers.ring;
-        window[0] = value;
-        native->found =
-            *slide_feed_forward_evaluate(&network->layers.stack, native->kernel, window);
+        state->layers.ring[0] = value;
+        native->found = *slide_feed_forward_evaluate(&native->network.layers.stack,
+                                                     native->kernel, state->layers.ring);
     }
 }
 

@@ -17,6 +17,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from slide_fmu import pipeline
+from slide_fmu.bench import SYNTHETIC, Effort, bench_fmu, bench_synthetic
 from slide_fmu.fmu.check import check_fmu
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.fmu.platforms import checked_version
@@ -188,6 +189,10 @@ def export(
     fmi: Annotated[
         int, typer.Option("--fmi", min=2, max=3, help="Version of the standard: 2 or 3.")
     ] = 2,
+    weights: Annotated[
+        str | None,
+        typer.Option(help="float32 or float16 for feed-forward layers; as they are if not given."),
+    ] = None,
     sources: Annotated[
         bool, typer.Option("--source", help="With C sources, for targets of your own compiler.")
     ] = False,
@@ -197,22 +202,27 @@ def export(
     description: Annotated[
         Path | None, typer.Option("--description", help="TOML file about a torch module.")
     ] = None,
+    json_path: JsonOption = None,
     seed: TrainingSeedOption = None,
     data_seed: DataSeedOption = None,
     runs: RunsOption = Path("runs"),
 ) -> None:
     """Write the FMU of a trained recipe, or an FMU again with this version's runtime."""
     with progress_bars() as bar:
-        form = pipeline.Form(checked_version(fmi), sources)
+        form = pipeline.Form(checked_version(fmi), sources, weights)
         if backend == Backend.python or is_module(source):
-            path = pipeline.export_torch(source, backend == Backend.python, description, output)
+            pipeline.refuse_native_form(source, backend == Backend.python, form)
+            path, loss = pipeline.export_torch(source, description, output), None
         elif source.suffix == ".toml":
             job = pipeline.open_job(source, runs, bar, seed, data_seed)
-            path = pipeline.export_recipe(job, output, form)
+            path, loss = pipeline.export_recipe(job, output, form)
         elif output is None:
             raise ValueError("export of an FMU: where to? give the FMU to write with -o PATH")
         else:
-            path = pipeline.export_again(source, output, form)
+            path, loss = pipeline.export_again(source, output, form)
+        _write_json(json_path, {"fmu": str(path), "rounding": loss})
+    if loss is not None:
+        _show_rounding(loss)
     console.print(f"FMU     {path}", highlight=False)
 
 
@@ -287,6 +297,32 @@ def check(fmu: FmuArgument, json_path: JsonOption = None) -> None:
 
 
 @app.command()
+def bench(
+    fmu: Annotated[
+        Path | None, typer.Argument(help="FMU made by slide-fmu; or give --synthetic.")
+    ] = None,
+    synthetic: Annotated[
+        str | None,
+        typer.Option(help=f"A network with random weights instead: {', '.join(SYNTHETIC)}."),
+    ] = None,
+    json_path: JsonOption = None,
+    rounds: Annotated[int, typer.Option(min=1, help="Rounds; all take turns.")] = Effort.rounds,
+    steps: Annotated[int, typer.Option(min=1, help="Steps of each in a round.")] = Effort.steps,
+) -> None:
+    """Time an FMU beside the memory's limit and the same network elsewhere, in one run."""
+    with _errors():
+        effort = Effort(rounds, steps)
+        if (fmu is None) == (synthetic is None):
+            raise ValueError("bench: give either an FMU or --synthetic NAME")
+        figures = (
+            bench_fmu(fmu, effort) if fmu is not None else bench_synthetic(str(synthetic), effort)
+        )
+        _write_json(json_path, figures)
+    if json_path != "-":
+        Console().print_json(json.dumps(figures))
+
+
+@app.command()
 def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
     """What an FMU is: signals, window, network, measured error, provenance."""
     with _errors():
@@ -336,6 +372,25 @@ def _show_validation(figures: dict[str, Any], title: str) -> None:
             f"error estimate: mean relative deviation "
             f"{100 * estimate['mean_relative_deviation']:.3g} %, 95 % within "
             f"{100 * estimate['p95_relative_deviation']:.3g} %",
+            highlight=False,
+        )
+
+
+def _show_rounding(loss: dict[str, Any]) -> None:
+    """What float16 changes, output by output."""
+    if not loss["predictor_rounded"]:
+        console.print("float16: the surrogate's network has no layers; it stays float32")
+    for output in loss["outputs"]:
+        console.print(
+            f"float16: {output['name']} changes by {output['rms_change']:.3g} {output['unit']} "
+            f"(RMS), {100 * output['relative_rms_change']:.3g} % of its spread, on inputs that "
+            f"are {loss['inputs']}",
+            highlight=False,
+        )
+    if loss["estimator_rounded"]:
+        console.print(
+            f"float16: error estimates change by {100 * loss['relative_estimate_change']:.3g} % "
+            "(RMS)",
             highlight=False,
         )
 

@@ -6,7 +6,7 @@ import platform
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
@@ -43,6 +43,7 @@ from slide_fmu.surrogate import Surrogate
 from slide_fmu.systems.input_source import write_input_source
 from slide_fmu.systems.reference_fmu import write_reference_fmu
 from slide_fmu.validation import Task, Validation, validate
+from slide_fmu.weights import rounding_loss, with_weights
 
 Advance = Callable[[int, int, str], None]
 """Called with the work done, the work to do, and a remark."""
@@ -83,10 +84,12 @@ class Form:
     Attributes:
         fmi: version of the standard.
         sources: with C sources.
+        weights: precision of the weights of layers (``with_weights``); as they are if None.
     """
 
     fmi: FmiVersion = 2
     sources: bool = False
+    weights: str | None = None
 
 
 def open_job(
@@ -243,7 +246,9 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
     }
 
 
-def export_recipe(job: Job, path: Path | None, form: Form = Form()) -> Path:
+def export_recipe(
+    job: Job, path: Path | None, form: Form = Form()
+) -> tuple[Path, dict[str, Any] | None]:
     """Write the FMU of a trained recipe.
 
     An FMU of the same surrogate that ``run`` has finished keeps its report and measured error.
@@ -252,8 +257,12 @@ def export_recipe(job: Job, path: Path | None, form: Form = Form()) -> Path:
         path: the FMU to write; if None, that of the run folder.
         form: which FMU is written.
 
+    Returns:
+        The path, and what rounding to float16 changes (``rounding_loss``); None without.
+
     Raises:
         StageError: nothing was trained.
+        ValueError: no such precision.
     """
     trained = job.folder.load_surrogate(job.recipe)
     surrogate, origin = trained.surrogate, provenance(job, trained.versions)
@@ -265,10 +274,12 @@ def export_recipe(job: Job, path: Path | None, form: Form = Form()) -> Path:
         same = {key: value for key, value in (found or {}).items() if key in origin} == origin
         if same and other.to_bytes() == surrogate.to_bytes():
             return export_again(finished, path, form)
-    return export_fmu(surrogate, path, fmi=form.fmi, provenance=origin, sources=form.sources)
+    return _write_form(surrogate, path, form, provenance=origin)
 
 
-def export_again(source: Path, path: Path, form: Form = Form()) -> Path:
+def export_again(
+    source: Path, path: Path, form: Form = Form()
+) -> tuple[Path, dict[str, Any] | None]:
     """Write the surrogate of an FMU as FMU of either standard, with this version's runtime.
 
     Args:
@@ -276,33 +287,50 @@ def export_again(source: Path, path: Path, form: Form = Form()) -> Path:
         path: the FMU to write.
         form: which FMU is written.
 
+    Returns:
+        As of ``export_recipe``.
+
     Raises:
         FmuError: the source is no FMU of slide-fmu.
+        ValueError: no such precision.
     """
     surrogate, found = read_fmu(source)
     page = read_member(source, "documentation/index.html")
     documentation = {} if page is None else {"index.html": page}
-    return export_fmu(
-        surrogate,
+    return _write_form(surrogate, path, form, provenance=found, documentation=documentation)
+
+
+def _write_form(
+    surrogate: Surrogate,
+    path: Path,
+    form: Form,
+    *,
+    provenance: dict[str, object] | None,
+    documentation: Mapping[str, bytes] | None = None,
+) -> tuple[Path, dict[str, Any] | None]:
+    """Write a surrogate as FMU of a form; what rounding changes."""
+    stored = surrogate if form.weights is None else with_weights(surrogate, form.weights)
+    export_fmu(
+        stored,
         path,
         fmi=form.fmi,
-        provenance=found,
+        provenance=provenance,
         documentation=documentation,
         sources=form.sources,
     )
+    return path, rounding_loss(surrogate, stored) if form.weights == "float16" else None
 
 
-def export_torch(source: Path, python: bool, description: Path | None, path: Path | None) -> Path:
-    """Write a torch module as FMU that needs Python where it runs.
+def refuse_native_form(source: Path, python: bool, form: Form) -> None:
+    """Refuse what the python backend cannot make.
 
     Args:
         source: file of a scripted or exported module.
-        python: whether such an FMU was asked for.
-        description: TOML file about the module.
-        path: the FMU to write.
+        python: whether an FMU that needs Python was asked for.
+        form: which FMU was asked for.
 
     Raises:
-        ModuleError: an argument is missing, or the module or its description cannot be used.
+        ModuleError: with what was asked for, and the remedy.
     """
     if not is_module(source):
         raise ModuleError(
@@ -314,6 +342,24 @@ def export_torch(source: Path, python: bool, description: Path | None, path: Pat
             f"{source} is a torch module; the native runtime runs exactly what slide-fmu trains, "
             "and nothing else: add --backend python for an FMU that needs Python where it runs"
         )
+    if form != Form():
+        raise ModuleError(
+            f"{source}: the python backend writes the module as it is, as FMI 2.0; leave out "
+            "--fmi 3, --source and --weights, which are for native FMUs"
+        )
+
+
+def export_torch(source: Path, description: Path | None, path: Path | None) -> Path:
+    """Write a torch module as FMU that needs Python where it runs.
+
+    Args:
+        source: file of a scripted or exported module.
+        description: TOML file about the module.
+        path: the FMU to write.
+
+    Raises:
+        ModuleError: an argument is missing, or the module or its description cannot be used.
+    """
     if description is None or path is None:
         raise ModuleError(
             f"{source}: what are its signals, and where to? give --description signals.toml and "

@@ -34,9 +34,17 @@ HASHES = Path(__file__).parent / "libraries.sha256"
 BASELINE = {"x86_64": "x86_64_v2", "aarch64": "baseline"}
 """Processor that the code is compiled for, by architecture."""
 
+AVX2 = "x86_64_v2+avx2+fma+f16c-slow_unaligned_mem_32"
+"""x86-64-v3 as far as kernels use it. Processors of v2 read 32 bytes at once slowly where they are
+not aligned: no reason to split such reads on others."""
+
 KERNELS = {
-    "x86_64": {"slide_kernel_baseline": "x86_64_v2", "slide_kernel_avx2": "x86_64_v2+avx2+fma"},
-    "aarch64": {"slide_kernel_baseline": "baseline"},
+    "x86_64": {
+        "slide_kernel_baseline": BASELINE["x86_64"],
+        "slide_kernel_avx2": AVX2,
+        "slide_kernel_avx512": f"{AVX2}+avx512f+avx512dq+avx512bw+avx512vl",
+    },
+    "aarch64": {"slide_kernel_baseline": BASELINE["aarch64"]},
 }
 """Kernel table and the instruction set it is compiled for, by architecture."""
 

@@ -15,7 +15,7 @@ from slide_fmu.fmu.build import RUNTIME
 FOLDER = "sources"
 NAMES = "own_names.h"
 BYTES_IN_A_LINE = 24
-LEFT_OUT = ("fmi3",)
+LEFT_OUT = ("batch", "fmi3", "native")
 """Begins of the names of files that belong to something else."""
 
 _FUNCTION = re.compile(r"^FMI2_Export .*?\b(fmi2\w+)\(", re.MULTILINE)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import subprocess
 import sys
@@ -245,17 +244,6 @@ except Exception as error:
     result = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert result.returncode == 0, result.stderr
     assert "refused:" in result.stdout
-
-
-def test_benchmark_of_the_step_runs(duffing: Finished) -> None:
-    root = Path(__file__).parents[2]
-    command = [sys.executable, str(root / "tests" / "benchmarks" / "do_step.py")]
-    command += [str(duffing.fmu), "--steps", "30", "--rounds", "1"]
-    result = subprocess.run(
-        command, capture_output=True, text=True, timeout=120, env={**os.environ}
-    )
-    assert result.returncode == 0, result.stderr
-    assert json.loads(result.stdout)["median_us"]["fmu_step"] > 0
 
 
 NEVER_FORGETS, FORGETS = 0.9999, 0.5

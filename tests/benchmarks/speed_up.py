@@ -18,19 +18,17 @@ read after every step.
 from __future__ import annotations
 
 import argparse
-import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from do_step import fmu_times
 from figures_out import write_figures
-from kernel_time import KernelTime
 from seeds import SPEED_UP
 
 from mbs_models.slider_crank import SliderCrank
+from slide_fmu.bench import fmu_times, part_times
 from slide_fmu.cosim import unpacked
 from slide_fmu.data.sampling import (
     TEST,
@@ -41,7 +39,8 @@ from slide_fmu.data.sampling import (
     reference_system,
     system_parameters,
 )
-from slide_fmu.fmu.export import SURROGATE, read_fmu
+from slide_fmu.fmu.export import read_fmu
+from slide_fmu.fmu.native import NativeSurrogate, Part
 from slide_fmu.recipe import Recipe
 from slide_fmu.run_folder import recipe_of_provenance
 from slide_fmu.surrogate import Surrogate
@@ -68,18 +67,22 @@ def measure(arguments: argparse.Namespace) -> dict[str, Any]:
     models = timers(recipe)
     stream = Stream(TEST, arguments.seed, (1.0, 1.0), window.n_in * window.step)
     drawing = recipe_system(recipe)
-    values = np.random.default_rng(0).uniform(-1, 1, arguments.steps).tolist()
+    values = np.random.default_rng(0).uniform(-1, 1, (arguments.steps, 1))
+    scaling = surrogate.input_scaling
+    rows = scaling.offset + values * scaling.scale
     times: dict[str, list[float]] = {}
-    with tempfile.TemporaryDirectory() as folder, unpacked(arguments.fmu) as fmu:
-        inside = KernelTime(Path(fmu.folder) / SURROGATE, Path(folder))
+    inside = NativeSurrogate(surrogate)
+    with unpacked(arguments.fmu) as fmu:
         for index in range(arguments.rounds):
             drawn = draw(recipe, drawing, stream, index)
             for name, timer in models.items():
                 times.setdefault(name, []).append(timer(drawn))
-            times.setdefault("fmu_step", []).extend(fmu_times(fmu, surrogate, values)[1])
-            times.setdefault("runtime_step", []).extend(inside.step(LOOP) for _ in range(WINDOWS))
+            times.setdefault("fmu_step", []).extend(fmu_times(fmu, surrogate, rows)[1])
+            times.setdefault("runtime_step", []).extend(
+                part_times(inside, Part.STEP, WINDOWS, LOOP)
+            )
             if surrogate.estimator is not None:
-                read = [inside.read_step(LOOP) for _ in range(WINDOWS)]
+                read = part_times(inside, Part.STEP_AND_READ, WINDOWS, LOOP)
                 times.setdefault("runtime_step_and_estimate", []).extend(read)
             windows = window_times(surrogate, drawn)
             times.setdefault("window_in_numpy", []).extend(windows)

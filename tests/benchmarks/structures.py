@@ -22,7 +22,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import tempfile
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
@@ -31,16 +30,17 @@ from typing import Any
 import numpy as np
 import torch
 from figures_out import write_figures
-from kernel_time import KernelTime
 from pydantic import ValidationError
 from seeds import STRUCTURES
 from studies import Trained, simulated_seconds, surrogate_only, trained
 from unseen import Motion, scored, unseen_motions
 
 from slide_fmu import pipeline
+from slide_fmu.bench import part_times
 from slide_fmu.cli import progress_bars
 from slide_fmu.data.sampling import TEST, Stream
 from slide_fmu.errors import rms
+from slide_fmu.fmu.native import NativeSurrogate, Part
 from slide_fmu.recipe import Recipe
 from slide_fmu.surrogate import Surrogate
 
@@ -162,16 +162,11 @@ def step_times(surrogates: Sequence[Surrogate], rounds: int) -> list[dict[str, f
     """Medians of the times inside C in microseconds, all surrogates taking turns."""
     kernels: list[list[float]] = [[] for _ in surrogates]
     steps: list[list[float]] = [[] for _ in surrogates]
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        inside = []
-        for index, surrogate in enumerate(surrogates):
-            surrogate.save(folder / f"{index}.slide")
-            inside.append(KernelTime(folder / f"{index}.slide", folder))
-        for _ in range(rounds * LOOPS):
-            for timer, kernel, step in zip(inside, kernels, steps, strict=True):
-                kernel.append(timer.kernel(LOOP))
-                step.append(timer.step(LOOP))
+    inside = [NativeSurrogate(surrogate) for surrogate in surrogates]
+    for _ in range(rounds * LOOPS):
+        for native, kernel, step in zip(inside, kernels, steps, strict=True):
+            kernel += part_times(native, Part.NETWORK, 1, LOOP)
+            step += part_times(native, Part.STEP, 1, LOOP)
     return [
         {"kernel_us": 1e6 * float(np.median(kernel)), "step_us": 1e6 * float(np.median(step))}
         for kernel, step in zip(kernels, steps, strict=True)

@@ -55,8 +55,10 @@ def build_driver(command: list[str], flags: list[str], program: Path) -> Path:
     ]
     kernel = RUNTIME / "kernel.c"
     units.append((kernel, "baseline", ["-DSLIDE_KERNEL=slide_kernel_baseline"]))
-    avx2 = ["-DSLIDE_KERNEL=slide_kernel_avx2", "-mavx2", "-mfma", "-ffp-contract=fast"]
-    units.append((kernel, "avx2", avx2))
+    wide = ["-mavx2", "-mfma", "-mf16c", "-ffp-contract=fast"]
+    units.append((kernel, "avx2", ["-DSLIDE_KERNEL=slide_kernel_avx2", *wide]))
+    widest = [*wide, "-mavx512f", "-mavx512dq", "-mavx512bw", "-mavx512vl"]
+    units.append((kernel, "avx512", ["-DSLIDE_KERNEL=slide_kernel_avx512", *widest]))
     objects = []
     for source, stem, extra in units:
         objects.append(str(program.with_name(f"{stem}.o")))

@@ -24,6 +24,7 @@ from slide_fmu.serial_chain import SerialChain
 from slide_fmu.signals import Hold, Signal
 from slide_fmu.state_space import StateSpace
 from slide_fmu.surrogate import Surrogate
+from slide_fmu.weights import with_weights
 from slide_fmu.window import Window
 
 STEP = 0.005
@@ -67,6 +68,7 @@ class Shape:
     seed: int = 0
     hold: Hold = "held"
     cell: CellShape | None = None
+    half: bool = False  # layers with weights of float16
 
 
 def random_chain(n: int, seed: int) -> SerialChain:
@@ -223,6 +225,11 @@ def _ranges(shape: Shape, network: FeedForward) -> Float32Array:
 
 def random_surrogate(shape: Shape) -> Surrogate:
     """A surrogate of this shape; its estimator is there when positions > 0."""
+    surrogate = _random_surrogate(shape)
+    return with_weights(surrogate, "float16") if shape.half else surrogate
+
+
+def _random_surrogate(shape: Shape) -> Surrogate:
     rng = np.random.default_rng(shape.seed + 1000)
     window = Window(STEP, shape.n_in, shape.n_out)
     offset = np.clip(rng.normal(size=shape.n_inputs), -2, 2)

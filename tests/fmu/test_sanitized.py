@@ -56,6 +56,7 @@ DIRECTOR = Shape(
     hold="ramp",
     cell=CellShape(2, 2, "gated", turned=1),
 )
+HALVES = Shape(n_in=3, n_out=2, n_inputs=2, hidden=(3,), skip=True, positions=2, half=True)
 ROLES = Shape(n_in=3, n_out=2, differences=2, cell=CellShape(9, 2, "cubic", roles=True, factors=1))
 RAMP = Shape(n_in=4, n_out=2, positions=2, hidden=(3,), hold="ramp", cell=CellShape(9, 9))
 TELLING = [0, 1, 2, 3, 0x7F, 0x80000000, 0xFFFFFFFF, 0x7FC00000, 0x7F800000, 0x40000000, 1 << 20]
@@ -115,7 +116,7 @@ def _python_accepts(data: bytes) -> bool | None:
     return True
 
 
-@pytest.mark.parametrize("shape", [SMALL, ONE_SAMPLE, CELLS, RAMP, GATED, DIRECTOR, ROLES])
+@pytest.mark.parametrize("shape", [SMALL, ONE_SAMPLE, CELLS, RAMP, GATED, DIRECTOR, ROLES, HALVES])
 def test_damaged_payloads(driver: Path, tmp_path: Path, shape: Shape) -> None:
     rng = np.random.default_rng(5)
     contents = list(_damaged(random_surrogate(shape).to_bytes(), rng))
@@ -146,7 +147,7 @@ def test_kernels_are_accurate(driver: Path) -> None:
         assert special == "1", (kernel, what)
 
 
-@pytest.mark.parametrize("shape", [SMALL, CELLS, GATED])
+@pytest.mark.parametrize("shape", [SMALL, CELLS, GATED, HALVES])
 def test_calls(driver: Path, load: Callable[[Surrogate], Loaded], shape: Shape) -> None:
     loaded = load(random_surrogate(shape))
     _run(driver, "calls", loaded.uri, loaded.guid)

@@ -480,7 +480,7 @@ void slide_chain_place(SlideChain *chain, const SlideFeaturesView *view, SlideAr
     chain->n_joints = view->n_inputs;
     chain->write = write_baseline;
 #if !defined(SLIDE_ONE_KERNEL)
-    if (slide_kernel_choose() == &slide_kernel_avx2) {
+    if (slide_kernel_choose() != &slide_kernel_baseline) {
         chain->write = write_avx2;
     }
 #endif

@@ -1,56 +1,89 @@
 #include "feed_forward.h"
 
-static void fill_layer(SlideLayer *layer, const unsigned char *weights, const unsigned char *bias,
-                       size_t n_out) {
-    for (size_t row = 0; row < n_out; ++row) {
+/* Rows of a matrix in the file, and how they are placed. */
+typedef struct {
+    const unsigned char *rows, *bias; /* bias: f32, or NULL for none */
+    size_t n_in, n_out;
+    bool half;  /* f16 in the file, else f32 */
+    bool halve; /* placed as they are there */
+} Source;
+
+static float weight_of(const Source *source, size_t index) {
+    return source->half ? slide_f16(source->rows + 2 * index)
+                        : slide_f32(source->rows + 4 * index);
+}
+
+static void fill_layer(SlideLayer *layer, const Source *source) {
+    for (size_t row = 0; row < source->n_out; ++row) {
         size_t panel = row / SLIDE_PANEL, lane = row % SLIDE_PANEL;
-        float *column = layer->weights + panel * layer->n_in * SLIDE_PANEL + lane;
-        for (size_t i = 0; i < layer->n_in; ++i) {
-            column[i * SLIDE_PANEL] = slide_f32(weights + 4 * (row * layer->n_in + i));
+        for (size_t i = 0; i < source->n_in; ++i) {
+            size_t place = (panel * source->n_in + i) * SLIDE_PANEL + lane;
+            size_t index = row * source->n_in + i;
+            if (source->halve) {
+                layer->halves[place] = slide_u16(source->rows + 2 * index);
+            } else {
+                layer->weights[place] = weight_of(source, index);
+            }
         }
-        layer->bias[row] = bias == NULL ? 0 : slide_f32(bias + 4 * row);
+        layer->bias[row] = source->bias == NULL ? 0 : slide_f32(source->bias + 4 * row);
     }
 }
 
 /* The block comes zeroed, so the padding of the last panel needs no care. */
-static SlideLayer place_layer(const unsigned char *weights, const unsigned char *bias, size_t n_in,
-                              size_t n_out, SlideArena *arena) {
-    SlideLayer layer = {n_in, (n_out + SLIDE_PANEL - 1) / SLIDE_PANEL, 0, NULL, NULL};
-    layer.weights = slide_place(arena, layer.n_panels * n_in, SLIDE_PANEL * sizeof(float));
+static SlideLayer place_layer(const Source *source, SlideArena *arena) {
+    SlideLayer layer = {.n_in = source->n_in,
+                        .n_panels = (source->n_out + SLIDE_PANEL - 1) / SLIDE_PANEL};
+    size_t rows = layer.n_panels * source->n_in;
+    if (source->halve) {
+        layer.halves = slide_place(arena, rows, SLIDE_PANEL * sizeof(uint16_t));
+    } else {
+        layer.weights = slide_place(arena, rows, SLIDE_PANEL * sizeof(float));
+    }
     layer.bias = slide_place(arena, layer.n_panels, SLIDE_PANEL * sizeof(float));
     if (arena->base != NULL) {
-        fill_layer(&layer, weights, bias, n_out);
+        fill_layer(&layer, source);
     }
     return layer;
 }
 
 void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *view,
-                              uint32_t n_kept, SlideArena *arena) {
-    size_t widest = 0, n_dropped = view->n_values - n_kept;
+                              uint32_t n_kept, const SlideKernel *kernel, SlideArena *arena) {
+    const size_t n_dropped = view->n_values - n_kept, size = view->half ? 2 : 4;
+    const bool halve = view->half && kernel->affine_half != NULL;
     const unsigned char *at = view->layers;
     network->n_layers = view->n_layers;
     network->layers = slide_place(arena, view->n_layers, sizeof *network->layers);
+    network->widest = 0;
     for (uint32_t i = 0; i < view->n_layers; ++i) {
-        SlideLayerView source;
-        at = slide_layer_view(at, &source);
+        SlideLayerView found;
+        at = slide_layer_view(at, view->half, &found);
         size_t first = i + 1 == view->n_layers ? n_dropped : 0;
-        SlideLayer layer = place_layer(source.weights + 4 * first * source.n_in,
-                                       source.bias + 4 * first, source.n_in,
-                                       source.n_out - first, arena);
-        layer.activation = source.activation;
-        widest = layer.n_panels > widest ? layer.n_panels : widest;
+        Source source = {found.weights + size * first * found.n_in, found.bias + 4 * first,
+                         found.n_in, found.n_out - first, view->half, halve};
+        SlideLayer layer = place_layer(&source, arena);
+        layer.activation = found.activation;
+        network->widest = layer.n_panels > network->widest ? layer.n_panels : network->widest;
         if (arena->base != NULL) {
             network->layers[i] = layer;
         }
     }
-    network->skip = (SlideLayer){0, 0, 0, NULL, NULL};
+    network->skip = (SlideLayer){0};
     if (view->skip != NULL) {
-        const unsigned char *rows = view->skip + 4 * n_dropped * view->n_first;
-        network->skip = place_layer(rows, NULL, view->n_first, n_kept, arena);
+        Source source = {view->skip + size * n_dropped * view->n_first, NULL, view->n_first,
+                         n_kept, view->half, halve};
+        network->skip = place_layer(&source, arena);
     }
-    network->widest = widest;
-    network->scratch[0] = slide_place(arena, widest, SLIDE_PANEL * sizeof(float));
-    network->scratch[1] = slide_place(arena, widest, SLIDE_PANEL * sizeof(float));
+    network->scratch[0] = slide_place(arena, network->widest, SLIDE_PANEL * sizeof(float));
+    network->scratch[1] = slide_place(arena, network->widest, SLIDE_PANEL * sizeof(float));
+}
+
+void slide_layer_affine(const SlideLayer *layer, const SlideKernel *kernel, const float *start,
+                        const float *x, float *y) {
+    if (layer->halves != NULL) {
+        kernel->affine_half(layer->halves, start, x, layer->n_in, layer->n_panels, y);
+    } else {
+        kernel->affine(layer->weights, start, x, layer->n_in, layer->n_panels, y);
+    }
 }
 
 const float *slide_feed_forward_evaluate(const SlideFeedForward *network,
@@ -60,11 +93,10 @@ const float *slide_feed_forward_evaluate(const SlideFeedForward *network,
     for (uint32_t i = 0; i < network->n_layers; ++i) {
         const SlideLayer *layer = &network->layers[i];
         y = network->scratch[i % 2];
-        kernel->affine(layer->weights, layer->bias, x, layer->n_in, layer->n_panels, y);
+        slide_layer_affine(layer, kernel, layer->bias, x, y);
         kernel->activate(layer->activation, y, layer->n_panels * SLIDE_PANEL);
         x = y;
     }
-    const SlideLayer *skip = &network->skip;
-    kernel->affine(skip->weights, y, window, skip->n_in, skip->n_panels, y);
+    slide_layer_affine(&network->skip, kernel, y, window, y);
     return y;
 }

@@ -4,31 +4,193 @@
 #include <stdbool.h>
 #include <string.h>
 
+#if defined(__F16C__)
+#include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
+#endif
+
 #define TEXT_OF(name) #name
 #define TEXT(name) TEXT_OF(name)
 
 /* Vector extension of GCC and Clang: a quarter of a panel, at any alignment. */
 typedef float Lanes __attribute__((vector_size(32), aligned(4), may_alias));
 
-/* The four sums stay in registers; each output adds its terms in the order of the inputs. */
-static void affine(const float *weights, const float *start, const float *x, size_t n_in,
-                   size_t n_panels, float *y) {
+/* As much of a panel as one register holds, 16 numbers with AVX-512 and else 8, which are two
+ * registers of SSE or NEON; sums of each output in one pass; rows that a pass over weights serves.
+ * All sums of a pass fit in the registers. */
+#if defined(__AVX512F__)
+enum { WIDTH = 16, N_CHAINS = 2, N_ROWS = 12 };
+#elif defined(__AVX2__) || defined(__aarch64__)
+enum { WIDTH = 8, N_CHAINS = 2, N_ROWS = 6 };
+#else
+enum { WIDTH = 8, N_CHAINS = 1, N_ROWS = 2 };
+#endif
+typedef float Wide __attribute__((vector_size(4 * WIDTH), aligned(4), may_alias));
+
+enum { PARTS = SLIDE_PANEL / WIDTH, STRIP = 2 * WIDTH, PREFETCH = 4096 /* bytes */ };
+
+typedef enum { FLOATS, HALVES } Format;
+
+#if defined(__AVX512F__)
+#define HAS_HALVES
+static inline Wide widened(const uint16_t *halves) {
+    return _mm512_cvtph_ps(_mm256_loadu_si256((const __m256i *)(const void *)halves));
+}
+#elif defined(__F16C__)
+#define HAS_HALVES
+static inline Wide widened(const uint16_t *halves) {
+    return _mm256_cvtph_ps(_mm_loadu_si128((const __m128i *)(const void *)halves));
+}
+#elif defined(__aarch64__)
+#define HAS_HALVES
+static inline Wide widened(const uint16_t *halves) {
+    const float16x8_t narrow = vreinterpretq_f16_u16(vld1q_u16(halves));
+    const float32x4_t parts[] = {vcvt_f32_f16(vget_low_f16(narrow)), vcvt_high_f32_f16(narrow)};
+    Wide wide;
+    memcpy(&wide, parts, sizeof wide);
+    return wide;
+}
+#endif
+
+static inline void load(Wide *part, const void *weights, size_t place, Format format) {
+#if defined(HAS_HALVES)
+    if (format == HALVES) {
+        *part = widened((const uint16_t *)weights + place);
+        return;
+    }
+#endif
+    (void)format;
+    *part = *(const Wide *)((const float *)weights + place);
+}
+
+/* Panels are read once, in order; what comes next is fetched early, beyond the end of a layer too:
+ * there the next one lies. */
+static inline void fetch_ahead(const void *weights, size_t place, Format format) {
+    const size_t size = format == HALVES ? sizeof(uint16_t) : sizeof(float);
+    const uintptr_t ahead = (uintptr_t)weights + place * size + PREFETCH;
+    for (size_t line = 0; line < SLIDE_PANEL * size; line += 64) {
+        __builtin_prefetch((const void *)(ahead + line));
+    }
+}
+
+/* Each output adds its terms in the order of the inputs, in chains that take turns, so that an
+ * addition need not wait for the one before. */
+static inline void affine_of(const void *weights, Format format, const float *start,
+                             const float *x, size_t n_in, size_t n_panels, float *y) {
+    size_t place = 0;
     for (size_t panel = 0; panel < n_panels; ++panel) {
-        const Lanes *first = (const Lanes *)start;
-        Lanes a = first[0], b = first[1], c = first[2], d = first[3];
-        for (size_t i = 0; i < n_in; ++i) {
-            const Lanes *w = (const Lanes *)weights;
-            a += x[i] * w[0];
-            b += x[i] * w[1];
-            c += x[i] * w[2];
-            d += x[i] * w[3];
-            weights += SLIDE_PANEL;
+        Wide sums[N_CHAINS][PARTS] = {{{0}}};
+        for (size_t part = 0; part < PARTS; ++part) {
+            sums[0][part] = ((const Wide *)start)[part];
         }
-        Lanes *result = (Lanes *)y;
-        result[0] = a, result[1] = b, result[2] = c, result[3] = d;
+        size_t i = 0;
+        for (; i + N_CHAINS <= n_in; i += N_CHAINS) {
+            for (size_t chain = 0; chain < N_CHAINS; ++chain, place += SLIDE_PANEL) {
+                fetch_ahead(weights, place, format);
+                for (size_t part = 0; part < PARTS; ++part) {
+                    Wide w;
+                    load(&w, weights, place + WIDTH * part, format);
+                    sums[chain][part] += x[i + chain] * w;
+                }
+            }
+        }
+        for (; i < n_in; ++i, place += SLIDE_PANEL) {
+            for (size_t part = 0; part < PARTS; ++part) {
+                Wide w;
+                load(&w, weights, place + WIDTH * part, format);
+                sums[0][part] += x[i] * w;
+            }
+        }
+        for (size_t part = 0; part < PARTS; ++part) {
+            for (size_t chain = 1; chain < N_CHAINS; ++chain) {
+                sums[0][part] += sums[chain][part];
+            }
+            ((Wide *)y)[part] = sums[0][part];
+        }
         start += SLIDE_PANEL;
         y += SLIDE_PANEL;
     }
+}
+
+static void affine(const float *weights, const float *start, const float *x, size_t n_in,
+                   size_t n_panels, float *y) {
+    affine_of(weights, FLOATS, start, x, n_in, n_panels, y);
+}
+
+/* N_ROWS rows of x and a strip of a panel: y = start + weights x. */
+static inline void affine_strip(const void *weights, Format format, size_t n_in,
+                                const float *const *x, const float *start, size_t start_stride,
+                                float *y, size_t y_stride) {
+    Wide sums[N_ROWS][2];
+    for (size_t row = 0; row < N_ROWS; ++row) {
+        const Wide *first = (const Wide *)(start + row * start_stride);
+        sums[row][0] = first[0], sums[row][1] = first[1];
+    }
+    for (size_t i = 0; i < n_in; ++i) {
+        Wide a, b;
+        load(&a, weights, i * SLIDE_PANEL, format);
+        load(&b, weights, i * SLIDE_PANEL + WIDTH, format);
+        for (size_t row = 0; row < N_ROWS; ++row) {
+            sums[row][0] += x[row][i] * a;
+            sums[row][1] += x[row][i] * b;
+        }
+    }
+    for (size_t row = 0; row < N_ROWS; ++row) {
+        Wide *result = (Wide *)(y + row * y_stride);
+        result[0] = sums[row][0], result[1] = sums[row][1];
+    }
+}
+
+static inline void affine_rows_of(const void *weights, Format format, size_t n_in,
+                                  size_t n_panels, const SlideRows *rows) {
+    const size_t size = format == HALVES ? sizeof(uint16_t) : sizeof(float);
+    const size_t width = n_panels * SLIDE_PANEL;
+    for (size_t at = 0; at < width; at += STRIP) {
+        const size_t panel = at / SLIDE_PANEL, lane = at % SLIDE_PANEL;
+        const char *strip = (const char *)weights + size * (panel * n_in * SLIDE_PANEL + lane);
+        for (size_t row = 0; row < rows->count; row += N_ROWS) {
+            affine_strip(strip, format, n_in, rows->x + row,
+                         rows->start + row * rows->start_stride + at, rows->start_stride,
+                         rows->y + row * width + at, width);
+        }
+    }
+}
+
+static void affine_rows(const float *weights, size_t n_in, size_t n_panels,
+                        const SlideRows *rows) {
+    affine_rows_of(weights, FLOATS, n_in, n_panels, rows);
+}
+
+#if defined(HAS_HALVES)
+static void affine_half(const uint16_t *weights, const float *start, const float *x, size_t n_in,
+                        size_t n_panels, float *y) {
+    affine_of(weights, HALVES, start, x, n_in, n_panels, y);
+}
+
+static void affine_rows_half(const uint16_t *weights, size_t n_in, size_t n_panels,
+                             const SlideRows *rows) {
+    affine_rows_of(weights, HALVES, n_in, n_panels, rows);
+}
+#endif
+
+/* As fast as a processor can read: sums of whole lines that do not wait for each other. */
+static float read_through(const float *values, size_t count) {
+    enum { N_SUMS = 8 };
+    Wide sums[N_SUMS] = {{0}};
+    float sum = 0;
+    for (size_t i = 0; i + N_SUMS * WIDTH <= count; i += N_SUMS * WIDTH) {
+        for (size_t part = 0; part < N_SUMS; ++part) {
+            __builtin_prefetch((const void *)((uintptr_t)(values + i + part * WIDTH) + PREFETCH));
+            sums[part] += *(const Wide *)(values + i + part * WIDTH);
+        }
+    }
+    for (size_t part = 0; part < N_SUMS; ++part) {
+        for (size_t lane = 0; lane < WIDTH; ++lane) {
+            sum += sums[part][lane];
+        }
+    }
+    return sum;
 }
 
 /* exp(x) - 1 for x <= 0 (0 for others), error below 1.2e-7: x = n ln 2 + r, Taylor polynomial in r, and
@@ -288,4 +450,16 @@ static void advance_gated(const SlideGatedCell *cell, const float *features, con
     affine_pair(cell->to_rows, shared, moved, cell->n_states, cell->row_panels, rows);
 }
 
-const SlideKernel SLIDE_KERNEL = {TEXT(SLIDE_KERNEL), affine, activate, advance, advance_gated};
+const SlideKernel SLIDE_KERNEL = {
+    .name = TEXT(SLIDE_KERNEL),
+    .affine = affine,
+    .affine_rows = affine_rows,
+#if defined(HAS_HALVES)
+    .affine_half = affine_half,
+    .affine_rows_half = affine_rows_half,
+#endif
+    .read_through = read_through,
+    .activate = activate,
+    .advance = advance,
+    .advance_gated = advance_gated,
+};

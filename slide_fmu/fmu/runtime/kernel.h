@@ -8,7 +8,8 @@
 
 enum {
     SLIDE_PANEL = 32, /* outputs of a layer that are computed together */
-    SLIDE_LANES = 8   /* the same in a cell, whose matrices are small */
+    SLIDE_LANES = 8,  /* the same in a cell, whose matrices are small */
+    SLIDE_ROWS = 12   /* rows of a batch come in multiples of it */
 };
 
 /* A cell of a state-space network (slide_fmu/state_space.py) in the layout of the kernel. Matrices
@@ -43,12 +44,31 @@ typedef struct {
     const float *zeros;                   /* as long as a state */
 } SlideGatedCell;
 
+/* Rows of a batch: y[row] = start + row * start_stride, plus weights times x[row]. */
+typedef struct {
+    size_t count;          /* a multiple of SLIDE_ROWS */
+    const float *const *x; /* [count] rows of n_in values; they may overlap */
+    const float *start;
+    size_t start_stride;
+    float *y; /* [count][n_panels][SLIDE_PANEL]; may be start */
+} SlideRows;
+
 typedef struct {
     const char *name;
     /* y[p][j] = start[p][j] + sum over i of weights[p][i][j] x[i], for panels p of SLIDE_PANEL
      * outputs j; start may be y. */
     void (*affine)(const float *weights, const float *start, const float *x, size_t n_in,
                    size_t n_panels, float *y);
+    /* The same with weights of half precision (IEEE 754 binary16, finite); NULL where the
+     * processor has no instruction for them. */
+    void (*affine_half)(const uint16_t *weights, const float *start, const float *x, size_t n_in,
+                        size_t n_panels, float *y);
+    /* The same for many rows: weights are read once for several. */
+    void (*affine_rows)(const float *weights, size_t n_in, size_t n_panels, const SlideRows *rows);
+    void (*affine_rows_half)(const uint16_t *weights, size_t n_in, size_t n_panels,
+                             const SlideRows *rows);
+    /* The sum of values, for measuring how fast memory is read. */
+    float (*read_through)(const float *values, size_t count);
     /* Apply activation 0 identity, 1 relu, 2 elu, 3 tanh, 4 gelu, 5 cubic in place; count: a
      * multiple of SLIDE_PANEL. What is not a number stays so. */
     void (*activate)(uint32_t activation, float *values, size_t count);
@@ -61,10 +81,16 @@ typedef struct {
                           float *next, float *rows);
 } SlideKernel;
 
-extern const SlideKernel slide_kernel_baseline; /* x86-64-v2; NEON */
-extern const SlideKernel slide_kernel_avx2;     /* with AVX2 and FMA */
+extern const SlideKernel slide_kernel_baseline; /* x86-64-v2; NEON on aarch64 */
+extern const SlideKernel slide_kernel_avx2;     /* x86-64-v3: with AVX2, FMA and F16C */
+extern const SlideKernel slide_kernel_avx512;   /* x86-64-v4: with AVX-512 F, DQ, BW and VL too */
 
-/* The fastest kernel that processor and operating system support. */
+enum { SLIDE_KERNELS = 3 };
+
+/* The kernels that processor and operating system support, the fastest first; their number. */
+size_t slide_kernels(const SlideKernel *kernels[SLIDE_KERNELS]);
+
+/* The fastest of them. */
 const SlideKernel *slide_kernel_choose(void);
 
 #endif

@@ -22,9 +22,10 @@ typedef struct {
                     n_samples slots apart, so that each window lies in one piece */
 } SlideLayersState;
 
-/* Of the values that the network gives, only the last n_kept are kept. */
+/* Of the values that the network gives, only the last n_kept are kept; kernel: that of the
+ * evaluations. */
 void slide_layers_place(SlideLayers *layers, const SlideNetworkView *view, uint32_t n_kept,
-                        SlideArena *arena);
+                        const SlideKernel *kernel, SlideArena *arena);
 void slide_layers_state_place(SlideLayersState *state, const SlideLayers *layers,
                               SlideArena *arena);
 

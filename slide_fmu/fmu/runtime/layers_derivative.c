@@ -53,14 +53,13 @@ static const float *differentiate(const SlideFeedForward *stack, const SlideKern
         const size_t count = layer->n_panels * SLIDE_PANEL;
         float *y = stack->scratch[i % 2];
         dy = derivative->values[i % 2];
-        kernel->affine(layer->weights, layer->bias, x, layer->n_in, layer->n_panels, y);
-        kernel->affine(layer->weights, derivative->zeros, dx, layer->n_in, layer->n_panels, dy);
+        slide_layer_affine(layer, kernel, layer->bias, x, y);
+        slide_layer_affine(layer, kernel, derivative->zeros, dx, dy);
         multiply_by_slopes(layer->activation, y, dy, count);
         kernel->activate(layer->activation, y, count);
         x = y, dx = dy;
     }
-    const SlideLayer *skip = &stack->skip;
-    kernel->affine(skip->weights, dy, d_window, skip->n_in, skip->n_panels, dy);
+    slide_layer_affine(&stack->skip, kernel, dy, d_window, dy);
     return dy;
 }
 

@@ -34,6 +34,7 @@ static void shape_past(SlideModel *model, const SlidePayload *payload) {
 }
 
 void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideArena *arena) {
+    model->kernel = slide_kernel_choose();
     model->step = payload->step;
     model->n_inputs = payload->n_inputs;
     model->n_outputs = payload->n_outputs;
@@ -44,14 +45,14 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideAren
     model->output_scaling =
         place_scaling(payload->output_scaling, SLIDE_OUTPUT_ROW, payload->n_outputs, arena);
     model->starts = place_starts(payload, arena);
-    slide_network_place(&model->predictor, &payload->predictor, payload->n_outputs, arena);
-    slide_estimator_place(&model->estimator, payload, arena);
+    slide_network_place(&model->predictor, &payload->predictor, payload->n_outputs, model->kernel,
+                        arena);
+    slide_estimator_place(&model->estimator, payload, model->kernel, arena);
     shape_past(model, payload);
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
     model->sample = slide_place(arena, payload->n_inputs, sizeof(double));
     model->candidate = slide_place(arena, payload->n_outputs, sizeof(double));
     slide_derivative_scratch_place(&model->derivative, &model->predictor, payload->n_inputs,
                                    payload->n_outputs, arena);
-    model->kernel = slide_kernel_choose();
     memcpy(model->guid, payload->guid, sizeof model->guid);
 }

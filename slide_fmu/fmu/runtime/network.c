@@ -1,7 +1,7 @@
 #include "network.h"
 
 void slide_network_place(SlideNetwork *network, const SlideNetworkView *view, uint32_t n_kept,
-                         SlideArena *arena) {
+                         const SlideKernel *kernel, SlideArena *arena) {
     network->kind = view->kind;
     network->n_samples = view->n_samples;
     network->n_needed = view->n_samples;
@@ -9,7 +9,7 @@ void slide_network_place(SlideNetwork *network, const SlideNetworkView *view, ui
         network->n_needed = view->n_samples - view->cell.n_out + 1;
         slide_cells_place(&network->cells, view, arena);
     } else {
-        slide_layers_place(&network->layers, view, n_kept, arena);
+        slide_layers_place(&network->layers, view, n_kept, kernel, arena);
     }
 }
 

@@ -20,9 +20,9 @@ typedef struct {
     SlideCellState cells;    /* of cells */
 } SlideNetworkState;
 
-/* Of the values that layers give, only the last n_kept are kept. */
+/* Of the values that layers give, only the last n_kept are kept; kernel: that of the evaluations. */
 void slide_network_place(SlideNetwork *network, const SlideNetworkView *view, uint32_t n_kept,
-                         SlideArena *arena);
+                         const SlideKernel *kernel, SlideArena *arena);
 void slide_network_state_place(SlideNetworkState *state, const SlideNetwork *network,
                                SlideArena *arena);
 

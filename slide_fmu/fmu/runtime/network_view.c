@@ -25,11 +25,16 @@ bool slide_network_read(SlideNetworkView *network, uint32_t n_inputs, SlideCurso
     if (!slide_take_u32(section, &network->kind)) {
         return slide_too_short(message, "a network");
     }
+    network->layers.half = network->kind == SLIDE_FEED_FORWARD_HALF;
+    if (network->layers.half) {
+        network->kind = SLIDE_FEED_FORWARD;
+    }
     if (network->kind != SLIDE_FEED_FORWARD && network->kind != SLIDE_STATE_SPACE) {
         return slide_say(message,
-                         "surrogate file: network of kind %u; expected %d (feed-forward) or %d "
-                         "(state space)",
-                         (unsigned)network->kind, (int)SLIDE_FEED_FORWARD, (int)SLIDE_STATE_SPACE);
+                         "surrogate file: network of kind %u; expected %d (feed-forward), %d "
+                         "(state space) or %d (feed-forward, float16)",
+                         (unsigned)network->kind, (int)SLIDE_FEED_FORWARD, (int)SLIDE_STATE_SPACE,
+                         (int)SLIDE_FEED_FORWARD_HALF);
     }
     if (!slide_features_read(&network->features, n_inputs, section, message)) {
         return false;

@@ -106,36 +106,67 @@ static void report_activation(const SlideKernel *kernel, uint32_t activation, co
     printf("%s %s %.3g %.3g %d\n", kernel->name, name, worst, worst_relative, kept);
 }
 
-static void report_affine(const SlideKernel *kernel) {
-    enum { N_IN = 50, N_PANELS = 3, N_OUT = N_PANELS * SLIDE_PANEL };
+/* One row, and as the last row of a batch, of an odd number of inputs. Halves take all values, also
+ * subnormal ones. */
+static void report_affine(const SlideKernel *kernel, bool half) {
+    enum { N_IN = 51, N_PANELS = 3, N_OUT = N_PANELS * SLIDE_PANEL };
     static float weights[N_PANELS][N_IN][SLIDE_PANEL], start[N_OUT], x[N_IN], y[N_OUT];
+    static float batch[SLIDE_ROWS][N_OUT];
+    static uint16_t halves[N_PANELS][N_IN][SLIDE_PANEL];
+    const float *rows[SLIDE_ROWS];
     double worst = 0;
     for (int i = 0; i < N_IN; ++i) {
         x[i] = (float)sin(i);
         for (int row = 0; row < N_OUT; ++row) {
-            weights[row / SLIDE_PANEL][i][row % SLIDE_PANEL] = (float)cos(row + 7 * i);
+            float *weight = &weights[row / SLIDE_PANEL][i][row % SLIDE_PANEL];
+            *weight = (float)cos(row + 7 * i);
+            if (half) {
+                const unsigned bits = (unsigned)(i * N_OUT + row) * 7919 % 0x4400;
+                const unsigned char bytes[2] = {bits & 255, (bits >> 8) | (i % 2 ? 0x80 : 0)};
+                halves[row / SLIDE_PANEL][i][row % SLIDE_PANEL] = slide_u16(bytes);
+                *weight = slide_f16(bytes);
+            }
             start[row] = (float)row;
         }
     }
-    kernel->affine(&weights[0][0][0], start, x, N_IN, N_PANELS, y);
+    for (int row = 0; row < SLIDE_ROWS; ++row) {
+        rows[row] = x;
+    }
+    const SlideRows all = {SLIDE_ROWS, rows, start, 0, &batch[0][0]};
+    if (half) {
+        kernel->affine_half(&halves[0][0][0], start, x, N_IN, N_PANELS, y);
+        kernel->affine_rows_half(&halves[0][0][0], N_IN, N_PANELS, &all);
+    } else {
+        kernel->affine(&weights[0][0][0], start, x, N_IN, N_PANELS, y);
+        kernel->affine_rows(&weights[0][0][0], N_IN, N_PANELS, &all);
+    }
     for (int row = 0; row < N_OUT; ++row) {
         double sum = start[row];
         for (int i = 0; i < N_IN; ++i) {
             sum += (double)x[i] * weights[row / SLIDE_PANEL][i][row % SLIDE_PANEL];
         }
         worst = larger(worst, fabs(y[row] - sum) / N_OUT);
+        worst = larger(worst, fabs(batch[SLIDE_ROWS - 1][row] - sum) / N_OUT);
     }
-    printf("%s affine %.3g %.3g 1\n", kernel->name, worst, worst);
+    x[3] = NAN;
+    kernel->affine(&weights[0][0][0], start, x, N_IN, N_PANELS, y);
+    kernel->affine_rows(&weights[0][0][0], N_IN, N_PANELS, &all);
+    printf("%s affine %.3g %.3g %d\n", kernel->name, worst, worst,
+           isnan(y[0]) && isnan(batch[0][N_OUT - 1]));
 }
 
 static int report_kernels(void) {
-    const SlideKernel *kernels[2] = {&slide_kernel_baseline, slide_kernel_choose()};
-    for (int i = 0; i < (kernels[0] == kernels[1] ? 1 : 2); ++i) {
+    const SlideKernel *kernels[SLIDE_KERNELS];
+    const size_t count = slide_kernels(kernels);
+    for (size_t i = 0; i < count; ++i) {
         report_activation(kernels[i], 2, "elu");
         report_activation(kernels[i], 3, "tanh");
         report_activation(kernels[i], 4, "gelu");
         report_activation(kernels[i], 5, "cubic");
-        report_affine(kernels[i]);
+        report_affine(kernels[i], false);
+        if (kernels[i]->affine_half != NULL) {
+            report_affine(kernels[i], true);
+        }
         report_cell(kernels[i]);
         report_gated_cell(kernels[i]);
     }

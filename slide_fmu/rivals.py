@@ -1,21 +1,31 @@
-"""The same surrogate without the native runtime: PythonFMU with numpy, and torch in process.
+"""The same networks without the native runtime: PythonFMU with numpy; torch and onnxruntime in
+process, on one thread.
 
-That of torch knows networks on the inputs, and plain cells on differences of the inputs too.
+Packages are imported where they are needed: a rival that is not installed is an ImportError.
 """
 
 from __future__ import annotations
 
 import importlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
-import torch
 from pythonfmu import FmuBuilder
 
 from slide_fmu.features import Differences, FeatureMap, Roles
-from slide_fmu.network import FeedForward, Network
+from slide_fmu.network import FeedForward, Float32Array
 from slide_fmu.state_space import StateSpace
 from slide_fmu.surrogate import Surrogate
+
+Evaluation = Callable[[Float32Array], object]
+"""Evaluates features of windows, shape (B, n_first)."""
+
+
+class RivalError(ValueError):
+    """A rival does not know such a network."""
+
 
 SCRIPT = '''
 from pathlib import Path
@@ -178,67 +188,123 @@ class NumpySurrogate(Fmi2Slave):
 
 
 def python_fmu(surrogate: Surrogate, folder: Path) -> Path:
-    """The surrogate as FMU by PythonFMU and numpy."""
+    """The surrogate as FMU by PythonFMU and numpy; it works as long as the folder is there.
+
+    Its module has a name of its own: the process that loads it keeps modules by their names.
+    """
     surrogate.save(folder / "surrogate.slide")
-    script = folder / "numpysurrogate.py"
+    script = folder / f"numpy_{uuid4().hex}.py"
     script.write_text(SCRIPT.format(path=str(folder / "surrogate.slide")), encoding="utf-8")
     importlib.invalidate_caches()
     return Path(FmuBuilder.build_FMU(script, dest=folder))
+
+
+def torch_layers(network: FeedForward) -> Evaluation:
+    """A feed-forward network in torch, eager.
+
+    Raises:
+        ImportError: torch is not installed.
+        RivalError: it has no such units.
+    """
+    import torch
+
+    torch.set_num_threads(1)
+    names: dict[str, Callable[[], torch.nn.Module]] = {
+        "identity": torch.nn.Identity,
+        "relu": torch.nn.ReLU,
+        "elu": torch.nn.ELU,
+        "tanh": torch.nn.Tanh,
+        "gelu": lambda: torch.nn.GELU(approximate="tanh"),
+    }
+    modules: list[torch.nn.Module] = []
+    for layer in network.layers:
+        if layer.activation not in names:
+            raise RivalError(f"torch: no module for layers with {layer.activation} units")
+        linear = torch.nn.Linear(*layer.weights.shape[::-1])
+        linear.weight.data = torch.from_numpy(layer.weights)
+        linear.bias.data = torch.from_numpy(layer.bias)
+        modules += [linear, names[layer.activation]()]
+    module = torch.nn.Sequential(*modules)
+    skip = None if network.skip is None else torch.from_numpy(network.skip.T.copy())
+
+    def evaluate(features: Float32Array) -> object:
+        with torch.inference_mode():
+            x = torch.from_numpy(features)
+            return (module(x) if skip is None else module(x) + x @ skip).numpy()
+
+    return evaluate
+
+
+def onnx_layers(network: FeedForward) -> Evaluation:
+    """A feed-forward network in onnxruntime.
+
+    Raises:
+        ImportError: onnx or onnxruntime is not installed.
+        RivalError: it has no such units.
+    """
+    import onnx
+    import onnxruntime
+
+    helper, kinds = onnx.helper, {"relu": "Relu", "elu": "Elu", "tanh": "Tanh"}
+    nodes, weights, last = [], [], "x"
+    for index, layer in enumerate(network.layers):
+        for part, array in (("w", layer.weights), ("b", layer.bias)):
+            weights.append(onnx.numpy_helper.from_array(array, f"{part}{index}"))
+        names = [last, f"w{index}", f"b{index}"]
+        nodes.append(helper.make_node("Gemm", names, [f"s{index}"], transB=1))
+        last = f"s{index}"
+        if layer.activation != "identity":
+            if layer.activation not in kinds:
+                raise RivalError(f"onnxruntime: no graph for {layer.activation} units")
+            nodes.append(helper.make_node(kinds[layer.activation], [last], [f"a{index}"]))
+            last = f"a{index}"
+    if network.skip is not None:
+        weights.append(onnx.numpy_helper.from_array(network.skip, "skip"))
+        nodes.append(helper.make_node("Gemm", ["x", "skip", last], ["y"], transB=1))
+        last = "y"
+    ends = [
+        helper.make_tensor_value_info(name, onnx.TensorProto.FLOAT, ["batch", width])
+        for name, width in (("x", network.layers[0].weights.shape[1]), (last, network.n_values))
+    ]
+    graph = helper.make_graph(nodes, "layers", ends[:1], ends[1:], weights)
+    opset = [helper.make_opsetid("", 17)]
+    model = helper.make_model(graph, opset_imports=opset, ir_version=8)
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = options.inter_op_num_threads = 1
+    session = onnxruntime.InferenceSession(
+        model.SerializeToString(), options, providers=["CPUExecutionProvider"]
+    )
+    return lambda features: session.run(None, {"x": features})[0]
 
 
 def _order(features: FeatureMap) -> int:
     """Order of the differences that are all the features, in their order and not centred.
 
     Raises:
-        NotImplementedError: they are something else.
+        RivalError: they are something else.
     """
     found, every = features.features, tuple(range(features.features.n_signals))
     if not isinstance(found, Differences) or features.chosen != every or features.offset.any():
-        raise NotImplementedError("torch rival: other features than differences of the inputs")
+        raise RivalError("torch: other features than differences of the inputs")
     return found.order
 
 
-class TorchLayers:
-    """A feed-forward network on its window. Final."""
-
-    def __init__(self, network: FeedForward) -> None:
-        if _order(network.features) != 0:
-            raise NotImplementedError("torch rival: layers on other features than the inputs")
-        modules: list[torch.nn.Module] = []
-        names: dict[str, Any] = {
-            "identity": torch.nn.Identity,
-            "relu": torch.nn.ReLU,
-            "elu": torch.nn.ELU,
-            "tanh": torch.nn.Tanh,
-            "gelu": lambda: torch.nn.GELU(approximate="tanh"),
-        }
-        for layer in network.layers:
-            if layer.activation not in names:
-                raise NotImplementedError(f"torch rival: layers with {layer.activation} units")
-            linear = torch.nn.Linear(*layer.weights.shape[::-1])
-            linear.weight.data = torch.from_numpy(layer.weights)
-            linear.bias.data = torch.from_numpy(layer.bias)
-            modules += [linear, names[layer.activation]()]
-        self.module = torch.nn.Sequential(*modules)
-        self.skip = None if network.skip is None else torch.from_numpy(network.skip.T.copy())
-        self.window = torch.zeros(network.n_samples, network.n_channels)
-
-    def step(self, value: float) -> torch.Tensor:
-        """One sample with every channel at ``value``; the values, one axis."""
-        self.window = torch.roll(self.window, -1, 0)
-        self.window[-1] = value
-        flat = self.window.reshape(1, -1)
-        result = self.module(flat) if self.skip is None else self.module(flat) + flat @ self.skip
-        return torch.as_tensor(result[0])
-
-
 class TorchCells:
-    """A plain cell by ping-pong, as StateSpace.stepper. Final."""
+    """A plain cell by ping-pong, as StateSpace.stepper, in torch. Final.
+
+    Raises:
+        ImportError: torch is not installed.
+        RivalError: gated cells, or features of other kinds or in several roles.
+    """
 
     def __init__(self, network: StateSpace) -> None:
+        import torch
+
+        torch.set_num_threads(1)
+        self.torch = torch
         cell, every = network.cell, tuple(range(network.features.n_signals))
         if cell.gated or network.roles != Roles(every, every):
-            raise NotImplementedError("torch rival: gated cells, or features in several roles")
+            raise RivalError("torch: gated cells, or features in several roles")
         self.network, self.n = network, len(cell.a)
         self.w, self.c, self.d0 = (torch.from_numpy(m.T.copy()) for m in (cell.w, cell.c, cell.d0))
         joined = [torch.from_numpy(m) for m in (cell.a, cell.b, torch.zeros(self.n, 1).numpy())]
@@ -251,10 +317,11 @@ class TorchCells:
         self.recent = torch.zeros(3, network.n_channels, dtype=torch.float64)
         self.fade, self.age = network.fade().tolist(), 0
 
-    def step(self, value: float) -> torch.Tensor:
-        """One sample with every channel at ``value``; the values, one axis."""
+    def step(self, row: Any) -> object:
+        """One sample of scaled inputs, shape (n_channels,); the values."""
+        torch = self.torch
         self.recent = torch.roll(self.recent, -1, 0)
-        self.recent[-1] = value
+        self.recent[-1] = torch.from_numpy(row)
         blocks = [torch.diff(self.recent, k, 0)[-1] for k in range(self.order + 1)]
         features = (torch.cat(blocks) / self.scale).float()
         z, n = self.z, self.n
@@ -265,41 +332,4 @@ class TorchCells:
         self.age += 1
         if self.age == self.network.n_samples:
             z[0, :n], z[1, :n], self.age = z[1, :n].clone(), 0, 0
-        return torch.as_tensor(values)
-
-
-class TorchStep:
-    """The networks of a surrogate in torch, eager, one thread. Final.
-
-    Raises:
-        NotImplementedError: it does not know such a network.
-    """
-
-    def __init__(self, surrogate: Surrogate) -> None:
-        self.surrogate, estimator = surrogate, surrogate.estimator
-        self.predictor = self._stepper(surrogate.network)
-        self.estimator = None
-        if estimator is not None:
-            self.estimator = self._stepper(estimator.network)
-            self.log_error = estimator.log_error
-            self.squares = torch.zeros(estimator.positions)
-
-    @staticmethod
-    def _stepper(network: Network) -> TorchLayers | TorchCells:
-        if isinstance(network, StateSpace):
-            return TorchCells(network)
-        assert isinstance(network, FeedForward)
-        return TorchLayers(network)
-
-    def step(self, value: float) -> float:
-        """One step with every input at ``value`` (scaled); the last scaled output."""
-        result = float(self.predictor.step(value)[-1])
-        if self.estimator is not None:
-            n_outputs, log_error = len(self.surrogate.outputs), self.log_error
-            values = self.estimator.step(value)
-            spread = 10 ** (2 * (log_error.middle + log_error.half_range * values[-n_outputs:]))
-            self.squares = torch.roll(self.squares, -1, 0)
-            means = values[:-n_outputs] if len(values) > n_outputs else torch.zeros(n_outputs)
-            self.squares[-1] = (spread * (1 + means**2)).sum()
-            self.squares.mean().sqrt()
-        return result
+        return values.numpy()

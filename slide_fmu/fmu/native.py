@@ -1,0 +1,261 @@
+"""A surrogate on the kernels of the C runtime, without FMI: many windows at once, on all cores.
+
+The compiled library exports the functions of ``runtime/native.h`` beside those of FMI.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import enum
+import os
+import weakref
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.features import Differences
+from slide_fmu.fmu.build import BINARIES, TARGETS
+from slide_fmu.network import FeedForward
+from slide_fmu.signals import FloatArray
+from slide_fmu.state_space import StateSpace
+from slide_fmu.surrogate import Surrogate
+
+MESSAGE = 400
+"""Bytes for the message of a refusal."""
+
+
+class Part(enum.IntEnum):
+    """A part of a communication step that can be repeated and timed; see ``runtime/native.h``."""
+
+    NETWORK = 0
+    FEATURES = 1
+    STEP = 2
+    STEP_AND_READ = 3
+    READ_MEMORY = 4
+
+
+class NativeError(RuntimeError):
+    """The library is missing, refused the surrogate, or a result is not finite."""
+
+
+def kernels() -> list[str]:
+    """Names of the kernels that this processor supports, the fastest first.
+
+    Raises:
+        NativeError: there is no compiled library.
+    """
+    library = _library()
+    names: list[str] = []
+    while (name := library.slide_native_kernel(ctypes.c_size_t(len(names)))) is not None:
+        names.append(name.decode().removeprefix("slide_kernel_"))
+    return names
+
+
+class NativeSurrogate:
+    """A surrogate in the C runtime. Final.
+
+    Args:
+        surrogate: what is evaluated.
+        kernel: index into ``kernels()`` of that of the network.
+
+    Raises:
+        NativeError: there is no compiled library, or it refuses the surrogate.
+    """
+
+    def __init__(self, surrogate: Surrogate, kernel: int = 0) -> None:
+        self.surrogate = surrogate
+        self._payload, self._kernel = surrogate.to_bytes(), kernel
+        self._library = _library()
+        self._handles = [self._open()]
+
+    def _open(self) -> int:
+        message = ctypes.create_string_buffer(MESSAGE)
+        size = ctypes.c_size_t(len(self._payload))
+        kernel = ctypes.c_size_t(self._kernel)
+        handle = self._library.slide_native_open(
+            self._payload, size, kernel, message, ctypes.c_size_t(MESSAGE)
+        )
+        if not handle:
+            raise NativeError(f"surrogate {self.surrogate.name!r}: {message.value.decode()}")
+        weakref.finalize(self, self._library.slide_native_close, ctypes.c_void_p(handle))
+        return int(handle)
+
+    @property
+    def memory(self) -> int:
+        """Bytes that ``Part.READ_MEMORY`` reads: the network as the kernels have it."""
+        return int(self._library.slide_native_memory(ctypes.c_void_p(self._handles[0])))
+
+    def repeat(self, part: Part, times: int) -> None:
+        """Run a part of a communication step over and over.
+
+        Raises:
+            NativeError: a result is not finite.
+        """
+        handle = ctypes.c_void_p(self._handles[0])
+        if self._library.slide_native_repeat(handle, int(part), times) != 0:
+            raise NativeError(f"{part.name}: a result is not finite")
+
+    def predict_windows(self, windows: NDArray[Any], threads: int | None = None) -> FloatArray:
+        """Outputs of single windows, as ``Surrogate.predict_windows`` gives them.
+
+        Overlapping windows of a record, as ``numpy.lib.stride_tricks.sliding_window_view`` gives
+        them, are read in place: the record is scaled once. (Features that look at inputs before
+        the newest are formed window by window: before a window its first input counts.)
+
+        Args:
+            windows: physical inputs, shape (B, n_in, n_inputs).
+            threads: that share the windows; one per core if None.
+
+        Returns:
+            Outputs, shape (B, n_out, n_outputs), in the outputs' units.
+
+        Raises:
+            ValueError: wrong shape, values that are not finite, or no threads.
+            NativeError: a feature is not finite.
+        """
+        surrogate, window = self.surrogate, self.surrogate.window
+        array = np.asarray(windows, dtype=np.float64)
+        expected = (window.n_in, len(surrogate.inputs))
+        if array.ndim != 3 or array.shape[1:] != expected:
+            raise ValueError(
+                f"windows of shape {array.shape}; expected (B, {expected[0]}, {expected[1]})"
+            )
+        count = _available_cores() if threads is None else threads
+        if count < 1:
+            raise ValueError(f"threads {threads}; expected at least one")
+        if len(array) == 0:
+            return np.empty((0, window.n_out, len(surrogate.outputs)))
+        record, step = _record_behind(array)
+        if not np.all(np.isfinite(record)):
+            raise ValueError("windows hold values that are not finite; expected numbers")
+        scaled = surrogate.input_scaling.apply(record)
+        network = surrogate.network
+        if isinstance(network, FeedForward):
+            values = self._layers(network, scaled, len(array), step, count)
+        else:
+            assert isinstance(network, StateSpace)
+            values = self._cells(network, scaled, len(array), step, count)
+        blocks = values.reshape(len(array), window.n_out, len(surrogate.outputs))
+        return surrogate.output_scaling.invert(blocks.astype(np.float64))
+
+    def _layers(
+        self, network: FeedForward, scaled: FloatArray, windows: int, step: int, threads: int
+    ) -> NDArray[np.float32]:
+        """Values of every evaluation: one a window, or one at each of its last positions."""
+        n_in, seen = self.surrogate.window.n_in, network.features
+        if not _sees_single_inputs(network):
+            starts = step * np.arange(windows)[:, None] + np.arange(n_in)
+            features, step = seen.along(scaled[starts]).reshape(-1, seen.n_signals), n_in
+        else:
+            features = seen.along(scaled[None])[0]
+        rows = np.ascontiguousarray(features, dtype=np.float32)
+        firsts = step * np.arange(windows)[:, None] + np.arange(n_in - network.n_samples + 1)
+        if network.ages:
+            picked = network.n_samples - 1 - np.array(network.ages)
+            rows = np.ascontiguousarray(rows[firsts.reshape(-1, 1) + picked].reshape(-1, 1))
+            firsts = len(picked) * seen.n_signals * np.arange(firsts.size)
+        values = np.empty((firsts.size, network.n_values), dtype=np.float32)
+        function, handles = self._library.slide_native_layers, self._handles * threads
+        _share(function, handles[:threads], rows, firsts.reshape(-1), values)
+        return values
+
+    def _cells(
+        self, network: StateSpace, scaled: FloatArray, windows: int, step: int, threads: int
+    ) -> NDArray[np.float32]:
+        while len(self._handles) < threads:
+            self._handles.append(self._open())
+        values = np.empty((windows, network.n_out, network.n_values), dtype=np.float32)
+        rows, firsts = np.ascontiguousarray(scaled), step * np.arange(windows)
+        function, handles = self._library.slide_native_cells, self._handles[:threads]
+        _share(function, handles, rows, firsts, values)
+        return values
+
+
+def _share(
+    function: Any,
+    handles: list[int],
+    rows: NDArray[Any],
+    firsts: NDArray[np.int64],
+    values: NDArray[np.float32],
+) -> None:
+    """Each handle evaluates some of the windows, which begin at rows ``firsts``, in a thread."""
+    begins = rows.ctypes.data + firsts.astype(np.uintp) * np.uintp(rows.strides[0])
+    bounds = np.linspace(0, len(firsts), len(handles) + 1).astype(int)
+
+    def run(index: int) -> int:
+        first, last = bounds[index], bounds[index + 1]
+        pointers = np.ascontiguousarray(begins[first:last])
+        return int(
+            function(
+                ctypes.c_void_p(handles[index]),
+                ctypes.c_void_p(pointers.ctypes.data),
+                ctypes.c_size_t(len(pointers)),
+                ctypes.c_void_p(values[first:last].ctypes.data),
+            )
+        )
+
+    if len(handles) == 1:
+        failed = [run(0)]
+    else:
+        with ThreadPoolExecutor(len(handles)) as pool:
+            failed = list(pool.map(run, range(len(handles))))
+    if any(failed):
+        raise NativeError("a feature of the windows is not finite, or there is no memory left")
+
+
+def _sees_single_inputs(network: FeedForward) -> bool:
+    features = network.features.features
+    return isinstance(features, Differences) and features.order == 0
+
+
+def _record_behind(windows: FloatArray) -> tuple[FloatArray, int]:
+    """The record (samples, channels) that windows are cut from, and the samples between them.
+
+    Windows that are no parts of a record are laid out one after the other.
+    """
+    count, n_in, channels = windows.shape
+    between, sample, _ = windows.strides
+    if sample <= 0 or not 0 <= between <= n_in * sample or between % sample:
+        windows = np.ascontiguousarray(windows)
+        between, sample, _ = windows.strides
+    step = between // sample if count > 1 else n_in
+    shape = ((count - 1) * step + n_in, channels)
+    strides = (sample, windows.strides[2])
+    return np.lib.stride_tricks.as_strided(windows, shape, strides, writeable=False), step
+
+
+def _available_cores() -> int:
+    return (
+        len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    )
+
+
+def _library() -> ctypes.CDLL:
+    path = library_path()
+    if not path.is_file():
+        raise NativeError(
+            f"the compiled runtime {path} is missing; run: python -m slide_fmu.fmu.build"
+        )
+    library = ctypes.CDLL(str(path))
+    library.slide_native_open.restype = ctypes.c_void_p
+    library.slide_native_kernel.restype = ctypes.c_char_p
+    library.slide_native_memory.restype = ctypes.c_size_t
+    library.slide_native_close.restype = None
+    return library
+
+
+def library_path() -> Path:
+    """The compiled library of this platform.
+
+    Raises:
+        NativeError: there is none for it.
+    """
+    names = [name for name in TARGETS if name.startswith(f"{fmpy.platform_tuple}/")]
+    if not names:
+        known = [*map(os.path.dirname, TARGETS)]
+        raise NativeError(f"no library for {fmpy.platform_tuple}; expected one of {known}")
+    return BINARIES / names[0]

@@ -1,0 +1,101 @@
+"""Many windows at once on the C kernels: what numpy gives, with every kernel of this processor."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from strategies import all_shapes
+
+from slide_fmu.fmu.check import OUTPUT_TOLERANCE
+from slide_fmu.fmu.native import NativeError, NativeSurrogate, Part, kernels
+from slide_fmu.signals import FloatArray
+from slide_fmu.surrogate import Surrogate
+from slide_fmu.weights import with_weights
+
+from .samples import CellShape, Shape, random_surrogate
+
+SHAPES = [
+    Shape(activation="elu", hidden=(40, 33), skip=True, n_inputs=2),
+    Shape(activation="relu", hidden=(1,), n_in=1, n_out=1, n_outputs=33),
+    Shape(activation="gelu", block=False, hidden=(40,), ages=3, n_outputs=2),
+    Shape(activation="tanh", n_in=100, n_out=30, hidden=(200, 180), n_inputs=3),
+    Shape(differences=2, n_inputs=3),
+    Shape(features="director", n_inputs=2, block=False),
+    Shape(cell=CellShape(states=5, units=7), n_inputs=2, differences=1),
+    Shape(cell=CellShape(15, 48, "gated", turned=7, factors=4), n_inputs=3, features="chain"),
+]
+
+
+def overlapping(surrogate: Surrogate, count: int = 130) -> FloatArray:
+    """Windows of a record, one sample apart, none of them copied."""
+    n_in, channels = surrogate.window.n_in, len(surrogate.inputs)
+    record = np.random.default_rng(3).uniform(-2, 3, (count + n_in - 1, channels))
+    return np.moveaxis(np.lib.stride_tricks.sliding_window_view(record, n_in, axis=0), -1, 1)
+
+
+def assert_same(found: FloatArray, expected: FloatArray, surrogate: Surrogate) -> None:
+    for column, signal in enumerate(surrogate.outputs):
+        allowed = OUTPUT_TOLERANCE * (signal.high - signal.low)
+        np.testing.assert_allclose(found[..., column], expected[..., column], atol=allowed, rtol=0)
+
+
+@pytest.mark.parametrize("weights", ["float32", "float16"])
+@pytest.mark.parametrize("shape", SHAPES, ids=str)
+def test_every_kernel_gives_what_numpy_gives(shape: Shape, weights: str) -> None:
+    surrogate = with_weights(random_surrogate(shape), weights)
+    windows = overlapping(surrogate)
+    expected = surrogate.predict_windows(windows)
+    for kernel in range(len(kernels())):
+        native = NativeSurrogate(surrogate, kernel)
+        for threads in (1, 3):
+            assert_same(native.predict_windows(windows, threads), expected, surrogate)
+
+
+@settings(deadline=None, max_examples=40)
+@given(all_shapes())
+def test_windows_of_any_layout(shape: Shape) -> None:
+    surrogate = random_surrogate(shape)
+    native, windows = NativeSurrogate(surrogate), overlapping(surrogate, 20)
+    expected = surrogate.predict_windows(windows)
+    for layout in (windows, np.ascontiguousarray(windows), np.asfortranarray(windows)):
+        assert_same(native.predict_windows(layout), expected, surrogate)
+    assert_same(native.predict_windows(windows[::-1]), expected[::-1], surrogate)
+    assert_same(native.predict_windows(windows[::7]), expected[::7], surrogate)
+    assert_same(native.predict_windows(windows[:1]), expected[:1], surrogate)
+    assert native.predict_windows(windows[:0]).shape == expected[:0].shape
+
+
+def test_overlapping_windows_are_not_copied() -> None:
+    """A record of a billion bytes as windows, but not in memory."""
+    surrogate = random_surrogate(Shape(n_in=100_000, n_out=1, hidden=(1,)))
+    windows = overlapping(surrogate, 3000)
+    assert windows.size * 4 > 1e9
+    assert NativeSurrogate(surrogate).predict_windows(windows).shape == (3000, 1, 1)
+
+
+def test_bad_windows_are_refused() -> None:
+    surrogate = random_surrogate(Shape(n_inputs=2))
+    native, windows = NativeSurrogate(surrogate), overlapping(surrogate, 5)
+    for bad in (windows[0], windows[:, 1:], windows[..., :1]):
+        with pytest.raises(ValueError, match=r"expected \(B, 12, 2\)"):
+            native.predict_windows(bad)
+    broken = windows.copy()
+    broken[4, 3, 1] = np.nan
+    with pytest.raises(ValueError, match="not finite"):
+        native.predict_windows(broken)
+    with pytest.raises(ValueError, match="threads 0"):
+        native.predict_windows(windows, threads=0)
+
+
+def test_unknown_kernel_is_refused() -> None:
+    with pytest.raises(NativeError, match="expected one that this processor supports"):
+        NativeSurrogate(random_surrogate(Shape()), kernel=9)
+
+
+@pytest.mark.parametrize("shape", [Shape(positions=3), Shape(cell=CellShape(), positions=3)])
+def test_parts_repeat(shape: Shape) -> None:
+    native = NativeSurrogate(random_surrogate(shape))
+    for part in Part:
+        native.repeat(part, 30)
+    assert native.memory > 0

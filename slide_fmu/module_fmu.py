@@ -109,8 +109,10 @@ class ModuleTable(Table):
 
     @model_validator(mode="after")
     def _names_differ(self) -> ModuleTable:
-        names = [signal.name for signal in (*self.inputs, *self.outputs)] + ["window_filled"]
-        twice = sorted({name for name in names if names.count(name) > 1})
+        names = [signal.name for signal in (*self.inputs, *self.outputs)]
+        names += ["window_filled", "inputs_in_range", "prehistory_known"]
+        names += [f"initial_{signal.name}" for signal in self.inputs]
+        twice = [name for name in names if names.count(name) > 1]
         if twice:
             raise ValueError(f"two variables have the name {twice[0]!r}; expected unique names")
         return self

@@ -33,6 +33,9 @@ SAME = 1e-6
 SHORTEST = 1 / 32
 """In sample steps: a shorter step is joined to the one after it."""
 
+RANGE_SLACK = 1e-6
+"""Relative to half a range, as in ``runtime/ranges.h``."""
+
 _SPARE_REFERENCES: list[dict[str, Any]] = []
 
 
@@ -48,6 +51,11 @@ class PastInputs:
         self._n, self._h, self._ramp = n_samples, step, ramp
         self.window: FloatArray | None = None
         self.steps: list[tuple[float, list[float]]] = []
+
+    def begin(self, inputs: list[float]) -> None:
+        """The inputs before the first step are known: they are a step of their own."""
+        self.window = np.tile(inputs, (self._n, 1))
+        self._remember(self._h, inputs)
 
     def take(self, length: float, inputs: list[float]) -> FloatArray:
         """Take in a step of this length, in s, under these inputs; the window after it."""
@@ -114,6 +122,10 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         self.default_experiment = DefaultExperiment(0.0, None, self.sample_step)
         signals = self.about["inputs"]
         self.inputs = [float(signal["start"]) for signal in signals]
+        self.initial = list(self.inputs)
+        self.prehistory_known = 0.0
+        self.low = np.array([signal["low"] for signal in signals])
+        self.high = np.array([signal["high"] for signal in signals])
         self.offset = np.array([signal["offset"] for signal in signals])
         self.scale = np.array([signal["scale"] for signal in signals])
         self.past = PastInputs(self.n_in, self.sample_step, self.about["hold"] == "ramp")
@@ -123,7 +135,7 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         self._present_outputs()
 
     def _register(self) -> None:
-        """Declare the variables: inputs, outputs, window_filled."""
+        """Declare the variables, in the order of ``fmu/model_description.py``."""
         for index, signal in enumerate(self.about["inputs"]):
             self.register_variable(
                 Real(
@@ -146,14 +158,54 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
             "window_filled",
             "Part of the inputs behind the outputs that were set in this run; trust the outputs "
             "from 1 on",
-            lambda: min(1.0, self.filled / self.n_in),
+            lambda: 1.0 if self.prehistory_known else min(1.0, self.filled / self.n_in),
         )
+        self._add_output(
+            "inputs_in_range",
+            "1 when all inputs behind the outputs lay in their ranges; else 0",
+            lambda: float(self._in_range()),
+            Fmi2Variability.discrete,
+        )
+        self._add_parameter(
+            "prehistory_known",
+            "1: before the start the inputs were the initial ones; 0: the first input held for "
+            "ever",
+            lambda: self.prehistory_known,
+            partial(setattr, self, "prehistory_known"),
+        )
+        for index, signal in enumerate(self.about["inputs"]):
+            self._add_parameter(
+                f"initial_{signal['name']}",
+                f"{signal['name']} before the start, where prehistory_known is 1",
+                partial(self.initial.__getitem__, index),
+                partial(self.initial.__setitem__, index),
+            )
 
-    def _add_output(self, name: str, text: str, getter: Callable[[], float]) -> None:
+    def _add_parameter(
+        self, name: str, text: str, getter: Callable[[], float], setter: Callable[[float], None]
+    ) -> None:
+        variable = Real(
+            name,
+            causality=Fmi2Causality.parameter,
+            variability=Fmi2Variability.fixed,
+            initial=Fmi2Initial.exact,
+            description=text,
+            getter=getter,
+            setter=setter,
+        )
+        self.register_variable(variable, nested=False)
+
+    def _add_output(
+        self,
+        name: str,
+        text: str,
+        getter: Callable[[], float],
+        variability: Fmi2Variability = Fmi2Variability.continuous,
+    ) -> None:
         variable = Real(
             name,
             causality=Fmi2Causality.output,
-            variability=Fmi2Variability.continuous,
+            variability=variability,
             initial=Fmi2Initial.calculated,
             description=text,
             getter=getter,
@@ -180,6 +232,8 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         count = round(step_size / step)
         length = count * step if abs(step_size - count * step) <= SAME * step else step_size
         before = self.past.window, list(self.past.steps)
+        if self.past.window is None and self.prehistory_known:
+            self.past.begin(self.initial)
         outputs = self._evaluate(self.past.take(length, self.inputs))
         if not np.all(np.isfinite(outputs)):
             self.past.window, self.past.steps = before
@@ -197,8 +251,19 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         """Outputs at the present time; before the first step, of inputs held for ever."""
         if self.outputs is not None:
             return self.outputs
-        outputs: list[float] = self._evaluate(np.tile(self.inputs, (self.n_in, 1))).tolist()
+        outputs: list[float] = self._evaluate(self._window()).tolist()
         return outputs
+
+    def _window(self) -> FloatArray:
+        """The inputs behind the present outputs, shape (n_in, n_inputs)."""
+        if self.past.window is not None:
+            return self.past.window
+        return np.tile(self.initial if self.prehistory_known else self.inputs, (self.n_in, 1))
+
+    def _in_range(self) -> bool:
+        slack = RANGE_SLACK * (self.high - self.low) / 2
+        window = self._window()
+        return bool(np.all((window >= self.low - slack) & (window <= self.high + slack)))
 
     def _output(self, index: int) -> float:
         return self._present_outputs()[index]
@@ -222,6 +287,8 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         """All that changes, as JSON values; floats keep all their bits."""
         return {
             "inputs": list(self.inputs),
+            "initial": list(self.initial),
+            "prehistory_known": self.prehistory_known,
             "window": None if self.past.window is None else self.past.window.tolist(),
             "steps": list(self.past.steps),
             "outputs": self.outputs,
@@ -231,6 +298,8 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         self.inputs[:] = state["inputs"]
+        self.initial[:] = state["initial"]
+        self.prehistory_known = state["prehistory_known"]
         window = state["window"]
         self.past.window = None if window is None else np.array(window)
         self.past.steps = [(length, list(inputs)) for length, inputs in state["steps"]]
@@ -248,7 +317,12 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         kept = ("name", "unit", "low", "high", "start")
         tables = (*self.about["inputs"], *self.about["outputs"])
         signals = [Signal(**{key: table[key] for key in kept}) for table in tables]
-        complete(root, [*signals, Signal("window_filled", "1", 0.0, 1.0)])
+        others = ("window_filled", "inputs_in_range", "prehistory_known")
+        signals += [Signal(name, "1", 0.0, 1.0, start=0.0) for name in others]
+        for table in self.about["inputs"]:
+            start = {**{key: table[key] for key in kept}, "name": f"initial_{table['name']}"}
+            signals.append(Signal(**start))
+        complete(root, signals)
         return root
 
 

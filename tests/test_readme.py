@@ -37,7 +37,7 @@ def test_files_that_are_named_exist() -> None:
 
 
 def test_python_examples_run() -> None:
-    """The second one checks its shapes itself."""
+    """All but the first one check their shapes themselves."""
     examples = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     environment = {**os.environ, "PYTHONWARNINGS": "error"}
     said = []
@@ -51,7 +51,7 @@ def test_python_examples_run() -> None:
         )
         assert result.returncode == 0, result.stderr
         said.append(result.stdout)
-    assert len(said) == 2
+    assert len(said) == 3
     position, error = (float(word) for word in said[0].split(" +- "))
     # a held force of 200 N: k x (1 + alpha x^2) = F at 0.124 m
     assert abs(position - 0.124) < 0.02

@@ -6,7 +6,10 @@ import ctypes
 import os
 from pathlib import Path
 
+import numpy as np
 from fmpy.fmi3 import fmi3LogMessageCallback
+
+from slide_fmu.signals import FloatArray
 
 from .native import OK
 from .samples import STEP
@@ -79,6 +82,20 @@ class Native3:
         status = self.call("fmi3DoStep", *arguments, *flags)
         self.last, self.flags = last.value, (event.value, terminate.value, early.value)
         return status
+
+    def derivative(
+        self, function: str, unknowns: range, knowns: range, seed: FloatArray
+    ) -> FloatArray:
+        """Sensitivity of ``fmi3GetDirectionalDerivative`` or ``fmi3GetAdjointDerivative``."""
+        count = len(knowns) if function == "fmi3GetAdjointDerivative" else len(unknowns)
+        sensitivity = (ctypes.c_double * count)()
+        pairs = ((ctypes.c_uint * len(r))(*r) for r in (unknowns, knowns))
+        references = [part for pair in pairs for part in (pair, ctypes.c_size_t(len(pair)))]
+        seeds = (ctypes.c_double * len(seed))(*seed)
+        n_seeds, n_found = ctypes.c_size_t(len(seed)), ctypes.c_size_t(count)
+        status = self.call(function, *references, seeds, n_seeds, sensitivity, n_found)
+        assert status == OK, self.messages
+        return np.array(sensitivity)
 
     def save(self) -> bytes:
         """The serialised state."""

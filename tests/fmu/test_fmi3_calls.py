@@ -18,6 +18,7 @@ from .native import DISCARD, ERROR, OK, Loaded
 from .native3 import NO, Native3, with_separator
 from .samples import STEP, CellShape, Shape, random_surrogate
 from .standards import functions
+from .test_derivatives import derivatives
 
 Load = Callable[[Surrogate], Loaded]
 SHAPES = [
@@ -57,6 +58,39 @@ def test_states_go_from_one_standard_to_the_other(rich: Loaded) -> None:
     assert two.save() == three.save() != again.save()
     assert three.restore(b"SLIDEST") == ERROR
     assert three.messages[-1].startswith("fmi3DeserializeFMUState: 7 bytes; expected ")
+
+
+@pytest.mark.parametrize("shape", SHAPES, ids=str)
+def test_derivatives_are_those_of_fmi_2(load: Load, shape: Shape) -> None:
+    """The same bits; adjoint ones are the same matrix from the other side."""
+    loaded = load(random_surrogate(shape))
+    two, three = loaded.instance().start(), _instance(loaded).start()
+    n, m, rng = shape.n_inputs, shape.n_outputs, np.random.default_rng(4)
+    knowns, unknowns = range(n), range(n, n + m)
+    for index, length in enumerate([STEP, STEP, 2 * STEP, 0.6 * STEP, STEP]):
+        inputs, time = rng.uniform(-1, 1, n).tolist(), 0.0 if index == 0 else two.time()
+        assert two.set(*inputs) == three.set(*inputs) == OK
+        assert two.do_step(time, length) == three.do_step(time, length) == OK
+        expected = derivatives(two, n, m)
+        found = [
+            three.derivative("fmi3GetDirectionalDerivative", unknowns, knowns, seed)
+            for seed in np.eye(n)
+        ]
+        assert np.array_equal(np.stack(found, axis=1), expected)
+        weights = rng.normal(size=m)
+        adjoint = three.derivative("fmi3GetAdjointDerivative", unknowns, knowns, weights)
+        np.testing.assert_allclose(adjoint, weights @ expected, rtol=1e-12, atol=1e-15)
+
+
+def test_derivatives_with_wrong_counts(rich: Loaded) -> None:
+    native, one = _instance(rich).start(), (ctypes.c_double * 2)()
+    knowns, unknowns = (ctypes.c_uint * 2)(0, 1), (ctypes.c_uint * 1)(2)
+    counts = unknowns, ctypes.c_size_t(1), knowns, ctypes.c_size_t(2)
+    few = one, ctypes.c_size_t(1)
+    assert native.call("fmi3GetDirectionalDerivative", *counts, *few, *few) == ERROR
+    assert "1 seeds and 1 sensitivities; expected 2 and 1" in native.messages[-1]
+    assert native.call("fmi3GetAdjointDerivative", *counts, *few, *few) == ERROR
+    assert "1 seeds and 1 sensitivities; expected 1 and 2" in native.messages[-1]
 
 
 def test_time_is_a_variable(rich: Loaded) -> None:

@@ -102,8 +102,8 @@ def invoke(*arguments: object) -> Result:
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
-def start(path: Path, folder: Path, time: float = 0.0) -> FMU2Slave:
-    """An initialized instance."""
+def start(path: Path, folder: Path, *parameters: float) -> FMU2Slave:
+    """An initialized instance, with values of the parameters."""
     description = fmpy.read_model_description(str(path))
     slave = FMU2Slave(
         guid=description.guid,
@@ -112,8 +112,9 @@ def start(path: Path, folder: Path, time: float = 0.0) -> FMU2Slave:
         instanceName="test",
     )
     slave.instantiate(loggingOn=True)
-    slave.setupExperiment(startTime=time)
+    slave.setupExperiment(startTime=0.0)
     slave.enterInitializationMode()
+    slave.setReal([6, 7, 8][: len(parameters)], parameters)
     slave.exitInitializationMode()
     return slave
 
@@ -139,8 +140,11 @@ STEPS = {
 
 
 @pytest.mark.parametrize("steps", STEPS.values(), ids=STEPS)
+@pytest.mark.parametrize("parameters", [(), (1.0, 0.3, -0.4)], ids=["first held", "known"])
 @pytest.mark.parametrize("hold", ["held", "ramp"])
-def test_it_gives_what_the_native_one_gives(hold: Hold, steps: FloatArray, tmp_path: Path) -> None:
+def test_it_gives_what_the_native_one_gives(
+    hold: Hold, parameters: tuple[float, ...], steps: FloatArray, tmp_path: Path
+) -> None:
     surrogate = surrogate_with(hold)
     native = export_fmu(surrogate, tmp_path / "native.fmu")
     path = export_module(*saved(surrogate, tmp_path, ".pt"), tmp_path / "module.fmu")
@@ -148,11 +152,25 @@ def test_it_gives_what_the_native_one_gives(hold: Hold, steps: FloatArray, tmp_p
     inputs = rng.uniform(-2, 3, (len(steps), 2))
     inputs[4:8] = inputs[4]  # steps with the same held inputs are joined
     results = [2, 3, 4]
-    slaves = [start(native, tmp_path / "a"), start(path, tmp_path / "b")]
+    slaves = [start(native, tmp_path / "a", *parameters), start(path, tmp_path / "b", *parameters)]
     expected, found = (run(slave, inputs, steps, results) for slave in slaves)
     np.testing.assert_allclose(found, expected, rtol=0, atol=8 * CLOSE)
     for slave in slaves:
         slave.freeInstance()
+
+
+def test_inputs_in_range_are_those_of_the_description(tmp_path: Path) -> None:
+    surrogate = surrogate_with("held")
+    path = export_module(*saved(surrogate, tmp_path, ".pt"), tmp_path / "module.fmu")
+    slave = start(path, tmp_path / "a")
+    low, high = ([getattr(s, end) for s in surrogate.inputs] for end in ("low", "high"))
+    inputs = np.array([low, high] * 20, dtype=float)
+    inputs[5, 1] += 0.01 * (high[1] - low[1])
+    found = run(slave, inputs, np.full(len(inputs), STEP), [5])[1:, 0]
+    n_in = surrogate.window.n_in
+    expected = [float(not 5 <= k < 5 + n_in) for k in range(len(inputs))]
+    assert found.tolist() == expected
+    slave.freeInstance()
 
 
 @pytest.mark.parametrize("suffix", [".pt", ".pt2"])

@@ -338,7 +338,8 @@ static fmi2Status compare_adjoint(fmi2Component c, size_t n_inputs, size_t n_out
         seed[i] = cos((double)i);
     }
     const SlideDerivativePair all = {outputs, n_outputs, inputs, n_inputs};
-    fmi2Status status = slide_get_adjoint_derivative(c, &all, seed, gradient, "adjoint");
+    fmi2Status status =
+        (fmi2Status)slide_get_adjoint_derivative(c, &all, seed, gradient, "adjoint");
     for (size_t i = 0; status == fmi2OK && i < n_inputs; ++i) {
         const double one = 1;
         double sum = 0;

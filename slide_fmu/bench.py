@@ -19,12 +19,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fmpy.fmi2 import FMU2Slave
 
 from slide_fmu.cosim import UnpackedFmu, unpacked
 from slide_fmu.features import Differences, FeatureMap
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.fmu.native import NativeSurrogate, Part, kernels
+from slide_fmu.fmu.slave import open_slave
 from slide_fmu.network import FeedForward, Layer
 from slide_fmu.rivals import RivalError, TorchCells, onnx_layers, python_fmu, torch_layers
 from slide_fmu.scaling import Affine
@@ -160,33 +160,25 @@ def fmu_times(
     Returns:
         Seconds of every set, doStep and get together, and of doStep alone.
     """
-    slave = FMU2Slave(
-        guid=fmu.description.guid,
-        unzipDirectory=fmu.folder,
-        modelIdentifier=fmu.description.coSimulation.modelIdentifier,
-        instanceName="benchmark",
-    )
-    slave.instantiate()
-    slave.setupExperiment(startTime=0.0)
-    slave.enterInitializationMode()
-    slave.exitInitializationMode()
     names = [signal.name for signal in surrogate.outputs]
     if estimates and surrogate.estimator is not None:
         names += [f"{name}_error_estimate" for name in names]
     inputs = [fmu.references[signal.name] for signal in surrogate.inputs]
     outputs = [fmu.references[name] for name in names]
     whole, alone, step = [], [], surrogate.window.step
-    for k, row in enumerate(rows.tolist()):
-        begin = time.perf_counter()
-        slave.setReal(inputs, row)
-        before = time.perf_counter()
-        slave.doStep(k * step, step)
-        after = time.perf_counter()
-        slave.getReal(outputs)
-        whole.append(time.perf_counter() - begin)
-        alone.append(after - before)
-    slave.terminate()
-    slave.freeInstance()
+    with open_slave(fmu.folder, fmu.description, "benchmark", []) as slave:
+        slave.enter_initialization(0.0)
+        slave.exit_initialization()
+        for k, row in enumerate(rows.tolist()):
+            begin = time.perf_counter()
+            slave.set_real(inputs, row)
+            before = time.perf_counter()
+            slave.do_step(k * step, step)
+            after = time.perf_counter()
+            slave.get_real(outputs)
+            whole.append(time.perf_counter() - begin)
+            alone.append(after - before)
+        slave.terminate()
     return whole, alone
 
 

@@ -211,7 +211,7 @@ def export(
     with progress_bars() as bar:
         form = pipeline.Form(checked_version(fmi), sources, weights)
         if backend == Backend.python or is_module(source):
-            pipeline.refuse_native_form(source, backend == Backend.python, form)
+            pipeline.require_module_export(source, backend == Backend.python, form)
             path, loss = pipeline.export_torch(source, description, output), None
         elif source.suffix == ".toml":
             job = pipeline.open_job(source, runs, bar, seed, data_seed)
@@ -380,7 +380,7 @@ def _show_rounding(loss: dict[str, Any]) -> None:
     """What float16 changes, output by output."""
     if not loss["predictor_rounded"]:
         console.print("float16: the surrogate's network has no layers; it stays float32")
-    for output in loss["outputs"]:
+    for output in loss["outputs"] if loss["predictor_rounded"] else []:
         console.print(
             f"float16: {output['name']} changes by {output['rms_change']:.3g} {output['unit']} "
             f"(RMS), {100 * output['relative_rms_change']:.3g} % of its spread, on inputs that "

@@ -321,8 +321,8 @@ def _write_form(
     return path, rounding_loss(surrogate, stored) if form.weights == "float16" else None
 
 
-def refuse_native_form(source: Path, python: bool, form: Form) -> None:
-    """Refuse what the python backend cannot make.
+def require_module_export(source: Path, python: bool, form: Form) -> None:
+    """Refuse what the python backend cannot make, and torch modules without it.
 
     Args:
         source: file of a scripted or exported module.

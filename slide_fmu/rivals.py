@@ -6,18 +6,15 @@ Packages are imported where they are needed: a rival that is not installed is an
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
-
-from pythonfmu import FmuBuilder
 
 from slide_fmu.features import Differences, FeatureMap, Roles
 from slide_fmu.network import FeedForward, Float32Array
 from slide_fmu.state_space import StateSpace
 from slide_fmu.surrogate import Surrogate
+from slide_fmu.systems.python_fmu import write_python_fmu
 
 Evaluation = Callable[[Float32Array], object]
 """Evaluates features of windows, shape (B, n_first)."""
@@ -188,15 +185,10 @@ class NumpySurrogate(Fmi2Slave):
 
 
 def python_fmu(surrogate: Surrogate, folder: Path) -> Path:
-    """The surrogate as FMU by PythonFMU and numpy; it works as long as the folder is there.
-
-    Its module has a name of its own: the process that loads it keeps modules by their names.
-    """
+    """The surrogate as FMU by PythonFMU and numpy; it works as long as the folder is there."""
     surrogate.save(folder / "surrogate.slide")
-    script = folder / f"numpy_{uuid4().hex}.py"
-    script.write_text(SCRIPT.format(path=str(folder / "surrogate.slide")), encoding="utf-8")
-    importlib.invalidate_caches()
-    return Path(FmuBuilder.build_FMU(script, dest=folder))
+    script = SCRIPT.format(path=str(folder / "surrogate.slide"))
+    return write_python_fmu("NumpySurrogate", script, folder / "NumpySurrogate.fmu")
 
 
 def torch_layers(network: FeedForward) -> Evaluation:

@@ -16,6 +16,7 @@ from slide_fmu.cli import app
 from slide_fmu.features import Differences
 from slide_fmu.fmu.build import build_all
 from slide_fmu.fmu.export import export_fmu
+from slide_fmu.fmu.platforms import FmiVersion
 from slide_fmu.network import FeedForward
 from slide_fmu.rivals import RivalError, onnx_layers, torch_layers
 
@@ -36,12 +37,16 @@ def _bench(path: Path) -> dict[str, object]:
 
 
 @pytest.mark.parametrize(
-    "shape",
-    [Shape(activation="elu", n_inputs=2, positions=2, skip=True), Shape(cell=CellShape())],
-    ids=["layers", "cells"],
+    ("shape", "fmi"),
+    [
+        (Shape(activation="elu", n_inputs=2, positions=2, skip=True), 2),
+        (Shape(cell=CellShape()), 2),
+        (Shape(cell=CellShape()), 3),
+    ],
+    ids=["layers", "cells", "FMI 3.0"],
 )
-def test_keys(tmp_path: Path, shape: Shape) -> None:
-    figures = _bench(export_fmu(random_surrogate(shape), tmp_path / "tiny.fmu"))
+def test_keys(tmp_path: Path, shape: Shape, fmi: FmiVersion) -> None:
+    figures = _bench(export_fmu(random_surrogate(shape), tmp_path / "tiny.fmu", fmi=fmi))
     for name in (*TIMES, "memory_bound"):
         assert isinstance(figures[name], float), name
         assert figures[name] > 0, name

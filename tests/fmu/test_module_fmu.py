@@ -281,14 +281,19 @@ def test_info_says_what_it_needs(tmp_path: Path) -> None:
     assert figures == module_figures(path)
 
 
-def test_native_backend_refuses_torch_modules(tmp_path: Path) -> None:
-    module, _ = saved(surrogate_with("held"), tmp_path, ".pt")
+def test_backends_refuse_what_they_cannot_make(tmp_path: Path) -> None:
+    module, description = saved(surrogate_with("held"), tmp_path, ".pt")
     refused = invoke("export", module, "-o", tmp_path / "m.fmu")
     assert refused.exit_code == 1
     assert "add --backend python" in refused.output.replace("\n", " ")
     other = invoke("export", tmp_path / "recipe.toml", "--backend", "python")
     assert other.exit_code == 1
     assert "takes a torch module" in other.output.replace("\n", " ")
+    about = ("--backend", "python", "--description", description, "-o", tmp_path / "m.fmu")
+    for form in (("--fmi", 3), ("--source",), ("--weights", "float16")):
+        native = invoke("export", module, *about, *form)
+        assert native.exit_code == 1
+        assert "which are for native FMUs" in native.output.replace("\n", " ")
     without = invoke("export", module, "--backend", "python", "-o", tmp_path / "m.fmu")
     assert without.exit_code == 1
     assert "--description" in without.output.replace("\n", " ")

@@ -28,6 +28,7 @@ from .samples import STEP, CellShape, Shape, random_surrogate
 
 SHAPES = {
     "layers": Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3),
+    "float16": Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3, half=True),
     "cell": Shape(n_outputs=2, positions=3, hold="ramp", cell=CellShape()),
     "chain": Shape(
         n_inputs=6, features="chain", hold="ramp", cell=CellShape(activation="gated", turned=1)
@@ -98,6 +99,15 @@ def test_verb_adds_them_to_an_fmu(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.output
     again = export_fmu(surrogate, tmp_path / "again.fmu", sources=True)
     assert (tmp_path / "verb.fmu").read_bytes() == again.read_bytes() != plain.read_bytes()
+
+
+def test_only_in_fmi_2(tmp_path: Path) -> None:
+    plain = export_fmu(random_surrogate(SHAPES["layers"]), tmp_path / "plain.fmu")
+    arguments = ["export", str(plain), "--source", "--fmi", "3", "-o", str(tmp_path / "no.fmu")]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 1
+    assert "export with --fmi 2" in result.output.replace("\n", " ")
+    assert not (tmp_path / "no.fmu").exists()
 
 
 def test_no_file_is_opened(tmp_path: Path) -> None:

@@ -100,7 +100,7 @@ def test_parameters_are_set_before_the_steps(load: Load) -> None:
     assert native.set(0.0, *BEFORE_START, first=first) == OK
     native.start()
     assert native.set(1.0, first=first) == ERROR
-    assert "is a parameter; set it before fmi2ExitInitializationMode" in native.messages[-1]
+    assert "is a parameter; set it before the end of initialization mode" in native.messages[-1]
     native.call("fmi2Reset")
     know(native, surrogate, *BEFORE_START)
     native.call("fmi2Reset")

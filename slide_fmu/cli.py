@@ -461,7 +461,7 @@ def _fail(error: Exception, message: str) -> None:
     if os.environ.get(TRACEBACK):
         raise error
     console.print(f"error: {message}", style="red", highlight=False, markup=False)
-    raise typer.Exit(1) from None
+    raise SystemExit(1) from None
 
 
 if __name__ == "__main__":

@@ -148,7 +148,7 @@ class EstimatorRecipe(Table):
                 "span, lags or pretraining of an estimator whose network sees the whole window; "
                 "expected none of them, or estimator.network.time_invariant = true"
             )
-        if not (self.pretrained_beyond or (self.pretraining and self.in_range)):
+        if not (self.pretrained_beyond or (self.pretraining and not self.draws_beyond(0))):
             raise ValueError(
                 f"pretrained_beyond = false with in_range = {self.in_range:g} and "
                 f"{'a' if self.pretraining else 'no'} pretraining; expected a pretraining, and "

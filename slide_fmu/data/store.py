@@ -75,21 +75,32 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
 def open_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray) -> None:
     """Create the store, or make room in the one at ``path`` for what the recipe has more.
 
+    A store that has room is not written to. Two programs must not make room at the same moment.
+
     Args:
         probe: outputs of a short motion, by which a changed model is noticed.
 
     Raises:
-        StoreError: the store was made from another recipe or model; nothing is changed.
+        StoreError: the store is damaged, or was made from another recipe or model; nothing is
+            changed.
     """
     if not path.exists():
         _create_store(path, recipe, layout, probe)
     require_origin(path, recipe, probe)
-    group = _group(path, "r+")
-    group.attrs["fingerprint"] = {**group.attrs["fingerprint"], **data_fingerprint(recipe)}
+    found = _attributes(path)["fingerprint"]
+    both = {**found, **data_fingerprint(recipe)}
+    if both != found:
+        _group(path, "r+").attrs["fingerprint"] = both
     for split in SPLITS:
-        for name in ("inputs", "outputs", "kinds", "done"):
-            array = group[f"{split}/{name}"]
-            array.resize((max(array.shape[0], recipe.count(split)), *array.shape[1:]))
+        with _damage_told(path, split):
+            _make_room(_group(path, "r+"), split, recipe.count(split))
+
+
+def _make_room(group: Any, split: str, count: int) -> None:
+    for name in ("inputs", "outputs", "kinds", "done"):
+        array = group[f"{split}/{name}"]
+        if array.shape[0] < count:
+            array.resize((count, *array.shape[1:]))
 
 
 def _create_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray) -> None:
@@ -123,6 +134,14 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray) -> None:
         raise StoreError(f"no data at {path}; generate it first (slide-fmu generate RECIPE)")
     attributes, wanted = _attributes(path), data_fingerprint(recipe)
     found = attributes["fingerprint"]
+    if set(found["data"]) & set(SPLITS):  # the numbers of trajectories: of an earlier version
+        if "estimator" in found:
+            raise StoreError(
+                f"{path} was made by an earlier version, which drew the error estimator's "
+                "trajectories in another order; generate again (slide-fmu generate RECIPE "
+                "--overwrite)"
+            )
+        found["data"] = {k: value for k, value in found["data"].items() if k not in SPLITS}
     for one, other in ((found, wanted), (wanted, found)):
         if "estimator" not in one:
             other.pop("estimator", None)
@@ -194,11 +213,16 @@ def read_split(path: Path, split: str, count: int | None = None) -> Split:
             "generate again to complete it (slide-fmu generate RECIPE)"
         )
     with _damage_told(path, split):
-        return Split(
+        read = Split(
             np.asarray(group[f"{split}/inputs"][:count]),
             np.asarray(group[f"{split}/outputs"][:count]),
             np.asarray(group[f"{split}/kinds"][:count], dtype=np.int64),
         )
+        for values in (read.inputs, read.outputs):
+            broken = np.flatnonzero(~np.isfinite(values).all(axis=(1, 2)))
+            if broken.size:
+                raise ValueError(f"trajectory {broken[0]} is not whole")
+        return read
 
 
 @contextlib.contextmanager
@@ -218,9 +242,9 @@ def _group(path: Path, mode: Any) -> Any:
 
 def _attributes(path: Path) -> dict[str, Any]:
     attributes: dict[str, Any] = {}
-    with contextlib.suppress(FileNotFoundError):
+    with contextlib.suppress(FileNotFoundError, ValueError):
         attributes = dict(_group(path, "r").attrs.asdict())
-    if not {"fingerprint", "probe"} <= set(attributes):
+    if not (isinstance(attributes.get("fingerprint"), dict) and "probe" in attributes):
         raise StoreError(f"{path} is not a trajectory store; remove it and generate again")
     return attributes
 

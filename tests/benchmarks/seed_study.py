@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import tempfile
 from collections.abc import Sequence
 from itertools import islice
 from pathlib import Path
@@ -25,6 +26,7 @@ from figures_out import write_figures
 from matplotlib.figure import Figure
 from studies import (
     Trained,
+    positive,
     simulated_seconds,
     statistics,
     surrogate_only,
@@ -54,15 +56,13 @@ def studies(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
         for seed in range(arguments.seeds)
     }
     done = iter(trained(recipes, job.folder, arguments.workers, bar))
-    found = [study(job, list(islice(done, arguments.seeds)), arguments) for _ in counts]
+    found = [study(list(islice(done, arguments.seeds)), arguments) for _ in counts]
     return {"recipe": job.recipe.name, "studies": found}
 
 
-def study(
-    job: pipeline.Job, trainings: Sequence[Trained], arguments: argparse.Namespace
-) -> dict[str, Any]:
+def study(trainings: Sequence[Trained], arguments: argparse.Namespace) -> dict[str, Any]:
     """All seeds on the same trajectories."""
-    seeds = [seed_figures(job, one, arguments) for one in trainings]
+    seeds = [seed_figures(one, arguments) for one in trainings]
     recipe = trainings[0].recipe
     tasks = pipeline.tasks(recipe, arguments.seed, arguments.trajectories)
     return {
@@ -74,24 +74,21 @@ def study(
     }
 
 
-def seed_figures(
-    job: pipeline.Job, training: Trained, arguments: argparse.Namespace
-) -> dict[str, Any]:
+def seed_figures(training: Trained, arguments: argparse.Namespace) -> dict[str, Any]:
     """What one training costs and reaches."""
     recipe, surrogate = training.recipe, training.surrogate
-    seed = recipe.training.seed
-    fmu = job.folder.path / f"{recipe.name}_seed_{seed}.fmu"
-    origin = pipeline.provenance(dataclasses.replace(job, recipe=recipe), pipeline.versions())
-    export_fmu(surrogate, fmu, provenance=origin)
     tasks = pipeline.tasks(recipe, arguments.seed, arguments.trajectories)
-    return {
-        "training_seed": seed,
-        "parameters": surrogate.network.count_parameters(),
-        "training_cpu_seconds": training.cpu_seconds,
-        **{
+    with tempfile.TemporaryDirectory() as place:
+        fmu = export_fmu(surrogate, Path(place) / f"{recipe.name}.fmu")
+        measured = {
             name: validate(fmu, surrogate, recipe, task, quiet).figures()
             for name, task in tasks.items()
-        },
+        }
+    return {
+        "training_seed": recipe.training.seed,
+        "parameters": surrogate.network.count_parameters(),
+        "training_cpu_seconds": training.cpu_seconds,
+        **measured,
     }
 
 
@@ -144,16 +141,16 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, choices=range(1, 100), default=3, metavar="N")
     parser.add_argument(
         "--train",
-        type=int,
+        type=positive,
         nargs="+",
         metavar="N",
         help="trajectories to learn from, one study for each number; the recipe's if not given",
     )
     parser.add_argument("--surrogate-only", action="store_true", help="no error estimator")
-    parser.add_argument("--trajectories", type=int, help="the recipe's if not given")
+    parser.add_argument("--trajectories", type=positive, help="the recipe's if not given")
     parser.add_argument("--seed", type=int, default=UNSEEN_SEED, help="of the trajectories")
     parser.add_argument("--runs", type=Path, default=Path("runs"))
-    parser.add_argument("--workers", type=int, default=1, help="trainings at the same time")
+    parser.add_argument("--workers", type=positive, default=1, help="trainings at the same time")
     parser.add_argument("--picture", type=Path, help="PNG of the learning curve")
     parser.add_argument("--json", default="-")
     arguments = parser.parse_args()

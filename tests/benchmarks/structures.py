@@ -32,7 +32,7 @@ import torch
 from figures_out import write_figures
 from pydantic import ValidationError
 from seeds import STRUCTURES
-from studies import Trained, simulated_seconds, surrogate_only, trained
+from studies import Trained, positive, simulated_seconds, surrogate_only, trained
 from unseen import Motion, scored, unseen_motions
 
 from slide_fmu import pipeline
@@ -64,6 +64,8 @@ def read_variants(path: Path, tables: Table) -> dict[str, Recipe]:
         raise SystemExit(f"variants {str(path)!r} cannot be read ({error})") from error
     if EVERY in found:
         tables = changed(EVERY, found.pop(EVERY), tables)
+    if not found:
+        raise SystemExit(f"variants {str(path)!r} has none; expected a table for each")
     return {name: variant_of(name, changes, tables) for name, changes in found.items()}
 
 
@@ -82,13 +84,18 @@ def changed(name: str, changes: Table, tables: Table) -> Table:
         raise SystemExit(
             f"variant {name!r} = {changes}; expected a table with some of {sorted(CHANGED)}"
         )
-    if not set(changes.get("data", {})) <= {"train"}:
+    without, data = changes.get(WITHOUT, []), changes.get("data", {})
+    if not (isinstance(without, list) and all(isinstance(place, str) for place in without)):
         raise SystemExit(
-            f"variant {name!r}: data = {changes['data']}; expected train alone: all variants "
+            f"variant {name!r}: without = {without!r}; expected a list of dotted keys"
+        )
+    if not (isinstance(data, dict) and set(data) <= {"train"}):
+        raise SystemExit(
+            f"variant {name!r}: data = {data!r}; expected train alone: all variants "
             "learn from the recipe's data"
         )
     base = tables
-    for place in changes.get(WITHOUT, []):
+    for place in without:
         base = taken_away(base, place.split("."), f"variant {name!r}: without {place!r}")
     return merged(base, {key: value for key, value in changes.items() if key != WITHOUT})
 
@@ -117,6 +124,8 @@ def study(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
     torch.set_num_threads(1)
     job = pipeline.open_job(arguments.recipe, arguments.runs, bar)
     variants = read_variants(arguments.variants, tomllib.loads(job.text))
+    for recipe in variants.values():
+        pipeline.check_recipe(recipe)
     most = max(variants.values(), key=lambda recipe: recipe.data.train)
     pipeline.generate_data(dataclasses.replace(job, recipe=most), None, False)
     found = trained(variants, job.folder, arguments.workers, bar)
@@ -180,11 +189,13 @@ def main() -> None:
     )
     parser.add_argument("recipe", type=Path)
     parser.add_argument("--variants", type=Path, required=True, help="TOML file")
-    parser.add_argument("--trajectories", type=int, help="unseen ones; the recipe's if not given")
+    parser.add_argument(
+        "--trajectories", type=positive, help="unseen ones; the recipe's if not given"
+    )
     parser.add_argument("--seed", type=int, default=STRUCTURES, help="of the unseen motions")
-    parser.add_argument("--rounds", type=int, default=5, help="of the timing")
+    parser.add_argument("--rounds", type=positive, default=5, help="of the timing")
     parser.add_argument("--runs", type=Path, default=Path("runs"))
-    parser.add_argument("--workers", type=int, default=1, help="trainings at the same time")
+    parser.add_argument("--workers", type=positive, default=1, help="trainings at the same time")
     parser.add_argument("--json", default="-")
     arguments = parser.parse_args()
     with progress_bars() as bar:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import argparse
 import hashlib
 import json
+import os
 import tempfile
 import time
 from collections.abc import Mapping
@@ -21,6 +23,7 @@ from numpy.typing import ArrayLike
 from slide_fmu import pipeline
 from slide_fmu.data.pool import process_pool
 from slide_fmu.data.sampling import recipe_system
+from slide_fmu.data.store import read_split
 from slide_fmu.learn.fit import fit_surrogate
 from slide_fmu.learn.training import ProgressOf
 from slide_fmu.payload import VERSION
@@ -84,7 +87,7 @@ def trained(
     Returns:
         In the order of the recipes.
     """
-    missing = {title: one for title, one in recipes.items() if not _kept(folder, one).exists()}
+    missing = {title: one for title, one in recipes.items() if not _is_kept(folder, one)}
     if workers == 1:
         for title, recipe in missing.items():
             _train(recipe, folder, partial(_stages, bar, title))
@@ -123,14 +126,34 @@ def _train(recipe: Recipe, folder: pipeline.RunFolder, progress: ProgressOf) -> 
         system = recipe_system(recipe)
         fit = fit_surrogate(recipe, system, folder.store, Path(checkpoints), progress)
     fit.surrogate.save(kept.with_suffix(".slide"))
-    figures = {"training_cpu_seconds": time.process_time() - begin}
-    write_figures(figures, str(kept))  # last: the sign that it is whole
+    figures = {
+        "training_cpu_seconds": time.process_time() - begin,
+        "motion": _motion(folder.store),
+    }
+    staged = kept.with_suffix(f".{os.getpid()}")
+    write_figures(figures, str(staged))
+    staged.rename(kept)  # last: the sign that it is whole
 
 
 def _finished(recipe: Recipe, folder: pipeline.RunFolder) -> Trained:
     kept = _kept(folder, recipe)
     seconds = json.loads(kept.read_text(encoding="utf-8"))["training_cpu_seconds"]
     return Trained(recipe, Surrogate.load(kept.with_suffix(".slide")), seconds)
+
+
+def _is_kept(folder: pipeline.RunFolder, recipe: Recipe) -> bool:
+    """Whether this was trained before, on trajectories of the model that the store is of."""
+    kept = _kept(folder, recipe)
+    if not (kept.exists() and kept.with_suffix(".slide").exists()):
+        return False
+    figures = json.loads(kept.read_text(encoding="utf-8"))
+    return bool(figures["motion"] == _motion(folder.store))
+
+
+def _motion(store: Path) -> str:
+    """Digest of the first trajectory that is learnt from: it changes with the model."""
+    first = read_split(store, "train", 1)
+    return hashlib.sha256(first.inputs.tobytes() + first.outputs.tobytes()).hexdigest()[:16]
 
 
 def _kept(folder: pipeline.RunFolder, recipe: Recipe) -> Path:
@@ -149,6 +172,14 @@ def _in_silence(stage: str) -> Any:
 
 def _no_news(done: int, total: int, best: float) -> None:
     """Nobody looks at the stages of one training among many."""
+
+
+def positive(text: str) -> int:
+    """A number of an option from 1 on; with argparse the option's name is told."""
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{value}; expected 1 or more")
+    return value
 
 
 def simulated_seconds(recipe: Recipe) -> float:

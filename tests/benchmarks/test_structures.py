@@ -67,6 +67,19 @@ def test_variants_are_trained_once_and_measured_together(
         assert {key: row[key] for key in same} == {key: other[key] for key in same}
 
 
+def test_trainings_of_another_model_are_not_kept(
+    arguments: argparse.Namespace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = study(arguments, no_bar)["variants"]
+    calls = []
+    train = studies._train
+    monkeypatch.setattr(studies, "_train", lambda *given: (calls.append(given), train(*given)))
+    monkeypatch.setattr(studies, "_motion", lambda store: "another")
+    arguments.workers = 1
+    again = study(arguments, no_bar)["variants"]
+    assert len(calls) == len(first) == len(again)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -75,6 +88,9 @@ def test_variants_are_trained_once_and_measured_together(
         ('[a]\nwithout = ["network.units"]', "without 'network.units': no 'units' in"),
         ('[a]\nnetwork = { family = "state_space" }', "variant 'a': .*training.method"),
         ("a = 3", "variant 'a' = 3; expected a table"),
+        ("[a]\ndata = 3", "variant 'a': data = 3; expected train alone"),
+        ('[a]\nwithout = "network.bias"', "without = 'network.bias'; expected a list"),
+        ("", "has none; expected a table for each"),
         ("[a", "cannot be read"),
     ],
 )

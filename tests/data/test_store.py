@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -24,7 +25,7 @@ from slide_fmu.data.store import (
     require_origin,
     write_trajectory,
 )
-from slide_fmu.recipe import Recipe
+from slide_fmu.recipe import SPLITS, Recipe
 from slide_fmu.signals import Trajectory
 
 LAYOUT = Layout(n_samples=5, n_inputs=2, n_outputs=1)
@@ -181,6 +182,36 @@ def test_damaged_file_is_named(store: Path) -> None:
     chunk.write_bytes(chunk.read_bytes()[:10])
     with pytest.raises(StoreError, match=r"split 'train' is damaged.*--overwrite"):
         read_split(store, "train", 4)
+
+
+def test_missing_files_are_told(store: Path) -> None:
+    """Of a trajectory that is called done, of a split, of the whole."""
+    for index in range(4):
+        write_trajectory(store, "train", index, trajectory(index), kind=0)
+    shutil.rmtree(store / "train" / "outputs" / "c" / "1")
+    with pytest.raises(StoreError, match=r"split 'train' is damaged .*trajectory 1 is not whole"):
+        read_split(store, "train", 4)
+    shutil.rmtree(store / "beyond")
+    with pytest.raises(StoreError, match=r"split 'beyond' is damaged.*--overwrite"):
+        open_store(store, RECIPE, LAYOUT, MOTION)
+    (store / "zarr.json").write_text("{", encoding="utf-8")
+    with pytest.raises(StoreError, match="is not a trajectory store; remove it"):
+        open_store(store, RECIPE, LAYOUT, MOTION)
+
+
+@pytest.mark.parametrize("estimating", [False, True])
+def test_store_of_an_earlier_version(store: Path, estimating: bool) -> None:
+    """It named the numbers of trajectories, and drew those of estimators in another order."""
+    group = zarr.open_group(store, mode="r+")
+    fingerprint = dict(group.attrs["fingerprint"])
+    fingerprint["data"] = {**fingerprint["data"], **dict.fromkeys(SPLITS, 4)}
+    if not estimating:
+        del fingerprint["estimator"]
+    group.attrs["fingerprint"] = fingerprint
+    if not estimating:
+        return require_origin(store, RECIPE, MOTION)
+    with pytest.raises(StoreError, match="earlier version, which drew the error estimator"):
+        require_origin(store, RECIPE, MOTION)
 
 
 def test_removed_store_is_gone(store: Path) -> None:

@@ -1,6 +1,6 @@
 """The modelDescription.xml (FMI 2.0.4) of a surrogate's FMU.
 
-Value references, which ``runtime/calls_values.c`` counts in the same way: inputs, outputs, error
+Value references, which ``runtime/variables.h`` counts in the same way: inputs, outputs, error
 estimates, ``window_filled``, ``error_estimate_filled``, truncation errors, ``inputs_in_range``;
 then the parameters ``prehistory_known`` and ``initial_<input>``. Estimates and their filled part
 only with an estimator, truncation errors only of a state-space network.
@@ -25,7 +25,7 @@ from slide_fmu.units import BASE_UNITS
 CAPABILITIES = {
     "needsExecutionTool": "false",
     "canHandleVariableCommunicationStepSize": "true",
-    "canInterpolateInputs": "false",
+    "canInterpolateInputs": "true",
     "maxOutputDerivativeOrder": "0",
     "canRunAsynchronuously": "false",
     "canBeInstantiatedOnlyOncePerProcess": "false",
@@ -56,7 +56,8 @@ PREHISTORY_KNOWN = "prehistory_known"
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of the FMU; its value reference is its position. Bounds None: not given.
+    """One variable of the FMU; its value reference is its position. Bounds None: not given; size
+    None: a scalar.
 
     All are of type Real, those that are 0 or 1 too: every tool can plot, connect and set a Real.
     """
@@ -69,6 +70,7 @@ class Variable:
     high: float | None
     start: float | None = None
     variability: str = "continuous"
+    size: int | None = None
 
 
 def guid_of(payload: bytes) -> str:
@@ -206,19 +208,17 @@ def _in_range(surrogate: Surrogate) -> Variable:
 
 def _parameters(surrogate: Surrogate) -> list[Variable]:
     text = "1: before the start the inputs were the initial ones; 0: the first input held for ever"
-    fixed = {"causality": "parameter", "variability": "fixed"}
-    known = Variable(
-        PREHISTORY_KNOWN, "1", description=text, low=0.0, high=1.0, start=0.0, **fixed
-    )
+    known = Variable(PREHISTORY_KNOWN, "1", "parameter", text, 0.0, 1.0, 0.0, "fixed")
     initial = [
         Variable(
             f"initial_{signal.name}",
             signal.unit,
-            description=f"{signal.name} before the start, where {PREHISTORY_KNOWN} is 1",
-            low=signal.low,
-            high=signal.high,
-            start=signal.start_value,
-            **fixed,
+            "parameter",
+            f"{signal.name} before the start, where {PREHISTORY_KNOWN} is 1",
+            signal.low,
+            signal.high,
+            signal.start_value,
+            "fixed",
         )
         for signal in surrogate.inputs
     ]

@@ -1,7 +1,8 @@
 """The modelDescription.xml (FMI 3.0.2) of a surrogate's FMU.
 
-Variables and value references are those of the FMI 2.0 FMU (``model_description.py``); after them
-comes the independent variable, which FMI 3.0 asks for.
+Variables and value references are those of the FMI 2.0 FMU (``model_description.py``). After them
+come the independent variable, which FMI 3.0 asks for, and, where the network knows several samples
+of the outputs at a time, an array of them for each output.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from slide_fmu.fmu.model_description import (
     initial_dependencies,
     summary,
 )
+from slide_fmu.signals import Signal
+from slide_fmu.state_space import StateSpace
 from slide_fmu.surrogate import Surrogate
 
 CAPABILITIES = {
@@ -29,10 +32,14 @@ CAPABILITIES = {
     "providesDirectionalDerivatives": "true",
     "providesAdjointDerivatives": "true",
     "canHandleVariableCommunicationStepSize": "true",
-    "providesIntermediateUpdate": "false",
+    "providesIntermediateUpdate": "true",
     "mightReturnEarlyFromDoStep": "false",
+    "canReturnEarlyAfterIntermediateUpdate": "true",
     "hasEventMode": "false",
 }
+
+INITIAL = {"output": "calculated", "local": "calculated", "parameter": "exact"}
+"""How the start values of variables are found, by causality."""
 
 TIME = Variable("time", "s", "independent", "Simulation time", None, None)
 
@@ -43,7 +50,20 @@ def fmu_variables3(surrogate: Surrogate) -> list[Variable]:
     Raises:
         ValueError: two variables would have the same name.
     """
-    return checked_names(surrogate, [*fmu_variables(surrogate), TIME])
+    variables = [*fmu_variables(surrogate), TIME]
+    count = block_size(surrogate)
+    if count > 1:
+        variables += [_output_window(signal, count) for signal in surrogate.outputs]
+    return checked_names(surrogate, variables)
+
+
+def block_size(surrogate: Surrogate) -> int:
+    """Samples of the outputs that the network knows at a time: it gives them at once, or, with a
+    state space, they are those of its output window."""
+    network = surrogate.network
+    if isinstance(network, StateSpace):
+        return network.n_out
+    return network.n_values // len(surrogate.outputs)
 
 
 def model_description3(surrogate: Surrogate, guid: str) -> bytes:
@@ -72,10 +92,27 @@ def model_description3(surrogate: Surrogate, guid: str) -> bytes:
     return document(root)
 
 
+def _output_window(signal: Signal, count: int) -> Variable:
+    """No output, so that masters do not record it unasked."""
+    text = (
+        f"{signal.name} at the last {count} samples, oldest first, as the network sees them now; "
+        "costs time only when it is read"
+    )
+    return Variable(
+        f"{signal.name}_window",
+        signal.unit,
+        "local",
+        text,
+        signal.low,
+        signal.high,
+        size=count,
+    )
+
+
 def _add_variables(root: ElementTree.Element, variables: list[Variable]) -> None:
     parent = ElementTree.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(variables):
-        initial = {"output": "calculated", "parameter": "exact"}.get(variable.causality)
+        initial = INITIAL.get(variable.causality)
         attributes = {
             "name": variable.name,
             "valueReference": str(reference),
@@ -86,7 +123,11 @@ def _add_variables(root: ElementTree.Element, variables: list[Variable]) -> None
             "unit": variable.unit,
             **given_attributes(variable),
         }
-        ElementTree.SubElement(parent, "Float64", attributes)
+        if variable.causality in ("input", "output"):
+            attributes["intermediateUpdate"] = "true"
+        element = ElementTree.SubElement(parent, "Float64", attributes)
+        if variable.size is not None:
+            ElementTree.SubElement(element, "Dimension", start=str(variable.size))
 
 
 def _add_structure(

@@ -53,6 +53,17 @@ class Native:
             "fmi2SetReal", references, ctypes.c_size_t(count), (ctypes.c_double * count)(*values)
         )
 
+    def set_rates(self, *rates: float, first: int = 0, order: int = 1) -> int:
+        """Derivatives of inputs with respect to time, in 1/s."""
+        count = len(rates)
+        return self.call(
+            "fmi2SetRealInputDerivatives",
+            (ctypes.c_uint * count)(*range(first, first + count)),
+            ctypes.c_size_t(count),
+            (ctypes.c_int * count)(*[order] * count),
+            (ctypes.c_double * count)(*rates),
+        )
+
     def get(self, first: int, count: int = 1) -> list[float]:
         status, values = self.try_get(first, count)
         assert status == OK, self.messages

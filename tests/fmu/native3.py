@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import ctypes
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from fmpy.fmi3 import fmi3LogMessageCallback
+from fmpy.fmi3 import fmi3IntermediateUpdateCallback, fmi3LogMessageCallback
 
 from slide_fmu.signals import FloatArray
 
 from .native import OK
 from .samples import STEP
+
+Watch = Callable[[float, bool], float | None]
+"""Called at each sample of a step: the time, and whether inputs may be set."""
 
 NO, YES = ctypes.c_bool(False), ctypes.c_bool(True)
 
@@ -27,13 +31,19 @@ class Native3:
         resources: Path | str | None,
         logging: bool = False,
         events: bool = False,
+        watch: Watch | None = None,
+        ends: bool = False,
     ) -> None:
         self.library = library
         self.messages: list[str] = []
         self._logger = fmi3LogMessageCallback(self._log)
         place = None if resources is None else str(resources).encode()
         arguments = (b"one", guid.encode(), place, NO, ctypes.c_bool(logging))
-        more = (ctypes.c_bool(events), NO, None, ctypes.c_size_t(0), None, self._logger, None)
+        self._watch = watch
+        self._watcher = None if watch is None else fmi3IntermediateUpdateCallback(self._show)
+        early = ctypes.c_bool(ends)
+        none = (None, ctypes.c_size_t(0), None)
+        more = (ctypes.c_bool(events), early, *none, self._logger, self._watcher)
         library.fmi3InstantiateCoSimulation.restype = ctypes.c_void_p
         pointer = library.fmi3InstantiateCoSimulation(*arguments, *more)
         self.instance = ctypes.c_void_p(pointer)
@@ -42,6 +52,25 @@ class Native3:
 
     def _log(self, _environment: object, _status: int, _kind: bytes, text: bytes) -> None:
         self.messages.append(text.decode())
+
+    def _show(
+        self,
+        _environment: object,
+        time: float,
+        may_set: bool,
+        may_get: bool,
+        finished: bool,
+        may_end: bool,
+        ends: object,
+        until: object,
+    ) -> None:
+        """Intermediate update; the watcher gives the time at which the step shall end, or None."""
+        assert may_get
+        assert finished
+        assert self._watch is not None
+        end = self._watch(time, bool(may_set))
+        if end is not None:
+            ends[0], until[0] = True, end  # type: ignore[index]
 
     def call(self, function: str, *arguments: object) -> int:
         return int(getattr(self.library, function)(self.instance, *arguments))

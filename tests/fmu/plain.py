@@ -148,6 +148,17 @@ def plain_arc(time: float, times: FloatArray, rows: FloatArray) -> FloatArray:
     return np.array([length * np.cos(angle), length * np.sin(angle)])
 
 
+def plain_moved(
+    surrogate: Surrogate, inputs: FloatArray, rates: FloatArray, time: float
+) -> FloatArray:
+    """Inputs a time after these, by their derivatives; a director stays on its circle."""
+    if not isinstance(surrogate.network.features.features, Director):  # type: ignore[attr-defined]
+        return np.asarray(inputs + rates * time)
+    z = complex(*inputs)
+    z *= np.exp(complex(*rates) / z * time)
+    return np.array([z.real, z.imag])
+
+
 class Resampling:
     """The exact window at the end of communication steps of any length. Final.
 
@@ -174,10 +185,29 @@ class Resampling:
             return plain_arc(begin + step, np.array(times), rows)
         return np.array([np.interp(begin + step, times, column) for column in rows.T])
 
-    def step(self, length: float, inputs: FloatArray) -> tuple[FloatArray, FloatArray | None]:
+    def _move(self, length: float, inputs: FloatArray, rates: FloatArray) -> None:
+        """A step whose inputs move: held ones in parts of at most h, by the middle of each."""
+        if not self.lengths:  # before, they are held for ever
+            self.lengths.append(self.surrogate.window.step)
+            self.inputs.append(inputs)
+        parts, times = [length], [length]
+        if self.surrogate.hold == "held":
+            count = math.ceil(length / self.surrogate.window.step - SLACK)
+            further = [self.surrogate.window.step] * (count - 1)
+            parts = [length - sum(further), *further]
+            times = [sum(parts[:k]) + part / 2 for k, part in enumerate(parts)]
+        self.lengths += parts
+        self.inputs += [plain_moved(self.surrogate, inputs, rates, time) for time in times]
+
+    def step(
+        self, length: float, inputs: FloatArray, rates: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray | None]:
         """Outputs and error estimates at the end of one more step."""
-        self.lengths.append(length)
-        self.inputs.append(inputs)
+        if rates is None:
+            self.lengths.append(length)
+            self.inputs.append(inputs)
+        else:
+            self._move(length, inputs, rates)
         surrogate, end = self.surrogate, sum(self.lengths)
         estimator, count = surrogate.estimator, surrogate.window.n_in + 3
         if estimator is not None:

@@ -148,18 +148,22 @@ def test_fmi_3_description(fmu: Path, surrogate: Surrogate, tmp_path: Path) -> N
     assert three.fmiVersion == "3.0"
     assert three.instantiationToken == two.guid
     same = ("name", "valueReference", "causality", "unit", "min", "max", "start", "description")
-    *variables, time = three.modelVariables
+    *variables, time, first_window, window = three.modelVariables
     for one, other in zip(two.modelVariables, variables, strict=True):
         assert [getattr(one, name) for name in same] == [getattr(other, name) for name in same]
         assert other.type == "Float64"
     assert (time.name, time.unit, time.causality) == ("time", "s", "independent")
+    assert (first_window.name, window.name) == ("y0_window", "y1_window")
+    assert (window.causality, window.shape) == ("local", (surrogate.window.n_out,))
     interface = three.coSimulation
     assert interface.fixedInternalStepSize == str(STEP)
     assert three.defaultExperiment.stepSize == str(STEP)
     assert interface.canHandleVariableCommunicationStepSize
     assert interface.canGetAndSetFMUstate
     assert interface.canSerializeFMUstate
+    assert interface.providesIntermediateUpdate
     assert not interface.hasEventMode
+    assert two.coSimulation.canInterpolateInputs
     for unknowns in ("outputs", "initialUnknowns"):
         found = [
             [(u.variable.name, [v.name for v in u.dependencies]) for u in getattr(d, unknowns)]

@@ -325,7 +325,6 @@ def test_functions_that_are_not_offered(rich: Loaded) -> None:
     native = rich.instance().start()
     nothing = [ctypes.c_void_p()] * 6
     for function in (
-        "fmi2SetRealInputDerivatives",
         "fmi2GetRealOutputDerivatives",
         "fmi2CancelStep",
         "fmi2GetStatus",

@@ -14,7 +14,8 @@ typedef struct {
     const char *fault; /* why the standard's function refuses, or NULL */
     SlideLogger logger;
     bool debug;
-    bool lists_time;
+    bool has_more; /* as in SlideInstance */
+    SlideWatcher watcher;
 } SlideRequest;
 
 /* From instantiation to the end (calls_life.c). slide_instantiate: NULL when refused. */
@@ -27,17 +28,29 @@ SlideStatus slide_set_start(void *component, double start, bool stop_defined, do
 SlideStatus slide_change_mode(void *component, SlideMode from, SlideMode to, const char *function);
 SlideStatus slide_reset(void *component, const char *function);
 
+/* Variables, and how many values come with them: one for each, but of an array all. */
+typedef struct {
+    const uint32_t *references;
+    size_t n_references, n_values;
+} SlideValues;
+
 /* Values of the variables, all of them real numbers (calls_values.c). */
-SlideStatus slide_get(void *component, const uint32_t references[], size_t count, double values[],
+SlideStatus slide_get(void *component, const SlideValues *of, double values[],
                       const char *function);
-SlideStatus slide_set(void *component, const uint32_t references[], size_t count,
-                      const double values[], const char *function);
+SlideStatus slide_set(void *component, const SlideValues *of, const double values[],
+                      const char *function);
+
+/* Derivatives of inputs with respect to time (calls_rates.c). */
+SlideStatus slide_set_rates(void *component, const uint32_t references[], size_t count,
+                            const int orders[], const double rates[], const char *function);
 
 /* Variables of another type: there are none; asking for none of them is fine. */
 SlideStatus slide_only_real(void *component, size_t count, const char *function);
 
-/* The communication step (calls_step.c). */
-SlideStatus slide_do_step(void *component, double point, double length, const char *function);
+/* The communication step (calls_step.c). early: where the master may watch, whether it ended the
+ * step before its end; or NULL. */
+SlideStatus slide_do_step(void *component, double point, double length, bool *early,
+                          const char *function);
 
 /* Save, restore and serialise the state (calls_state.c). */
 SlideStatus slide_save(void *component, void **state, const char *function);

@@ -6,25 +6,42 @@
 #include <stdlib.h>
 #include <string.h>
 
+static void place_watcher(SlideWatcher *watcher, const SlideInstance *instance,
+                          SlideArena *arena) {
+    if (watcher->show != NULL) {
+        watcher->undo = slide_place(arena, instance->state.size, 1);
+        watcher->from = slide_place(arena, instance->model.n_inputs, sizeof(double));
+        watcher->to = slide_place(arena, instance->model.n_inputs, sizeof(double));
+    }
+}
+
 /* Place the instance and all it needs; the same code measures and fills. */
-static SlideInstance *place_instance(const SlidePayload *payload, const char *name,
+static SlideInstance *place_instance(const SlidePayload *payload, const SlideRequest *request,
                                      SlideArena *arena) {
     SlideInstance measured = {0};
     SlideInstance *placed = slide_place(arena, 1, sizeof *placed);
     SlideInstance *instance = placed == NULL ? &measured : placed;
-    instance->name = slide_place(arena, strlen(name) + 1, 1);
+    instance->name = slide_place(arena, strlen(request->name) + 1, 1);
     if (placed != NULL) {
-        strcpy(instance->name, name);
+        strcpy(instance->name, request->name);
     }
+    instance->logger = request->logger;
+    instance->watcher = request->watcher;
+    instance->debug = request->debug;
+    instance->has_more = request->has_more;
     slide_model_place(&instance->model, payload, arena);
+    if (instance->has_more) {
+        slide_model_place_block(&instance->model, payload, arena);
+    }
     slide_state_place(&instance->state, &instance->model, arena);
+    place_watcher(&instance->watcher, instance, arena);
     return placed;
 }
 
-static SlideInstance *build_instance(const SlidePayload *payload, const char *name,
+static SlideInstance *build_instance(const SlidePayload *payload, const SlideRequest *request,
                                      SlideMessage *message) {
     SlideArena arena = {NULL, 0};
-    place_instance(payload, name, &arena);
+    place_instance(payload, request, &arena);
     unsigned char *block = calloc(arena.used + SLIDE_ALIGNMENT, 1);
     if (block == NULL) {
         slide_say(message, "out of memory: %llu bytes", (unsigned long long)arena.used);
@@ -32,7 +49,7 @@ static SlideInstance *build_instance(const SlidePayload *payload, const char *na
     }
     size_t misaligned = (size_t)((uintptr_t)block % SLIDE_ALIGNMENT);
     arena = (SlideArena){block + (SLIDE_ALIGNMENT - misaligned), 0};
-    SlideInstance *instance = place_instance(payload, name, &arena);
+    SlideInstance *instance = place_instance(payload, request, &arena);
     instance->block = block;
     slide_state_reset(&instance->model, &instance->state);
     instance->state.head->mode = SLIDE_INSTANTIATED;
@@ -48,7 +65,7 @@ static SlideInstance *load_instance(const SlideRequest *request, SlideMessage *m
     if (data != NULL && slide_payload_read(&payload, data, size, message)) {
         const char *guid = request->guid;
         if (guid != NULL && strcmp(guid, payload.guid) == 0) {
-            instance = build_instance(&payload, request->name, message);
+            instance = build_instance(&payload, request, message);
         } else {
             slide_say(message,
                       "GUID %s; expected %s: modelDescription.xml and resources/surrogate.slide "
@@ -77,9 +94,6 @@ SlideInstance *slide_instantiate(const SlideRequest *request) {
         slide_report(&nobody, SLIDE_ERROR, "%s: %s", request->function, message.text);
         return NULL;
     }
-    instance->logger = request->logger;
-    instance->debug = request->debug;
-    instance->lists_time = request->lists_time;
     slide_report(instance, SLIDE_OK, "instantiated, window of %u samples, kernel %s",
                  (unsigned)instance->model.predictor.n_samples, instance->model.kernel->name);
     return instance;

@@ -2,6 +2,7 @@
 #include "calls.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Why a step of this size cannot be taken, or NULL. */
 static const char *fault_of(double time, double length, double sample_step) {
@@ -39,9 +40,90 @@ static bool have_direction(const SlideInstance *instance, const char *function) 
                                                         "initial inputs of those", function));
 }
 
+static bool stream_step(SlideInstance *instance, double length, const char *function) {
+    SlideState *state = &instance->state;
+    if (!have_direction(instance, function)) {
+        return false;
+    }
+    if (!slide_stream_step(&instance->model, state, length)) {
+        slide_report(instance, SLIDE_ERROR,
+                     "%s: the outputs at %.9g s are not finite; set inputs within their ranges and "
+                     "step again; nothing was changed",
+                     function, slide_clock_time(&state->head->clock) + length);
+        return false;
+    }
+    return true;
+}
+
+/* Show the state to the master. True when it wants the step to end here. */
+static bool show(SlideInstance *instance, bool last) {
+    SlideHead *head = instance->state.head;
+    const double now = slide_clock_time(&head->clock);
+    double until = now;
+    head->mode = SLIDE_BETWEEN;
+    bool ends = instance->watcher.show(&instance->watcher, now, last, &until);
+    head->mode = SLIDE_STEPPING;
+    return ends && until <= now;
+}
+
+/* What ramps move between in the step that begins now. True when they move. */
+static bool begin_ramps(SlideInstance *instance) {
+    const SlideModel *model = &instance->model;
+    SlideState *state = &instance->state;
+    const bool first = slide_stream_fresh(state);
+    const size_t row = model->n_inputs * sizeof(double);
+    memcpy(instance->watcher.from,
+           first ? slide_stream_prehistory(state)
+                 : slide_history_newest(&model->history, &state->history),
+           row);
+    memcpy(instance->watcher.to, state->inputs, row);
+    return model->history.ramp;
+}
+
+/* A communication step, as the stream takes it: so many parts of a length in s, each of which takes
+ * the stride of the master's time. */
+typedef struct {
+    uint32_t count;
+    double part, stride;
+} Walk;
+
+/* The parts one by one; when one fails, the state is what it was before the first. Ramps go on as if
+ * nobody watched until inputs are set. */
+static bool watched_steps(SlideInstance *instance, double point, Walk walk, bool *early,
+                          const char *function) {
+    const SlideModel *model = &instance->model;
+    SlideWatcher *watcher = &instance->watcher;
+    SlideState *state = &instance->state;
+    memcpy(watcher->undo, state->head, state->size);
+    bool moves = begin_ramps(instance) && walk.count > 1;
+    for (uint32_t left = walk.count; left-- > 0 && !*early;) {
+        if (moves) {
+            slide_history_between(&model->history, watcher->from, watcher->to,
+                                  (double)left / walk.count, state->inputs);
+        }
+        if (!stream_step(instance, walk.part, function)) {
+            memcpy(state->head, watcher->undo, state->size);
+            return false;
+        }
+        slide_clock_advance(&state->head->clock, point, walk.stride);
+        point = slide_clock_time(&state->head->clock);
+        watcher->was_set = false;
+        *early = show(instance, left == 0);
+        moves = moves && !watcher->was_set;
+    }
+    if (moves) {
+        memcpy(state->inputs, watcher->to, model->n_inputs * sizeof(double));
+    }
+    return true;
+}
+
 /* Wrong steps are errors, not discarded ones: a master may try a discarded step again for ever. */
-SlideStatus slide_do_step(void *component, double point, double length, const char *function) {
+SlideStatus slide_do_step(void *component, double point, double length, bool *early,
+                          const char *function) {
     SlideInstance *instance = slide_enter(component, SLIDE_STEPPING, function);
+    bool unwanted = false;
+    early = early == NULL ? &unwanted : early;
+    *early = false;
     if (instance == NULL) {
         return SLIDE_ERROR;
     }
@@ -59,15 +141,17 @@ SlideStatus slide_do_step(void *component, double point, double length, const ch
                             "%s: communication step %.9g s at %.9g s: %s; nothing was changed",
                             function, length, time, fault);
     }
-    if (!have_direction(instance, function)) {
-        return SLIDE_ERROR;
+    double meant = slide_clock_meant(clock, length, step), samples = nearbyint(meant / step);
+    if (instance->watcher.show != NULL) {
+        bool whole = meant == samples * step && samples <= UINT32_MAX;
+        Walk walk = {1, meant, length};
+        if (whole) {
+            walk = (Walk){(uint32_t)samples, step, length / samples};
+        }
+        return watched_steps(instance, point, walk, early, function) ? SLIDE_OK : SLIDE_ERROR;
     }
-    double meant = slide_clock_meant(clock, length, step);
-    if (!slide_stream_step(&instance->model, &instance->state, meant)) {
-        return slide_report(instance, SLIDE_ERROR,
-                            "%s: the outputs at %.9g s are not finite; set inputs within their "
-                            "ranges and step again; nothing was changed",
-                            function, time + meant);
+    if (!stream_step(instance, meant, function)) {
+        return SLIDE_ERROR;
     }
     slide_clock_advance(clock, point, length);
     return SLIDE_OK;

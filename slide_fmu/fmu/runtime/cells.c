@@ -39,6 +39,8 @@ void slide_cells_place(SlideCells *cells, const SlideNetworkView *view, SlideAre
     cells->both = slide_place_panels(2 * cells->row_panels, 1, arena);
     cells->newest = slide_place(arena, cell->n_values, sizeof(float));
     cells->faded = slide_place(arena, cell->n_values, sizeof(float));
+    cells->n_recent = slide_power_of_two(cell->n_out);
+    cells->block = slide_place(arena, cell->n_out, cell->n_values * sizeof(float));
 }
 
 static size_t n_state_values(const SlideCells *cells) {
@@ -50,6 +52,8 @@ void slide_cell_state_place(SlideCellState *state, const SlideCells *cells, Slid
     state->states = slide_place(arena, n_state_values(cells), sizeof(float));
     state->errors = slide_place(arena, cells->n_values, sizeof(float));
     state->largest = slide_place(arena, cells->n_values, sizeof(float));
+    state->recent =
+        slide_place(arena, (size_t)cells->n_recent, cells->n_values * sizeof(float));
 }
 
 void slide_cells_before_place(SlideCellsBefore *before, const SlideCells *cells,
@@ -116,8 +120,15 @@ const float *slide_cells_advance(const SlideCells *cells, const SlideKernel *ker
     return cells->newest;
 }
 
+/* The place of the values after an input. */
+static float *recent_values(const SlideCells *cells, const SlideCellState *state, uint64_t input) {
+    return state->recent + (size_t)(input & (cells->n_recent - 1)) * cells->n_values;
+}
+
 void slide_cells_accept(const SlideCells *cells, SlideCellState *state) {
-    size_t half = n_state_values(cells) / 2;
+    const size_t half = n_state_values(cells) / 2;
+    memcpy(recent_values(cells, state, *state->taken), cells->newest,
+           cells->n_values * sizeof(float));
     for (size_t i = 0; i < cells->n_values; ++i) {
         state->largest[i] = fmaxf(state->largest[i], fabsf(cells->faded[i]));
     }
@@ -133,4 +144,12 @@ void slide_cells_accept(const SlideCells *cells, SlideCellState *state) {
         memset(state->states + half, 0, half * sizeof(float));
     }
     *state->taken += 1;
+}
+
+const float *slide_cells_block(const SlideCells *cells, const SlideCellState *state) {
+    for (uint32_t age = 1; age <= cells->n_out; ++age) {
+        memcpy(cells->block + (size_t)(cells->n_out - age) * cells->n_values,
+               recent_values(cells, state, *state->taken - age), cells->n_values * sizeof(float));
+    }
+    return cells->block;
 }

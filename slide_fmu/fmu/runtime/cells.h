@@ -22,6 +22,8 @@ typedef struct {
     float *both;           /* scratch: rows of both states, those of a value together */
     float *newest;         /* scratch [n_values]: the values of the network */
     float *faded;          /* scratch [n_values]: what the younger state changes in them */
+    uint64_t n_recent;     /* places for n_out samples, a power of two */
+    float *block;          /* scratch [n_out][n_values] */
 } SlideCells;
 
 /* All that changes; part of the flat state block. */
@@ -31,6 +33,8 @@ typedef struct {
     float *states;    /* [2][state panels][SLIDE_LANES], older first */
     float *errors;    /* [n_values], scaled: the truncation error, up to the last hand-over */
     float *largest;   /* [n_values], scaled: the same since then, not known before the next */
+    float *recent;    /* [n_recent][n_values], the values after the inputs taken in last; those after
+                         input k in place k % n_recent */
 } SlideCellState;
 
 /* The same before a step; part of the flat state block. */
@@ -67,5 +71,8 @@ float slide_cells_weight(const SlideCells *cells, uint32_t age);
 const float *slide_cells_advance(const SlideCells *cells, const SlideKernel *kernel,
                                  const SlideCellState *state);
 void slide_cells_accept(const SlideCells *cells, SlideCellState *state);
+
+/* The values after the last n_out inputs [n_out][n_values], oldest first. */
+const float *slide_cells_block(const SlideCells *cells, const SlideCellState *state);
 
 #endif

@@ -15,6 +15,7 @@ void slide_derivative_scratch_place(SlideDerivativeScratch *scratch, const Slide
     scratch->inputs = slide_place(arena, 1 + SLIDE_BEFORE, row);
     scratch->d_inputs = slide_place(arena, 1 + SLIDE_BEFORE, row);
     scratch->d_values = slide_place(arena, n_outputs, sizeof(double));
+    scratch->zeros = slide_place(arena, 1, row);
     scratch->direction = slide_place(arena, 1, row);
     scratch->column = slide_place(arena, n_outputs, sizeof(double));
 }
@@ -82,27 +83,82 @@ static uint64_t n_inputs_of_cells(const SlideModel *model, const SlideBeforeStep
     return model->predictor.kind == SLIDE_STATE_SPACE ? *before->cells.taken : 0;
 }
 
+/* What was before the step: samples that stay, or, before the first one, its own inputs. */
+static void start_before_step(const SlideModel *model, const SlideState *state,
+                              const double *d_inputs) {
+    const SlideDerivativeScratch *scratch = &model->derivative;
+    const SlideBeforeStep *before = &state->before;
+    const size_t row = model->n_inputs * sizeof(double);
+    if (state->last->began) {
+        hold_again(model, before->given, d_inputs, 0);
+        return;
+    }
+    memcpy(scratch->inputs, before->samples, SLIDE_BEFORE * row);
+    memset(scratch->d_inputs, 0, SLIDE_BEFORE * row);
+    start(model, before->cells.states, n_inputs_of_cells(model, before));
+}
+
+/* How inputs appended with a part of the last step move, when those that were set do. */
+static void move_part(const SlideModel *model, const SlideState *state, uint32_t part,
+                      const double *d_inputs, double *d_part) {
+    const SlideParts parts = slide_stream_parts(model, state->last->length);
+    if (state->last->moved) {
+        slide_moved_slope(&model->history, state->before.given, state->before.rates,
+                          slide_part_time(&parts, part), d_inputs, d_part);
+    } else {
+        memcpy(d_part, d_inputs, model->n_inputs * sizeof *d_inputs);
+    }
+}
+
+/* How all inputs before the last step move with those that were set. */
+static const double *move_before(const SlideModel *model, const SlideState *state,
+                                 const double *d_inputs) {
+    return state->last->began ? d_inputs : model->derivative.zeros;
+}
+
 /* As take_in_turn of stream.c. */
 static void take_in_turn_again(const SlideModel *model, const SlideState *state,
                                const double *d_inputs, uint32_t count) {
+    const SlideHistoryShape *shape = &model->history;
     const SlideDerivativeScratch *scratch = &model->derivative;
     const SlideBeforeStep *before = &state->before;
-    const double *reached = slide_history_newest(&model->history, &state->history);
-    const size_t row = model->n_inputs * sizeof(double);
-    memcpy(scratch->inputs, before->samples, SLIDE_BEFORE * row);
-    memset(scratch->d_inputs, 0, SLIDE_BEFORE * row);
-    memcpy(scratch->sample, reached, row);
-    memcpy(scratch->d_sample, d_inputs, row);
-    start(model, before->cells.states, n_inputs_of_cells(model, before));
+    const SlideParts parts = slide_stream_parts(model, state->last->length);
+    const double *reached = slide_history_newest(shape, &state->history);
+    start_before_step(model, state, d_inputs);
     for (uint32_t left = count; left-- > 0;) {
-        if (model->history.ramp && count > 1) {
-            double part = (double)left / count;
-            slide_history_between(&model->history, before->inputs, reached, part, scratch->sample);
-            slide_history_between_slope(&model->history, before->inputs, reached, part, d_inputs,
+        uint32_t part = shape->ramp ? 0 : count - 1 - left;
+        memcpy(scratch->sample, reached, model->n_inputs * sizeof *reached);
+        move_part(model, state, part, d_inputs, scratch->d_sample);
+        if (shape->ramp && count > 1) {
+            double rest = (double)left / count;
+            slide_history_between(shape, before->inputs, reached, rest, scratch->sample);
+            slide_history_between_slope(shape, before->inputs, reached, rest,
+                                        move_before(model, state, d_inputs), scratch->d_sample,
                                         scratch->d_sample);
+        } else if (state->last->moved && !shape->ramp) {
+            slide_moved(shape, before->given, before->rates, slide_part_time(&parts, part),
+                        scratch->sample);
         }
         push(model);
         take(model, left);
+    }
+}
+
+/* How the sample read last moves with the inputs that were set. */
+static void move_sample(const SlideModel *model, const SlideState *state,
+                        const SlideReader *reader, double begin, double end,
+                        const double *d_inputs, double *d_sample) {
+    const double *d_before = move_before(model, state, d_inputs);
+    uint64_t after = reader->at + slide_stream_parts(model, state->last->length).count;
+    uint64_t first = *state->history.count; /* of the parts, where after is as much */
+    if (model->history.ramp) {
+        move_part(model, state, 0, d_inputs, d_sample);
+        slide_history_ramp_slope(reader, end, d_before, d_sample, d_sample);
+    } else if (state->last->moved && after >= first) {
+        move_part(model, state, (uint32_t)(after - first), d_inputs, d_sample);
+    } else {
+        bool newest = !state->last->moved && slide_history_is_newest(reader, begin);
+        memcpy(d_sample, newest ? d_inputs : d_before, model->n_inputs * sizeof *d_inputs);
     }
 }
 
@@ -115,7 +171,7 @@ static void take_anew_again(const SlideModel *model, const SlideState *state,
     for (uint32_t left = model->n_sampled; left > 0; --left) {
         double begin = -(double)left * model->step, end = -(double)(left - 1) * model->step;
         slide_history_sample(&reader, begin, end, scratch->sample);
-        slide_history_sample_slope(&reader, begin, end, d_inputs, scratch->d_sample);
+        move_sample(model, state, &reader, begin, end, d_inputs, scratch->d_sample);
         if (left == model->n_sampled) {
             push_for_all(model);
         } else {
@@ -129,8 +185,8 @@ static void take_anew_again(const SlideModel *model, const SlideState *state,
 
 static void do_last_step_again(const SlideModel *model, const SlideState *state,
                                const double *d_inputs) {
-    uint64_t steps = *state->history.count;
-    uint32_t n_taken = state->head->n_taken < model->n_in ? state->head->n_taken : model->n_in;
+    const uint64_t steps = *state->history.count;
+    const uint32_t taken = state->last->n_taken, n_taken = taken < model->n_in ? taken : model->n_in;
     if (steps == 0) {
         hold_again(model, state->inputs, d_inputs, 0);
     } else if (steps == 1) {

@@ -13,6 +13,7 @@ typedef struct {
     double *inputs, *d_inputs;    /* [1 + SLIDE_BEFORE][n_inputs]: it and those before it, scaled,
                                      newest first */
     double *d_values;             /* [n_outputs], scaled */
+    double *zeros;                /* [n_inputs], of inputs that stay */
     double *direction;            /* [n_inputs], one at a time */
     double *column;               /* [n_outputs], the derivatives in that direction */
 } SlideDerivativeScratch;

@@ -1,5 +1,7 @@
 #include "feed_forward.h"
 
+#include <string.h>
+
 /* Rows of a matrix in the file, and how they are placed. */
 typedef struct {
     const unsigned char *rows, *bias; /* bias: f32, or NULL for none */
@@ -29,6 +31,17 @@ static void fill_layer(SlideLayer *layer, const Source *source) {
     }
 }
 
+/* Some rows of a matrix and its bias, where there are any. */
+static Source rows_of(const unsigned char *weights, const unsigned char *bias, size_t n_in,
+                      size_t first, size_t count, bool half, bool halve) {
+    return (Source){weights + (half ? 2 : 4) * first * n_in,
+                    bias == NULL ? NULL : bias + 4 * first, n_in, count, half, halve};
+}
+
+static bool are_halved(const SlideLayersView *view, const SlideKernel *kernel) {
+    return view->half && kernel->affine_half != NULL;
+}
+
 /* The block comes zeroed, so the padding of the last panel needs no care. */
 static SlideLayer place_layer(const Source *source, SlideArena *arena) {
     SlideLayer layer = {.n_in = source->n_in,
@@ -48,8 +61,8 @@ static SlideLayer place_layer(const Source *source, SlideArena *arena) {
 
 void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *view,
                               uint32_t n_kept, const SlideKernel *kernel, SlideArena *arena) {
-    const size_t n_dropped = view->n_values - n_kept, size = view->half ? 2 : 4;
-    const bool halve = view->half && kernel->affine_half != NULL;
+    const size_t n_dropped = view->n_values - n_kept;
+    const bool halve = are_halved(view, kernel);
     const unsigned char *at = view->layers;
     network->n_layers = view->n_layers;
     network->layers = slide_place(arena, view->n_layers, sizeof *network->layers);
@@ -58,8 +71,8 @@ void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *
         SlideLayerView found;
         at = slide_layer_view(at, view->half, &found);
         size_t first = i + 1 == view->n_layers ? n_dropped : 0;
-        Source source = {found.weights + size * first * found.n_in, found.bias + 4 * first,
-                         found.n_in, found.n_out - first, view->half, halve};
+        Source source = rows_of(found.weights, found.bias, found.n_in, first, found.n_out - first,
+                                view->half, halve);
         SlideLayer layer = place_layer(&source, arena);
         layer.activation = found.activation;
         network->widest = layer.n_panels > network->widest ? layer.n_panels : network->widest;
@@ -69,12 +82,36 @@ void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *
     }
     network->skip = (SlideLayer){0};
     if (view->skip != NULL) {
-        Source source = {view->skip + size * n_dropped * view->n_first, NULL, view->n_first,
-                         n_kept, view->half, halve};
+        Source source =
+            rows_of(view->skip, NULL, view->n_first, n_dropped, n_kept, view->half, halve);
         network->skip = place_layer(&source, arena);
     }
     network->scratch[0] = slide_place(arena, network->widest, SLIDE_PANEL * sizeof(float));
     network->scratch[1] = slide_place(arena, network->widest, SLIDE_PANEL * sizeof(float));
+}
+
+void slide_feed_forward_place_block(SlideFeedForward *network, const SlideLayersView *view,
+                                    uint32_t n_kept, const SlideKernel *kernel,
+                                    SlideArena *arena) {
+    const bool halve = are_halved(view, kernel);
+    const unsigned char *at = view->layers;
+    SlideLayerView last = {0};
+    for (uint32_t i = 0; i < view->n_layers; ++i) {
+        at = slide_layer_view(at, view->half, &last);
+    }
+    network->n_kept = n_kept;
+    network->n_older = view->n_values - n_kept;
+    Source source = rows_of(last.weights, last.bias, last.n_in, 0, network->n_older, view->half,
+                            halve);
+    network->older = place_layer(&source, arena);
+    network->older.activation = last.activation;
+    network->older_skip = (SlideLayer){0};
+    if (view->skip != NULL) {
+        source = rows_of(view->skip, NULL, view->n_first, 0, network->n_older, view->half, halve);
+        network->older_skip = place_layer(&source, arena);
+    }
+    size_t padded = network->older.n_panels * SLIDE_PANEL;
+    network->block = slide_place(arena, padded + n_kept, sizeof(float));
 }
 
 void slide_layer_affine(const SlideLayer *layer, const SlideKernel *kernel, const float *start,
@@ -99,4 +136,16 @@ const float *slide_feed_forward_evaluate(const SlideFeedForward *network,
     }
     slide_layer_affine(&network->skip, kernel, y, window, y);
     return y;
+}
+
+const float *slide_feed_forward_block(const SlideFeedForward *network, const SlideKernel *kernel,
+                                      const float *window) {
+    const SlideLayer *older = &network->older;
+    const float *kept = slide_feed_forward_evaluate(network, kernel, window);
+    const float *x = network->n_layers > 1 ? network->scratch[network->n_layers % 2] : window;
+    slide_layer_affine(older, kernel, older->bias, x, network->block);
+    kernel->activate(older->activation, network->block, older->n_panels * SLIDE_PANEL);
+    slide_layer_affine(&network->older_skip, kernel, network->block, window, network->block);
+    memcpy(network->block + network->n_older, kept, network->n_kept * sizeof *kept);
+    return network->block;
 }

@@ -20,6 +20,9 @@ typedef struct {
     SlideLayer skip; /* no panels when there is no linear path */
     size_t widest; /* panels of the widest layer */
     float *scratch[2];
+    size_t n_older, n_kept;        /* values before those that are kept, where they are wanted */
+    SlideLayer older, older_skip;  /* what gives them, in place of the last layer and the skip */
+    float *block;                  /* scratch, all values */
 } SlideFeedForward;
 
 /* Place a network in the arena; of the values it gives, only the last n_kept are kept (the newest
@@ -27,6 +30,11 @@ typedef struct {
  * evaluations, has use for them. While the arena measures, the network is not usable. */
 void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *view,
                               uint32_t n_kept, const SlideKernel *kernel, SlideArena *arena);
+
+/* Place what slide_feed_forward_block needs, after the network; with the same arguments. */
+void slide_feed_forward_place_block(SlideFeedForward *network, const SlideLayersView *view,
+                                    uint32_t n_kept, const SlideKernel *kernel,
+                                    SlideArena *arena);
 
 /* y = start plus the layer's weights times x; start may be y. */
 void slide_layer_affine(const SlideLayer *layer, const SlideKernel *kernel, const float *start,
@@ -36,5 +44,9 @@ void slide_layer_affine(const SlideLayer *layer, const SlideKernel *kernel, cons
  * the next evaluation. */
 const float *slide_feed_forward_evaluate(const SlideFeedForward *network,
                                          const SlideKernel *kernel, const float *window);
+
+/* The same, with the values before those that are kept. */
+const float *slide_feed_forward_block(const SlideFeedForward *network, const SlideKernel *kernel,
+                                      const float *window);
 
 #endif

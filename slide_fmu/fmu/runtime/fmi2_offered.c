@@ -81,12 +81,17 @@ fmi2Status fmi2Reset(fmi2Component c) { return (fmi2Status)slide_reset(c, __func
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                        fmi2Real value[]) {
-    return (fmi2Status)slide_get(c, vr, nvr, value, __func__);
+    return (fmi2Status)slide_get(c, &(SlideValues){vr, nvr, nvr}, value, __func__);
 }
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                        const fmi2Real value[]) {
-    return (fmi2Status)slide_set(c, vr, nvr, value, __func__);
+    return (fmi2Status)slide_set(c, &(SlideValues){vr, nvr, nvr}, value, __func__);
+}
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                       const fmi2Integer order[], const fmi2Real value[]) {
+    return (fmi2Status)slide_set_rates(c, vr, nvr, order, value, __func__);
 }
 
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
@@ -155,7 +160,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint,
                       fmi2Real communicationStepSize,
                       fmi2Boolean noSetFMUStatePriorToCurrentPoint) {
     (void)noSetFMUStatePriorToCurrentPoint;
-    return (fmi2Status)slide_do_step(c, currentCommunicationPoint, communicationStepSize,
+    return (fmi2Status)slide_do_step(c, currentCommunicationPoint, communicationStepSize, NULL,
                                      __func__);
 }
 

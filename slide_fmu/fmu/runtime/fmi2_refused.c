@@ -6,16 +6,10 @@ static fmi2Status refuse(fmi2Component c, const char *function, const char *reas
     return (fmi2Status)slide_refuse(c, function, reason);
 }
 
-static const char *const NO_DERIVATIVES = "derivatives with respect to time are not offered, as "
-                                          "modelDescription.xml says";
+static const char *const NO_DERIVATIVES = "derivatives of outputs with respect to time are not "
+                                          "offered, as modelDescription.xml says";
 static const char *const NEVER_PENDING = "steps end before fmi2DoStep returns; nothing is pending";
 static const char *const NO_EXCHANGE = "this FMU is for co-simulation, not for model exchange";
-
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                       const fmi2Integer order[], const fmi2Real value[]) {
-    (void)vr, (void)nvr, (void)order, (void)value;
-    return refuse(c, __func__, NO_DERIVATIVES);
-}
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                                         const fmi2Integer order[], fmi2Real value[]) {

@@ -18,14 +18,34 @@ static SlideLogger logger_of(fmi3LogMessageCallback callback, fmi3InstanceEnviro
                             : (SlideLogger){write_log, (void (*)(void))callback, environment};
 }
 
+/* At each sample the outputs are there, and but for the last one, inputs may be set for the rest of
+ * the step. */
+static bool show(const SlideWatcher *watcher, double time, bool last, double *until) {
+    fmi3IntermediateUpdateCallback callback = (fmi3IntermediateUpdateCallback)watcher->callback;
+    fmi3Boolean ends = fmi3False, may_end = watcher->may_end && !last;
+    callback(watcher->environment, time, !last, fmi3True, fmi3True, may_end, &ends, until);
+    return may_end && ends;
+}
+
+static SlideWatcher watcher_of(fmi3IntermediateUpdateCallback callback,
+                               fmi3InstanceEnvironment environment, fmi3Boolean may_end) {
+    SlideWatcher watcher = {0};
+    if (callback != NULL) {
+        watcher.show = show;
+        watcher.callback = (void (*)(void))callback;
+        watcher.environment = environment;
+        watcher.may_end = may_end;
+    }
+    return watcher;
+}
+
 fmi3Instance fmi3InstantiateCoSimulation(
     fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath,
     fmi3Boolean visible, fmi3Boolean loggingOn, fmi3Boolean eventModeUsed,
     fmi3Boolean earlyReturnAllowed, const fmi3ValueReference requiredIntermediateVariables[],
     size_t nRequiredIntermediateVariables, fmi3InstanceEnvironment instanceEnvironment,
     fmi3LogMessageCallback logMessage, fmi3IntermediateUpdateCallback intermediateUpdate) {
-    (void)visible, (void)earlyReturnAllowed, (void)requiredIntermediateVariables;
-    (void)nRequiredIntermediateVariables, (void)intermediateUpdate;
+    (void)visible, (void)requiredIntermediateVariables, (void)nRequiredIntermediateVariables;
     SlideRequest request = {
         .function = __func__,
         .name = instanceName,
@@ -33,7 +53,8 @@ fmi3Instance fmi3InstantiateCoSimulation(
         .location = resourcePath,
         .logger = logger_of(logMessage, instanceEnvironment),
         .debug = loggingOn,
-        .lists_time = true,
+        .has_more = true,
+        .watcher = watcher_of(intermediateUpdate, instanceEnvironment, earlyReturnAllowed),
     };
     if (eventModeUsed) {
         request.fault = "eventModeUsed is true; expected false: this FMU has no event mode, as "
@@ -99,33 +120,16 @@ fmi3Status fmi3Terminate(fmi3Instance instance) {
 
 fmi3Status fmi3Reset(fmi3Instance instance) { return (fmi3Status)slide_reset(instance, __func__); }
 
-/* All variables are scalars: each has one value. */
-static bool counts_agree(fmi3Instance c, size_t n_references, size_t n_values,
-                         const char *function) {
-    const SlideInstance *instance = c;
-    if (instance != NULL && n_values != n_references) {
-        slide_report(instance, SLIDE_ERROR,
-                     "%s: %llu values for %llu variables; expected one for each, all are scalars; "
-                     "nothing was changed",
-                     function, (unsigned long long)n_values, (unsigned long long)n_references);
-    }
-    return n_values == n_references;
-}
-
 fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[],
                           size_t nValueReferences, fmi3Float64 values[], size_t nValues) {
-    if (!counts_agree(instance, nValueReferences, nValues, __func__)) {
-        return fmi3Error;
-    }
-    return (fmi3Status)slide_get(instance, valueReferences, nValueReferences, values, __func__);
+    const SlideValues of = {valueReferences, nValueReferences, nValues};
+    return (fmi3Status)slide_get(instance, &of, values, __func__);
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[],
                           size_t nValueReferences, const fmi3Float64 values[], size_t nValues) {
-    if (!counts_agree(instance, nValueReferences, nValues, __func__)) {
-        return fmi3Error;
-    }
-    return (fmi3Status)slide_set(instance, valueReferences, nValueReferences, values, __func__);
+    const SlideValues of = {valueReferences, nValueReferences, nValues};
+    return (fmi3Status)slide_set(instance, &of, values, __func__);
 }
 
 fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState) {
@@ -154,7 +158,7 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte seriali
     return (fmi3Status)slide_deserialize(instance, serializedState, size, FMUState, __func__);
 }
 
-/* A surrogate has no events, never asks to end the simulation and always ends its step. */
+/* A surrogate has no events and never asks to end the simulation. */
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 currentCommunicationPoint,
                       fmi3Float64 communicationStepSize,
                       fmi3Boolean noSetFMUStatePriorToCurrentPoint,
@@ -169,9 +173,9 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 currentCommunicationPoint,
         lastSuccessfulTime == NULL) {
         return (fmi3Status)slide_null(instance, __func__);
     }
-    SlideStatus status =
-        slide_do_step(c, currentCommunicationPoint, communicationStepSize, __func__);
-    *eventHandlingNeeded = *terminateSimulation = *earlyReturn = fmi3False;
+    SlideStatus status = slide_do_step(c, currentCommunicationPoint, communicationStepSize,
+                                       earlyReturn, __func__);
+    *eventHandlingNeeded = *terminateSimulation = fmi3False;
     *lastSuccessfulTime = slide_clock_time(&instance->state.head->clock);
     return (fmi3Status)status;
 }

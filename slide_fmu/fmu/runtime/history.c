@@ -58,20 +58,31 @@ void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history,
     *history->count = count + 1;
 }
 
+void slide_history_continue(const SlideHistoryShape *shape, SlideHistory *history, double length,
+                            const double *inputs) {
+    double *step = step_at(shape, history, *history->count);
+    *history->acting += length;
+    step[0] = length;
+    memcpy(step + 1, inputs, shape->n_inputs * sizeof *inputs);
+    *history->count += 1;
+}
+
 void slide_history_keep(const SlideHistoryShape *shape, const SlideHistory *history,
-                        double *steps) {
-    uint64_t next = *history->count;
-    memcpy(steps, step_at(shape, history, next), step_size(shape));
-    memcpy(steps + 1 + shape->n_inputs, step_at(shape, history, next + shape->capacity - 1),
-           step_size(shape));
+                        uint32_t n_next, double *steps) {
+    uint64_t newest = *history->count + shape->capacity - 1;
+    for (uint64_t i = 0; i <= n_next; ++i) {
+        memcpy(steps + i * (1 + shape->n_inputs), step_at(shape, history, newest + i),
+               step_size(shape));
+    }
 }
 
 void slide_history_put_back(const SlideHistoryShape *shape, SlideHistory *history,
-                            const double *steps) {
-    uint64_t next = *history->count;
-    memcpy(step_at(shape, history, next), steps, step_size(shape));
-    memcpy(step_at(shape, history, next + shape->capacity - 1), steps + 1 + shape->n_inputs,
-           step_size(shape));
+                            uint32_t n_next, const double *steps) {
+    uint64_t newest = *history->count + shape->capacity - 1;
+    for (uint64_t i = 0; i <= n_next; ++i) {
+        memcpy(step_at(shape, history, newest + i), steps + i * (1 + shape->n_inputs),
+               step_size(shape));
+    }
 }
 
 /* Turned back from its end, which is exact. */
@@ -96,28 +107,32 @@ void slide_history_between(const SlideHistoryShape *shape, const double *from, c
     }
 }
 
-/* With z = length e^(i angle): dz = z (dlength / length + i dangle), and both move as much as those
- * of the end, times the part of the way that is done. */
-static void on_arc_slope(const double *from, const double *to, double left, const double *d_to,
-                         double *d_director) {
-    double director[2], square = to[0] * to[0] + to[1] * to[1];
-    on_arc(from, to, left, director);
-    double outwards = (to[0] * d_to[0] + to[1] * d_to[1]) / hypot(director[0], director[1]);
-    outwards *= (1 - left) / sqrt(square);
-    double turn = (1 - left) * (to[0] * d_to[1] - to[1] * d_to[0]) / square;
-    d_director[0] = outwards * director[0] - turn * director[1];
-    d_director[1] = outwards * director[1] + turn * director[0];
+/* Add what the motion of one end adds to the derivative of a director. With z = length e^(i angle),
+ * dz = z (dlength / length + i dangle), where both move as much as those of the end, times its part
+ * of the way. */
+static void add_end_slope(const double *end, const double *d_end, double part,
+                          const double *director, double *d_director) {
+    double square = end[0] * end[0] + end[1] * end[1];
+    double outwards = (end[0] * d_end[0] + end[1] * d_end[1]) / hypot(director[0], director[1]);
+    outwards *= part / sqrt(square);
+    double turn = part * (end[0] * d_end[1] - end[1] * d_end[0]) / square;
+    d_director[0] += outwards * director[0] - turn * director[1];
+    d_director[1] += outwards * director[1] + turn * director[0];
 }
 
 void slide_history_between_slope(const SlideHistoryShape *shape, const double *from,
-                                 const double *to, double left, const double *d_to,
-                                 double *d_inputs) {
+                                 const double *to, double left, const double *d_from,
+                                 const double *d_to, double *d_inputs) {
     if (shape->director) {
-        on_arc_slope(from, to, left, d_to, d_inputs);
+        double director[2], slope[2] = {0, 0};
+        on_arc(from, to, left, director);
+        add_end_slope(from, d_from, left, director, slope);
+        add_end_slope(to, d_to, 1 - left, director, slope);
+        memcpy(d_inputs, slope, sizeof slope);
         return;
     }
     for (size_t i = 0; i < shape->n_inputs; ++i) {
-        d_inputs[i] = (1 - left) * d_to[i];
+        d_inputs[i] = left * d_from[i] + (1 - left) * d_to[i];
     }
 }
 
@@ -180,19 +195,19 @@ void slide_history_sample(SlideReader *reader, double begin, double end, double 
     }
 }
 
-void slide_history_sample_slope(const SlideReader *reader, double begin, double end,
-                                const double *d_newest, double *d_inputs) {
+bool slide_history_is_newest(const SlideReader *reader, double begin) {
+    return reader->shape->ramp ? reader->at == *reader->history->count - 1
+                               : begin + reader->shape->slack >= -*reader->history->acting;
+}
+
+void slide_history_ramp_slope(const SlideReader *reader, double end, const double *d_before,
+                              const double *d_newest, double *d_inputs) {
     const SlideHistoryShape *shape = reader->shape;
-    const SlideHistory *history = reader->history;
-    bool acts = reader->at == *history->count - 1 &&
-                (shape->ramp || begin + shape->slack >= -*history->acting);
-    if (acts && shape->ramp) {
+    if (slide_history_is_newest(reader, end)) {
         slide_history_between_slope(shape, inputs_before(reader),
-                                    slide_history_newest(shape, history), part_left(reader, end),
-                                    d_newest, d_inputs);
+                                    slide_history_newest(shape, reader->history),
+                                    part_left(reader, end), d_before, d_newest, d_inputs);
     } else {
-        for (size_t i = 0; i < shape->n_inputs; ++i) {
-            d_inputs[i] = acts ? d_newest[i] : 0;
-        }
+        memcpy(d_inputs, d_before, shape->n_inputs * sizeof *d_before);
     }
 }

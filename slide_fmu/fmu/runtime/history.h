@@ -40,22 +40,26 @@ void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape, 
 void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
                           const double *inputs);
 
-/* Copy the steps that the next append may change, [2][1 + n_inputs], and put them back, once the
- * count is what it was. */
+/* Take in a further part of the step appended last, under inputs that have moved on. */
+void slide_history_continue(const SlideHistoryShape *shape, SlideHistory *history, double length,
+                            const double *inputs);
+
+/* Copy the newest step and the places of the n_next after it, all that appending as many may
+ * change, [1 + n_next][1 + n_inputs]; and put them back, once the count is what it was. */
 void slide_history_keep(const SlideHistoryShape *shape, const SlideHistory *history,
-                        double *steps);
+                        uint32_t n_next, double *steps);
 void slide_history_put_back(const SlideHistoryShape *shape, SlideHistory *history,
-                            const double *steps);
+                            uint32_t n_next, const double *steps);
 
 /* Inputs that move, where a part (0 to 1) of the way is left. Linear; a director on the
  * shorter arc, of two equal ones on that which turns to the left, with its length linear. */
 void slide_history_between(const SlideHistoryShape *shape, const double *from, const double *to,
                            double left, double *inputs);
 
-/* The derivative of the same when to moves by d_to. */
+/* The derivative of the same when its ends move by d_from and d_to. */
 void slide_history_between_slope(const SlideHistoryShape *shape, const double *from,
-                                 const double *to, double left, const double *d_to,
-                                 double *d_inputs);
+                                 const double *to, double left, const double *d_from,
+                                 const double *d_to, double *d_inputs);
 
 /* Inputs of the newest step. Only after the first. */
 const double *slide_history_newest(const SlideHistoryShape *shape, const SlideHistory *history);
@@ -75,9 +79,12 @@ SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHist
  * Times may only rise from call to call. */
 void slide_history_sample(SlideReader *reader, double begin, double end, double *inputs);
 
-/* The derivative of the sample read last, from the same times, when the inputs appended last move
- * by d_newest. */
-void slide_history_sample_slope(const SlideReader *reader, double begin, double end,
-                                const double *d_newest, double *d_inputs);
+/* Of the sample read last, from the same times: is it of the inputs appended last? */
+bool slide_history_is_newest(const SlideReader *reader, double begin);
+
+/* The derivative of a sample of ramps, read last, when the inputs appended last move by d_newest and
+ * all before them by d_before. */
+void slide_history_ramp_slope(const SlideReader *reader, double end, const double *d_before,
+                              const double *d_newest, double *d_inputs);
 
 #endif

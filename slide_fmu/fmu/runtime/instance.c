@@ -28,6 +28,8 @@ static const char *mode_name(unsigned mode) {
         return "initialization mode";
     case SLIDE_STEPPING:
         return "step mode";
+    case SLIDE_BETWEEN:
+        return "intermediate update mode";
     default:
         return "terminated";
     }

@@ -14,7 +14,9 @@ typedef enum {
     SLIDE_INITIALIZATION = 2,
     SLIDE_STEPPING = 4,
     SLIDE_TERMINATED = 8,
-    SLIDE_ANY_MODE = 15
+    SLIDE_ANY_MODE = 15,
+    SLIDE_BETWEEN = 16, /* within a step, intermediate update mode; for few functions */
+    SLIDE_SETTABLE = SLIDE_INSTANTIATED | SLIDE_INITIALIZATION | SLIDE_STEPPING | SLIDE_BETWEEN
 } SlideMode;
 
 typedef struct SlideLogger SlideLogger;
@@ -28,6 +30,22 @@ struct SlideLogger {
     void *environment;      /* the master's, for callback */
 };
 
+typedef struct SlideWatcher SlideWatcher;
+
+/* The master's callback for intermediate update: a step of several samples is then done one by one,
+ * and shown to the master after each. */
+struct SlideWatcher {
+    /* Call it; the time of the sample, and whether it is the last one of the step. True when the
+     * master asks to end the step at a time, which it gives. NULL: nobody watches. */
+    bool (*show)(const SlideWatcher *watcher, double time, bool last, double *until);
+    void (*callback)(void); /* the master's function, of a type that show knows */
+    void *environment;      /* the master's, for callback */
+    bool may_end;           /* may the master end a step early? */
+    bool was_set;           /* variables were set */
+    void *undo;             /* room for the state before the step */
+    double *from, *to;      /* [n_inputs], what ramps move between */
+};
+
 /* The instance begins the aligned part of its one memory block; name, model arrays and state
  * follow in it. */
 typedef struct {
@@ -35,9 +53,10 @@ typedef struct {
     SlideModel model;
     SlideState state;
     SlideLogger logger;
+    SlideWatcher watcher;
     char *name;
     bool debug;
-    bool lists_time; /* the time is a variable, after all others */
+    bool has_more; /* variables that only FMI 3.0 has: the time, and arrays */
 } SlideInstance;
 
 /* Log a message (errors always, others when debug logging is on) and give the status back. */

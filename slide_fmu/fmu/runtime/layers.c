@@ -80,3 +80,9 @@ const float *slide_layers_evaluate(const SlideLayers *layers, const SlideKernel 
     return slide_feed_forward_evaluate(&layers->stack, kernel,
                                        slide_layers_window(layers, state, sample));
 }
+
+const float *slide_layers_block(const SlideLayers *layers, const SlideKernel *kernel,
+                                const SlideLayersState *state, uint64_t sample) {
+    return slide_feed_forward_block(&layers->stack, kernel,
+                                    slide_layers_window(layers, state, sample));
+}

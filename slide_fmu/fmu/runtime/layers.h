@@ -56,4 +56,8 @@ const float *slide_layers_window(const SlideLayers *layers, const SlideLayersSta
 const float *slide_layers_evaluate(const SlideLayers *layers, const SlideKernel *kernel,
                                    const SlideLayersState *state, uint64_t sample);
 
+/* The same, all of them, after slide_feed_forward_place_block. */
+const float *slide_layers_block(const SlideLayers *layers, const SlideKernel *kernel,
+                                const SlideLayersState *state, uint64_t sample);
+
 #endif

@@ -52,3 +52,23 @@ void slide_network_accept(const SlideNetwork *network, SlideNetworkState *state)
         slide_cells_accept(&network->cells, &state->cells);
     }
 }
+
+uint32_t slide_network_block_size(const SlideNetworkView *view, uint32_t n_outputs) {
+    return view->kind == SLIDE_STATE_SPACE ? view->cell.n_out : view->n_values / n_outputs;
+}
+
+void slide_network_place_block(SlideNetwork *network, const SlideNetworkView *view,
+                               uint32_t n_kept, const SlideKernel *kernel, SlideArena *arena) {
+    if (view->kind != SLIDE_STATE_SPACE) {
+        slide_feed_forward_place_block(&network->layers.stack, &view->layers, n_kept, kernel,
+                                       arena);
+    }
+}
+
+const float *slide_network_block(const SlideNetwork *network, const SlideKernel *kernel,
+                                 const SlideNetworkState *state, uint64_t sample) {
+    if (network->kind == SLIDE_STATE_SPACE) {
+        return slide_cells_block(&network->cells, &state->cells);
+    }
+    return slide_layers_block(&network->layers, kernel, &state->layers, sample);
+}

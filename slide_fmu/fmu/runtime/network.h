@@ -41,4 +41,17 @@ const float *slide_network_evaluate(const SlideNetwork *network, const SlideKern
                                     const SlideNetworkState *state, uint64_t sample);
 void slide_network_accept(const SlideNetwork *network, SlideNetworkState *state);
 
+/* Samples of the outputs that the network knows at a time: those that layers give at once, those of
+ * the output window of cells. */
+uint32_t slide_network_block_size(const SlideNetworkView *view, uint32_t n_outputs);
+
+/* Place what slide_network_block needs, after the network. */
+void slide_network_place_block(SlideNetwork *network, const SlideNetworkView *view,
+                               uint32_t n_kept, const SlideKernel *kernel, SlideArena *arena);
+
+/* All these values [block size][n_outputs] after a sample that was accepted, oldest first; they
+ * stay valid until the next evaluation. */
+const float *slide_network_block(const SlideNetwork *network, const SlideKernel *kernel,
+                                 const SlideNetworkState *state, uint64_t sample);
+
 #endif

@@ -5,10 +5,19 @@
 #include <math.h>
 #include <string.h>
 
+/* Beyond the samples that any result depends on, one part stands for all. */
+static uint32_t largest_parts(const SlideModel *model) { return model->n_sampled + 1; }
+
+SlideParts slide_stream_parts(const SlideModel *model, double length) {
+    return slide_parts(&model->history, length, model->step, largest_parts(model));
+}
+
 static void place_before(SlideBeforeStep *before, const SlideModel *model, SlideArena *arena) {
     size_t row = model->n_inputs * sizeof(double);
     before->samples = slide_place(arena, SLIDE_BEFORE, row);
     before->inputs = slide_place(arena, 1, row);
+    before->given = slide_place(arena, 1, row);
+    before->rates = slide_place(arena, 1, row);
     if (model->predictor.kind == SLIDE_STATE_SPACE) {
         slide_cells_before_place(&before->cells, &model->predictor.cells, arena);
     }
@@ -19,8 +28,10 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
     state->head = slide_place(arena, 1, sizeof *state->head);
     start = arena->used - sizeof *state->head;
     state->inputs = slide_place(arena, n_inputs, sizeof(double));
+    state->rates = slide_place(arena, n_inputs, sizeof(double));
     state->initial = slide_place(arena, n_inputs, sizeof(double));
     state->outputs = slide_place(arena, n_outputs, sizeof(double));
+    state->last = slide_place(arena, 1, sizeof *state->last);
     slide_samples_place(&state->samples, &model->samples, arena);
     slide_network_state_place(&state->predictor, &model->predictor, arena);
     place_before(&state->before, model, arena);
@@ -29,7 +40,9 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
     state->size = arena->used - start;
     state->before_steps = state->size - slide_history_steps_size(&model->history);
     state->backup = slide_place(arena, state->before_steps, 1);
-    state->steps = slide_place(arena, 2 * (1 + n_inputs), sizeof(double));
+    /* the newest step, that before the first one, and the parts of one */
+    state->steps = slide_place(arena, 2 + (size_t)largest_parts(model),
+                               (1 + n_inputs) * sizeof(double));
 }
 
 void slide_state_reset(const SlideModel *model, SlideState *state) {
@@ -110,13 +123,13 @@ static void remember(const SlideModel *model, SlideState *state) {
 }
 
 /* What the derivatives of a step need of the state before it. */
-static void keep(const SlideModel *model, SlideState *state, uint32_t n_taken) {
+static void keep(const SlideModel *model, SlideState *state, const SlideLastStep *step) {
     const double *newest = newest_sample(model, state);
     memcpy(state->before.samples, newest, SLIDE_BEFORE * model->n_inputs * sizeof *newest);
     if (model->predictor.kind == SLIDE_STATE_SPACE) {
         slide_cells_keep(&model->predictor.cells, &state->predictor.cells, &state->before.cells);
     }
-    state->head->n_taken = n_taken;
+    *state->last = *step;
 }
 
 static bool take(const SlideModel *model, SlideState *state, bool last) {
@@ -156,25 +169,54 @@ bool slide_stream_hold(const SlideModel *model, SlideState *state) {
     return true;
 }
 
+/* The inputs of a part of the step that begins now: as set, or moved on. */
+static const double *inputs_of_part(const SlideModel *model, const SlideState *state,
+                                    const SlideParts *parts, uint32_t part) {
+    if (!state->last->moved) {
+        return state->inputs;
+    }
+    slide_moved(&model->history, state->before.given, state->before.rates,
+                slide_part_time(parts, part), model->part);
+    return model->part;
+}
+
 /* Take in samples one h apart, of the step that begins now. */
 static bool take_in_turn(const SlideModel *model, SlideState *state, uint32_t count) {
+    const SlideParts parts = slide_stream_parts(model, state->last->length);
     bool ramp = model->history.ramp && !slide_stream_fresh(state);
     if (ramp) {
         memcpy(state->before.inputs, slide_history_newest(&model->history, &state->history),
                model->n_inputs * sizeof(double));
     }
-    set_sample(model, state->inputs);
     for (uint32_t left = count; left-- > 0;) {
+        const double *inputs = inputs_of_part(model, state, &parts, ramp ? 0 : count - 1 - left);
         if (ramp) {
-            slide_history_between(&model->history, state->before.inputs, state->inputs,
+            slide_history_between(&model->history, state->before.inputs, inputs,
                                   (double)left / count, model->inputs);
-            set_sample(model, model->inputs);
+            inputs = model->inputs;
         }
+        set_sample(model, inputs);
         if (!take(model, state, left == 0)) {
             return false;
         }
     }
     return true;
+}
+
+/* The step becomes the newest of the history, part by part. */
+static void append(const SlideModel *model, SlideState *state) {
+    const SlideHistoryShape *shape = &model->history;
+    SlideParts parts = slide_stream_parts(model, state->last->length);
+    if (!state->last->moved) {
+        slide_history_append(shape, &state->history, state->last->length, state->inputs);
+        return;
+    }
+    slide_history_append(shape, &state->history, parts.first,
+                         inputs_of_part(model, state, &parts, 0));
+    for (uint32_t part = 1; part < parts.count; ++part) {
+        slide_history_continue(shape, &state->history, parts.further,
+                               inputs_of_part(model, state, &parts, part));
+    }
 }
 
 /* Sample all the past that the networks see, up to the end of the newest step of the history. The
@@ -198,33 +240,50 @@ static bool take_anew(const SlideModel *model, SlideState *state) {
     return true;
 }
 
-/* The inputs before the first step, where they are known, are a step of their own. */
+/* The inputs before the first step are a step of their own where they differ from its inputs: where
+ * they are known, or its inputs move. */
 static bool begin(const SlideModel *model, SlideState *state) {
-    if (!slide_stream_fresh(state) || !state->head->prehistory_known) {
+    if (!slide_stream_fresh(state) || !(state->head->prehistory_known || state->head->moving)) {
         return true;
     }
     bool done = slide_stream_hold(model, state);
-    slide_history_append(&model->history, &state->history, model->step, state->initial);
+    slide_history_append(&model->history, &state->history, model->step,
+                         slide_stream_prehistory(state));
     return done;
+}
+
+/* The derivatives of the inputs count for this step only. */
+static void begin_to_move(const SlideModel *model, SlideState *state) {
+    const size_t row = model->n_inputs * sizeof(double);
+    if (state->head->moving) {
+        memcpy(state->before.given, state->inputs, row);
+        memcpy(state->before.rates, state->rates, row);
+        memset(state->rates, 0, row);
+        state->head->moving = 0;
+    }
 }
 
 static bool step_of(const SlideModel *model, SlideState *state, double length) {
     double count = nearbyint(length / model->step);
     bool whole = length == count * model->step && count <= model->n_in;
+    uint32_t n_taken = whole ? (uint32_t)count : 0;
+    SlideLastStep step = {length, n_taken, state->head->moving,
+                          slide_stream_fresh(state) && !state->head->prehistory_known, 0};
     bool done = begin(model, state);
     if (!done) {
         return false;
     }
-    keep(model, state, whole ? (uint32_t)count : 0);
+    keep(model, state, &step);
+    begin_to_move(model, state);
     if (slide_stream_fresh(state)) {
         done = slide_stream_hold(model, state); /* the first sample of the step */
-        done = done && (!whole || take_in_turn(model, state, (uint32_t)count - 1));
-        slide_history_append(&model->history, &state->history, length, state->inputs);
+        done = done && (!whole || take_in_turn(model, state, n_taken - 1));
+        append(model, state);
     } else if (whole) {
-        done = take_in_turn(model, state, (uint32_t)count);
-        slide_history_append(&model->history, &state->history, length, state->inputs);
+        done = take_in_turn(model, state, n_taken);
+        append(model, state);
     } else {
-        slide_history_append(&model->history, &state->history, length, state->inputs);
+        append(model, state);
         done = take_anew(model, state);
     }
     if (done) {
@@ -240,7 +299,7 @@ static bool step_once(const SlideModel *model, SlideState *state) {
     if (!try_sample(model, state, true)) {
         return false;
     }
-    keep(model, state, 1);
+    keep(model, state, &(SlideLastStep){.length = model->step, .n_taken = 1});
     slide_network_accept(&model->predictor, &state->predictor);
     remember(model, state);
     accept_outputs(model, state);
@@ -250,15 +309,17 @@ static bool step_once(const SlideModel *model, SlideState *state) {
 }
 
 bool slide_stream_step(const SlideModel *model, SlideState *state, double length) {
-    if (length == model->step && !slide_stream_fresh(state)) {
+    if (length == model->step && !slide_stream_fresh(state) && !state->head->moving) {
         return step_once(model, state);
     }
+    uint32_t n_parts = state->head->moving ? slide_stream_parts(model, length).count : 1;
+    uint32_t n_next = n_parts + slide_stream_fresh(state);
     memcpy(state->backup, state->head, state->before_steps);
-    slide_history_keep(&model->history, &state->history, state->steps);
+    slide_history_keep(&model->history, &state->history, n_next, state->steps);
     bool done = step_of(model, state, length);
     if (!done) {
         memcpy(state->head, state->backup, state->before_steps);
-        slide_history_put_back(&model->history, &state->history, state->steps);
+        slide_history_put_back(&model->history, &state->history, n_next, state->steps);
     }
     return done;
 }
@@ -271,6 +332,11 @@ bool slide_stream_in_range(const SlideModel *model, SlideState *state) {
         inside = inside && slide_estimate_in_range(&model->estimator, &state->estimate);
     }
     return inside;
+}
+
+const float *slide_stream_block(const SlideModel *model, const SlideState *state) {
+    return slide_network_block(&model->predictor, model->kernel, &state->predictor,
+                               *state->samples.count - 1);
 }
 
 void slide_stream_estimate(const SlideModel *model, SlideState *state) {

@@ -4,6 +4,7 @@
 
 #include "clock.h"
 #include "model.h"
+#include "moving.h"
 
 /* Fixed-size head of the state; the arrays follow it in the same block. */
 typedef struct {
@@ -15,13 +16,24 @@ typedef struct {
     uint32_t current; /* outputs belong to the present state */
     uint32_t prehistory_known; /* before the start the inputs were SlideState.initial; else the
                                   first counts as held for ever */
-    uint32_t n_taken; /* samples one h apart that the last step took in; 0: it took all anew */
+    uint32_t moving;  /* the inputs of the next step have derivatives that are not all zero */
 } SlideHead;
 
-/* What was before the last step, for its derivatives, unless it took all anew. */
+/* The last step, for its derivatives. */
+typedef struct {
+    double length;    /* s */
+    uint32_t n_taken; /* samples one h apart that it took in; 0: it took all anew */
+    uint32_t moved;   /* its inputs had derivatives */
+    uint32_t began;   /* it was the first one: what was before were its inputs */
+    uint32_t unused;
+} SlideLastStep;
+
+/* What was before the last step, for its derivatives, and what it began with. */
 typedef struct {
     double *samples;        /* [SLIDE_BEFORE][n_inputs], scaled, newest first */
-    double *inputs;         /* [n_inputs], physical; of a step of several samples only */
+    double *inputs;         /* [n_inputs], physical; of a step of several samples of ramps */
+    double *given, *rates;  /* [n_inputs], of a step whose inputs moved: the inputs and their
+                               derivatives as they were set */
     SlideCellsBefore cells; /* of cells */
 } SlideBeforeStep;
 
@@ -29,8 +41,10 @@ typedef struct {
 typedef struct {
     SlideHead *head;
     double *inputs;  /* [n_inputs], as set last */
+    double *rates;   /* [n_inputs], 1/s, derivatives of the inputs, of the next step only */
     double *initial; /* [n_inputs], before the start, where they are known */
     double *outputs; /* [n_outputs] */
+    SlideLastStep *last;
     SlideSamples samples;
     SlideNetworkState predictor;
     SlideBeforeStep before;
@@ -63,6 +77,9 @@ const double *slide_stream_prehistory(const SlideState *state);
 /* Evaluate as if they had been. Before the first step only. */
 bool slide_stream_hold(const SlideModel *model, SlideState *state);
 
+/* The parts of a step whose inputs move. */
+SlideParts slide_stream_parts(const SlideModel *model, double length);
+
 /* One communication step of a length (s, positive) under the present inputs: outputs at its end.
  * Of a whole number of sample steps, up to n_in, each is taken in; otherwise the window is sampled
  * anew from the remembered inputs and evaluated once. False when a result is not finite; then
@@ -72,6 +89,10 @@ bool slide_stream_step(const SlideModel *model, SlideState *state, double length
 /* Do the inputs behind the outputs lie in their ranges, and what the estimator sees, where there is
  * one, in those of its training? Brings the error estimates up to the present state. */
 bool slide_stream_in_range(const SlideModel *model, SlideState *state);
+
+/* The outputs [n_block][n_outputs] of the newest samples as the network sees them now, oldest first,
+ * scaled; after the first step or slide_stream_hold. They stay valid until the next call. */
+const float *slide_stream_block(const SlideModel *model, const SlideState *state);
 
 /* Bring the error estimates up to the present state; only with an estimator, after the first step
  * or slide_stream_hold. Changes nothing that later steps give. */

@@ -1,0 +1,34 @@
+/* Inputs that move within a communication step, where the master gave their derivatives. */
+#ifndef SLIDE_MOVING_H
+#define SLIDE_MOVING_H
+
+#include "history.h"
+
+/* A step in parts that follow each other; in each the inputs have one value. Held inputs: parts one
+ * sample step long, the first shorter or longer, with the value in their middle, so that the mean is
+ * kept. Ramps: one part, with the value at its end, which they reach. */
+typedef struct {
+    uint32_t count;
+    double first, further; /* s, lengths of the first part and of each one after it */
+    double taken_at;       /* where the value is taken, as a part of the length */
+} SlideParts;
+
+/* largest: number of parts after which older ones no longer matter; the first takes their place. */
+SlideParts slide_parts(const SlideHistoryShape *shape, double length, double sample_step,
+                       uint32_t largest);
+
+double slide_part_length(const SlideParts *parts, uint32_t part);
+
+/* The time since the begin of the step at which the value of a part is taken. */
+double slide_part_time(const SlideParts *parts, uint32_t part);
+
+/* Inputs a time after they had these values and derivatives (1/s). A director turns and grows at
+ * constant relative rates, which is on the circle where its derivative is tangential. */
+void slide_moved(const SlideHistoryShape *shape, const double *inputs, const double *rates,
+                 double time, double *moved);
+
+/* The derivative of the same when the inputs move by d_inputs and the rates stay. */
+void slide_moved_slope(const SlideHistoryShape *shape, const double *inputs, const double *rates,
+                       double time, const double *d_inputs, double *d_moved);
+
+#endif

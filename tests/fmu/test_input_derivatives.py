@@ -1,0 +1,218 @@
+"""Steps whose inputs move, by the derivatives that a master gives, against plain numpy."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from fmpy.fmi2 import FMU2Slave
+
+from slide_fmu.fmu.check import OUTPUT_TOLERANCE
+from slide_fmu.signals import FloatArray, Hold
+from slide_fmu.surrogate import Surrogate
+
+from .native import DISCARD, ERROR, OK, Loaded, Native
+from .plain import Resampling, five_point_slope
+from .samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
+from .test_any_step import (
+    ESTIMATE_TOLERANCE,
+    FORGETFUL,
+    LASTING,
+    NAMES,
+    PATTERNS,
+    SHAPES,
+    both_holds,
+    drawn,
+)
+from .test_derivatives import ROUNDED, derivative, inputs_for, surrogate_of
+
+Load = Callable[[Surrogate], Loaded]
+
+
+def rates_for(lengths: list[float], n_inputs: int) -> FloatArray:
+    """Inputs move by up to about 1 in h, and over longer steps in all; some steps by nothing."""
+    rng = np.random.default_rng(5)
+    rates = rng.normal(0, 0.3, (len(lengths), n_inputs)) / STEP
+    rates /= np.maximum(lengths, 1)[:, None]
+    rates[rng.random(len(lengths)) < 0.2] = 0.0
+    return np.asarray(rates)
+
+
+@both_holds
+@pytest.mark.parametrize("pattern", PATTERNS)
+@pytest.mark.parametrize("shape", SHAPES, ids=NAMES)
+def test_moving_inputs_are_resampled(load: Load, shape: Shape, pattern: str, hold: Hold) -> None:
+    surrogate = random_surrogate(dataclasses.replace(shape, hold=hold))
+    lengths, n = (PATTERNS[pattern] * 60)[:60], shape.n_outputs
+    inputs, rates = drawn(60, shape.n_inputs), rates_for(lengths, shape.n_inputs)
+    native, oracle, time = load(surrogate).instance().start(), Resampling(surrogate), 0.0
+    for length, row, slope in zip(lengths, inputs, rates, strict=True):
+        assert native.set(*row) == native.set_rates(*slope) == OK
+        assert native.do_step(time, length * STEP) == OK, native.messages
+        time += length * STEP
+        outputs, estimates = oracle.step(length * STEP, row, slope if np.any(slope) else None)
+        found = np.array(native.get(shape.n_inputs, 2 * n))
+        np.testing.assert_allclose(found[:n], outputs, rtol=0, atol=2 * OUTPUT_TOLERANCE * 8)
+        np.testing.assert_allclose(found[n:], estimates, rtol=ESTIMATE_TOLERANCE)
+
+
+def test_by_hand(load: Load) -> None:
+    """The sum of four samples: each is the mean of a held input that moves."""
+    native = load(sum_surrogate()).instance().start()
+    for length, expected in ((1, 0.5), (2, 4.5), (1, 8.0), (0.5, 8.0), (0.5, 11.75)):
+        time = native.time()
+        assert native.set(time / STEP) == native.set_rates(1 / STEP) == OK
+        assert native.do_step(time, length * STEP) == OK
+        assert native.get(1) == [pytest.approx(expected)]
+
+
+def test_a_ramp_ends_where_the_derivative_leads(load: Load) -> None:
+    native = load(dataclasses.replace(sum_surrogate(1), hold="ramp")).instance().start()
+    for length in (1, 2, 0.4):
+        assert native.set(3.0) == native.set_rates(0.5 / STEP) == OK
+        assert native.do_step(native.time(), length * STEP) == OK
+        assert native.get(1) == [pytest.approx(3 + 0.5 * length)]
+
+
+def test_derivatives_count_for_one_step(load: Load) -> None:
+    loaded = load(sum_surrogate())
+    native, other = (loaded.instance().start() for _ in range(2))
+    native.set_rates(9.0)
+    native.step(0.5)
+    native.step(0.5)
+    other.step(0.5 + 4.5 * STEP)
+    other.step(0.5)
+    other.steps = 2
+    for _ in range(3):
+        native.step()
+        other.step()
+    assert native.get(1) == other.get(1)
+    assert native.get(0) == [0.5]
+
+
+@pytest.mark.parametrize("hold", ["held", "ramp"])
+def test_without_motion_nothing_differs(load: Load, hold: Hold) -> None:
+    loaded = load(random_surrogate(Shape(n_inputs=2, positions=3, cell=LASTING, hold=hold)))
+    native, other = (loaded.instance().start() for _ in range(2))
+    rng = np.random.default_rng(3)
+    for row, length in zip(drawn(30, 2), rng.choice([1, 1, 3, 0.6], 30), strict=True):
+        assert native.set(*row) == other.set(*row) == native.set_rates(0.0, 0.0) == OK
+        assert native.do_step(native.time(), length * STEP) == OK
+        assert other.do_step(other.time(), length * STEP) == OK
+        assert native.save() == other.save()
+
+
+@both_holds
+@pytest.mark.parametrize("cell", [None, LASTING], ids=["layers", "cell"])
+def test_they_are_part_of_the_state(load: Load, cell: CellShape | None, hold: Hold) -> None:
+    loaded = load(random_surrogate(Shape(positions=3, cell=cell, hold=hold, differences=1)))
+    native, other = loaded.instance().start(), loaded.instance()
+    for row, length in zip(drawn(12, 1), [1, 1, 2, 0.6] * 3, strict=True):
+        assert native.set(*row) == native.set_rates(40.0) == OK
+        assert other.restore(native.save()) == OK
+        for one in (native, other):
+            assert one.do_step(one.time(), length * STEP) == OK
+        assert native.save() == other.save()
+    native.set_rates(40.0)
+    assert native.call("fmi2Reset") == OK
+    assert native.save() == loaded.instance().save()
+
+
+@pytest.mark.parametrize("hold", ["held", "ramp"])
+def test_a_step_that_fails_changes_nothing(load: Load, hold: Hold) -> None:
+    loaded = load(random_surrogate(Shape(n_in=8, hold=hold, cell=CellShape(activation="cubic"))))
+    native = loaded.instance().start()
+    for first in (True, False):
+        assert native.set(0.5) == native.set_rates(1e45) == OK
+        saved = native.save()
+        for length in (1, 2, 1.6, 2.5, 30):
+            assert native.do_step(native.time(), length * STEP) == ERROR
+            assert "not finite" in native.messages[-1]
+            assert native.save() == saved, (first, length)
+        assert native.set_rates(3.0) == OK
+        assert native.do_step(native.time(), 3 * STEP) == OK
+
+
+def test_wrong_arguments(rich: Loaded) -> None:
+    native = rich.instance().start()
+    native.step(0.1, 0.2)
+    saved = native.save()
+    for rate in (math.nan, math.inf):
+        assert native.set_rates(1.0, rate) == DISCARD
+        assert f"derivative of value reference 1 = {rate:g}" in native.messages[-1]
+    assert native.set_rates(1.0, order=2) == ERROR
+    assert "derivative of order 2 of value reference 0; expected order 1" in native.messages[-1]
+    assert native.set_rates(1.0, first=2) == ERROR
+    assert "value reference 2 is no input; expected 0 to 1" in native.messages[-1]
+    assert native.call("fmi2SetRealInputDerivatives", None, 1, None, None) == ERROR
+    assert native.save() == saved
+    native.call("fmi2Terminate")
+    assert native.set_rates(1.0) == ERROR
+
+
+LENGTHS = [1, 1, 3, 0.02, 0.01, 1, 0.6, 5, 2.3, 7.7, 11, 1]
+
+
+def moved_outputs(
+    native: Native, before: bytes, inputs: FloatArray, rates: FloatArray, length: float
+) -> FloatArray:
+    """Outputs of a step that begins with a saved state."""
+    assert native.restore(before) == OK
+    assert native.set(*inputs) == native.set_rates(*rates) == OK
+    assert native.do_step(native.time(), length * STEP) == OK, native.messages
+    return np.array(native.get(len(inputs), 2))
+
+
+@both_holds
+@pytest.mark.parametrize("first", LENGTHS[::3])
+@pytest.mark.parametrize("family", ["elu block", "tanh cell"])
+@pytest.mark.parametrize("seen", ["differences", "director"])
+def test_derivatives_of_the_outputs(
+    load: Load, seen: str, family: str, first: float, hold: Hold
+) -> None:
+    """By the inputs that were set, with their rates kept, against rollback; also of the first
+    step, before which its inputs count as held."""
+    surrogate = surrogate_of(seen, family, hold=hold)
+    native, distance = load(surrogate).instance().start(), 2e-3
+    lengths = [first, *LENGTHS]
+    rows, rates = inputs_for(surrogate, len(lengths)), rates_for(lengths, 2)
+    direction = np.array([0.7, -1.0])
+    for row, slope, length in zip(rows, rates, lengths, strict=True):
+        before = native.save()
+        expected = five_point_slope(
+            lambda amount, step=(before, row, slope, length): moved_outputs(
+                native, step[0], step[1] + amount * direction, step[2], step[3]
+            ),
+            distance,
+        )
+        values = moved_outputs(native, before, row, slope, length)
+        allowed = ROUNDED * (1 + np.abs(values).max()) / distance
+        found = derivative(native, 2, direction)
+        np.testing.assert_allclose(found, expected, rtol=2e-2, atol=20 * allowed)
+
+
+def test_in_fmpy(load: Load) -> None:
+    """By fmpy's own call; its simulate_fmu gives none (0.3.32 fails on an array of nine)."""
+    surrogate, step = random_surrogate(Shape(cell=FORGETFUL)), 2 * STEP
+    loaded, oracle = load(surrogate), Resampling(surrogate)
+    slave = FMU2Slave(
+        guid=loaded.guid,
+        unzipDirectory=str(loaded.folder),
+        modelIdentifier=surrogate.name,
+        instanceName="one",
+    )
+    slave.instantiate()
+    slave.setupExperiment()
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    for k, (u, rate) in enumerate([(0.5, 9.0), (0.7, -20.0), (0.1, 40.0)]):
+        slave.setReal([0], [u])
+        slave.setRealInputDerivatives([0], [1], [rate])
+        slave.doStep(k * step, step)
+        outputs, _ = oracle.step(step, np.array([u]), np.array([rate]))
+        assert slave.getReal([1]) == [pytest.approx(outputs[0], abs=2 * OUTPUT_TOLERANCE * 8)]
+    slave.terminate()
+    slave.freeInstance()

@@ -1,0 +1,155 @@
+"""Steps of several samples that a master of FMI 3.0 watches: outputs and inputs at each sample."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from slide_fmu.fmu.model_description import fmu_variables
+from slide_fmu.surrogate import Surrogate
+
+from .native import ERROR, OK, Loaded
+from .native3 import Native3, with_separator
+from .samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
+from .test_any_step import LASTING, both_holds, drawn
+
+Load = Callable[[Surrogate], Loaded]
+SHAPES = {
+    "layers": Shape(n_inputs=2, n_outputs=2, positions=3, differences=1),
+    "cell": Shape(n_inputs=2, n_outputs=2, positions=3, cell=LASTING),
+    "director": Shape(n_inputs=2, n_outputs=2, features="director"),
+}
+every_shape = pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
+
+
+def _instance(
+    loaded: Loaded, watch: Callable[[float, bool], float | None] | None = None, ends: bool = False
+) -> Native3:
+    place = with_separator(loaded.folder / "resources")
+    return Native3(loaded.library, loaded.guid, place, watch=watch, ends=ends)
+
+
+@both_holds
+@every_shape
+def test_watching_changes_nothing(load: Load, shape: Shape, hold: str) -> None:
+    """All variables after steps of up to n_in samples, to the bit."""
+    surrogate = random_surrogate(Shape(**{**vars(shape), "hold": hold}))
+    loaded, times = load(surrogate), []
+    plain = _instance(loaded).start()
+    watched = _instance(loaded, lambda time, may_set: times.append((time, may_set))).start()
+    count, time = len(fmu_variables(surrogate)) - 2, 0.0
+    expected_times = []
+    lengths = np.random.default_rng(0).choice([1, 2, 3, 12], 40).tolist()
+    for row, length in zip(drawn(40, 2), lengths, strict=True):
+        assert plain.set(*row) == watched.set(*row) == OK
+        assert plain.do_step(time, length * STEP) == watched.do_step(time, length * STEP) == OK
+        assert plain.get(0, count) == watched.get(0, count)
+        expected_times += [(time + k * STEP, k < length) for k in range(1, length + 1)]
+        time += length * STEP
+    assert times == [(pytest.approx(t), may_set) for t, may_set in expected_times]
+
+
+@both_holds
+@every_shape
+def test_inputs_of_every_sample(load: Load, shape: Shape, hold: str) -> None:
+    """A master that sets inputs on the way has the results of single steps."""
+    surrogate = random_surrogate(Shape(**{**vars(shape), "hold": hold}))
+    loaded, rows = load(surrogate), drawn(41, 2)
+    seen: list[list[float]] = []
+
+    def watch(_time: float, may_set: bool) -> None:
+        seen.append(watched.get(0, 4))
+        if may_set:
+            assert watched.set(*rows[len(seen)]) == OK, watched.messages
+
+    watched, single = _instance(loaded, watch), _instance(loaded).start()
+    watched.start()
+    assert watched.set(*rows[0]) == OK
+    assert watched.do_step(0.0, 40 * STEP) == OK
+    expected = []
+    for k in range(40):
+        assert single.set(*rows[k]) == single.do_step(k * STEP) == OK
+        expected.append(single.get(0, 4))
+    assert np.array_equal(np.array(seen), np.array(expected))
+
+
+def test_the_time_and_what_may_be_called(rich: Loaded) -> None:
+    time_reference = len(fmu_variables(rich.surrogate))
+    found: list[object] = []
+
+    def watch(time: float, _may_set: bool) -> None:
+        assert watched.get(time_reference) == [time]
+        for call in (watched.do_step(time), watched.call("fmi3Reset"), watched.initialize()):
+            assert call == ERROR
+            assert "must not be called in state 'intermediate update mode'" in watched.messages[-1]
+        state = ctypes.c_void_p()
+        assert watched.call("fmi3GetFMUState", ctypes.byref(state)) == ERROR
+        assert watched.set(1.0, first=time_reference - 3) == ERROR
+        assert "is a parameter" in watched.messages[-1]
+        found.append(time)
+
+    watched = _instance(rich, watch).start(1.0)
+    assert watched.do_step(1.0, 3 * STEP) == OK
+    assert watched.do_step(1.0 + 3 * STEP, 0.5 * STEP) == OK
+    assert found == pytest.approx([1 + STEP, 1 + 2 * STEP, 1 + 3 * STEP, 1 + 3.5 * STEP])
+    assert watched.last == pytest.approx(1 + 3.5 * STEP)
+
+
+@pytest.mark.parametrize(("until", "end"), [(2, 2), (2.5, 3), (0, 1), (9, 4), (math.nan, 4)])
+def test_a_step_may_end_early(rich: Loaded, until: float, end: int) -> None:
+    asked = _instance(rich, lambda _time, _may_set: until * STEP, ends=True).start()
+    assert asked.do_step(0.0, 4 * STEP) == OK
+    assert asked.last == pytest.approx(end * STEP)
+    assert asked.flags == (False, False, end < 4)
+    plain = _instance(rich).start()
+    assert plain.do_step(0.0, end * STEP) == OK
+    assert plain.get(2, 4) == asked.get(2, 4)
+    assert asked.do_step(end * STEP) == OK
+
+
+def test_no_step_ends_early_where_that_is_not_allowed(rich: Loaded) -> None:
+    asked = _instance(rich, lambda time, _may_set: time).start()
+    assert asked.do_step(0.0, 4 * STEP) == OK
+    assert (asked.last, asked.flags) == (pytest.approx(4 * STEP), (False, False, False))
+
+
+@both_holds
+def test_a_step_that_fails_on_the_way_changes_nothing(load: Load, hold: str) -> None:
+    shape = Shape(cell=CellShape(activation="cubic"), hold=hold)  # type: ignore[arg-type]
+    loaded, bad = load(random_surrogate(shape)), False
+
+    def watch(time: float, _may_set: bool) -> None:
+        if bad and time > 8.5 * STEP:
+            assert watched.set(1e30) == OK
+
+    watched = _instance(loaded, watch).start()
+    for k in range(3):
+        assert watched.set(0.4 * k) == watched.do_step(2 * k * STEP, 2 * STEP) == OK
+    saved, bad = watched.save(), True
+    assert watched.do_step(6 * STEP, 6 * STEP) == ERROR
+    assert "are not finite" in watched.messages[-1]
+    assert watched.save() == saved
+    assert watched.last == pytest.approx(6 * STEP)
+    bad = False
+    assert watched.do_step(6 * STEP, 6 * STEP) == OK
+
+
+def test_a_director_that_is_none_on_the_way(load: Load) -> None:
+    loaded = load(random_surrogate(SHAPES["director"]))
+    watched = _instance(loaded, lambda _time, _may_set: watched.set(0.0, 0.0) and None)
+    watched.start()
+    assert watched.set(1.0, 0.0) == OK
+    assert watched.do_step(0.0, 3 * STEP) == ERROR
+    assert "gives no direction" in watched.messages[-1]
+    assert watched.get(0, 2) == [1.0, 0.0]
+
+
+def test_no_slip_of_time(load: Load) -> None:
+    watched = _instance(load(sum_surrogate()), lambda _time, _may_set: None).start()
+    for k in range(20_000):
+        assert watched.do_step(3 * k * STEP, 3 * STEP) == OK
+    assert watched.last == pytest.approx(60_000 * STEP, rel=1e-12)

@@ -1,0 +1,164 @@
+"""The arrays of FMI 3.0: the samples of the outputs that the network knows at a time."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+
+from slide_fmu.fmu.export import export_fmu
+from slide_fmu.fmu.model_description import fmu_variables
+from slide_fmu.fmu.model_description3 import block_size, fmu_variables3
+from slide_fmu.signals import FloatArray
+from slide_fmu.surrogate import Surrogate
+
+from .native import ERROR, OK, Loaded
+from .native3 import Native3, with_separator
+from .samples import STEP, CellShape, Shape, random_surrogate
+from .test_any_step import FORGETFUL, LASTING, drawn
+
+Load = Callable[[Surrogate], Loaded]
+SHAPES = {
+    "block": Shape(n_inputs=2, n_outputs=3, n_out=5, positions=2),
+    "linear": Shape(n_inputs=2, n_outputs=2, hidden=(), skip=True),
+    "deep, skip": Shape(n_inputs=2, n_outputs=30, hidden=(9, 40, 7), skip=True),
+    "float16": Shape(n_inputs=2, n_outputs=2, half=True, skip=True),
+    "ages": Shape(n_inputs=2, n_outputs=2, ages=3),
+    "cell": Shape(n_inputs=2, n_outputs=2, cell=LASTING, n_out=5),
+    "gated": Shape(
+        n_inputs=2, n_outputs=2, cell=CellShape(9, 9, "gated", 0.7, turned=2, factors=2)
+    ),
+}
+both_families = pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
+
+
+def _instance(loaded: Loaded) -> Native3:
+    return Native3(loaded.library, loaded.guid, with_separator(loaded.folder / "resources"))
+
+
+def windows(native: Native3, surrogate: Surrogate) -> FloatArray:
+    """All windows, (n_out, n_outputs)."""
+    first, count = len(fmu_variables(surrogate)) + 1, block_size(surrogate)
+    m = len(surrogate.outputs)
+    values = (ctypes.c_double * (m * count))()
+    references = (ctypes.c_uint * m)(*range(first, first + m))
+    n = (ctypes.c_size_t(m), values, ctypes.c_size_t(m * count))
+    assert native.call("fmi3GetFloat64", references, *n) == OK, native.messages
+    return np.array(values).reshape(m, count).T
+
+
+@both_families
+def test_the_window_that_the_network_predicts(load: Load, shape: Shape) -> None:
+    """As predict_windows gives it, after single steps, several at once and others; its newest
+    sample is the output, to the bit."""
+    surrogate = random_surrogate(shape)
+    native, n = _instance(load(surrogate)).start(), surrogate.window.n_in
+    lengths = [1] * 30 + [2] * 20 + [1, 3, 1, 1]
+    record = []
+    for row, length in zip(drawn(len(lengths), 2), lengths, strict=True):
+        assert native.set(*row) == native.do_step(len(record) * STEP, length * STEP) == OK
+        record += [row] * length
+        found = windows(native, surrogate)
+        assert found[-1].tolist() == native.get(2, shape.n_outputs)
+        if len(record) < 2 * n:
+            continue
+        expected = surrogate.predict_windows(np.array(record[-n:])[None])[0]
+        if shape.cell is None:
+            np.testing.assert_allclose(found, expected, rtol=0, atol=1e-5)
+
+
+def test_after_several_samples_cells_know_each_of_them(load: Load) -> None:
+    """A step of five samples gives what five single steps give."""
+    surrogate = random_surrogate(SHAPES["cell"])
+    loaded = load(surrogate)
+    whole, single = _instance(loaded).start(), _instance(loaded).start()
+    for k, row in enumerate(drawn(20, 2)):
+        assert whole.set(*row) == single.set(*row) == OK
+        assert whole.do_step(5 * k * STEP, 5 * STEP) == OK
+        outputs = []
+        for i in range(5):
+            assert single.do_step((5 * k + i) * STEP) == OK
+            outputs.append(single.get(2, 2))
+        assert windows(whole, surrogate).tolist() == outputs
+
+
+def test_off_the_grid_they_end_with_the_step(load: Load) -> None:
+    """Of a cell that forgets within its window, held inputs."""
+    shape = Shape(n_inputs=2, n_outputs=2, cell=FORGETFUL, n_out=3)
+    surrogate = random_surrogate(shape)
+    native = _instance(load(surrogate)).start()
+    rows = drawn(40, 2)
+    for k, row in enumerate(rows):
+        assert native.set(*row) == native.do_step(0.5 * k * STEP, 0.5 * STEP) == OK
+    ends = rows[None, 40 - 2 * surrogate.window.n_in :: 2]
+    expected = surrogate.predict_windows(ends)[0]
+    np.testing.assert_allclose(windows(native, surrogate), expected, rtol=0, atol=1e-4)
+
+
+@both_families
+def test_before_the_first_step(load: Load, shape: Shape) -> None:
+    surrogate = random_surrogate(shape)
+    native = _instance(load(surrogate))
+    assert native.initialize() == native.set(0.3, 0.4) == OK
+    found = windows(native, surrogate)
+    newest = native.get(2, shape.n_outputs)
+    assert found[-1].tolist() == newest
+    if shape.cell:  # has not forgotten quite yet that it began at zero
+        np.testing.assert_allclose(found, np.broadcast_to(newest, found.shape), atol=0.04)
+    else:
+        held = np.tile([0.3, 0.4], (1, surrogate.window.n_in, 1))
+        np.testing.assert_allclose(found, surrogate.predict_windows(held)[0], atol=1e-5)
+
+
+@both_families
+def test_reading_changes_nothing(load: Load, shape: Shape) -> None:
+    surrogate = random_surrogate(shape)
+    loaded = load(surrogate)
+    native, other = _instance(loaded).start(), _instance(loaded).start()
+    for k, row in enumerate(drawn(15, 2)):
+        assert native.set(*row) == native.do_step(k * STEP) == OK
+        found = windows(native, surrogate)
+        assert other.restore(native.save()) == OK
+        assert np.array_equal(windows(other, surrogate), found)
+        assert native.save() == other.save()
+
+
+def test_only_networks_that_know_several_samples_have_them() -> None:
+    one_sample = random_surrogate(Shape(block=False))
+    assert block_size(one_sample) == 1
+    assert [v.name for v in fmu_variables3(one_sample)][-1] == "time"
+    assert [v.name for v in fmu_variables3(random_surrogate(Shape()))][-2:] == [
+        "time",
+        "y0_window",
+    ]
+
+
+def test_counts_of_values(rich: Loaded) -> None:
+    native, time = _instance(rich).start(), len(fmu_variables(rich.surrogate))
+    references = (ctypes.c_uint * 2)(time, time + 1)
+    values = (ctypes.c_double * 5)(*[-7.0] * 5)
+    for count, status in ((4, ERROR), (2, ERROR), (5, OK)):
+        arguments = references, ctypes.c_size_t(2), values, ctypes.c_size_t(count)
+        assert native.call("fmi3GetFloat64", *arguments) == status
+        assert status == OK or list(values) == [-7.0] * 5
+    assert f"{2} values for 2 variables; expected 5" in native.messages[-1]
+    assert native.call("fmi3SetFloat64", references, 2, values, ctypes.c_size_t(5)) == ERROR
+    assert "is no input" in native.messages[-1]
+    assert native.try_get(time + 3)[0] == ERROR
+
+
+def test_in_fmpy(tmp_path: Path) -> None:
+    """fmpy records them when it is asked to, and not otherwise."""
+    surrogate = random_surrogate(SHAPES["block"])
+    path = export_fmu(surrogate, tmp_path / "m.fmu", fmi=3)
+    assert fmpy.validation.validate_fmu(str(path)) == []
+    plain = fmpy.simulate_fmu(str(path), stop_time=40 * STEP, output_interval=STEP)
+    assert not any(name.endswith("_window") for name in plain.dtype.names)
+    names = ["y0", "y0_window"]
+    result = fmpy.simulate_fmu(str(path), stop_time=40 * STEP, output_interval=STEP, output=names)
+    assert result["y0_window"].shape == (len(result), 5)
+    assert np.array_equal(result["y0_window"][:, -1], result["y0"])

@@ -1,15 +1,19 @@
 """The modelDescription.xml (FMI 3.0.2) of a surrogate's FMU.
 
 Variables and value references are those of the FMI 2.0 FMU (``model_description.py``). After them
-come the independent variable, which FMI 3.0 asks for, and, where the network knows several samples
-of the outputs at a time, an array of them for each output.
+come the independent variable, which FMI 3.0 asks for, and arrays: where the network knows several
+samples of the outputs at a time, one of them for each output; one of the samples before the start
+for each input.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from xml.etree import ElementTree
 
+from slide_fmu.features import BEFORE
 from slide_fmu.fmu.model_description import (
+    PREHISTORY_KNOWN,
     Variable,
     add_log_categories,
     add_units,
@@ -50,11 +54,21 @@ def fmu_variables3(surrogate: Surrogate) -> list[Variable]:
     Raises:
         ValueError: two variables would have the same name.
     """
-    variables = [*fmu_variables(surrogate), TIME]
+    variables = [_prehistory_known(variable) for variable in fmu_variables(surrogate)]
+    variables.append(TIME)
     count = block_size(surrogate)
     if count > 1:
         variables += [_output_window(signal, count) for signal in surrogate.outputs]
+    count = initial_window_size(surrogate)
+    variables += [_initial_window(signal, count) for signal in surrogate.inputs]
     return checked_names(surrogate, variables)
+
+
+def initial_window_size(surrogate: Surrogate) -> int:
+    """Samples of the inputs that any result depends on, with those before for their features."""
+    estimator = surrogate.estimator
+    reach = 0 if estimator is None else estimator.reach
+    return max(surrogate.window.n_in, reach) + BEFORE
 
 
 def block_size(surrogate: Surrogate) -> int:
@@ -92,6 +106,29 @@ def model_description3(surrogate: Surrogate, guid: str) -> bytes:
     return document(root)
 
 
+def _prehistory_known(variable: Variable) -> Variable:
+    """The same variable, which FMI 3.0 gives one more value."""
+    if variable.name != PREHISTORY_KNOWN:
+        return variable
+    text = f"{variable.description}; 2: their last samples were the arrays initial_..._window"
+    return replace(variable, description=text, high=2.0)
+
+
+def _initial_window(signal: Signal, count: int) -> Variable:
+    return Variable(
+        f"initial_{signal.name}_window",
+        signal.unit,
+        "parameter",
+        f"{signal.name} at the last {count} samples before the start, oldest first, where "
+        f"{PREHISTORY_KNOWN} is 2",
+        signal.low,
+        signal.high,
+        signal.start_value,
+        "fixed",
+        count,
+    )
+
+
 def _output_window(signal: Signal, count: int) -> Variable:
     """No output, so that masters do not record it unasked."""
     text = (
@@ -123,6 +160,8 @@ def _add_variables(root: ElementTree.Element, variables: list[Variable]) -> None
             "unit": variable.unit,
             **given_attributes(variable),
         }
+        if variable.start is not None and variable.size is not None:
+            attributes["start"] = " ".join([attributes["start"]] * variable.size)
         if variable.causality in ("input", "output"):
             attributes["intermediateUpdate"] = "true"
         element = ElementTree.SubElement(parent, "Float64", attributes)

@@ -21,6 +21,7 @@ from slide_fmu.cosim import CoSimulationError, run_fmu, unpacked
 from slide_fmu.fmu import build, platforms
 from slide_fmu.fmu.check import OUTPUT_TOLERANCE, check_fmu
 from slide_fmu.fmu.export import FmuError, export_fmu, read_fmu
+from slide_fmu.fmu.model_description3 import initial_window_size
 from slide_fmu.fmu.platforms import FmiVersion
 from slide_fmu.scaling import Affine
 from slide_fmu.signals import Signal
@@ -148,10 +149,13 @@ def test_fmi_3_description(fmu: Path, surrogate: Surrogate, tmp_path: Path) -> N
     assert three.fmiVersion == "3.0"
     assert three.instantiationToken == two.guid
     same = ("name", "valueReference", "causality", "unit", "min", "max", "start", "description")
-    *variables, time, first_window, window = three.modelVariables
+    *variables, time, first_window, window, initial, _ = three.modelVariables
     for one, other in zip(two.modelVariables, variables, strict=True):
-        assert [getattr(one, name) for name in same] == [getattr(other, name) for name in same]
         assert other.type == "Float64"
+        if other.name == "prehistory_known":  # has one more value
+            assert (one.max, other.max) == ("1.0", "2.0")
+        else:
+            assert [getattr(one, name) for name in same] == [getattr(other, name) for name in same]
     assert (time.name, time.unit, time.causality) == ("time", "s", "independent")
     assert (first_window.name, window.name) == ("y0_window", "y1_window")
     assert (window.causality, window.shape) == ("local", (surrogate.window.n_out,))
@@ -164,9 +168,15 @@ def test_fmi_3_description(fmu: Path, surrogate: Surrogate, tmp_path: Path) -> N
     assert interface.providesIntermediateUpdate
     assert not interface.hasEventMode
     assert two.coSimulation.canInterpolateInputs
+    assert (initial.name, initial.causality) == ("initial_u0_window", "parameter")
+    assert initial.shape == (initial_window_size(surrogate),)
+    arrays = {initial.name, "initial_u1_window"}
     for unknowns in ("outputs", "initialUnknowns"):
         found = [
-            [(u.variable.name, [v.name for v in u.dependencies]) for u in getattr(d, unknowns)]
+            [
+                (u.variable.name, [v.name for v in u.dependencies if v.name not in arrays])
+                for u in getattr(d, unknowns)
+            ]
             for d in (two, three)
         ]
         assert found[0] == found[1]

@@ -34,10 +34,22 @@ static bool has_direction(const SlideInstance *instance, const double *inputs, c
 }
 
 static bool have_direction(const SlideInstance *instance, const char *function) {
+    const SlideModel *model = &instance->model;
     const SlideState *state = &instance->state;
-    return has_direction(instance, state->inputs, "inputs", function) &&
-           (!slide_stream_fresh(state) || has_direction(instance, slide_stream_prehistory(state),
-                                                        "initial inputs of those", function));
+    if (!has_direction(instance, state->inputs, "inputs", function)) {
+        return false;
+    }
+    if (!slide_stream_fresh(state)) {
+        return true;
+    }
+    bool window = state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN;
+    const double *inputs = slide_stream_prehistory(model, state);
+    bool good = has_direction(instance, inputs, "initial inputs of those", function);
+    for (size_t age = 1; window && good && age < model->n_sampled; ++age) {
+        good = has_direction(instance, inputs - age * model->n_inputs, "initial window of those",
+                             function);
+    }
+    return good;
 }
 
 static bool stream_step(SlideInstance *instance, double length, const char *function) {
@@ -73,7 +85,7 @@ static bool begin_ramps(SlideInstance *instance) {
     const bool first = slide_stream_fresh(state);
     const size_t row = model->n_inputs * sizeof(double);
     memcpy(instance->watcher.from,
-           first ? slide_stream_prehistory(state)
+           first ? slide_stream_prehistory(model, state)
                  : slide_history_newest(&model->history, &state->history),
            row);
     memcpy(instance->watcher.to, state->inputs, row);

@@ -2,10 +2,12 @@
 #include "calls.h"
 #include "variables.h"
 
+#include <math.h>
+
 /* Part of the inputs behind a result that were set in this run, or are known. */
 static double part_filled(const SlideState *state, double n_samples) {
     double filled = state->head->filled / n_samples;
-    return filled < 1 && !state->head->prehistory_known ? filled : 1;
+    return filled < 1 && state->head->prehistory == SLIDE_FIRST_HELD ? filled : 1;
 }
 
 /* Of a variable with one value. Error estimates are found when they are read. */
@@ -30,7 +32,7 @@ static double value_of(SlideInstance *instance, SlideVariable variable) {
     case SLIDE_IN_RANGE:
         return slide_stream_in_range(model, state);
     case SLIDE_PREHISTORY_KNOWN:
-        return state->head->prehistory_known;
+        return state->head->prehistory;
     case SLIDE_INITIAL_INPUT:
         return state->initial[i];
     default:
@@ -39,12 +41,20 @@ static double value_of(SlideInstance *instance, SlideVariable variable) {
 }
 
 /* Of an output, oldest first; block: all outputs, of slide_stream_block. */
-static void write_window(const SlideModel *model, const float *block, size_t output,
-                         double values[]) {
+static void write_outputs(const SlideModel *model, const float *block, size_t output,
+                          double values[]) {
     const SlideScaling *scaling = &model->output_scaling[output];
     for (size_t sample = 0; sample < model->n_block; ++sample) {
         values[sample] = block[sample * model->n_outputs + output] * scaling->scale +
                          scaling->offset;
+    }
+}
+
+/* Of an input before the start, oldest first. */
+static void write_initial_window(const SlideModel *model, const SlideState *state, size_t input,
+                                 double values[]) {
+    for (size_t sample = 0; sample < model->n_sampled; ++sample) {
+        values[sample] = state->window[sample * model->n_inputs + input];
     }
 }
 
@@ -108,7 +118,9 @@ SlideStatus slide_get(void *component, const SlideValues *of, double values[],
         SlideVariable variable = slide_variable(instance, of->references[i]);
         if (variable.kind == SLIDE_OUTPUT_WINDOW) {
             block = block == NULL ? slide_stream_block(&instance->model, state) : block;
-            write_window(&instance->model, block, variable.index, values);
+            write_outputs(&instance->model, block, variable.index, values);
+        } else if (variable.kind == SLIDE_INITIAL_WINDOW) {
+            write_initial_window(&instance->model, state, variable.index, values);
         } else {
             *values = value_of(instance, variable);
         }
@@ -137,23 +149,30 @@ static SlideStatus check_settable(const SlideInstance *instance, uint32_t refere
     return SLIDE_OK;
 }
 
-static SlideStatus check_value(const SlideInstance *instance, uint32_t reference, double value,
-                               const char *function) {
-    SlideVariable variable = slide_variable(instance, reference);
+/* values: all of the variable. */
+static SlideStatus check_values(const SlideInstance *instance, uint32_t reference,
+                                const double values[], const char *function) {
+    const SlideVariable variable = slide_variable(instance, reference);
+    const size_t count = slide_size_of(instance, variable);
     if (variable.kind == SLIDE_PREHISTORY_KNOWN) {
-        return value == 0 || value == 1
-                   ? SLIDE_OK
-                   : slide_report(instance, SLIDE_DISCARD,
-                                  "%s: prehistory_known (value reference %u) = %g; expected 0 or "
-                                  "1; the former values are kept",
-                                  function, reference, value);
+        const uint32_t most = instance->has_more ? SLIDE_INITIAL_WINDOW_KNOWN : SLIDE_INITIAL_HELD;
+        bool known = values[0] >= 0 && values[0] <= most && values[0] == nearbyint(values[0]);
+        return known ? SLIDE_OK
+                     : slide_report(instance, SLIDE_DISCARD,
+                                    "%s: prehistory_known (value reference %u) = %g; expected 0 "
+                                    "%s; the former values are kept",
+                                    function, reference, values[0],
+                                    instance->has_more ? "to 2" : "or 1");
     }
-    return slide_input_usable(&instance->model, variable.index, value)
-               ? SLIDE_OK
-               : slide_report(instance, SLIDE_DISCARD,
-                              "%s: input with value reference %u = %g; expected a finite number "
-                              "near the input's range; the former values are kept",
-                              function, reference, value);
+    for (size_t i = 0; i < count; ++i) {
+        if (!slide_input_usable(&instance->model, variable.index, values[i])) {
+            return slide_report(instance, SLIDE_DISCARD,
+                                "%s: input with value reference %u = %g; expected a finite number "
+                                "near the input's range; the former values are kept",
+                                function, reference, values[i]);
+        }
+    }
+    return SLIDE_OK;
 }
 
 /* Check all values before the first is taken over. */
@@ -164,20 +183,29 @@ static SlideStatus check_inputs(const SlideInstance *instance, const SlideValues
         status = check_settable(instance, of->references[i], function);
     }
     for (size_t i = 0; status == SLIDE_OK && i < of->n_references; ++i) {
-        status = check_value(instance, of->references[i], values[i], function);
+        status = check_values(instance, of->references[i], values, function);
+        values += slide_size_of(instance, slide_variable(instance, of->references[i]));
     }
     return status;
 }
 
-static void take_over(SlideInstance *instance, uint32_t reference, double value) {
-    SlideVariable variable = slide_variable(instance, reference);
+static void take_over(SlideInstance *instance, SlideVariable variable, const double values[]) {
     SlideState *state = &instance->state;
-    if (variable.kind == SLIDE_PREHISTORY_KNOWN) {
-        state->head->prehistory_known = value != 0;
-    } else if (variable.kind == SLIDE_INITIAL_INPUT) {
-        state->initial[variable.index] = value;
-    } else {
-        state->inputs[variable.index] = value;
+    const size_t n_inputs = instance->model.n_inputs;
+    switch (variable.kind) {
+    case SLIDE_PREHISTORY_KNOWN:
+        state->head->prehistory = (uint32_t)values[0];
+        break;
+    case SLIDE_INITIAL_INPUT:
+        state->initial[variable.index] = values[0];
+        break;
+    case SLIDE_INITIAL_WINDOW:
+        for (size_t sample = 0; sample < instance->model.n_sampled; ++sample) {
+            state->window[sample * n_inputs + variable.index] = values[sample];
+        }
+        break;
+    default:
+        state->inputs[variable.index] = values[0];
     }
 }
 
@@ -192,7 +220,9 @@ SlideStatus slide_set(void *component, const SlideValues *of, const double value
         return status;
     }
     for (size_t i = 0; i < of->n_references; ++i) {
-        take_over(instance, of->references[i], values[i]);
+        SlideVariable variable = slide_variable(instance, of->references[i]);
+        take_over(instance, variable, values);
+        values += slide_size_of(instance, variable);
     }
     if (slide_stream_fresh(&instance->state)) {
         instance->state.head->current = 0;

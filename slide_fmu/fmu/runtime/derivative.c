@@ -216,7 +216,7 @@ static void evaluate(const SlideModel *model, const SlideState *state) {
 
 void slide_directional_derivative(const SlideModel *model, const SlideState *state,
                                   const double *d_inputs, double *d_outputs) {
-    if (slide_stream_fresh(state) && state->head->prehistory_known) {
+    if (slide_stream_fresh(state) && state->head->prehistory != SLIDE_FIRST_HELD) {
         memset(d_outputs, 0, model->n_outputs * sizeof *d_outputs);
         return; /* no input was taken in yet */
     }

@@ -40,7 +40,8 @@ void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape, 
 void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
                           const double *inputs);
 
-/* Take in a further part of the step appended last, under inputs that have moved on. */
+/* Take in a further part of the step appended last, under inputs that have moved on: never joined
+ * to it. */
 void slide_history_continue(const SlideHistoryShape *shape, SlideHistory *history, double length,
                             const double *inputs);
 

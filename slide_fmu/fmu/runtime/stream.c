@@ -37,18 +37,23 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
     place_before(&state->before, model, arena);
     slide_estimate_place(&state->estimate, &model->estimator, arena);
     slide_history_place(&state->history, &model->history, arena);
+    state->before_steps = arena->used - start - slide_history_steps_size(&model->history);
+    state->window = slide_place(arena, model->n_sampled, n_inputs * sizeof(double));
     state->size = arena->used - start;
-    state->before_steps = state->size - slide_history_steps_size(&model->history);
     state->backup = slide_place(arena, state->before_steps, 1);
-    /* the newest step, that before the first one, and the parts of one */
-    state->steps = slide_place(arena, 2 + (size_t)largest_parts(model),
-                               (1 + n_inputs) * sizeof(double));
+    /* the newest step, those before the first one, and the parts of one */
+    size_t most = 1 + (size_t)model->n_sampled + largest_parts(model);
+    state->steps = slide_place(arena, most, (1 + n_inputs) * sizeof(double));
 }
 
 void slide_state_reset(const SlideModel *model, SlideState *state) {
     memset(state->head, 0, state->size);
     memcpy(state->inputs, model->starts, model->n_inputs * sizeof(double));
     memcpy(state->initial, model->starts, model->n_inputs * sizeof(double));
+    for (size_t sample = 0; sample < model->n_sampled; ++sample) {
+        memcpy(state->window + sample * model->n_inputs, model->starts,
+               model->n_inputs * sizeof(double));
+    }
 }
 
 bool slide_input_usable(const SlideModel *model, size_t input, double value) {
@@ -59,8 +64,15 @@ double slide_director_length(const SlideModel *model, const double *inputs) {
     return model->director ? hypot(inputs[0], inputs[1]) : 1;
 }
 
-const double *slide_stream_prehistory(const SlideState *state) {
-    return state->head->prehistory_known ? state->initial : state->inputs;
+const double *slide_stream_prehistory(const SlideModel *model, const SlideState *state) {
+    switch (state->head->prehistory) {
+    case SLIDE_FIRST_HELD:
+        return state->inputs;
+    case SLIDE_INITIAL_HELD:
+        return state->initial;
+    default:
+        return state->window + (size_t)(model->n_sampled - 1) * model->n_inputs;
+    }
 }
 
 bool slide_stream_fresh(const SlideState *state) { return *state->history.count == 0; }
@@ -155,20 +167,6 @@ static void restart(const SlideModel *model, SlideState *state) {
     watch_range(model, state);
 }
 
-bool slide_stream_hold(const SlideModel *model, SlideState *state) {
-    const SlideNetwork *network = &model->predictor;
-    bool cells = network->kind == SLIDE_STATE_SPACE;
-    set_sample(model, slide_stream_prehistory(state));
-    restart(model, state);
-    for (uint64_t left = cells ? 2 * (uint64_t)network->n_samples : 1; left > 0; --left) {
-        if (!advance(model, state, left == 1)) {
-            return false;
-        }
-    }
-    accept_outputs(model, state);
-    return true;
-}
-
 /* The inputs of a part of the step that begins now: as set, or moved on. */
 static const double *inputs_of_part(const SlideModel *model, const SlideState *state,
                                     const SlideParts *parts, uint32_t part) {
@@ -240,15 +238,63 @@ static bool take_anew(const SlideModel *model, SlideState *state) {
     return true;
 }
 
-/* The inputs before the first step are a step of their own where they differ from its inputs: where
- * they are known, or its inputs move. */
-static bool begin(const SlideModel *model, SlideState *state) {
-    if (!slide_stream_fresh(state) || !(state->head->prehistory_known || state->head->moving)) {
-        return true;
+/* What is known of the inputs before the first step becomes the history. */
+static void recall(const SlideModel *model, SlideState *state) {
+    const bool window = state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN;
+    const size_t n_inputs = model->n_inputs, count = window ? model->n_sampled : 1;
+    const double *rows = window ? state->window : slide_stream_prehistory(model, state);
+    for (size_t sample = 0; sample < count; ++sample) {
+        slide_history_continue(&model->history, &state->history, model->step,
+                               rows + sample * n_inputs);
     }
-    bool done = slide_stream_hold(model, state);
-    slide_history_append(&model->history, &state->history, model->step,
-                         slide_stream_prehistory(state));
+}
+
+static bool hold(const SlideModel *model, SlideState *state) {
+    const SlideNetwork *network = &model->predictor;
+    bool cells = network->kind == SLIDE_STATE_SPACE;
+    set_sample(model, slide_stream_prehistory(model, state));
+    restart(model, state);
+    for (uint64_t left = cells ? 2 * (uint64_t)network->n_samples : 1; left > 0; --left) {
+        if (!advance(model, state, left == 1)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool slide_stream_hold(const SlideModel *model, SlideState *state) {
+    bool done;
+    if (state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
+        recall(model, state);
+        done = take_anew(model, state);
+        *state->history.count = 0;
+    } else {
+        done = hold(model, state);
+    }
+    if (done) {
+        accept_outputs(model, state);
+    }
+    return done;
+}
+
+/* Steps before the first one, where its inputs differ from those before: where these are known, or
+ * its inputs move. */
+static uint32_t count_before(const SlideModel *model, const SlideState *state) {
+    if (!slide_stream_fresh(state)) {
+        return 0;
+    }
+    if (state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
+        return model->n_sampled;
+    }
+    return state->head->prehistory != SLIDE_FIRST_HELD || state->head->moving;
+}
+
+static bool begin(const SlideModel *model, SlideState *state) {
+    bool done = true;
+    if (count_before(model, state) > 0) {
+        done = slide_stream_hold(model, state);
+        recall(model, state);
+    }
     return done;
 }
 
@@ -268,7 +314,9 @@ static bool step_of(const SlideModel *model, SlideState *state, double length) {
     bool whole = length == count * model->step && count <= model->n_in;
     uint32_t n_taken = whole ? (uint32_t)count : 0;
     SlideLastStep step = {length, n_taken, state->head->moving,
-                          slide_stream_fresh(state) && !state->head->prehistory_known, 0};
+                          slide_stream_fresh(state) &&
+                              state->head->prehistory == SLIDE_FIRST_HELD,
+                          0};
     bool done = begin(model, state);
     if (!done) {
         return false;
@@ -313,7 +361,7 @@ bool slide_stream_step(const SlideModel *model, SlideState *state, double length
         return step_once(model, state);
     }
     uint32_t n_parts = state->head->moving ? slide_stream_parts(model, length).count : 1;
-    uint32_t n_next = n_parts + slide_stream_fresh(state);
+    uint32_t n_next = n_parts + count_before(model, state);
     memcpy(state->backup, state->head, state->before_steps);
     slide_history_keep(&model->history, &state->history, n_next, state->steps);
     bool done = step_of(model, state, length);

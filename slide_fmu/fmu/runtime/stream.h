@@ -6,6 +6,13 @@
 #include "model.h"
 #include "moving.h"
 
+/* What is known of the inputs before the start; the values of the parameter prehistory_known. */
+typedef enum {
+    SLIDE_FIRST_HELD,   /* nothing: the first counts as held for ever */
+    SLIDE_INITIAL_HELD, /* SlideState.initial, for ever */
+    SLIDE_INITIAL_WINDOW_KNOWN /* SlideState.window; its oldest for ever before */
+} SlidePrehistory;
+
 /* Fixed-size head of the state; the arrays follow it in the same block. */
 typedef struct {
     SlideClock clock;
@@ -14,8 +21,7 @@ typedef struct {
     uint64_t strayed; /* number of the sample after the newest one that was out of range; or 0 */
     uint32_t mode;    /* SlideMode of instance.h */
     uint32_t current; /* outputs belong to the present state */
-    uint32_t prehistory_known; /* before the start the inputs were SlideState.initial; else the
-                                  first counts as held for ever */
+    uint32_t prehistory; /* SlidePrehistory */
     uint32_t moving;  /* the inputs of the next step have derivatives that are not all zero */
 } SlideHead;
 
@@ -50,6 +56,7 @@ typedef struct {
     SlideBeforeStep before;
     SlideEstimate estimate;
     SlideHistory history;
+    double *window;      /* [n_sampled][n_inputs], samples before the start, oldest first */
     size_t size;         /* bytes of the block, which starts at head */
     size_t before_steps; /* bytes of it before the steps of the history, its largest part */
     /* Room to undo a step; not part of the block. */
@@ -71,10 +78,11 @@ double slide_director_length(const SlideModel *model, const double *inputs);
 /* No communication step yet? */
 bool slide_stream_fresh(const SlideState *state);
 
-/* Before the first step: the inputs that count as held for ever. */
-const double *slide_stream_prehistory(const SlideState *state);
+/* Before the first step: the inputs until then. */
+const double *slide_stream_prehistory(const SlideModel *model, const SlideState *state);
 
-/* Evaluate as if they had been. Before the first step only. */
+/* Evaluate as if they had been held for ever, or after the window that is known. Before the first
+ * step only. */
 bool slide_stream_hold(const SlideModel *model, SlideState *state);
 
 /* The parts of a step whose inputs move. */

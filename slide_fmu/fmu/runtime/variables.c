@@ -19,6 +19,8 @@ static uint32_t count_of(const SlideInstance *instance, SlideVariableKind kind) 
         return instance->has_more;
     case SLIDE_OUTPUT_WINDOW:
         return instance->has_more && model->n_block > 1 ? model->n_outputs : 0;
+    case SLIDE_INITIAL_WINDOW:
+        return instance->has_more ? model->n_inputs : 0;
     default:
         return 1;
     }

@@ -13,11 +13,12 @@ typedef enum {
     SLIDE_ESTIMATE_FILLED,  /* with an estimator */
     SLIDE_TRUNCATION_ERROR, /* one for each output, of cells */
     SLIDE_IN_RANGE,
-    SLIDE_PREHISTORY_KNOWN, /* a parameter, as are those after it */
+    SLIDE_PREHISTORY_KNOWN, /* a parameter */
     SLIDE_INITIAL_INPUT,
     SLIDE_TIME,          /* in FMI 3.0 */
     SLIDE_OUTPUT_WINDOW, /* arrays, one for each output, in FMI 3.0 where the network gives several
                             samples at a time */
+    SLIDE_INITIAL_WINDOW, /* array parameters, one for each input, in FMI 3.0 */
     SLIDE_KINDS
 } SlideVariableKind;
 
@@ -36,11 +37,19 @@ uint32_t slide_first_parameter(const SlideInstance *instance);
 
 /* Number of values of a variable. */
 static inline size_t slide_size_of(const SlideInstance *instance, SlideVariable variable) {
-    return variable.kind == SLIDE_OUTPUT_WINDOW ? instance->model.n_block : 1;
+    switch (variable.kind) {
+    case SLIDE_OUTPUT_WINDOW:
+        return instance->model.n_block;
+    case SLIDE_INITIAL_WINDOW:
+        return instance->model.n_sampled;
+    default:
+        return 1;
+    }
 }
 
 static inline bool slide_is_parameter(SlideVariable variable) {
-    return variable.kind == SLIDE_PREHISTORY_KNOWN || variable.kind == SLIDE_INITIAL_INPUT;
+    return variable.kind == SLIDE_PREHISTORY_KNOWN || variable.kind == SLIDE_INITIAL_INPUT ||
+           variable.kind == SLIDE_INITIAL_WINDOW;
 }
 
 #endif

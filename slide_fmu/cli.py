@@ -23,6 +23,7 @@ from slide_fmu.fmu.export import read_fmu
 from slide_fmu.fmu.platforms import checked_version
 from slide_fmu.module_fmu import is_module, module_figures
 from slide_fmu.recipe import load_recipe
+from slide_fmu.side_by_side import write_reference, write_side_by_side
 from slide_fmu.sizing import decay_rows, require_window
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.validation import Task
@@ -234,7 +235,7 @@ def reference(
     """Write the reference system of a recipe as FMU (it needs this Python environment)."""
     with _errors():
         pipeline.make_importable(recipe.parent)
-        path = pipeline.write_reference(load_recipe(recipe), output)
+        path = write_reference(load_recipe(recipe), output)
     console.print(f"FMU     {path}", highlight=False)
 
 
@@ -249,7 +250,7 @@ def ssp(
 ) -> None:
     """Write an FMU and its reference system, driven by the same unseen inputs, as SSP."""
     with _errors():
-        path = pipeline.write_side_by_side(fmu, output, seed, duration)
+        path = write_side_by_side(fmu, output, seed, duration)
     console.print(f"SSP     {path}", highlight=False)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import platform
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -14,14 +13,7 @@ from typing import Any
 
 from slide_fmu import report as reports
 from slide_fmu.card import card
-from slide_fmu.data.sampling import (
-    TEST,
-    Stream,
-    draw,
-    recipe_system,
-    reference_parameters,
-    reference_system,
-)
+from slide_fmu.data.sampling import recipe_system, reference_system
 from slide_fmu.figures import side_by_side, stability_tests
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
 from slide_fmu.fmu.platforms import FmiVersion
@@ -32,7 +24,6 @@ from slide_fmu.report import Report
 from slide_fmu.response import is_affine
 from slide_fmu.run_folder import RunFolder, Trained, recipe_of_provenance
 from slide_fmu.sizing import Sizing, require_window, size_window
-from slide_fmu.ssp import write_comparison
 from slide_fmu.stability import (
     AmplitudeTest,
     check_stability,
@@ -40,8 +31,6 @@ from slide_fmu.stability import (
     stability_figures,
 )
 from slide_fmu.surrogate import Surrogate
-from slide_fmu.systems.input_source import write_input_source
-from slide_fmu.systems.reference_fmu import write_reference_fmu
 from slide_fmu.validation import Task, Validation, validate
 from slide_fmu.weights import rounding_loss, with_weights
 
@@ -366,44 +355,6 @@ def export_torch(source: Path, description: Path | None, path: Path | None) -> P
             "-o PATH"
         )
     return export_module(source, description, path)
-
-
-def write_reference(recipe: Recipe, path: Path) -> Path:
-    """Write the reference system of a recipe as FMU.
-
-    Raises:
-        LoadError: the system cannot be made.
-        RecipeError: it does not fit the system that makes the data.
-        ValueError: the path does not end in ``.fmu``.
-    """
-    reference_system(recipe)
-    return write_reference_fmu(recipe.system.model, reference_parameters(recipe), path)
-
-
-def write_side_by_side(fmu: Path, path: Path, seed: int, duration: float | None) -> Path:
-    """Write an FMU and its reference system, driven by the same unseen inputs, as SSP.
-
-    Args:
-        fmu: FMU of slide-fmu.
-        path: file to write, ending in ``.ssp``.
-        seed: of the inputs, which are those of the first trajectory of ``validate``.
-        duration: of the inputs in s; the recipe's if None.
-
-    Raises:
-        FmuError: the file is no FMU of slide-fmu.
-        LoadError: the reference system cannot be made.
-        ValueError: the path does not end in ``.ssp``.
-    """
-    surrogate, found = read_fmu(fmu)
-    recipe = recipe_of_provenance(found, str(fmu))
-    stream = Stream(TEST, seed, (1.0, 1.0), duration or recipe.data.duration)
-    drawn = draw(recipe, reference_system(recipe), stream, 0)
-    inputs = drawn.inputs[drawn.burn_in :]
-    with tempfile.TemporaryDirectory() as folder:
-        reference = write_reference(recipe, Path(folder) / "reference.fmu")
-        source = Path(folder) / "inputs.fmu"
-        write_input_source(surrogate.inputs, surrogate.window.step, inputs, source)
-        return write_comparison(path, surrogate.name, source, reference, fmu)
 
 
 def validate_fmu_file(fmu: Path, task: Task, bar: Bar) -> Validation:

@@ -7,6 +7,7 @@ import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
@@ -20,7 +21,8 @@ from slide_fmu.systems.python_fmu import complete, keep_module_of, write_python_
 
 RECORD = "inputs.npz"
 SLACK = 1e-6
-"""Part of a sample step by which a time may fall short of a sample."""
+"""Part of a sample step by which a step may deviate from a multiple of it, or a time fall short of
+a sample: rounding."""
 
 _SCRIPT = '''"""Recorded inputs; the Python environment must offer slide_fmu."""
 
@@ -74,7 +76,7 @@ class InputSource(Fmi2Slave):  # type: ignore[misc]
             about, self.inputs = json.loads(str(found["about"])), found["inputs"]
         self.guid = hashlib.sha256(record.read_bytes()).hexdigest()[:32]
         self.signals = [Signal(**signal) for signal in about["signals"]]
-        self.step, self.sample = about["step"], 0
+        self.step, self.passed = about["step"], 0.0
         self.description = "Recorded inputs; the last one is held"
         self.default_experiment = DefaultExperiment(0.0, None, self.step)
         for index, signal in enumerate(self.signals):
@@ -85,23 +87,29 @@ class InputSource(Fmi2Slave):  # type: ignore[misc]
                     variability=Fmi2Variability.continuous,
                     initial=Fmi2Initial.calculated,
                     description=signal.description,
-                    getter=lambda index=index: self.inputs[self.sample, index],
+                    getter=partial(self._value, index),
                 ),
                 nested=False,
             )
 
     def setup_experiment(self, start_time: float, *others: object) -> None:
         """Begin with the sample of the start time."""
-        self._seek(start_time)
+        self.passed = start_time / self.step
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """Go on to the sample that acts from the end of the step."""
-        self._seek(current_time + step_size)
+        """Go on to the sample that acts from the end of the step.
+
+        Whole steps are counted: rounded ones must not add up.
+        """
+        steps = step_size / self.step
+        whole = round(steps)
+        self.passed += whole if abs(steps - whole) <= SLACK else steps
         return True
 
-    def _seek(self, time: float) -> None:
-        sample = int(np.floor(time / self.step + SLACK))
-        self.sample = min(max(sample, 0), len(self.inputs) - 1)
+    def _value(self, index: int) -> float:
+        """Of an output now."""
+        sample = min(max(int(np.floor(self.passed + SLACK)), 0), len(self.inputs) - 1)
+        return float(self.inputs[sample, index])
 
     def to_xml(self, model_options: Mapping[str, str] | None = None) -> Element:
         """Model description with units, ranges and initial unknowns."""

@@ -43,7 +43,7 @@ def run_libcosim(ssp: Path, outputs: Outputs, step: float, steps: int) -> FloatA
         places.append((index, reference))
     rows = []
     for _ in range(steps):
-        execution.step()
+        assert execution.step(), "a step failed"
         rows.append([observer.last_real_values(i, [r])[0] for i, r in places])
     return np.array(rows)
 

@@ -160,6 +160,14 @@ def test_other_communication_steps_are_refused(
     assert "expected the sample step 0.03 s" in capfd.readouterr().out
 
 
+def test_steps_in_nanoseconds_are_taken(tmp_path: Path) -> None:
+    path = write_reference_fmu(
+        dotted("DuffingOscillator"), {"step": 1 / 60}, tmp_path / "reference.fmu"
+    )
+    with instance(path, {"force": 10.0}) as slave:
+        slave.doStep(0.0, 1e-9 * round(1e9 / 60))
+
+
 def test_input_that_is_not_a_number_is_refused(tmp_path: Path) -> None:
     path = write_reference_fmu(dotted("DuffingOscillator"), {}, tmp_path / "reference.fmu")
     with instance(path, {}) as slave:

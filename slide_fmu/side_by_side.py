@@ -1,0 +1,83 @@
+"""An FMU beside its reference system, both as FMUs of one SSP, on the same unseen inputs."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from slide_fmu.data.sampling import (
+    TEST,
+    Draw,
+    Stream,
+    draw,
+    reference_parameters,
+    reference_system,
+)
+from slide_fmu.features import Director
+from slide_fmu.fmu.export import read_fmu
+from slide_fmu.recipe import Recipe
+from slide_fmu.run_folder import recipe_of_provenance
+from slide_fmu.signals import FloatArray
+from slide_fmu.ssp import write_comparison
+from slide_fmu.surrogate import Surrogate
+from slide_fmu.systems.input_source import write_input_source
+from slide_fmu.systems.reference_fmu import write_reference_fmu
+
+
+def write_reference(recipe: Recipe, path: Path) -> Path:
+    """Write the reference system of a recipe as FMU.
+
+    Raises:
+        LoadError: the system cannot be made.
+        RecipeError: it does not fit the system that makes the data.
+        ValueError: the path does not end in ``.fmu``.
+    """
+    reference_system(recipe)
+    return write_reference_fmu(recipe.system.model, reference_parameters(recipe), path)
+
+
+def write_side_by_side(fmu: Path, path: Path, seed: int, duration: float | None) -> Path:
+    """Write an FMU and its reference system, driven by the same unseen inputs, as SSP.
+
+    Args:
+        fmu: FMU of slide-fmu.
+        path: file to write, ending in ``.ssp``.
+        seed: of the inputs, which are those of the first trajectory of ``validate``, led in by
+            its burn-in.
+        duration: of the inputs in s, beside the lead-in; the recipe's if None.
+
+    Raises:
+        FmuError: the file is no FMU of slide-fmu.
+        LoadError: the reference system cannot be made.
+        ValueError: the path does not end in ``.ssp``.
+    """
+    surrogate, found = read_fmu(fmu)
+    recipe = recipe_of_provenance(found, str(fmu))
+    stream = Stream(TEST, seed, (1.0, 1.0), duration or recipe.data.duration)
+    inputs = led_in(surrogate, draw(recipe, reference_system(recipe), stream, 0))
+    with tempfile.TemporaryDirectory() as folder:
+        reference = write_reference(recipe, Path(folder) / "reference.fmu")
+        source = Path(folder) / "inputs.fmu"
+        write_input_source(surrogate.inputs, surrogate.window.step, inputs, source)
+        return write_comparison(path, surrogate.name, source, reference, fmu)
+
+
+def led_in(surrogate: Surrogate, drawn: Draw) -> FloatArray:
+    """Inputs of a draw that leave the start values without a jump.
+
+    There are masters that step all FMUs once before they pass any values on, so that the first
+    step sees start values, or zeros. If the second step were somewhere else, a prescribed motion
+    would begin with a blow that no training saw. So the deviation from the start values grows
+    smoothly over the burn-in. An angle's director stays as it was drawn: there is no way to it
+    from zero, which is no direction.
+
+    Returns:
+        Shape (burn_in + N, n_inputs), in the inputs' units.
+    """
+    if isinstance(surrogate.network.features.features, Director):
+        return drawn.inputs
+    passed = np.minimum(np.arange(len(drawn.inputs)) / max(1, drawn.burn_in), 1.0)[:, None]
+    part = passed**3 * (10 - 15 * passed + 6 * passed**2)  # smooth at both ends, twice
+    return np.asarray(surrogate.starts + part * (drawn.inputs - surrogate.starts))

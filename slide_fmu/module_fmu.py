@@ -6,6 +6,7 @@ pythonfmu where it runs, and says so. Only writing it takes torch.
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import json
 import platform
@@ -158,10 +159,10 @@ def export_module(module: Path, description: Path, path: Path) -> Path:
         ABOUT: json.dumps(about, indent=2, ensure_ascii=False).encode("utf-8"),
         SUFFIXES[module.suffix]: module.read_bytes(),
     }
-    slave = Path(__file__).with_name("module_slave.py").read_text(encoding="utf-8")
-    script = f'{slave}\n\nclass {table.name}(ModuleSlave):\n    """The slave of this FMU."""\n'
+    script, parts = _sources()
+    script += f'\n\nclass {table.name}(ModuleSlave):\n    """The slave of this FMU."""\n'
     try:
-        return write_python_fmu(table.name, script, path, resources)
+        return write_python_fmu(table.name, script, path, resources | parts)
     except (RuntimeError, ValueError) as error:
         raise ModuleError(f"{module}: {error}") from error
 
@@ -175,6 +176,25 @@ def module_figures(path: Path) -> dict[str, Any] | None:
     """
     text = read_member(path, f"resources/{ABOUT}")
     return None if text is None else dict(json.loads(text))
+
+
+def _sources() -> tuple[str, dict[str, bytes]]:
+    """Python source of the slave, and the files that it imports, by name.
+
+    Python keeps modules by name: FMUs of different versions in one process need different ones.
+    """
+    script = _source("module_slave")
+    files = {}
+    for part in ("module_network", "module_window"):
+        source = _source(part).encode("utf-8")
+        name = f"{part}_{hashlib.sha256(source).hexdigest()[:12]}"
+        script = script.replace(f"slide_fmu.{part}", name)
+        files[f"{name}.py"] = source
+    return script, files
+
+
+def _source(name: str) -> str:
+    return Path(__file__).with_name(f"{name}.py").read_text(encoding="utf-8")
 
 
 def _read(path: Path) -> ModuleTable:

@@ -1,104 +1,39 @@
-"""The inside of an FMU that carries a torch module. Becomes part of that FMU, word by word.
+"""The inside of an FMU that carries a torch module. Becomes part of that FMU.
 
-It imports nothing of slide_fmu where it runs: Python, torch, numpy and pythonfmu are enough.
-Window and communication step mean what they mean in the native runtime, see
-``fmu/runtime/README.md``.
+It imports nothing of slide_fmu where it runs: Python, torch, numpy and pythonfmu are enough; its
+other parts, ``module_network.py`` and ``module_window.py``, get names of their own there. Window
+and communication step mean what they mean in the native runtime, see ``fmu/runtime/README.md``.
+
+The library of PythonFMU answers a call with fmi2OK, a step with fmi2Discard too, and every
+exception with fmi2Fatal, after which the instance is gone. So a step that cannot be taken is
+discarded; what else is refused is logged and changes nothing, and the next step is discarded:
+no master goes on as if nothing were wrong.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import math
 import sys
-import warnings
-from collections.abc import Callable, Mapping
+import zlib
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
 
 import numpy as np
-import torch
-from numpy.typing import NDArray
 from pythonfmu import DefaultExperiment, Fmi2Causality, Fmi2Slave, Real
 from pythonfmu.enums import Fmi2Initial, Fmi2Status, Fmi2Variability
 
-FloatArray = NDArray[np.float64]
+from slide_fmu.module_network import ModuleNetwork
+from slide_fmu.module_window import Clock, FloatArray, PastInputs
 
 DESCRIPTION = "module.json"
-SCRIPTED, EXPORTED = "module.pt", "module.pt2"
-SAME = 1e-6
-"""In sample steps: what counts as rounding."""
-SHORTEST = 1 / 32
-"""In sample steps: a shorter step is joined to the one after it."""
-
 RANGE_SLACK = 1e-6
-"""Relative to half a range, as in ``runtime/ranges.h``."""
+"""Of scaled inputs, as in ``runtime/ranges.h``."""
 
 _SPARE_REFERENCES: list[dict[str, Any]] = []
-
-
-class PastInputs:
-    """The window and the communication steps behind it, as in ``runtime/stream.c``. Final.
-
-    Attributes:
-        window: samples of the inputs, oldest first, shape (n_samples, n_inputs).
-        steps: length in s and inputs of every step that is remembered, oldest first.
-    """
-
-    def __init__(self, n_samples: int, step: float, ramp: bool) -> None:
-        self._n, self._h, self._ramp = n_samples, step, ramp
-        self.window: FloatArray | None = None
-        self.steps: list[tuple[float, list[float]]] = []
-
-    def begin(self, inputs: list[float]) -> None:
-        """The inputs before the first step are known: they are a step of their own."""
-        self.window = np.tile(inputs, (self._n, 1))
-        self._remember(self._h, inputs)
-
-    def take(self, length: float, inputs: list[float]) -> FloatArray:
-        """Take in a step of this length, in s, under these inputs; the window after it."""
-        count = round(length / self._h)
-        whole = length == count * self._h and count <= self._n
-        if self.window is None:
-            self.window = np.tile(inputs, (self._n, 1))
-            self._remember(length, inputs)
-        elif whole:
-            newest, reached = np.array(self.steps[-1][1]), np.array(inputs)
-            left = np.arange(count - 1.0, -1.0, -1.0)[:, None] / count if self._ramp else 0.0
-            added = reached - left * (reached - newest) + np.zeros((count, 1))
-            self.window = np.concatenate([self.window[count:], added])
-            self._remember(length, inputs)
-        else:
-            self._remember(length, inputs)
-            self.window = self._sampled()
-        return self.window
-
-    def _remember(self, length: float, inputs: list[float]) -> None:
-        if len(self.steps) > 1:
-            before, held = self.steps[-1]
-            if before < SHORTEST * self._h or (held == inputs and not self._ramp):
-                self.steps.pop()
-                length += before
-        self.steps.append((length, list(inputs)))
-        covered = sum(length for length, _ in self.steps[1:])
-        while len(self.steps) > 2 and covered - self.steps[1][0] > (self._n + 1) * self._h:
-            covered -= self.steps[1][0]
-            del self.steps[0]  # one before those that cover the window is left: ramps begin there
-
-    def _sampled(self) -> FloatArray:
-        """All samples anew, up to the end of the newest step."""
-        inputs = np.array([row for _, row in self.steps])
-        lengths = np.array([length for length, _ in self.steps])
-        begins = -np.cumsum(lengths[::-1])[::-1]
-        left = np.arange(self._n, 0, -1.0)
-        times = -(left - 1) * self._h if self._ramp else -left * self._h + SAME * self._h
-        at = np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)
-        if not self._ramp:
-            return np.asarray(inputs[at])
-        part = np.clip((times - begins[at]) / lengths[at], 0.0, 1.0)[:, None]
-        return np.asarray(inputs[at] - (1 - part) * (inputs[at] - inputs[np.maximum(at - 1, 0)]))
 
 
 class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
@@ -114,8 +49,8 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         folder = Path(self.resources)
         text = (folder / DESCRIPTION).read_bytes()
         self.about: dict[str, Any] = json.loads(text)
-        self.module, identity = _load(folder)
-        self.guid = hashlib.sha256(text + identity).hexdigest()[:32]
+        self.network = ModuleNetwork(folder, len(self.about["outputs"]))
+        self.guid = hashlib.sha256(text + self.network.identity).hexdigest()[:32]
         self.description = self.about["description"]
         self.sample_step = float(self.about["window"]["step"])
         self.n_in = int(self.about["window"]["n_in"])
@@ -124,12 +59,12 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         self.inputs = [float(signal["start"]) for signal in signals]
         self.initial = list(self.inputs)
         self.prehistory_known = 0.0
-        self.low = np.array([signal["low"] for signal in signals])
-        self.high = np.array([signal["high"] for signal in signals])
         self.offset = np.array([signal["offset"] for signal in signals])
         self.scale = np.array([signal["scale"] for signal in signals])
         self.past = PastInputs(self.n_in, self.sample_step, self.about["hold"] == "ramp")
-        self.time, self.filled = 0.0, 0.0
+        self.clock, self.filled = Clock(self.sample_step), 0.0
+        self.stepping = False
+        self.refused: str | None = None  # why the next step is
         self.outputs: list[float] | None = None  # None: those of the present inputs, held
         self._register()
         self._present_outputs()
@@ -214,38 +149,90 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
 
     def setup_experiment(self, start_time: float, *others: object) -> None:
         """Start the clock."""
-        self.time = start_time
+        if abs(start_time) <= self.clock.farthest:
+            self.clock.anchor = start_time
+        else:
+            self._refuse_next(
+                f"start time {start_time:.15g} s; expected at most {self.clock.farthest:.3g} s "
+                "from 0, where steps can be told apart"
+            )
+
+    def exit_initialization_mode(self) -> None:
+        """From here on parameters keep their values."""
+        self.stepping = True
+
+    def get_real(self, vrs: Sequence[int]) -> list[float]:
+        """Values of variables; NaN where there is no such variable."""
+        if any(vr not in self.vars for vr in vrs):
+            self._refuse_next(f"value references {vrs}; expected less than {len(self.vars)}")
+            return [float("nan")] * len(vrs)
+        values: list[float] = super().get_real(vrs)
+        return values
+
+    def set_real(self, vrs: Sequence[int], values: Sequence[float]) -> None:
+        """Take over values, all or none."""
+        faults = (self._fault_of(vr, value) for vr, value in zip(vrs, values, strict=True))
+        fault = next((fault for fault in faults if fault is not None), None)
+        if fault is None:
+            super().set_real(vrs, values)
+        else:
+            self._refuse_next(fault)
+
+    def _fault_of(self, reference: int, value: float) -> str | None:
+        """Why a variable cannot have a value now."""
+        n_inputs, n_outputs = len(self.inputs), len(self.about["outputs"])
+        known = n_inputs + n_outputs + 2  # of prehistory_known; the initial inputs follow
+        if not (0 <= reference < n_inputs or known <= reference < len(self.vars)):
+            return (
+                f"value reference {reference} is no input; only inputs, 0 to {n_inputs - 1}, and "
+                f"parameters, from {known} on, can be set"
+            )
+        if reference >= known and self.stepping:
+            return (
+                f"value reference {reference} is a parameter; set it before the end of "
+                "initialization mode"
+            )
+        if reference == known:
+            fine = value in (0.0, 1.0)
+            return None if fine else f"prehistory_known = {value}; expected 0 or 1"
+        index = reference if reference < n_inputs else reference - known - 1
+        with np.errstate(over="ignore"):
+            scaled = np.float32((value - self.offset[index]) / self.scale[index])
+        if np.isfinite(value) and np.isfinite(scaled):
+            return None
+        return (
+            f"input with value reference {reference} = {value}; expected a finite number near the "
+            "input's range"
+        )
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Take in the present inputs; what cannot be done is refused with a logged message."""
-        step = self.sample_step
-        allowed = min(SAME * step + 1e-9 * abs(self.time), step / 4)
-        if not abs(current_time - self.time) <= allowed:
-            return self._refuse(
-                f"communication point {current_time} s; expected {self.time} s, the end of the "
-                "last step"
-            )
-        if not (step_size > 0 and math.isfinite(step_size)):
-            return self._refuse(f"communication step {step_size} s; expected a positive one")
-        if not np.all(np.isfinite(self.inputs)):
-            return self._refuse(f"inputs {self.inputs}; expected finite values")
-        count = round(step_size / step)
-        length = count * step if abs(step_size - count * step) <= SAME * step else step_size
+        fault = self.refused or self.clock.fault_of(current_time, step_size)
+        self.refused = None
+        if fault is not None:
+            return self._refuse(fault)
+        length, count = self.clock.meant(step_size)
         before = self.past.window, list(self.past.steps)
         if self.past.window is None and self.prehistory_known:
             self.past.begin(self.initial)
-        outputs = self._evaluate(self.past.take(length, self.inputs))
-        if not np.all(np.isfinite(outputs)):
+        try:
+            outputs = self._evaluate(self.past.take(length, count, self.inputs))
+        except ValueError as error:
             self.past.window, self.past.steps = before
-            return self._refuse(f"the outputs at {current_time + step_size} s are not finite")
+            return self._refuse(f"step to {current_time + step_size} s: {error}")
         self.outputs = outputs.tolist()
-        self.filled += length / step
-        self.time = current_time + step_size
+        self.filled += count or length / self.sample_step
+        self.clock.advance(current_time, step_size)
         return True
 
-    def _refuse(self, message: str) -> bool:
-        self.log(f"{self.modelName}: {message}; nothing was changed", Fmi2Status.error)
+    def _refuse(self, fault: str) -> bool:
+        self.log(f"{self.modelName}: {fault}; nothing was changed", Fmi2Status.error)
         return False
+
+    def _refuse_next(self, fault: str) -> None:
+        """Tell a fault for which PythonFMU has no status, and discard the next step for it."""
+        self._refuse(fault)
+        self.refused = f"refused because of what went before: {fault}"
 
     def _present_outputs(self) -> list[float]:
         """Outputs at the present time; before the first step, of inputs held for ever."""
@@ -261,56 +248,71 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         return np.tile(self.initial if self.prehistory_known else self.inputs, (self.n_in, 1))
 
     def _in_range(self) -> bool:
-        slack = RANGE_SLACK * (self.high - self.low) / 2
-        window = self._window()
-        return bool(np.all((window >= self.low - slack) & (window <= self.high + slack)))
+        return bool(np.all(np.abs(self._scaled(self._window())) <= 1 + RANGE_SLACK))
 
     def _output(self, index: int) -> float:
         return self._present_outputs()[index]
 
     def _evaluate(self, window: FloatArray) -> FloatArray:
-        """Outputs, shape (n_outputs,), of a window of inputs, shape (n_in, n_inputs)."""
-        scaled = ((window - self.offset) / self.scale).astype(np.float32)
-        with torch.no_grad():
-            values = self.module(torch.from_numpy(scaled)[None]).reshape(-1)
+        """Outputs, shape (n_outputs,), of a window of inputs, shape (n_in, n_inputs).
+
+        Raises:
+            ValueError: the module gives none that are finite numbers.
+        """
         signals = self.about["outputs"]
-        if len(values) % len(signals) or len(values) < len(signals):
-            raise ValueError(
-                f"the module gives {len(values)} values; expected a multiple of its "
-                f"{len(signals)} outputs, sample by sample, the newest last"
-            )
-        newest = values[-len(signals) :].double().numpy()
-        scale = np.array([signal["scale"] for signal in signals])
-        return np.asarray(newest * scale + np.array([signal["offset"] for signal in signals]))
+        offset, scale = (np.array([s[key] for s in signals]) for key in ("offset", "scale"))
+        return np.asarray(self.network.values(self._scaled(window)) * scale + offset)
+
+    def _scaled(self, window: FloatArray) -> FloatArray:
+        return np.asarray((window - self.offset) / self.scale)
 
     def _get_fmu_state(self) -> dict[str, Any]:
         """All that changes, as JSON values; floats keep all their bits."""
         return {
+            "guid": self.guid,
             "inputs": list(self.inputs),
             "initial": list(self.initial),
             "prehistory_known": self.prehistory_known,
+            "stepping": self.stepping,
             "window": None if self.past.window is None else self.past.window.tolist(),
             "steps": list(self.past.steps),
             "outputs": self.outputs,
             "filled": self.filled,
-            "time": self.time,
+            "clock": [self.clock.anchor, self.clock.stride, self.clock.count],
         }
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
+        if state.get("guid") != self.guid:
+            self._refuse_next(str(state.get("fault", "the state belongs to another FMU")))
+            return
         self.inputs[:] = state["inputs"]
         self.initial[:] = state["initial"]
-        self.prehistory_known = state["prehistory_known"]
+        self.prehistory_known, self.stepping = state["prehistory_known"], state["stepping"]
         window = state["window"]
         self.past.window = None if window is None else np.array(window)
         self.past.steps = [(length, list(inputs)) for length, inputs in state["steps"]]
-        self.outputs = state["outputs"]
-        self.filled, self.time = state["filled"], state["time"]
+        self.outputs, self.filled = state["outputs"], state["filled"]
+        self.clock.anchor, self.clock.stride, self.clock.count = state["clock"]
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
+        text = json.dumps(state).encode("utf-8")
+        return b"%08x" % zlib.crc32(text) + text
+
+    @staticmethod
+    def _fmu_state_from_bytes(data: bytes) -> dict[str, Any]:
+        """The state; of damaged bytes, what is wrong with them."""
+        text = data[8:]
+        if data[:8] != b"%08x" % zlib.crc32(text):
+            return {"fault": "the state is damaged: its checksum does not match its content"}
+        return dict(json.loads(text))
 
     def to_xml(self, model_options: Mapping[str, str] | None = None) -> Element:
         """Model description; written by slide_fmu, so here and nowhere else it is at hand."""
         from slide_fmu.signals import Signal
         from slide_fmu.systems.python_fmu import child, complete
 
+        self.network.require_function(self._scaled(self._window()))
         root: Element = super().to_xml(dict(model_options or {}))
         for flag in ("canGetAndSetFMUstate", "canSerializeFMUstate"):
             child(root, "CoSimulation").set(flag, "true")
@@ -324,17 +326,6 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
             signals.append(Signal(**start))
         complete(root, signals)
         return root
-
-
-def _load(folder: Path) -> tuple[Callable[[torch.Tensor], torch.Tensor], bytes]:
-    """The module of an FMU, ready to be evaluated, and the bytes of its file."""
-    scripted, exported = folder / SCRIPTED, folder / EXPORTED
-    if exported.exists():
-        return torch.export.load(exported).module(), exported.read_bytes()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # scripted modules are an old form
-        module = torch.jit.load(scripted)  # type: ignore[no-untyped-call]
-        return module.eval(), scripted.read_bytes()
 
 
 def _keep_module_of(slave_class: type) -> None:

@@ -159,13 +159,13 @@ def test_it_gives_what_the_native_one_gives(
         slave.freeInstance()
 
 
-def test_inputs_in_range_are_those_of_the_description(tmp_path: Path) -> None:
+def test_inputs_in_range_are_those_of_the_scaling(tmp_path: Path) -> None:
     surrogate = surrogate_with("held")
     path = export_module(*saved(surrogate, tmp_path, ".pt"), tmp_path / "module.fmu")
     slave = start(path, tmp_path / "a")
-    low, high = ([getattr(s, end) for s in surrogate.inputs] for end in ("low", "high"))
-    inputs = np.array([low, high] * 20, dtype=float)
-    inputs[5, 1] += 0.01 * (high[1] - low[1])
+    offset, scale = surrogate.input_scaling.offset, surrogate.input_scaling.scale
+    inputs = np.array([offset - scale, offset + (1 + 0.5e-6) * scale] * 20)
+    inputs[5, 1] = offset[1] + (1 + 2e-6) * scale[1]
     found = run(slave, inputs, np.full(len(inputs), STEP), [5])[1:, 0]
     n_in = surrogate.window.n_in
     expected = [float(not 5 <= k < 5 + n_in) for k in range(len(inputs))]
@@ -226,10 +226,11 @@ def test_state_comes_back_also_in_another_instance(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("time", "step", "inputs", "message"),
     [
-        (0.0, 0.0, [0, 0], "expected a positive one"),
-        (0.0, -STEP, [0, 0], "expected a positive one"),
+        (0.0, 0.0, [0, 0], "expected a positive, finite step"),
+        (0.0, -STEP, [0, 0], "expected a positive, finite step"),
+        (0.0, np.inf, [0, 0], "expected a positive, finite step"),
         (STEP, STEP, [0, 0], "the end of the last step"),
-        (0.0, STEP, [np.nan, 0], "expected finite values"),
+        (0.0, STEP, [np.nan, 0], "expected a finite number"),
     ],
 )
 def test_steps_that_cannot_be_taken(
@@ -257,6 +258,60 @@ sys.modules["slide_fmu"] = None  # importing it raises ImportError
 import fmpy
 print(fmpy.simulate_fmu(sys.argv[1], stop_time=0.1, output_interval=0.005)["y0"][-1])
 """
+
+
+def test_values_that_cannot_be_set(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = export_module(*saved(surrogate_with("held"), tmp_path, ".pt"), tmp_path / "m.fmu")
+    slave = start(path, tmp_path / "a", 1.0, 0.3, -0.4)
+    before, everything = slave.getReal(list(range(9))), list(range(9))
+    for references, values, message in (
+        ([0, 6], [0.5, 0.0], "6 is a parameter; set it before the end of initialization mode"),
+        ([0, 7], [0.5, 0.0], "7 is a parameter; set it before the end of initialization mode"),
+        ([0, 2], [0.5, 0.0], "2 is no input; only inputs, 0 to 1, and parameters, from 6 on"),
+        ([0, 1], [0.5, 1e300], "1 = 1e+300; expected a finite number near the input's range"),
+    ):
+        slave.setReal(references, values)  # PythonFMU has no status for it
+        assert message in capfd.readouterr().out
+        assert slave.getReal(everything) == before
+        with pytest.raises(FMICallException):
+            slave.doStep(0.0, STEP)
+        assert message in capfd.readouterr().out
+        assert slave.getReal(everything) == before
+    assert np.isnan(slave.getReal([9])[0])
+    assert "expected less than 9" in capfd.readouterr().out
+    with pytest.raises(FMICallException):
+        slave.doStep(0.0, STEP)
+    slave.doStep(0.0, STEP)
+    slave.freeInstance()
+
+
+def test_damaged_states_and_those_of_others_are_refused(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    paths = []
+    for hold in ("held", "ramp"):
+        (tmp_path / hold).mkdir()
+        files = saved(surrogate_with(hold), tmp_path / hold, ".pt")
+        paths.append(export_module(*files, tmp_path / hold / "m.fmu"))
+    slave, other = (start(path, path.parent / "a") for path in paths)
+    slave.doStep(0.0, STEP)
+    before = slave.getReal(list(range(9)))
+    foreign = other.serializeFMUstate(other.getFMUstate())
+    damaged = bytearray(slave.serializeFMUstate(slave.getFMUstate()))
+    damaged[len(damaged) // 2] ^= 1
+    for data, message in (
+        (foreign, "the state belongs to another FMU"),
+        (bytes(damaged), "the state is damaged"),
+        (b"", "the state is damaged"),
+    ):
+        slave.setFMUstate(slave.deSerializeFMUstate(data))
+        assert message in capfd.readouterr().out
+        assert slave.getReal(list(range(9))) == before
+        with pytest.raises(FMICallException):
+            slave.doStep(STEP, STEP)
+    slave.doStep(STEP, STEP)
+    for instance in (slave, other):
+        instance.freeInstance()
 
 
 def test_it_runs_without_slide_fmu(tmp_path: Path) -> None:

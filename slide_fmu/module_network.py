@@ -1,0 +1,136 @@
+"""The torch module in an FMU, evaluated on the CPU. Becomes part of that FMU, as its slave does.
+
+Modules are written by others: whatever goes wrong in them is told in one sentence.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+SAME = 1e-4
+"""Of scaled outputs: what the same window may give the second time, when threads sum in another
+order."""
+
+
+class ModuleNetwork:
+    """A torch module that gives outputs for a window of inputs. Final.
+
+    Attributes:
+        identity: the bytes of its file.
+
+    Raises:
+        ValueError: the file holds no such module.
+    """
+
+    def __init__(self, folder: Path, n_outputs: int) -> None:
+        self._module, self.identity = _load(folder)
+        self._n_outputs = n_outputs
+
+    def values(self, window: FloatArray) -> FloatArray:
+        """Scaled outputs of the newest sample, (n_outputs,), for scaled inputs (n_in, n_inputs).
+
+        Raises:
+            ValueError: the module gives none that are finite numbers.
+        """
+        argument = torch.from_numpy(window.astype(np.float32))[None]
+        with torch.no_grad():
+            try:
+                values = self._module(argument)
+            except Exception as error:  # what a module raises is up to those who wrote it
+                raise ValueError(
+                    f"the module takes no float32 tensor of shape {tuple(argument.shape)} on the "
+                    f"CPU: {_last_line(error)}"
+                ) from error
+        newest = _newest(values, self._n_outputs)
+        if not np.all(np.isfinite(newest)):
+            raise ValueError(f"the module gives {newest.tolist()}; expected finite values")
+        return newest
+
+    def require_function(self, window: FloatArray) -> None:
+        """Refuse a module that gives something else for the same window the second time.
+
+        Raises:
+            ValueError: it does, or gives no outputs at all.
+        """
+        once, again = self.values(window), self.values(window)
+        if not np.allclose(once, again, rtol=SAME, atol=SAME):
+            raise ValueError(
+                f"the module gives {once.tolist()}, then {again.tolist()} for the same window; "
+                "expected the same: it must keep no state and draw no random numbers (call eval() "
+                "before it is saved)"
+            )
+
+
+def _read_scripted(path: Path) -> Callable[[torch.Tensor], Any]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # scripted modules are an old form
+        module = torch.jit.load(path, map_location="cpu")  # type: ignore[no-untyped-call]
+    return module.eval()  # type: ignore[no-any-return]
+
+
+def _read_exported(path: Path) -> Callable[[torch.Tensor], Any]:
+    return torch.export.load(path).module()
+
+
+_READERS = {
+    "module.pt": ("torch.jit.save", _read_scripted),
+    "module.pt2": ("torch.export.save", _read_exported),
+}
+"""Names of the module's file in the FMU: what writes it, and what reads it."""
+
+
+def _load(folder: Path) -> tuple[Callable[[torch.Tensor], Any], bytes]:
+    """The module of an FMU, ready to be evaluated on the CPU, and the bytes of its file.
+
+    Raises:
+        ValueError: the file holds no such module.
+    """
+    path = next(folder / name for name in _READERS if (folder / name).exists())
+    wanted, read = _READERS[path.name]
+    try:
+        return read(path), path.read_bytes()
+    except Exception as error:  # what torch raises depends on what the file is instead
+        raise ValueError(
+            f"the file cannot be read: {_last_line(error)}; expected one of {wanted}, of a module "
+            "on the CPU"
+        ) from error
+
+
+def _newest(values: object, n_outputs: int) -> FloatArray:
+    """The newest sample of what a module gives, shape (n_outputs,).
+
+    Raises:
+        ValueError: it gives something else than samples of its outputs.
+    """
+    if not isinstance(values, torch.Tensor):
+        raise ValueError(
+            f"the module gives a {type(values).__name__}; expected one tensor: wrap it in a "
+            "module that picks this out"
+        )
+    if not values.is_floating_point() or values.device.type != "cpu":
+        raise ValueError(
+            f"the module gives a tensor of {values.dtype} on {values.device}; expected real "
+            "numbers on the CPU"
+        )
+    flat = values.reshape(-1)
+    if len(flat) % n_outputs or len(flat) < n_outputs:
+        raise ValueError(
+            f"the module gives {len(flat)} values, shape {tuple(values.shape)}; expected a "
+            f"multiple of its {n_outputs} outputs, sample by sample, the newest last"
+        )
+    return np.asarray(flat[-n_outputs:].double().numpy())
+
+
+def _last_line(error: Exception) -> str:
+    """What an error says, without the trace that torch puts before it."""
+    lines = [line for line in str(error).strip().splitlines() if line.strip()]
+    return f"{type(error).__name__}: {lines[-1].strip() if lines else ''}"

@@ -1,0 +1,139 @@
+"""Time and past inputs of an FMU that carries a torch module. Becomes part of that FMU.
+
+As ``module_slave.py`` it imports nothing of slide_fmu where it runs. Both classes mean what
+``clock.c``, ``stream.c`` and ``history.c`` of the native runtime mean.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+SAME = 1e-6
+"""In sample steps: what counts as rounding."""
+SAME_TIME = 1e-9
+"""Relative to a time: what counts as rounding in it."""
+RESOLUTION = 1e-3
+"""In sample steps: the largest rounding of a time, beyond which steps are blurred."""
+SHORTEST = 1 / 32
+"""In sample steps: a shorter step is joined to the one after it."""
+
+
+class Clock:
+    """The time of the present state: equal steps are counted, never accumulated. Final.
+
+    Attributes:
+        anchor, stride: communication point and length, in s, of the first of the equal steps.
+        count: their number.
+    """
+
+    def __init__(self, step: float) -> None:
+        self._h = step
+        self.anchor, self.stride, self.count = 0.0, 0.0, 0
+
+    @property
+    def time(self) -> float:
+        """In s."""
+        return self.anchor + self.count * self.stride
+
+    @property
+    def farthest(self) -> float:
+        """Largest distance from 0, in s, at which steps can be told apart."""
+        return 2 * RESOLUTION * self._h / sys.float_info.epsilon
+
+    def fault_of(self, point: float, length: float) -> str | None:
+        """Why a step of this length from a communication point cannot be taken."""
+        last = min(self.stride, self._h) if self.count else self._h
+        slack = min(SAME * self._h + SAME_TIME * abs(self.time), last / 4)
+        if not abs(point - self.time) <= slack:
+            return (
+                f"communication point {point:.15g} s; expected {self.time:.15g} s, the end of "
+                "the last step"
+            )
+        step = f"communication step {length:.9g} s at {self.time:.9g} s"
+        if not (length > 0 and math.isfinite(length)):
+            return f"{step}: expected a positive, finite step"
+        if abs(self.time + length) > self.farthest:
+            return f"{step}: its end is so far from 0 that steps cannot be told apart there"
+        if abs(self.time + length - self.time - length) > length / 4:
+            return f"{step}: it is too small to be told apart from zero"
+        return None
+
+    def meant(self, length: float) -> tuple[float, int]:
+        """The step that a master means, in s; its number of samples, 0 if it is no multiple."""
+        count = round(length / self._h)
+        rounding = 2 * sys.float_info.epsilon * abs(self.time)
+        if count > 0 and abs(length - count * self._h) <= SAME * self._h + rounding:
+            return count * self._h, count
+        return length, 0
+
+    def advance(self, point: float, length: float) -> None:
+        """A step was taken from a communication point."""
+        if length != self.stride:
+            self.anchor, self.stride, self.count = point, length, 0
+        self.count += 1
+
+
+class PastInputs:
+    """The window and the communication steps behind it. Final.
+
+    Attributes:
+        window: samples of the inputs, oldest first, shape (n_samples, n_inputs).
+        steps: length in s and inputs of every step that is remembered, oldest first.
+    """
+
+    def __init__(self, n_samples: int, step: float, ramp: bool) -> None:
+        self._n, self._h, self._ramp = n_samples, step, ramp
+        self.window: FloatArray | None = None
+        self.steps: list[tuple[float, list[float]]] = []
+
+    def begin(self, inputs: list[float]) -> None:
+        """The inputs before the first step are known: they are a step of their own."""
+        self.window = np.tile(inputs, (self._n, 1))
+        self._remember(self._h, inputs)
+
+    def take(self, length: float, count: int, inputs: list[float]) -> FloatArray:
+        """Take in a step under these inputs, as ``Clock.meant`` gives it; the window after it."""
+        if self.window is None:
+            self.window = np.tile(inputs, (self._n, 1))
+            self._remember(length, inputs)
+        elif 0 < count <= self._n:
+            newest, reached = np.array(self.steps[-1][1]), np.array(inputs)
+            left = np.arange(count - 1.0, -1.0, -1.0)[:, None] / count if self._ramp else 0.0
+            added = reached - left * (reached - newest) + np.zeros((count, 1))
+            self.window = np.concatenate([self.window[count:], added])
+            self._remember(length, inputs)
+        else:
+            self._remember(length, inputs)
+            self.window = self._sampled()
+        return self.window
+
+    def _remember(self, length: float, inputs: list[float]) -> None:
+        if len(self.steps) > 1:
+            before, held = self.steps[-1]
+            if before < SHORTEST * self._h or (held == inputs and not self._ramp):
+                self.steps.pop()
+                length += before
+        self.steps.append((length, list(inputs)))
+        covered = sum(length for length, _ in self.steps[1:])
+        while len(self.steps) > 2 and covered - self.steps[1][0] > (self._n + 1) * self._h:
+            covered -= self.steps[1][0]
+            del self.steps[0]  # one before those that cover the window is left: ramps begin there
+
+    def _sampled(self) -> FloatArray:
+        """All samples anew, up to the end of the newest step."""
+        inputs = np.array([row for _, row in self.steps])
+        lengths = np.array([length for length, _ in self.steps])
+        begins = -np.cumsum(lengths[::-1])[::-1]
+        left = np.arange(self._n, 0, -1.0)
+        times = -(left - 1) * self._h if self._ramp else -left * self._h + SAME * self._h
+        at = np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)
+        if not self._ramp:
+            return np.asarray(inputs[at])
+        part = np.clip((times - begins[at]) / lengths[at], 0.0, 1.0)[:, None]
+        return np.asarray(inputs[at] - (1 - part) * (inputs[at] - inputs[np.maximum(at - 1, 0)]))

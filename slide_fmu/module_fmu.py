@@ -18,18 +18,13 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationError, model_validator
 
-from slide_fmu.fmu.export import read_member
 from slide_fmu.learning_recipe import PositiveFloat, PositiveInt, Table
+from slide_fmu.module_files import ABOUT, SUFFIXES
 from slide_fmu.recipe import mistakes
 from slide_fmu.scaling import Affine, range_scaling
 from slide_fmu.signals import Hold, Signal
 from slide_fmu.systems.python_fmu import write_python_fmu
 
-SUFFIXES = {".pt": "module.pt", ".pt2": "module.pt2"}
-"""Endings of files of scripted (``torch.jit.save``) and exported (``torch.export.save``) modules,
-and their names in the FMU."""
-
-ABOUT = "module.json"
 NEEDED = ("torch", "numpy", "pythonfmu")
 
 
@@ -119,11 +114,6 @@ class ModuleTable(Table):
         return self
 
 
-def is_module(path: Path) -> bool:
-    """Whether a file is a torch module, by its name."""
-    return path.suffix in SUFFIXES
-
-
 def export_module(module: Path, description: Path, path: Path) -> Path:
     """Write a torch module as FMI 2.0 co-simulation FMU that needs Python where it runs.
 
@@ -165,17 +155,6 @@ def export_module(module: Path, description: Path, path: Path) -> Path:
         return write_python_fmu(table.name, script, path, resources | parts)
     except (RuntimeError, ValueError) as error:
         raise ModuleError(f"{module}: {error}") from error
-
-
-def module_figures(path: Path) -> dict[str, Any] | None:
-    """What an FMU says about the torch module in it, or None when it carries none.
-
-    Raises:
-        FmuError: the file is no zip archive or is damaged.
-        OSError: the file cannot be read.
-    """
-    text = read_member(path, f"resources/{ABOUT}")
-    return None if text is None else dict(json.loads(text))
 
 
 def _sources() -> tuple[str, dict[str, bytes]]:

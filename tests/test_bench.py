@@ -11,7 +11,7 @@ import pytest
 from fmu.samples import CellShape, Shape, random_surrogate
 from typer.testing import CliRunner
 
-from slide_fmu.bench import synthetic_surrogate
+from slide_fmu.bench_task import synthetic_surrogate
 from slide_fmu.cli import app
 from slide_fmu.features import Differences
 from slide_fmu.fmu.build import build_all

@@ -15,10 +15,11 @@ from recipes import TINY, tiny_recipe
 from typer.testing import CliRunner
 
 from mbs_models.oscillators import LinearOscillator
-from slide_fmu import pipeline, sizing
+from slide_fmu import sizing
 from slide_fmu.cli import app
 from slide_fmu.data.sampling import recipe_system
 from slide_fmu.modes import UnstableModeError
+from slide_fmu.pipeline import preparation
 from slide_fmu.recipe import Recipe, load_recipe
 from slide_fmu.report import sizing_section
 from slide_fmu.sizing import ShortWindowError, decay_rows, require_window, size_window
@@ -161,7 +162,7 @@ def test_window_prints_the_remark(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     recipe = oscillator("LinearOscillator")
     found = size_window(recipe, recipe_system(recipe))
     longer = replace(found, measured=replace(found.measured, rates=np.full(10, -2.0)))
-    monkeypatch.setattr(pipeline, "size_recipe", lambda job, seed: longer)
+    monkeypatch.setattr(preparation, "size_recipe", lambda job, seed: longer)
     place = tmp_path / "tiny.toml"
     place.write_text(TINY, encoding="utf-8")
     result = CliRunner().invoke(app, ["window", str(place), "--json", "-"])

@@ -25,10 +25,10 @@ from slide_fmu.data.sampling import (
 from slide_fmu.excitation.mix import names_of
 from slide_fmu.fmu.build import build_all
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.pipeline import check_recipe
+from slide_fmu.pipeline.preparation import check_recipe
+from slide_fmu.pipeline.side_by_side import write_reference
 from slide_fmu.recipe import Recipe, RecipeError
 from slide_fmu.report import validation_sections
-from slide_fmu.side_by_side import write_reference
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.systems.base import simulate
 from slide_fmu.systems.loading import LoadError

@@ -11,11 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slide_fmu import pipeline
 from slide_fmu.cell import Cell
 from slide_fmu.data.sampling import recipe_system
 from slide_fmu.features import Differences, FeatureMap
 from slide_fmu.fmu.export import read_fmu, read_member
+from slide_fmu.pipeline.job import Job, open_job, provenance, versions
+from slide_fmu.pipeline.trained import STABILITY_PICTURE
+from slide_fmu.progress import Advance
 from slide_fmu.scaling import Affine
 from slide_fmu.state_space import StateSpace
 from slide_fmu.surrogate import Surrogate
@@ -88,7 +90,7 @@ class Lopsided(DuffingOscillator):
 """
 
 
-def no_bar(stage: str) -> pipeline.Advance:
+def no_bar(stage: str) -> Advance:
     """Progress that nobody sees."""
     return lambda done, total, remark: None
 
@@ -167,9 +169,9 @@ def test_training_refuses_data_of_a_model_that_has_changed(tmp_path: Path) -> No
 def test_provenance_is_the_recipe_that_was_read(tmp_path: Path) -> None:
     recipe = tmp_path / "recipe.toml"
     recipe.write_text(SMALL_LINEAR, encoding="utf-8")
-    job = pipeline.open_job(recipe, tmp_path / "runs", no_bar)
+    job = open_job(recipe, tmp_path / "runs", no_bar)
     recipe.unlink()
-    assert pipeline.provenance(job, {})["recipe"] == SMALL_LINEAR
+    assert provenance(job, {})["recipe"] == SMALL_LINEAR
 
 
 def test_export_of_a_finished_recipe_keeps_report_and_measured_error(duffing: Finished) -> None:
@@ -249,7 +251,7 @@ except Exception as error:
 NEVER_FORGETS, FORGETS = 0.9999, 0.5
 
 
-def surrogate_of(job: pipeline.Job, pole: float = NEVER_FORGETS) -> Surrogate:
+def surrogate_of(job: Job, pole: float = NEVER_FORGETS) -> Surrogate:
     """A state-space network of the job's signals: y -> pole y + u."""
     one, zero = np.ones((1, 1), np.float32), np.zeros((1, 1), np.float32)
     cell = Cell(
@@ -275,11 +277,11 @@ def test_export_refuses_a_network_that_does_not_forget(tmp_path: Path, allowed: 
     text += "[stability]\nallow_unstable = true\n" if allowed else ""
     recipe, runs, out = tmp_path / "recipe.toml", tmp_path / "runs", tmp_path / "out.fmu"
     recipe.write_text(text, encoding="utf-8")
-    job = pipeline.open_job(recipe, runs, no_bar)
+    job = open_job(recipe, runs, no_bar)
     job.folder.path.mkdir(parents=True)
-    job.folder.save_surrogate(surrogate_of(job), job.recipe, {}, pipeline.versions())
+    job.folder.save_surrogate(surrogate_of(job), job.recipe, {}, versions())
     result = invoke("export", recipe, "--runs", runs, "-o", out)
-    picture = job.folder.path / pipeline.STABILITY_PICTURE
+    picture = job.folder.path / STABILITY_PICTURE
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert out.exists() is allowed
     assert result.exit_code == (0 if allowed else 1), result.output
@@ -296,10 +298,10 @@ def test_limits_change_without_a_new_training_and_old_pictures_vanish(tmp_path: 
     text = SMALL_LINEAR[: SMALL_LINEAR.index("[network]")]
     recipe, runs = tmp_path / "recipe.toml", tmp_path / "runs"
     recipe.write_text(text, encoding="utf-8")
-    job = pipeline.open_job(recipe, runs, no_bar)
+    job = open_job(recipe, runs, no_bar)
     job.folder.path.mkdir(parents=True)
-    job.folder.save_surrogate(surrogate_of(job), job.recipe, {}, pipeline.versions())
-    picture = job.folder.path / pipeline.STABILITY_PICTURE
+    job.folder.save_surrogate(surrogate_of(job), job.recipe, {}, versions())
+    picture = job.folder.path / STABILITY_PICTURE
     export = ("export", recipe, "--runs", runs)
     assert invoke(*export).exit_code == 1
     assert picture.exists()
@@ -313,7 +315,7 @@ def test_limits_change_without_a_new_training_and_old_pictures_vanish(tmp_path: 
     assert result.exit_code == 1
     assert "was trained from other values" in " ".join(result.output.split())
     recipe.write_text(text + remedy.replace("= true", "= false"), encoding="utf-8")
-    job.folder.save_surrogate(surrogate_of(job, FORGETS), job.recipe, {}, pipeline.versions())
+    job.folder.save_surrogate(surrogate_of(job, FORGETS), job.recipe, {}, versions())
     result = invoke(*export)
     assert result.exit_code == 0, result.output
     assert not picture.exists()

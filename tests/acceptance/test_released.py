@@ -9,7 +9,7 @@ import pytest
 
 from slide_fmu.fmu.check import check_fmu
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.pipeline import validate_fmu_file
+from slide_fmu.pipeline.measurement import validate_fmu_file
 from slide_fmu.validation import Task
 
 from .conftest import invoke

@@ -24,12 +24,13 @@ from figures_out import write_figures
 from seeds import ESTIMATE_SPANS
 from unseen import Motion, scored, unseen_motions
 
-from slide_fmu.cli import progress_bars
+from slide_fmu.cli.console import progress_bars
 from slide_fmu.data.sampling import TEST, Stream
 from slide_fmu.error_estimator import ErrorEstimator
 from slide_fmu.errors import moving_rms, relative_deviation
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.pipeline import Advance, Bar, tasks
+from slide_fmu.pipeline.measurement import tasks
+from slide_fmu.progress import Advance, Bar
 from slide_fmu.recipe import Recipe
 from slide_fmu.run_folder import recipe_of_provenance
 from slide_fmu.signals import FloatArray

@@ -17,11 +17,12 @@ from typing import Any
 import numpy as np
 from figures_out import write_figures
 
-from slide_fmu.cli import UNSEEN_SEED, progress_bars
+from slide_fmu.cli.console import progress_bars
+from slide_fmu.cli.options import UNSEEN_SEED
 from slide_fmu.data.sampling import TEST, Stream, draw, recipe_system
 from slide_fmu.errors import rms
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.pipeline import Bar
+from slide_fmu.progress import Bar
 from slide_fmu.run_folder import recipe_of_provenance
 from slide_fmu.systems.base import State, simulate
 

@@ -29,11 +29,11 @@ from figures_out import write_figures
 from seeds import PAPER_SEGMENTS
 from unseen import Motion, unseen_motions
 
-from slide_fmu.cli import progress_bars
+from slide_fmu.cli.console import progress_bars
 from slide_fmu.cosim import UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.sampling import TEST, Draw, Stream
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.pipeline import Bar
+from slide_fmu.progress import Bar
 from slide_fmu.recipe import Recipe
 from slide_fmu.run_folder import recipe_of_provenance
 from slide_fmu.signals import FloatArray

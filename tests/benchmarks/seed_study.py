@@ -34,24 +34,26 @@ from studies import (
     with_train,
 )
 
-from slide_fmu import pipeline
-from slide_fmu.cli import UNSEEN_SEED, progress_bars
+from slide_fmu.cli.console import progress_bars
+from slide_fmu.cli.options import UNSEEN_SEED
 from slide_fmu.fmu.export import export_fmu
+from slide_fmu.pipeline.job import open_job, with_training_seed
+from slide_fmu.pipeline.measurement import IN_RANGE, tasks
+from slide_fmu.pipeline.preparation import generate_data
+from slide_fmu.progress import Bar
 from slide_fmu.validation import validate
 
 
-def studies(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
+def studies(arguments: argparse.Namespace, bar: Bar) -> dict[str, Any]:
     """Train and validate every seed on every number of trajectories."""
     torch.set_num_threads(1)
-    job = pipeline.open_job(arguments.recipe, arguments.runs, bar)
+    job = open_job(arguments.recipe, arguments.runs, bar)
     base = surrogate_only(job.recipe) if arguments.surrogate_only else job.recipe
     counts = sorted(set(arguments.train or [base.data.train]))
     job = dataclasses.replace(job, recipe=with_train(base, counts[-1]))
-    pipeline.generate_data(job, None, False)
+    generate_data(job, None, False)
     recipes = {
-        f"{count} trajectories, seed {seed}": pipeline.with_training_seed(
-            with_train(base, count), seed
-        )
+        f"{count} trajectories, seed {seed}": with_training_seed(with_train(base, count), seed)
         for count in counts
         for seed in range(arguments.seeds)
     }
@@ -64,12 +66,12 @@ def study(trainings: Sequence[Trained], arguments: argparse.Namespace) -> dict[s
     """All seeds on the same trajectories."""
     seeds = [seed_figures(one, arguments) for one in trainings]
     recipe = trainings[0].recipe
-    tasks = pipeline.tasks(recipe, arguments.seed, arguments.trajectories)
+    chosen = tasks(recipe, arguments.seed, arguments.trajectories)
     return {
         "trajectories": recipe.data.train,
         "simulated_seconds": simulated_seconds(recipe),
         "training_cpu_seconds": statistics([seed["training_cpu_seconds"] for seed in seeds]),
-        "summary": {name: summary([seed[name] for seed in seeds]) for name in tasks},
+        "summary": {name: summary([seed[name] for seed in seeds]) for name in chosen},
         "seeds": seeds,
     }
 
@@ -77,12 +79,12 @@ def study(trainings: Sequence[Trained], arguments: argparse.Namespace) -> dict[s
 def seed_figures(training: Trained, arguments: argparse.Namespace) -> dict[str, Any]:
     """What one training costs and reaches."""
     recipe, surrogate = training.recipe, training.surrogate
-    tasks = pipeline.tasks(recipe, arguments.seed, arguments.trajectories)
+    chosen = tasks(recipe, arguments.seed, arguments.trajectories)
     with tempfile.TemporaryDirectory() as place:
         fmu = export_fmu(surrogate, Path(place) / f"{recipe.name}.fmu")
         measured = {
             name: validate(fmu, surrogate, recipe, task, quiet).figures()
-            for name, task in tasks.items()
+            for name, task in chosen.items()
         }
     return {
         "training_seed": recipe.training.seed,
@@ -118,9 +120,9 @@ def draw_curve(figures: dict[str, Any], path: Path) -> None:
     seconds = [study["simulated_seconds"] for study in found]
     figure = Figure(figsize=(6, 4.2), layout="constrained")
     ax = figure.subplots()
-    for output in found[0]["seeds"][0][pipeline.IN_RANGE]["outputs"]:
+    for output in found[0]["seeds"][0][IN_RANGE]["outputs"]:
         key = f"{output['name']}_relative_rmse"
-        errors = [study["summary"][pipeline.IN_RANGE][key] for study in found]
+        errors = [study["summary"][IN_RANGE][key] for study in found]
         medians = [100 * error["median"] for error in errors]
         below = [100 * (error["median"] - error["smallest"]) for error in errors]
         above = [100 * (error["largest"] - error["median"]) for error in errors]

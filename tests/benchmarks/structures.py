@@ -35,12 +35,14 @@ from seeds import STRUCTURES
 from studies import Trained, positive, simulated_seconds, surrogate_only, trained
 from unseen import Motion, scored, unseen_motions
 
-from slide_fmu import pipeline
 from slide_fmu.bench import part_times
-from slide_fmu.cli import progress_bars
+from slide_fmu.cli.console import progress_bars
 from slide_fmu.data.sampling import TEST, Stream
 from slide_fmu.errors import rms
 from slide_fmu.fmu.native import NativeSurrogate, Part
+from slide_fmu.pipeline.job import open_job
+from slide_fmu.pipeline.preparation import check_recipe, generate_data
+from slide_fmu.progress import Advance, Bar
 from slide_fmu.recipe import Recipe
 from slide_fmu.surrogate import Surrogate
 
@@ -119,15 +121,15 @@ def taken_away(table: Table, keys: Sequence[str], place: str) -> Table:
     return {key: value for key, value in table.items() if key != first}
 
 
-def study(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
+def study(arguments: argparse.Namespace, bar: Bar) -> dict[str, Any]:
     """Train what is not there yet, measure and time all variants."""
     torch.set_num_threads(1)
-    job = pipeline.open_job(arguments.recipe, arguments.runs, bar)
+    job = open_job(arguments.recipe, arguments.runs, bar)
     variants = read_variants(arguments.variants, tomllib.loads(job.text))
     for recipe in variants.values():
-        pipeline.check_recipe(recipe)
+        check_recipe(recipe)
     most = max(variants.values(), key=lambda recipe: recipe.data.train)
-    pipeline.generate_data(dataclasses.replace(job, recipe=most), None, False)
+    generate_data(dataclasses.replace(job, recipe=most), None, False)
     found = trained(variants, job.folder, arguments.workers, bar)
     motions = motions_of(job.recipe, arguments, bar("test motions"))
     times = step_times([one.surrogate for one in found], arguments.rounds)
@@ -144,9 +146,7 @@ def study(arguments: argparse.Namespace, bar: pipeline.Bar) -> dict[str, Any]:
     }
 
 
-def motions_of(
-    recipe: Recipe, arguments: argparse.Namespace, advance: pipeline.Advance
-) -> list[Motion]:
+def motions_of(recipe: Recipe, arguments: argparse.Namespace, advance: Advance) -> list[Motion]:
     """Unseen motions with the reference model's outputs, the same for all variants."""
     duration = recipe.validation.duration or recipe.data.duration
     stream = Stream(TEST, arguments.seed, (1.0, 1.0), duration)

@@ -20,14 +20,15 @@ import torch
 from figures_out import write_figures
 from numpy.typing import ArrayLike
 
-from slide_fmu import pipeline
 from slide_fmu.data.pool import process_pool
 from slide_fmu.data.sampling import recipe_system
 from slide_fmu.data.store import read_split
 from slide_fmu.learn.fit import fit_surrogate
 from slide_fmu.learn.training import ProgressOf
 from slide_fmu.payload import VERSION
+from slide_fmu.progress import Advance, Bar
 from slide_fmu.recipe import Recipe
+from slide_fmu.run_folder import RunFolder
 from slide_fmu.surrogate import Surrogate
 
 LEARNT_FROM = {"window", "data", "network", "training", "estimator"}
@@ -75,7 +76,7 @@ def training_key(recipe: Recipe) -> str:
 
 
 def trained(
-    recipes: Mapping[str, Recipe], folder: pipeline.RunFolder, workers: int, bar: pipeline.Bar
+    recipes: Mapping[str, Recipe], folder: RunFolder, workers: int, bar: Bar
 ) -> list[Trained]:
     """Train what is not in ``trainings`` of the run folder yet; what is finished stays there.
 
@@ -98,9 +99,9 @@ def trained(
 
 def _train_at_once(
     recipes: Mapping[str, Recipe],
-    folder: pipeline.RunFolder,
+    folder: RunFolder,
     workers: int,
-    advance: pipeline.Advance,
+    advance: Advance,
 ) -> None:
     """Train in processes of their own, the longest first."""
     order = sorted(recipes, key=lambda title: -recipes[title].data.train)
@@ -118,7 +119,7 @@ def _train_at_once(
                 future.cancel()
 
 
-def _train(recipe: Recipe, folder: pipeline.RunFolder, progress: ProgressOf) -> None:
+def _train(recipe: Recipe, folder: RunFolder, progress: ProgressOf) -> None:
     kept = _kept(folder, recipe)
     kept.parent.mkdir(exist_ok=True)
     begin = time.process_time()
@@ -135,13 +136,13 @@ def _train(recipe: Recipe, folder: pipeline.RunFolder, progress: ProgressOf) -> 
     staged.rename(kept)  # last: the sign that it is whole
 
 
-def _finished(recipe: Recipe, folder: pipeline.RunFolder) -> Trained:
+def _finished(recipe: Recipe, folder: RunFolder) -> Trained:
     kept = _kept(folder, recipe)
     seconds = json.loads(kept.read_text(encoding="utf-8"))["training_cpu_seconds"]
     return Trained(recipe, Surrogate.load(kept.with_suffix(".slide")), seconds)
 
 
-def _is_kept(folder: pipeline.RunFolder, recipe: Recipe) -> bool:
+def _is_kept(folder: RunFolder, recipe: Recipe) -> bool:
     """Whether this was trained before, on trajectories of the model that the store is of."""
     kept = _kept(folder, recipe)
     if not (kept.exists() and kept.with_suffix(".slide").exists()):
@@ -156,11 +157,11 @@ def _motion(store: Path) -> str:
     return hashlib.sha256(first.inputs.tobytes() + first.outputs.tobytes()).hexdigest()[:16]
 
 
-def _kept(folder: pipeline.RunFolder, recipe: Recipe) -> Path:
+def _kept(folder: RunFolder, recipe: Recipe) -> Path:
     return folder.path / "trainings" / f"{training_key(recipe)}.json"
 
 
-def _stages(bar: pipeline.Bar, title: str, stage: str) -> Any:
+def _stages(bar: Bar, title: str, stage: str) -> Any:
     """Progress of a stage of a training on a bar."""
     advance = bar(f"{stage}, {title}")
     return lambda done, total, best: advance(done, total, f"validation RMSE {best:.3g}")

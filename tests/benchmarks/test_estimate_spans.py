@@ -15,7 +15,7 @@ from samples_of_tiny import held_by_an_fmu
 
 from slide_fmu.data.sampling import TEST, Stream, draw, reference_system
 from slide_fmu.errors import moving_rms, relative_deviation
-from slide_fmu.pipeline import Advance
+from slide_fmu.progress import Advance
 from slide_fmu.recipe import parse_recipe
 from slide_fmu.systems.base import simulate
 

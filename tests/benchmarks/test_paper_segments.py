@@ -13,7 +13,7 @@ from paper_segments import measure, with_excitation
 from samples_of_tiny import held_by_an_fmu
 
 from slide_fmu.data.sampling import TEST, Stream, draw, reference_system
-from slide_fmu.pipeline import Advance
+from slide_fmu.progress import Advance
 from slide_fmu.recipe import parse_recipe
 from slide_fmu.systems.base import simulate
 

@@ -10,7 +10,8 @@ from recipes import TINY
 from seed_study import draw_curve, studies
 
 from slide_fmu.fmu.build import build_all
-from slide_fmu.pipeline import IN_RANGE, Advance
+from slide_fmu.pipeline.measurement import IN_RANGE
+from slide_fmu.progress import Advance
 
 
 def no_bar(stage: str) -> Advance:

@@ -13,7 +13,7 @@ import studies
 from recipes import TINY
 from structures import read_variants, study
 
-from slide_fmu import pipeline
+from slide_fmu.progress import Advance
 from slide_fmu.recipe import parse_recipe
 
 HERE = Path(__file__).parent
@@ -31,7 +31,7 @@ training = { starts = 1, start_iterations = 2, kept_iterations = 2, iterations =
 """
 
 
-def no_bar(stage: str) -> pipeline.Advance:
+def no_bar(stage: str) -> Advance:
     return lambda done, total, remark: None
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from slide_fmu.data.sampling import Draw, Stream, draw, reference_system
-from slide_fmu.pipeline import Advance
+from slide_fmu.progress import Advance
 from slide_fmu.recipe import Recipe
 from slide_fmu.signals import FloatArray
 from slide_fmu.surrogate import Surrogate

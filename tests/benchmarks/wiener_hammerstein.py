@@ -22,13 +22,13 @@ import numpy as np
 import torch
 from figures_out import write_figures
 
-from slide_fmu.cli import progress_bars
+from slide_fmu.cli.console import progress_bars
 from slide_fmu.errors import rms
 from slide_fmu.features import Differences, FeatureMap
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space import fit_state_space
 from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
-from slide_fmu.pipeline import Advance, Bar
+from slide_fmu.progress import Advance, Bar
 from slide_fmu.signals import FloatArray
 from slide_fmu.state_space import StateSpace
 from slide_fmu.window import Window

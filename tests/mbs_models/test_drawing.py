@@ -16,7 +16,8 @@ from mbs_models.facets import Camera, Facets, ball, tube
 from mbs_models.robot_6r import Robot6R
 from mbs_models.robot_drawing import draw_robot
 from mbs_models.slider_crank import SliderCrank
-from slide_fmu import pipeline
+from slide_fmu.pipeline import release
+from slide_fmu.pipeline.job import Job
 from slide_fmu.run_folder import RunFolder
 from slide_fmu.signals import FloatArray
 
@@ -36,10 +37,10 @@ def test_command_draws_the_same_motion_again(
     assert np.std(imread(tmp_path / "one.png")[..., :3]) > 0.05
 
 
-def finished(folder: Path) -> pipeline.Job:
+def finished(folder: Path) -> Job:
     """A job whose run folder is there."""
     folder.mkdir(exist_ok=True)
-    return pipeline.Job("", tiny_recipe(), RunFolder(folder), lambda stage: lambda *state: None)
+    return Job("", tiny_recipe(), RunFolder(folder), lambda stage: lambda *state: None)
 
 
 @pytest.mark.parametrize("system", [SliderCrank(), Robot6R()], ids=["slider_crank", "robot_6r"])
@@ -48,17 +49,17 @@ def test_models_draw_themselves_into_the_run_folder(
 ) -> None:
     monkeypatch.setattr(drawing, "BEFORE", 0.1)
     monkeypatch.setattr(drawing, "DURATION", 0.8)
-    monkeypatch.setattr(pipeline, "reference_system", lambda recipe: system)
+    monkeypatch.setattr(release, "reference_system", lambda recipe: system)
     (tmp_path / "mechanism.png").write_bytes(b"an older one")
-    assert pipeline.draw_mechanism(finished(tmp_path)) == "mechanism.png"
+    assert release.draw_mechanism(finished(tmp_path)) == "mechanism.png"
     assert (tmp_path / "mechanism.png").read_bytes() == system.picture()
     assert (tmp_path / "mechanism.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_picture_of_a_model_that_does_not_draw_itself_may_lie_there(tmp_path: Path) -> None:
-    assert pipeline.draw_mechanism(finished(tmp_path)) is None
+    assert release.draw_mechanism(finished(tmp_path)) is None
     (tmp_path / "mechanism.png").write_bytes(b"by somebody else")
-    assert pipeline.draw_mechanism(finished(tmp_path)) == "mechanism.png"
+    assert release.draw_mechanism(finished(tmp_path)) == "mechanism.png"
     assert (tmp_path / "mechanism.png").read_bytes() == b"by somebody else"
 
 

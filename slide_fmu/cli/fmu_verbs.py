@@ -1,0 +1,227 @@
+"""Verbs that write, run and describe FMUs."""
+
+from __future__ import annotations
+
+import json
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+from slide_fmu.bench_task import SYNTHETIC, Effort
+from slide_fmu.cli.app import app
+from slide_fmu.cli.console import console, errors, progress_bars, write_json
+from slide_fmu.cli.options import (
+    UNSEEN_SEED,
+    DataSeedOption,
+    FmuArgument,
+    JsonOption,
+    RecipeArgument,
+    RunsOption,
+    TrainingSeedOption,
+    TrajectoriesOption,
+)
+from slide_fmu.cli.tables import show_rounding, show_validation
+from slide_fmu.surrogate import Surrogate
+
+
+class Backend(StrEnum):
+    """What runs the network in an FMU."""
+
+    native = "native"
+    python = "python"
+
+
+@app.command()
+def export(
+    source: Annotated[
+        Path, typer.Argument(help="Recipe that was trained, an FMU, or a torch module.")
+    ],
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="FMU to write.")] = None,
+    fmi: Annotated[
+        int, typer.Option("--fmi", min=2, max=3, help="Version of the standard: 2 or 3.")
+    ] = 2,
+    weights: Annotated[
+        str | None,
+        typer.Option(help="float32 or float16 for feed-forward layers; as they are if not given."),
+    ] = None,
+    sources: Annotated[
+        bool, typer.Option("--source", help="With C sources, for targets of your own compiler.")
+    ] = False,
+    backend: Annotated[
+        Backend, typer.Option(help="python: for torch modules; needs Python where it runs.")
+    ] = Backend.native,
+    description: Annotated[
+        Path | None, typer.Option("--description", help="TOML file about a torch module.")
+    ] = None,
+    json_path: JsonOption = None,
+    seed: TrainingSeedOption = None,
+    data_seed: DataSeedOption = None,
+    runs: RunsOption = Path("runs"),
+) -> None:
+    """Write the FMU of a trained recipe, or an FMU again with this version's runtime."""
+    from slide_fmu.fmu.platforms import checked_version
+    from slide_fmu.module_files import is_module
+    from slide_fmu.pipeline.export import Form, export_again
+
+    with progress_bars() as bar:
+        form = Form(checked_version(fmi), sources, weights)
+        if backend == Backend.python or is_module(source):
+            from slide_fmu.pipeline.modules import export_torch, require_module_export
+
+            require_module_export(source, backend == Backend.python, form)
+            path, loss = export_torch(source, description, output), None
+        elif source.suffix == ".toml":
+            from slide_fmu.pipeline.job import open_job
+            from slide_fmu.pipeline.trained import export_recipe
+
+            job = open_job(source, runs, bar, seed, data_seed)
+            path, loss = export_recipe(job, output, form)
+        elif output is None:
+            raise ValueError("export of an FMU: where to? give the FMU to write with -o PATH")
+        else:
+            path, loss = export_again(source, output, form)
+        write_json(json_path, {"fmu": str(path), "rounding": loss})
+    if loss is not None:
+        show_rounding(loss)
+    console.print(f"FMU     {path}", highlight=False)
+
+
+@app.command()
+def reference(
+    recipe: RecipeArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="FMU to write.")],
+) -> None:
+    """Write the reference system of a recipe as FMU (it needs this Python environment)."""
+    from slide_fmu.pipeline.job import make_importable
+    from slide_fmu.pipeline.side_by_side import write_reference
+    from slide_fmu.recipe import load_recipe
+
+    with errors():
+        make_importable(recipe.parent)
+        path = write_reference(load_recipe(recipe), output)
+    console.print(f"FMU     {path}", highlight=False)
+
+
+@app.command()
+def ssp(
+    fmu: FmuArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="SSP to write.")],
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the inputs.")] = UNSEEN_SEED,
+    duration: Annotated[
+        float | None, typer.Option(min=0.0, help="Of the inputs in s; the recipe's if not given.")
+    ] = None,
+) -> None:
+    """Write an FMU and its reference system, driven by the same unseen inputs, as SSP."""
+    from slide_fmu.pipeline.side_by_side import write_side_by_side
+
+    with errors():
+        path = write_side_by_side(fmu, output, seed, duration)
+    console.print(f"SSP     {path}", highlight=False)
+
+
+@app.command()
+def validate(
+    fmu: FmuArgument,
+    json_path: JsonOption = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the trajectories.")] = UNSEEN_SEED,
+    trajectories: TrajectoriesOption = None,
+    duration: Annotated[
+        float | None, typer.Option(min=0.0, help="Length in s; the recipe's if not given.")
+    ] = None,
+    amplitude: Annotated[
+        tuple[float, float], typer.Option(help="Range of a factor on the excitation.")
+    ] = (1.0, 1.0),
+    report: Annotated[
+        Path | None, typer.Option("--report", help="Folder for report.html and report.json.")
+    ] = None,
+) -> None:
+    """Run an FMU beside its reference system on unseen inputs and measure the error."""
+    from slide_fmu.pipeline.measurement import validate_fmu_file, validation_report
+    from slide_fmu.validation import Task
+
+    with progress_bars() as bar:
+        if report is not None:
+            report.mkdir(parents=True, exist_ok=True)
+        task = Task(seed, trajectories, amplitude, duration)
+        result = validate_fmu_file(fmu, task, bar)
+        figures = result.figures()
+        write_json(json_path, figures)
+        folder = report or Path("runs") / result.surrogate.name / "validation"
+        page = validation_report(result).write(folder)
+    show_validation(figures, "validation")
+    console.print(f"report  {page}", highlight=False)
+
+
+@app.command()
+def check(fmu: FmuArgument, json_path: JsonOption = None) -> None:
+    """List the problems of an FMU; an empty list and exit code 0 when it is fine."""
+    from slide_fmu.fmu.check import check_fmu
+
+    with errors():
+        problems = check_fmu(fmu)
+        write_json(json_path, {"fmu": str(fmu), "problems": problems})
+    for problem in problems:
+        console.print(problem, style="red", highlight=False)
+    if problems:
+        raise typer.Exit(1)
+    console.print(f"{fmu}: no problems", highlight=False)
+
+
+@app.command()
+def bench(
+    fmu: Annotated[
+        Path | None, typer.Argument(help="FMU made by slide-fmu; or give --synthetic.")
+    ] = None,
+    synthetic: Annotated[
+        str | None,
+        typer.Option(help=f"A network with random weights instead: {', '.join(SYNTHETIC)}."),
+    ] = None,
+    json_path: JsonOption = None,
+    rounds: Annotated[int, typer.Option(min=1, help="Rounds; all take turns.")] = Effort.rounds,
+    steps: Annotated[int, typer.Option(min=1, help="Steps of each in a round.")] = Effort.steps,
+) -> None:
+    """Time an FMU beside the memory's limit and the same network elsewhere, in one run."""
+    from slide_fmu.bench import bench_fmu, bench_synthetic
+
+    with errors():
+        effort = Effort(rounds, steps)
+        if (fmu is None) == (synthetic is None):
+            raise ValueError("bench: give either an FMU or --synthetic NAME")
+        figures = (
+            bench_fmu(fmu, effort) if fmu is not None else bench_synthetic(str(synthetic), effort)
+        )
+        write_json(json_path, figures)
+    if json_path != "-":
+        Console().print_json(json.dumps(figures))
+
+
+@app.command()
+def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
+    """What an FMU is: signals, window, network, measured error, provenance."""
+    from slide_fmu.fmu.export import read_fmu
+    from slide_fmu.module_files import module_figures
+
+    with errors():
+        figures = module_figures(fmu) or _describe(*read_fmu(fmu))
+        write_json(json_path, figures)
+    if json_path != "-":
+        Console().print_json(json.dumps(figures))
+
+
+def _describe(surrogate: Surrogate, provenance: dict[str, Any] | None) -> dict[str, Any]:
+    estimator = surrogate.estimator
+    return {
+        "name": surrogate.name,
+        "inputs": [vars(signal) for signal in surrogate.inputs],
+        "outputs": [vars(signal) for signal in surrogate.outputs],
+        "hold": surrogate.hold,
+        "window": vars(surrogate.window),
+        "parameters": surrogate.network.count_parameters(),
+        "estimator_parameters": None
+        if estimator is None
+        else estimator.network.count_parameters(),
+        "provenance": provenance,
+    }

@@ -1,0 +1,55 @@
+"""Options and arguments that several verbs take."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+RecipeArgument = Annotated[Path, typer.Argument(help="Recipe, for example training/duffing.toml.")]
+FmuArgument = Annotated[Path, typer.Argument(help="FMU made by slide-fmu.")]
+
+
+def _writable(path: str | None) -> str | None:
+    """Refuse a place for figures before the work begins that they come from."""
+    if path is not None and path != "-":
+        folder = Path(path).absolute().parent
+        if Path(path).is_dir() or not os.access(folder, os.W_OK):
+            raise typer.BadParameter(f"{path}: expected a file in a folder that can be written to")
+    return path
+
+
+JsonOption = Annotated[
+    str | None,
+    typer.Option(
+        "--json",
+        metavar="PATH",
+        help="Write the figures here; - is stdout.",
+        callback=_writable,
+    ),
+]
+RunsOption = Annotated[Path, typer.Option("--runs", help="Folder that holds the work.")]
+WorkersOption = Annotated[
+    int | None, typer.Option("--workers", min=1, help="Processes; one per core if not given.")
+]
+ThreadsOption = Annotated[int, typer.Option("--threads", min=1, help="Threads of the training.")]
+TrajectoriesOption = Annotated[
+    int | None, typer.Option(min=1, help="Unseen trajectories; the recipe's if not given.")
+]
+TrainingSeedOption = Annotated[
+    int | None,
+    typer.Option(
+        "--seed", min=0, max=2**31 - 1, help="Seed of the training; the recipe's if not given."
+    ),
+]
+DataSeedOption = Annotated[
+    int | None,
+    typer.Option("--data-seed", min=0, help="Seed of the data; the recipe's if not given."),
+]
+OverwriteOption = Annotated[
+    bool, typer.Option("--overwrite", help="Generate again data made from other values.")
+]
+UNSEEN_SEED = 20_260_000
+"""Default seed of validation trajectories; their stream of seeds is used for nothing else."""

@@ -1,0 +1,51 @@
+"""Figures as people read them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich.table import Table
+
+from slide_fmu.cli.console import console
+
+
+def show_validation(figures: dict[str, Any], title: str) -> None:
+    table = Table("output", "RMS of the reference", "RMSE", "relative RMSE", "largest error")
+    table.title = f"{title}: {figures['trajectories']} trajectories, seed {figures['seed']}"
+    for output in figures["outputs"]:
+        unit = output["unit"]
+        table.add_row(
+            output["name"],
+            f"{output['rms_reference']:.4g} {unit}",
+            f"{output['rmse']:.4g} {unit}",
+            f"{100 * output['relative_rmse']:.3g} %",
+            f"{output['max_error']:.4g} {unit}",
+        )
+    console.print(table)
+    estimate = figures["error_estimate"]
+    if estimate is not None:
+        console.print(
+            f"error estimate: mean relative deviation "
+            f"{100 * estimate['mean_relative_deviation']:.3g} %, 95 % within "
+            f"{100 * estimate['p95_relative_deviation']:.3g} %",
+            highlight=False,
+        )
+
+
+def show_rounding(loss: dict[str, Any]) -> None:
+    """What float16 changes, output by output."""
+    if not loss["predictor_rounded"]:
+        console.print("float16: the surrogate's network has no layers; it stays float32")
+    for output in loss["outputs"] if loss["predictor_rounded"] else []:
+        console.print(
+            f"float16: {output['name']} changes by {output['rms_change']:.3g} {output['unit']} "
+            f"(RMS), {100 * output['relative_rms_change']:.3g} % of its spread, on inputs that "
+            f"are {loss['inputs']}",
+            highlight=False,
+        )
+    if loss["estimator_rounded"]:
+        console.print(
+            f"float16: error estimates change by {100 * loss['relative_estimate_change']:.3g} % "
+            "(RMS)",
+            highlight=False,
+        )

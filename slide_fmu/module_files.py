@@ -1,0 +1,31 @@
+"""Files of torch modules, and FMUs that carry one."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from slide_fmu.fmu.export import read_member
+
+SUFFIXES = {".pt": "module.pt", ".pt2": "module.pt2"}
+"""Endings of files of scripted (``torch.jit.save``) and exported (``torch.export.save``) modules,
+and their names in the FMU."""
+
+ABOUT = "module.json"
+
+
+def is_module(path: Path) -> bool:
+    """Whether a file is a torch module, by its name."""
+    return path.suffix in SUFFIXES
+
+
+def module_figures(path: Path) -> dict[str, Any] | None:
+    """What an FMU says about the torch module in it, or None when it carries none.
+
+    Raises:
+        FmuError: the file is no zip archive or is damaged.
+        OSError: the file cannot be read.
+    """
+    text = read_member(path, f"resources/{ABOUT}")
+    return None if text is None else dict(json.loads(text))

@@ -1,0 +1,103 @@
+"""A recipe on its way through the stages, and where what comes of it is from."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from dataclasses import dataclass, field
+from importlib import metadata
+from pathlib import Path
+
+from slide_fmu.progress import Bar
+from slide_fmu.recipe import Recipe, parse_recipe, read_recipe_text
+from slide_fmu.run_folder import RunFolder
+
+VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "fmpy", "torch", "exudyn", "pythonfmu")
+
+
+@dataclass(frozen=True)
+class Job:
+    """A recipe on its way through the stages.
+
+    Attributes:
+        text: the recipe file as it was read.
+        recipe: what it says, seeds of the command line included.
+        folder: where its files lie.
+        bar: opens progress bars.
+    """
+
+    text: str = field(repr=False)
+    recipe: Recipe
+    folder: RunFolder
+    bar: Bar = field(repr=False)
+
+
+def open_job(
+    recipe_path: Path,
+    runs: Path,
+    bar: Bar,
+    training_seed: int | None = None,
+    data_seed: int | None = None,
+) -> Job:
+    """Read a recipe and find its run folder.
+
+    Args:
+        training_seed: replaces the recipe's seeds of initialisation and order of windows.
+        data_seed: replaces the recipe's seed of the trajectories.
+
+    Raises:
+        RecipeError: the recipe cannot be used.
+    """
+    text = read_recipe_text(recipe_path)
+    recipe = parse_recipe(text, str(recipe_path))
+    make_importable(recipe_path.parent)
+    if training_seed is not None:
+        recipe = with_training_seed(recipe, training_seed)
+    if data_seed is not None:
+        data = recipe.data.model_copy(update={"seed": data_seed})
+        recipe = recipe.model_copy(update={"data": data})
+    return Job(text, recipe, RunFolder(runs / recipe.name), bar)
+
+
+def make_importable(folder: Path) -> None:
+    """Let recipes name models that lie beside them, here and in worker processes."""
+    place = str(folder.resolve())
+    if place not in sys.path:
+        sys.path.append(place)
+
+
+def with_training_seed(recipe: Recipe, seed: int) -> Recipe:
+    """The recipe with another seed for initialisation and order of windows."""
+    values = recipe.model_dump()
+    values["training"]["seed"] = seed
+    if values["estimator"] is not None:
+        values["estimator"]["training"]["seed"] = seed
+        if values["estimator"]["pretraining"] is not None:
+            values["estimator"]["pretraining"]["seed"] = seed
+    return Recipe.model_validate(values)
+
+
+def provenance(job: Job, versions: dict[str, str]) -> dict[str, object]:
+    """Where the surrogate of a job comes from: recipe, seeds, versions of the training."""
+    recipe = job.recipe
+    estimator = recipe.estimator
+    return {
+        "recipe": job.text,
+        "seeds": {
+            "data": recipe.data.seed,
+            "training": recipe.training.seed,
+            "estimator_training": None if estimator is None else estimator.training.seed,
+        },
+        "versions": versions,
+    }
+
+
+def versions() -> dict[str, str]:
+    """Versions of the packages that a surrogate depends on, here and now."""
+    found = {"python": platform.python_version()}
+    for name in VERSIONS_OF:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = "not installed"
+    return found

@@ -1,0 +1,54 @@
+"""An FMU beside its reference system: what a released one is measured on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from slide_fmu import report as reports
+from slide_fmu.fmu.export import read_fmu
+from slide_fmu.progress import Bar
+from slide_fmu.recipe import Recipe
+from slide_fmu.report import Report
+from slide_fmu.run_folder import recipe_of_provenance
+from slide_fmu.validation import Task, Validation, validate
+
+IN_RANGE, BEYOND = "in range", "beyond the range"
+
+
+def validate_fmu_file(fmu: Path, task: Task, bar: Bar) -> Validation:
+    """Run an FMU beside the reference system that its provenance names.
+
+    Raises:
+        FmuError: the file is no FMU of slide-fmu.
+        CoSimulationError: an FMU reports an error.
+    """
+    surrogate, found = read_fmu(fmu)
+    recipe = recipe_of_provenance(found, str(fmu))
+    advance = bar(_title(task))
+    return validate(
+        fmu, surrogate, recipe, task, lambda done, n: advance(done, n, ""), workers=None
+    )
+
+
+def validation_report(validation: Validation) -> Report:
+    """The report of one validation."""
+    name = _title(validation.task)
+    return Report(
+        f"Validation of {validation.surrogate.name}",
+        validation.recipe.description,
+        validation.figures(),
+        reports.validation_sections({name: validation}),
+    )
+
+
+def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[str, Task]:
+    """What a released FMU is measured on: in range, and where its estimator was trained too."""
+    found = {IN_RANGE: Task(seed, trajectories)}
+    if recipe.estimator is not None:
+        found[BEYOND] = Task(seed + 1, trajectories, recipe.estimator.amplitude_factor)
+    return found
+
+
+def _title(task: Task) -> str:
+    low, high = task.amplitude
+    return "validation" if low == high == 1 else f"validation at {low:g} to {high:g} x amplitude"

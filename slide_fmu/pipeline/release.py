@@ -1,0 +1,103 @@
+"""The end of the way: an FMU that carries its report and its measured error."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from slide_fmu import report as reports
+from slide_fmu.card import card
+from slide_fmu.data.sampling import recipe_system, reference_system
+from slide_fmu.figures import side_by_side
+from slide_fmu.fmu.export import export_fmu
+from slide_fmu.pipeline.job import Job, provenance
+from slide_fmu.pipeline.measurement import IN_RANGE, tasks, validate_fmu_file
+from slide_fmu.pipeline.trained import examine_stability
+from slide_fmu.recipe import Recipe
+from slide_fmu.report import Report
+from slide_fmu.response import is_affine
+from slide_fmu.run_folder import Trained
+from slide_fmu.sizing import Sizing
+from slide_fmu.stability import AmplitudeTest, stability_figures
+from slide_fmu.validation import Validation
+
+PICTURE = "side_by_side.png"
+MECHANISM_PICTURE = "mechanism.png"
+"""Of the reference system in motion, where it draws itself; of another, who puts it into the run
+folder finds it on the card."""
+
+
+def finish(
+    job: Job, sizing: Sizing, seed: int, trajectories: int | None = None
+) -> tuple[Path, Path]:
+    """Export, validate, and write the FMU that carries its report and its measured error.
+
+    Args:
+        seed: of the unseen trajectories.
+        trajectories: their number; the recipe's if None.
+
+    Returns:
+        Paths of the FMU and of the report.
+    """
+    recipe, fmu = job.recipe, job.folder.fmu(job.recipe)
+    trained = job.folder.load_surrogate(recipe)
+    surrogate, origin = trained.surrogate, provenance(job, trained.versions)
+    tests = examine_stability(job, surrogate)
+    export_fmu(surrogate, fmu, provenance=origin)
+    validations = {
+        name: validate_fmu_file(fmu, task, job.bar)
+        for name, task in tasks(recipe, seed, trajectories).items()
+    }
+    report = _full_report(trained, recipe, sizing, validations, tests)
+    page = report.write(job.folder.path)
+    (job.folder.path / PICTURE).write_bytes(side_by_side(validations[IN_RANGE], 0))
+    text = card(surrogate, recipe, report.data, PICTURE, draw_mechanism(job))
+    (job.folder.path / "card.md").write_text(text, encoding="utf-8")
+    released = {**origin, "measured": report.data}
+    export_fmu(
+        surrogate, fmu, provenance=released, documentation={"index.html": page.read_bytes()}
+    )
+    return fmu, page
+
+
+def draw_mechanism(job: Job) -> str | None:
+    """Draw the reference system into the run folder, if it draws itself.
+
+    Returns:
+        File name of the picture on the card: this one, or one that was there; None without.
+
+    Raises:
+        SimulationError: the motion that is drawn could not be simulated.
+    """
+    place, picture = job.folder.path / MECHANISM_PICTURE, reference_system(job.recipe).picture()
+    if picture is not None:
+        place.write_bytes(picture)
+    return MECHANISM_PICTURE if place.exists() else None
+
+
+def _full_report(
+    trained: Trained,
+    recipe: Recipe,
+    sizing: Sizing,
+    validations: dict[str, Validation],
+    tests: tuple[AmplitudeTest, ...],
+) -> Report:
+    surrogate = trained.surrogate
+    data: dict[str, Any] = {
+        "name": recipe.name,
+        "versions": trained.versions,
+        "validation": {name: v.figures() for name, v in validations.items()},
+        "window": sizing.figures(),
+        "parameters": surrogate.network.count_parameters(),
+    }
+    sections = reports.validation_sections(validations)
+    if is_affine(surrogate):
+        section, data["response_matrix"] = reports.response_section(
+            surrogate, recipe_system(recipe)
+        )
+        sections.append(section)
+    if tests:
+        data["stability"] = stability_figures(tests)
+        sections.append(reports.stability_section(tests, surrogate.window.step))
+    sections += [reports.sizing_section(sizing), reports.training_section(trained.histories)]
+    return Report(f"{recipe.name}: surrogate FMU", recipe.description, data, sections)

@@ -4,22 +4,31 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
+
+import pytest
 
 from .conftest import Finished
 
+TRAINING = ("torch", "exudyn", "zarr")
+"""The packages of the extra ``train``."""
+SLOW_TO_IMPORT = ("matplotlib", "scipy", "fmpy", "pythonfmu", "jinja2", *TRAINING)
+
 WITHOUT = """
 import sys
-for name in ("torch", "exudyn", "zarr"):
+for name in sys.argv[1].split():
     sys.modules[name] = None  # importing it raises ImportError
-sys.argv = ["slide-fmu", *sys.argv[1:]]
+sys.argv = ["slide-fmu", *sys.argv[2:]]
 from slide_fmu.cli import main
 main()
 """
 
 
-def call(*arguments: object) -> subprocess.CompletedProcess[str]:
-    """Call the console script where the packages of the extra ``train`` are missing."""
-    command = [sys.executable, "-c", WITHOUT, *map(str, arguments)]
+def call(
+    *arguments: object, missing: tuple[str, ...] = TRAINING
+) -> subprocess.CompletedProcess[str]:
+    """Call the console script where packages are missing."""
+    command = [sys.executable, "-c", WITHOUT, " ".join(missing), *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, timeout=120)
 
 
@@ -30,6 +39,17 @@ def test_check_and_info_and_export_need_no_training_packages(duffing: Finished) 
     again = duffing.fmu.with_name("again.fmu")
     assert call("export", duffing.fmu, "-o", again).returncode == 0
     assert again.read_bytes() == duffing.fmu.read_bytes()
+
+
+@pytest.mark.parametrize("form", [("--fmi", 2), ("--fmi", 3), ("--source",)])
+def test_export_of_an_fmu_imports_nothing_that_it_does_not_need(
+    form: tuple[object, ...], tmp_path: Path
+) -> None:
+    source = Path(__file__).parents[2] / "fmus" / "linear" / "linear.fmu"
+    path = tmp_path / "linear.fmu"
+    result = call("export", source, "-o", path, *form, missing=SLOW_TO_IMPORT)
+    assert result.returncode == 0, result.stderr
+    assert path.exists()
 
 
 def test_verbs_that_need_more_say_what(duffing: Finished) -> None:

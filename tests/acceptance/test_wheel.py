@@ -1,0 +1,137 @@
+"""The wheel alone: export, check and run FMUs where there is no compiler, torch or exudyn."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import os
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from packaging.requirements import Requirement
+
+from slide_fmu.fmu.check import OUTPUT_TOLERANCE
+from slide_fmu.fmu.export import read_fmu
+
+ROOT = Path(__file__).parents[2]
+DUFFING = ROOT / "fmus" / "duffing" / "duffing.fmu"
+FORCE, STEPS = 200.0, 400
+
+ABSENT = """
+import importlib.util, json, shutil
+names = ["torch", "exudyn", "zarr", "ziglang", "hatchling", "pip"]
+found = [name for name in names if importlib.util.find_spec(name)]
+print(json.dumps(found + [c for c in ("cc", "gcc", "clang", "zig") if shutil.which(c)]))
+"""
+RUN = """
+import json, sys
+import fmpy
+fmu, force, steps = sys.argv[1], float(sys.argv[2]), int(sys.argv[3])
+result = fmpy.simulate_fmu(
+    fmu, stop_time=steps * 0.03, output_interval=0.03, start_values={"force": force}
+)
+print(json.dumps([float(result[name][-1]) for name in ("position", "window_filled")]))
+"""
+
+
+def needed(requirements: list[str], found: dict[str, importlib.metadata.Distribution]) -> None:
+    """Collect the packages that requirements ask for, with those that they need themselves."""
+    for requirement in map(Requirement, requirements):
+        if requirement.marker is not None and not requirement.marker.evaluate({"extra": ""}):
+            continue
+        distribution = importlib.metadata.distribution(requirement.name)
+        if distribution.metadata["Name"] not in found:
+            found[distribution.metadata["Name"]] = distribution
+            needed(distribution.requires or [], found)
+
+
+def link(distribution: importlib.metadata.Distribution, site: Path) -> None:
+    """Offer a package of this environment in another one."""
+    for name in {file.parts[0] for file in distribution.files or ()}:
+        source, place = Path(str(distribution.locate_file(name))), site / name
+        if name != ".." and not name.endswith(".pth") and not place.exists():
+            place.symlink_to(source)
+
+
+class Environment:
+    """An environment with the wheel and what it needs, and nothing else. Final."""
+
+    def __init__(self, folder: Path, wheel: Path) -> None:
+        venv.create(folder, with_pip=False)
+        self.folder = folder
+        (self.site,) = folder.glob("lib/python*/site-packages")
+        pip = [
+            Path(sys.base_prefix, "bin", "python3"),
+            "-m",
+            "pip",
+            "--python",
+            folder / "bin" / "python",
+        ]
+        install = ["install", "--quiet", "--no-index", "--no-deps", wheel]
+        subprocess.run([*pip, *install], check=True, capture_output=True, cwd=folder)
+        (wheel_info,) = self.site.glob("slide_fmu-*.dist-info")
+        found: dict[str, importlib.metadata.Distribution] = {}
+        needed(importlib.metadata.Distribution.at(wheel_info).requires or [], found)
+        for distribution in found.values():
+            link(distribution, self.site)
+
+    def call(self, program: str, *arguments: object) -> subprocess.CompletedProcess[str]:
+        """Run one of its programs, which finds no others."""
+        kept = {key: value for key, value in os.environ.items() if key.startswith("OMP_")}
+        return subprocess.run(
+            [self.folder / "bin" / program, *map(str, arguments)],
+            env={**kept, "PATH": str(self.folder / "bin"), "HOME": str(self.folder)},
+            cwd=self.folder,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+
+@pytest.fixture(scope="module")
+def environment(tmp_path_factory: pytest.TempPathFactory) -> Environment:
+    """With the wheel of this working tree."""
+    place = tmp_path_factory.mktemp("wheel")
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(place)]
+    subprocess.run(build, cwd=ROOT, check=True, capture_output=True)
+    (wheel,) = place.glob("*.whl")
+    return Environment(tmp_path_factory.mktemp("environment"), wheel)
+
+
+@pytest.mark.slow
+def test_nothing_else_is_there(environment: Environment) -> None:
+    said = environment.call("python", "-c", ABSENT)
+    assert json.loads(said.stdout) == [], said.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_export_check_and_run(environment: Environment, fmi: int) -> None:
+    fmu = environment.folder / f"duffing{fmi}.fmu"
+    exported = environment.call("slide-fmu", "export", DUFFING, "--fmi", fmi, "-o", fmu)
+    assert exported.returncode == 0, exported.stderr
+    checked = environment.call("slide-fmu", "check", fmu)
+    assert checked.returncode == 0, checked.stderr
+    assert "no problems" in checked.stderr
+    run = environment.call("python", "-c", RUN, fmu, FORCE, STEPS)
+    assert run.returncode == 0, run.stderr
+    surrogate, _ = read_fmu(DUFFING)
+    stream = surrogate.stream()
+    expected = [stream.step(np.array([FORCE]))[0][0] for _ in range(STEPS)][-1]
+    position, filled = json.loads(run.stdout)
+    assert filled == 1
+    assert abs(position - expected) < OUTPUT_TOLERANCE * surrogate.output_scaling.scale[0]
+
+
+@pytest.mark.slow
+def test_export_is_the_same_there(environment: Environment, tmp_path: Path) -> None:
+    paths = [environment.folder / "there.fmu", tmp_path / "here.fmu"]
+    there = environment.call("slide-fmu", "export", DUFFING, "-o", paths[0])
+    assert there.returncode == 0, there.stderr
+    here = [sys.executable, "-m", "slide_fmu.cli", "export", DUFFING, "-o", paths[1]]
+    subprocess.run(here, check=True, capture_output=True)
+    assert paths[0].read_bytes() == paths[1].read_bytes()

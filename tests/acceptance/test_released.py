@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from fmpy.validation import validate_fmu
 
 from slide_fmu.fmu.check import check_fmu
 from slide_fmu.fmu.export import read_fmu
@@ -40,6 +41,16 @@ def test_every_folder_is_known() -> None:
 @pytest.mark.parametrize("name", RELEASED)
 def test_nothing_is_wrong_with_it(name: str) -> None:
     assert check_fmu(released(name)) == []
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("name", RELEASED)
+def test_fmpy_has_nothing_to_say(name: str, fmi: int, tmp_path: Path) -> None:
+    assert validate_fmu(released(name)) == []
+    path = tmp_path / f"{name}.fmu"
+    assert invoke("export", released(name), "--fmi", fmi, "-o", path).exit_code == 0
+    assert validate_fmu(path) == []
+    assert check_fmu(path) == []
 
 
 @pytest.mark.parametrize("name", RELEASED)

@@ -42,17 +42,37 @@ def sanitizing_compiler(folder: Path) -> tuple[list[str], list[str]] | None:
 
 
 def build_driver(command: list[str], flags: list[str], program: Path) -> Path:
-    """Compile and link; all warnings are errors.
+    """Compile the driver and link it with the runtime; all warnings are errors.
 
     Args:
         command: the compiler.
         flags: for compiling and linking.
         program: the file to write; object files go beside it.
     """
+    return build_program(command, flags, program, DRIVERS, {})
+
+
+def build_program(
+    command: list[str],
+    flags: list[str],
+    program: Path,
+    own: list[Path],
+    defines: dict[str, list[str]],
+) -> Path:
+    """Compile sources of a test and link them with the runtime; all warnings are errors.
+
+    Args:
+        command: the compiler.
+        flags: for compiling and linking.
+        program: the file to write; object files go beside it.
+        own: sources of the test.
+        defines: more flags for sources of the runtime, by their names without the ending.
+    """
     sources = [path for path in sorted(RUNTIME.glob("*.c")) if path.name != "kernel.c"]
     units: list[tuple[Path, str, list[str]]] = [
-        (path, path.stem, []) for path in [*sources, *DRIVERS]
+        (path, path.stem, defines.get(path.stem, [])) for path in sources
     ]
+    units += [(path, f"own_{path.stem}", []) for path in own]
     kernel = RUNTIME / "kernel.c"
     units.append((kernel, "baseline", ["-DSLIDE_KERNEL=slide_kernel_baseline"]))
     wide = ["-mavx2", "-mfma", "-mf16c", "-ffp-contract=fast"]

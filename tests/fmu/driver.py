@@ -30,11 +30,18 @@ def run_compiler(command: list[str], arguments: list[str]) -> subprocess.Complet
     )
 
 
-def sanitizing_compiler(folder: Path) -> tuple[list[str], list[str]] | None:
-    """The first compiler whose sanitized programs run, or None."""
+def sanitizing_compiler(
+    folder: Path, wanted: list[str] | None = None
+) -> tuple[list[str], list[str]] | None:
+    """The first compiler whose sanitized programs run, with its flags, or None.
+
+    Args:
+        wanted: flags; each compiler's own, for wrong addresses and behaviour, if None.
+    """
     source, program = folder / "probe.c", folder / "probe"
     source.write_text("int main(void) { return 0; }\n")
-    for command, flags in host_compilers():
+    for command, own in host_compilers():
+        flags = own if wanted is None else wanted
         built = run_compiler(command, [*flags, str(source), "-o", str(program)])
         if built.returncode == 0 and subprocess.run([program], check=False).returncode == 0:
             return command, flags

@@ -40,8 +40,9 @@ DEFINES = {
     "resource": ["-Dslide_surrogate_open=slide_surrogate_on_disk"],
     "calls_life": ["-Dcalloc=fuzz_calloc"],
     "native": ["-Dcalloc=fuzz_calloc"],
+    "stream": ["-Dmemset=fuzz_memset"],
 }
-"""The target gives surrogates from memory and limits the memory of instances."""
+"""The target gives surrogates from memory, limits the memory of instances, and guards its arrays."""
 
 LONGEST = 1024
 """Bytes of an input."""
@@ -80,7 +81,7 @@ def build_target(command: list[str], flags: list[str], folder: Path, replays: bo
     folder.mkdir(parents=True, exist_ok=True)
     sources = [path for path in sorted(TARGET.glob("*.c")) if replays or path.stem != "replay"]
     sources.append(write_samples(folder / "fuzz_samples.c"))
-    included = [*flags, f"-I{TARGET}"]
+    included = [*flags, f"-I{TARGET}", "-include", str(TARGET / "guarded_arena.h")]
     return build_program(command, included, folder / "target", sources, DEFINES)
 
 

@@ -66,6 +66,17 @@ TURNING = Shape(
     hold="ramp",
 )
 CHAIN = Shape(n_in=3, n_out=1, n_inputs=1, features="chain", activation="cubic", positions=1)
+ARM = Shape(
+    n_in=3,
+    n_out=2,
+    n_inputs=4,
+    n_outputs=2,
+    features="chain",
+    hidden=(3,),
+    activation="tanh",
+    block=False,
+    hold="ramp",
+)
 
 FUZZED = (
     SMALL,
@@ -79,6 +90,7 @@ FUZZED = (
     BENT,
     TURNING,
     CHAIN,
+    ARM,
 )
 """All families, sets of features, kinds of units and of error estimators. Inputs of the fuzz target
 name them by their number: add at the end only."""

@@ -252,11 +252,29 @@ static void begin(FuzzFmu *fmu, FuzzInput *input) {
     fuzz_enter_initialization(fmu, start);
 }
 
+/* No places for results, too little room, no state. */
+static void call_without_arguments(FuzzFmu *fmu, Slot *slot) {
+    unsigned char little[8];
+    size_t size;
+    void *none = NULL;
+    const bool refused =
+        fuzz_set(fmu, NULL, 2, NULL, 2) && fuzz_get(fmu, NULL, 2, NULL, 2) &&
+        fuzz_save(fmu, NULL) && fuzz_restore(fmu, NULL) && fuzz_serialize(fmu, NULL, NULL, 0) &&
+        fuzz_serialized_size(fmu, NULL, &size) && fuzz_serialized_size(fmu, slot->state, NULL) &&
+        fuzz_serialize(fmu, slot->state, little, sizeof little) &&
+        fuzz_deserialize(fmu, NULL, 0, &none) && fuzz_deserialize(fmu, little, 0, NULL) &&
+        fuzz_derivative(fmu, false, NULL, 1, NULL, 1, NULL, NULL) &&
+        fuzz_derivative(fmu, true, NULL, 1, NULL, 1, NULL, NULL);
+    fuzz_expect(refused, "a refusal of missing arguments");
+    fuzz_expect(fuzz_free_state(fmu, &none) == 0, "that freeing no state is fine");
+}
+
 static void call(Run *run) {
     FuzzInput *input = run->input;
     const uint8_t what = fuzz_u8(input);
     FuzzFmu *fmu = &run->fmus[what >> 7];
     Slot *slot = &run->slots[what >> 6 & 1];
+    unsigned which;
     switch (what & 31) {
     case 0:
         begin(fmu, input);
@@ -336,8 +354,12 @@ static void call(Run *run) {
     case 27:
         set_logging(fmu, input);
         break;
+    case 28:
+        call_without_arguments(fmu, slot);
+        break;
     default:
-        fuzz_ask(fmu, what >> 5, fuzz_u8(input));
+        which = fuzz_u8(input);
+        fuzz_ask(fmu, which, fuzz_u8(input));
         break;
     }
 }

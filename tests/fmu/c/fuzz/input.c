@@ -45,6 +45,17 @@ static void put_word(unsigned char *data, size_t size, size_t place, uint32_t wo
     }
 }
 
+/* Off by a little, up or down: of counts, indices, exponents. */
+static void add_to_word(unsigned char *data, size_t size, size_t place, size_t length) {
+    if (place + 4 <= size) {
+        uint32_t word = 0;
+        for (size_t i = 0; i < 4; ++i) {
+            word |= (uint32_t)data[place + i] << 8 * i;
+        }
+        put_word(data, size, place, word + (uint32_t)length - 128);
+    }
+}
+
 /* One edit: what, where and how long are its first bytes. */
 static size_t edit_once(FuzzInput *input, unsigned char *data, size_t size, size_t room) {
     static const uint32_t words[] = {0,          1,          2,       3,       0x7F,
@@ -54,7 +65,7 @@ static size_t edit_once(FuzzInput *input, unsigned char *data, size_t size, size
     const uint8_t what = fuzz_u8(input);
     const size_t place = fuzz_u16(input) % (size + 1), length = fuzz_u8(input);
     const size_t behind = size - place, fits = length < behind ? length : behind;
-    switch (what % 4) {
+    switch (what % 5) {
     case 0:
         for (size_t i = 0; i < fits; ++i) {
             data[place + i] = fuzz_u8(input);
@@ -66,6 +77,9 @@ static size_t edit_once(FuzzInput *input, unsigned char *data, size_t size, size
     case 2:
         memmove(data + place, data + place + fits, behind - fits);
         return size - fits;
+    case 3:
+        add_to_word(data, size, place / 4 * 4, length);
+        return size;
     default:
         if (length > room - size) {
             return size;

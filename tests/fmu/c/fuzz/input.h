@@ -21,7 +21,7 @@ double fuzz_value(FuzzInput *input);
 char *fuzz_string(FuzzInput *input);
 
 /* Some edits of size bytes at data, where there is room for more: bytes are replaced, put in or
- * taken out, words replaced by some that hurt readers. Returns the new size. */
+ * taken out, words changed a little or replaced by some that hurt readers. Returns the new size. */
 size_t fuzz_edit(FuzzInput *input, unsigned char *data, size_t size, size_t room);
 
 #endif

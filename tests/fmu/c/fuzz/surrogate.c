@@ -41,6 +41,27 @@ void *fuzz_calloc(size_t count, size_t size) {
     return count > FUZZ_MOST_MEMORY / size ? NULL : calloc(count, size);
 }
 
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define __SANITIZE_ADDRESS__ 1
+#endif
+#endif
+
+#if defined(__SANITIZE_ADDRESS__)
+void __asan_poison_memory_region(void const volatile *begin, size_t size);
+void __asan_unpoison_memory_region(void const volatile *begin, size_t size);
+void fuzz_close(void *begin, size_t size) { __asan_poison_memory_region(begin, size); }
+void fuzz_open(void *begin, size_t size) { __asan_unpoison_memory_region(begin, size); }
+#else
+void fuzz_close(void *begin, size_t size) { (void)begin, (void)size; }
+void fuzz_open(void *begin, size_t size) { (void)begin, (void)size; }
+#endif
+
+void *fuzz_memset(void *begin, int value, size_t size) {
+    fuzz_open(begin, size);
+    return memset(begin, value, size);
+}
+
 /* resource.c of the runtime is compiled with this name for its function. */
 const unsigned char *slide_surrogate_on_disk(const char *location, bool is_uri, size_t *size,
                                              SlideMessage *message);

@@ -24,4 +24,7 @@ const char *fuzz_guid(void);
 enum { FUZZ_MOST_MEMORY = 1 << 22 };
 void *fuzz_calloc(size_t count, size_t size);
 
+/* In place of memset where states are reset: opens their memory (guarded_arena.h). */
+void *fuzz_memset(void *begin, int value, size_t size);
+
 #endif

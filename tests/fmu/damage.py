@@ -109,11 +109,13 @@ def named_damages(members: Members) -> Iterator[tuple[str, bytes]]:
     yield "member outside", packed(members, [("../outside", b"")])
     yield "absolute member", packed(members, [("/outside", b"")])
     yield "file in place of a folder", packed(members, [("resources", b"")])
-    yield "wrong size of a member", whole.replace(
-        struct.pack("<I", len(xml)), struct.pack("<I", len(xml) - 7)
+    yield (
+        "wrong size of a member",
+        whole.replace(struct.pack("<I", len(xml)), struct.pack("<I", len(xml) - 7)),
     )
-    yield "huge size of a member", whole.replace(
-        struct.pack("<I", len(xml)), struct.pack("<I", 0xFFFFFFF0)
+    yield (
+        "huge size of a member",
+        whole.replace(struct.pack("<I", len(xml)), struct.pack("<I", 0xFFFFFFF0)),
     )
     yield "encrypted", in_directory(whole, 8, 1)
     for method in (1, 99):

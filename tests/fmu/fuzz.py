@@ -9,8 +9,8 @@ give the same. An input names a small surrogate, edits of its file, and calls, o
 serialised states; checksums are repaired, so that what lies behind them is reached. So inputs keep
 their meaning when a layout changes.
 
-What is found goes to ``build/fuzz/corpus`` and is where the next run goes on; ``--keep`` writes the
-smallest set of inputs with the same coverage to ``tests/fmu/fuzz_corpus``, which a test replays.
+What is found goes to ``build/fuzz/corpus``, where the next run goes on; ``--keep`` writes a
+smallest set of inputs that reach the same code to ``tests/fmu/fuzz_corpus``, which a test replays.
 Inputs that crash are named in the figures; run the program in ``build/fuzz`` on one of them.
 """
 
@@ -42,7 +42,7 @@ DEFINES = {
     "native": ["-Dcalloc=fuzz_calloc"],
     "stream": ["-Dmemset=fuzz_memset"],
 }
-"""The target gives surrogates from memory, limits the memory of instances, and guards its arrays."""
+"""The target gives surrogates from memory, limits that of instances, and guards their arrays."""
 
 LONGEST = 1024
 """Bytes of an input."""
@@ -104,7 +104,9 @@ def fuzz(target: Path, seconds: int, seed: int) -> dict[str, object]:
     """Run the fuzzer on its corpus; it goes on after a crash.
 
     Returns:
-        Figures: executions, edges covered, inputs in the corpus, paths of those that crashed.
+        Figures: executions, inputs in the corpus, edges that they cover and edges that the
+        compiler has made (of which many are the sanitizers' own, never to be reached), and paths
+        of inputs that crashed.
     """
     corpus, found = FOLDER / "corpus", FOLDER / "found"
     for folder in (corpus, found, CORPUS):
@@ -123,30 +125,44 @@ def fuzz(target: Path, seconds: int, seed: int) -> dict[str, object]:
     before = set(found.iterdir())
     command = [str(target), *options, str(corpus), str(CORPUS)]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
-    lines = re.findall(r"^#(\d+): cov: (\d+) ft: \d+ corp: (\d+)", result.stderr, re.MULTILINE)
-    if not lines:
-        raise FuzzError(f"the fuzzer did not run:\n{result.stderr[-2000:]}")
-    executions, edges, inputs = map(int, lines[-1])
+    covered, made = edges(target, [corpus, CORPUS])
     return {
         "seconds": seconds,
         "seed": seed,
-        "executions": executions,
-        "edges": edges,
-        "corpus": inputs,
+        "executions": _last_number(r"^#(\d+): cov: ", result.stderr),
+        "corpus": len(list(corpus.iterdir())),
+        "edges_covered": covered,
+        "edges_made": made,
         "crashes": sorted(str(path) for path in set(found.iterdir()) - before),
     }
 
 
+def edges(target: Path, corpora: list[Path]) -> tuple[int, int]:
+    """Edges that inputs cover, and edges that there are."""
+    command = [str(target), "-runs=0", *map(str, corpora)]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    covered = _last_number(r"^#\d+\s+DONE\s+cov: (\d+)", result.stderr)
+    return covered, _last_number(r"PC tables \((\d+) PCs\)", result.stderr)
+
+
+def _last_number(pattern: str, text: str) -> int:
+    found = re.findall(pattern, text, re.MULTILINE)
+    if not found:
+        raise FuzzError(f"the fuzzer did not run:\n{text[-2000:]}")
+    return int(found[-1])
+
+
 def keep(target: Path) -> None:
-    """Replace the kept corpus by the smallest set of all inputs that covers the same."""
+    """Replace the kept corpus by a smallest set of all inputs that covers the same edges."""
     merged = FOLDER / "merged"
     shutil.rmtree(merged, ignore_errors=True)
     merged.mkdir(parents=True)
-    subprocess.run(
-        [str(target), "-set_cover_merge=1", str(merged), str(FOLDER / "corpus"), str(CORPUS)],
-        capture_output=True,
-        check=True,
-    )
+    options = ["-set_cover_merge=1", "-use_counters=0"]
+    inputs = [str(FOLDER / "corpus"), str(CORPUS)]
+    command = [str(target), *options, str(merged), *inputs]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    if result.returncode != 0:
+        raise FuzzError(f"the corpus could not be made small:\n{result.stderr[-2000:]}")
     shutil.rmtree(CORPUS)
     shutil.copytree(merged, CORPUS)
 

@@ -20,8 +20,9 @@ INSTANTIATED, INITIALIZATION, STEPPING, TERMINATED = "instantiated", "initial", 
 
 @dataclass
 class PlainFmu:
-    """Inputs, the steps of the past, and the mode. Every call gives the status of the standard; one
-    that is refused changes nothing. Final.
+    """Inputs, the steps of the past, and the mode. Final.
+
+    Every call gives the status of the standard; one that is refused changes nothing.
 
     Attributes:
         steps: length in s and inputs of each step.

@@ -92,5 +92,7 @@ FUZZED = (
     CHAIN,
     ARM,
 )
-"""All families, sets of features, kinds of units and of error estimators. Inputs of the fuzz target
-name them by their number: add at the end only."""
+"""All families, sets of features, kinds of units and of error estimators.
+
+Inputs of the fuzz target name them by their number: add at the end only.
+"""

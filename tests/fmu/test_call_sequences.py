@@ -11,7 +11,13 @@ import numpy as np
 import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import Bundle, RuleBasedStateMachine, initialize, rule, run_state_machine_as_test
+from hypothesis.stateful import (
+    Bundle,
+    RuleBasedStateMachine,
+    initialize,
+    rule,
+    run_state_machine_as_test,
+)
 
 from slide_fmu.fmu.check import OUTPUT_TOLERANCE
 from slide_fmu.fmu.model_description import IN_RANGE, PREHISTORY_KNOWN, fmu_variables
@@ -21,10 +27,9 @@ from slide_fmu.surrogate import Surrogate
 from .callers import Caller, Fmi2, Fmi3
 from .native import ERROR, OK, Loaded
 from .plain_fmu import INITIALIZATION, STEPPING, TERMINATED, PlainFmu
-from .samples import STEP, CellShape, Shape, random_surrogate
-from .test_any_step import ESTIMATE_TOLERANCE
+from .samples import STEP, Shape, random_surrogate
+from .test_any_step import ESTIMATE_TOLERANCE, FORGETFUL
 
-FORGETFUL = CellShape(states=5, units=9, contraction=0.3)
 SHAPES = {
     "layers": Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3),
     "ramp": Shape(n_inputs=2, block=False, differences=1, positions=2, means=True, hold="ramp"),
@@ -72,7 +77,7 @@ class Sequences(RuleBasedStateMachine):
         self.states: list[ctypes.c_void_p] = []
 
     def compare(self, standard: int, call: Callable[[Caller], int], expected: int) -> None:
-        """A call has the status of the plain FMU's; what is refused has a message, and no effect."""
+        """A call has the plain FMU's status; what is refused has a message, and no effect."""
         caller = self.pairs[standard].caller
         before, said = caller.save(), len(caller.messages)
         status = call(caller)

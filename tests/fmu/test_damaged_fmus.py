@@ -87,17 +87,17 @@ def test_random_damages(tmp_path: Path, fmi: FmiVersion) -> None:
     assert SEEDS / 2 < refused < SEEDS
 
 
-def test_readers_raise_one_kind_of_error(tmp_path: Path) -> None:
+def test_the_reader_raises_one_kind_of_error(tmp_path: Path) -> None:
     """From Python: FmuError, with the path."""
-    members, path, refused = _members(tmp_path, 2), tmp_path / "damaged.fmu", 0
-    for what, content in named_damages(members):
+    path, said = tmp_path / "damaged.fmu", []
+    for _, content in named_damages(_members(tmp_path, 2)):
         path.write_bytes(content)
         try:
             read_fmu(path)
         except FmuError as error:
-            assert str(path) in str(error), what
-            refused += 1
-    assert refused > 30
+            said.append(str(error))
+    assert len(said) > 30
+    assert all("damaged.fmu" in text for text in said)
 
 
 @pytest.mark.parametrize(

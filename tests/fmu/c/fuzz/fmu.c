@@ -5,6 +5,8 @@
 #include "instance.h"
 #include "target.h"
 
+#include <math.h>
+
 static unsigned messages;
 
 static void hear_2(fmi2ComponentEnvironment environment, fmi2String instance, fmi2Status status,
@@ -19,6 +21,29 @@ static void hear_3(fmi3InstanceEnvironment environment, fmi3Status status, fmi3S
     messages += message[0] != '\0';
 }
 
+/* The instance of FMI 3.0 that shows its intermediate states, or NULL. */
+static void *watched;
+
+/* Reads, sets and ends steps early: always the same at the same time. */
+static void watch(fmi3InstanceEnvironment environment, fmi3Float64 time, fmi3Boolean set_requested,
+                  fmi3Boolean get_allowed, fmi3Boolean step_finished, fmi3Boolean can_return,
+                  fmi3Boolean *return_requested, fmi3Float64 *return_time) {
+    (void)environment, (void)get_allowed, (void)step_finished, (void)can_return;
+    const double phase = fmod(time, 0.035);
+    for (fmi3ValueReference reference = 0; watched != NULL && reference < 8; ++reference) {
+        double value;
+        fmi3GetFloat64(watched, &reference, 1, &value, 1);
+    }
+    if (watched != NULL && set_requested && phase > 0.01) {
+        const fmi3ValueReference input = 0;
+        fmi3SetFloat64(watched, &input, 1, &phase, 1);
+    }
+    *return_requested = phase > 0.03;
+    *return_time = time;
+}
+
+void fuzz_watch(const FuzzFmu *fmu) { watched = fmu == NULL ? NULL : fmu->component; }
+
 static int told(int status) {
     fuzz_expect(status >= 0 && status <= fmi2Error, "a status of the standard");
     fuzz_expect(status == fmi2OK || messages > 0, "a message with a refusal");
@@ -27,14 +52,14 @@ static int told(int status) {
 }
 
 void *fuzz_instantiate(int standard, const char *name, const char *guid, const char *location,
-                       bool debug) {
+                       bool debug, bool watches) {
     static const fmi2CallbackFunctions callbacks = {hear_2, NULL, NULL, NULL, NULL};
     messages = 0;
     void *made =
         standard == 2
             ? fmi2Instantiate(name, fmi2CoSimulation, guid, location, &callbacks, false, debug)
-            : fmi3InstantiateCoSimulation(name, guid, location, false, debug, false, false, NULL,
-                                          0, NULL, hear_3, NULL);
+            : fmi3InstantiateCoSimulation(name, guid, location, false, debug, false, watches,
+                                          NULL, 0, NULL, hear_3, watches ? watch : NULL);
     fuzz_expect(made != NULL || messages > 0, "a message with a refusal");
     messages = 0;
     return made;
@@ -113,7 +138,7 @@ int fuzz_do_step(FuzzFmu *fmu, double time, double length) {
     double last = 0;
     const unsigned mode = ((const SlideInstance *)c)->state.head->mode;
     const int status = told(fmi3DoStep(c, time, length, true, &event, &terminate, &early, &last));
-    fuzz_expect(mode != SLIDE_STEPPING || (last == fuzz_time(fmu) && !event && !terminate && !early),
+    fuzz_expect(mode != SLIDE_STEPPING || (last == fuzz_time(fmu) && !event && !terminate),
                 "the time that was reached, and no event");
     return status;
 }

@@ -15,7 +15,11 @@ typedef struct {
 
 /* NULL where it is refused, which must come with a message. */
 void *fuzz_instantiate(int standard, const char *name, const char *guid, const char *location,
-                       bool debug);
+                       bool debug, bool watches);
+
+/* Whose intermediate states are looked at and changed in FMI 3.0, where it shows them; NULL: of
+ * none. */
+void fuzz_watch(const FuzzFmu *fmu);
 void fuzz_free(FuzzFmu *fmu);
 
 int fuzz_set_logging(FuzzFmu *fmu, bool on, size_t count, const char *const categories[]);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import Literal
 
@@ -18,6 +19,9 @@ Hold = Literal["held", "ramp"]
 inputs[k-1] to inputs[k] and reaches inputs[k] at t_k + h.
 """
 
+UNUSABLE = re.compile(r"[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that no XML document can hold: control characters, halves of others."""
+
 
 @dataclass(frozen=True)
 class Signal:
@@ -32,7 +36,8 @@ class Signal:
         start: value before anybody sets one, within the range; the one nearest to 0 if None.
 
     Raises:
-        ValueError: the name is empty, the range is empty or not finite, or the start outside it.
+        ValueError: a text is none that XML can hold, the name is empty, the range is empty or not
+            finite, or the start outside it.
     """
 
     name: str
@@ -43,6 +48,13 @@ class Signal:
     start: float | None = None
 
     def __post_init__(self) -> None:
+        texts = {"name": self.name, "unit": self.unit, "description": self.description}
+        for what, text in texts.items():
+            if not isinstance(text, str) or UNUSABLE.search(text):
+                raise ValueError(
+                    f"signal {self.name!r}: {what} {text!r}; expected text without control "
+                    "characters"
+                )
         if not self.name or any(character.isspace() for character in self.name):
             raise ValueError(
                 f"signal name {self.name!r}: expected a non-empty name without white space"

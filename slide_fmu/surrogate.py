@@ -294,6 +294,8 @@ class Surrogate:
                 payload.network,
                 payload.estimator,
             )
+        except RecursionError as error:
+            raise PayloadError("surrogate file: metadata is nested too deeply") from error
         except (AttributeError, KeyError, OverflowError, TypeError, ValueError) as error:
             raise PayloadError(f"surrogate file: metadata is damaged: {error!r}") from error
         if not np.array_equal(surrogate.starts, payload.starts):

@@ -164,7 +164,7 @@ def check(fmu: FmuArgument, json_path: JsonOption = None) -> None:
         problems = check_fmu(fmu)
         write_json(json_path, {"fmu": str(fmu), "problems": problems})
     for problem in problems:
-        console.print(problem, style="red", highlight=False)
+        console.print(problem, style="red", highlight=False, markup=False)
     if problems:
         raise typer.Exit(1)
     console.print(f"{fmu}: no problems", highlight=False)

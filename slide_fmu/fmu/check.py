@@ -5,13 +5,14 @@ from __future__ import annotations
 import contextlib
 import tempfile
 from pathlib import Path
+from xml.etree import ElementTree
 
 import fmpy
 import numpy as np
 from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
-from slide_fmu.fmu.export import SURROGATE, FmuError, read_fmu, read_member
+from slide_fmu.fmu.export import DESCRIPTION, SURROGATE, FmuError, read_fmu, read_member
 from slide_fmu.fmu.model_description import IN_RANGE, fmu_variables, guid_of, samples_behind
 from slide_fmu.fmu.model_description3 import fmu_variables3
 from slide_fmu.fmu.platforms import FmiVersion, library_members
@@ -40,19 +41,38 @@ def check_fmu(path: Path) -> list[str]:
     """
     try:
         surrogate, _ = read_fmu(path)
+        problems = _unreadable(path)
     except (FmuError, OSError) as error:
         return [str(error)]
-    problems = []
+    if problems:
+        return problems
     try:
         problems += [f"fmpy: {problem}" for problem in validate_fmu(str(path))]
         description = fmpy.read_model_description(str(path))
         problems += _missing(path, surrogate, _version(description))
         problems += _compare_description(path, surrogate, description)
     except Exception as error:  # fmpy raises bare Exception for invalid XML
-        problems.append(f"modelDescription.xml: {error}")
+        problems.append(f"{DESCRIPTION}: {error}")
     if not problems:
         problems = _compare_run(path, surrogate, description)
     return problems
+
+
+def _unreadable(path: Path) -> list[str]:
+    """Why nobody can begin to read the model description."""
+    content = read_member(path, DESCRIPTION)
+    if content is None:
+        return [f"{DESCRIPTION} is missing; export again"]
+    try:
+        root = ElementTree.fromstring(content)
+    except (ElementTree.ParseError, LookupError, ValueError) as error:
+        return [f"{DESCRIPTION} is no XML: {error}; export again"]
+    if root.tag != "fmiModelDescription" or "fmiVersion" not in root.attrib:
+        return [
+            f"{DESCRIPTION} begins with <{root.tag}>; expected <fmiModelDescription> with the "
+            "attribute fmiVersion, export again"
+        ]
+    return []
 
 
 def _version(description: ModelDescription) -> FmiVersion:
@@ -102,7 +122,10 @@ def _compare_run(path: Path, surrogate: Surrogate, description: ModelDescription
     steps = max(surrogate.window.n_in, *samples_behind(surrogate).values()) + 10
     inputs = np.random.default_rng(0).uniform(low, high, (steps, len(low)))
     with tempfile.TemporaryDirectory(prefix="slide_fmu_check_") as folder:
-        fmpy.extract(str(path), folder)
+        try:
+            fmpy.extract(str(path), folder)
+        except Exception as error:  # fmpy raises bare Exception for paths outside of the folder
+            return [f"the FMU cannot be unpacked: {error}"]
         try:
             with contextlib.chdir(Path.cwd()):  # fmpy stays in its folder when loading fails
                 native = _run_native(folder, surrogate, description, inputs)

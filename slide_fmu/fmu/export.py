@@ -93,14 +93,21 @@ def read_fmu(path: Path) -> tuple[Surrogate, dict[str, Any] | None]:
     try:
         surrogate = Surrogate.from_bytes(payload)
         text = read_member(path, PROVENANCE)
-        provenance = None if text is None else json.loads(text)
+        provenance = None if text is None else _json_of(text)
     except PayloadError as error:
         raise FmuError(f"{path}: {error}") from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise FmuError(f"{path}: {PROVENANCE} is no JSON: {error}") from error
     if provenance is not None and not isinstance(provenance, dict):
         raise FmuError(f"{path}: {PROVENANCE} holds no JSON object")
     return surrogate, provenance
+
+
+def _json_of(text: bytes) -> Any:
+    """Read JSON whose texts are whole: halves of characters could not be written again."""
+    value = json.loads(text)
+    json.dumps(value, ensure_ascii=False).encode("utf-8")
+    return value
 
 
 def read_member(path: Path, name: str) -> bytes | None:
@@ -117,6 +124,10 @@ def read_member(path: Path, name: str) -> bytes | None:
         raise FmuError(f"{path} is no FMU or is damaged: {error}") from error
     except (NotImplementedError, RuntimeError) as error:
         raise FmuError(f"{path}: cannot unpack {name}: {error}") from error
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        raise FmuError(f"{path} is damaged: its directory points elsewhere: {error}") from error
 
 
 def _checked_name(name: str) -> str:

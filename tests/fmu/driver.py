@@ -30,11 +30,18 @@ def run_compiler(command: list[str], arguments: list[str]) -> subprocess.Complet
     )
 
 
-def sanitizing_compiler(folder: Path) -> tuple[list[str], list[str]] | None:
-    """The first compiler whose sanitized programs run, or None."""
+def sanitizing_compiler(
+    folder: Path, wanted: list[str] | None = None
+) -> tuple[list[str], list[str]] | None:
+    """The first compiler whose sanitized programs run, with its flags, or None.
+
+    Args:
+        wanted: flags; each compiler's own, for wrong addresses and behaviour, if None.
+    """
     source, program = folder / "probe.c", folder / "probe"
     source.write_text("int main(void) { return 0; }\n")
-    for command, flags in host_compilers():
+    for command, own in host_compilers():
+        flags = own if wanted is None else wanted
         built = run_compiler(command, [*flags, str(source), "-o", str(program)])
         if built.returncode == 0 and subprocess.run([program], check=False).returncode == 0:
             return command, flags
@@ -42,17 +49,37 @@ def sanitizing_compiler(folder: Path) -> tuple[list[str], list[str]] | None:
 
 
 def build_driver(command: list[str], flags: list[str], program: Path) -> Path:
-    """Compile and link; all warnings are errors.
+    """Compile the driver and link it with the runtime; all warnings are errors.
 
     Args:
         command: the compiler.
         flags: for compiling and linking.
         program: the file to write; object files go beside it.
     """
+    return build_program(command, flags, program, DRIVERS, {})
+
+
+def build_program(
+    command: list[str],
+    flags: list[str],
+    program: Path,
+    own: list[Path],
+    defines: dict[str, list[str]],
+) -> Path:
+    """Compile sources of a test and link them with the runtime; all warnings are errors.
+
+    Args:
+        command: the compiler.
+        flags: for compiling and linking.
+        program: the file to write; object files go beside it.
+        own: sources of the test.
+        defines: more flags for sources of the runtime, by their names without the ending.
+    """
     sources = [path for path in sorted(RUNTIME.glob("*.c")) if path.name != "kernel.c"]
     units: list[tuple[Path, str, list[str]]] = [
-        (path, path.stem, []) for path in [*sources, *DRIVERS]
+        (path, path.stem, defines.get(path.stem, [])) for path in sources
     ]
+    units += [(path, f"own_{path.stem}", []) for path in own]
     kernel = RUNTIME / "kernel.c"
     units.append((kernel, "baseline", ["-DSLIDE_KERNEL=slide_kernel_baseline"]))
     wide = ["-mavx2", "-mfma", "-mf16c", "-ffp-contract=fast"]

@@ -22,43 +22,17 @@ from slide_fmu.surrogate import Surrogate
 from .driver import build_driver, host_compilers, run_compiler, sanitizing_compiler
 from .native import Loaded
 from .samples import CellShape, Shape, random_surrogate
+from .small_shapes import (
+    CELLS,
+    DIRECTOR,
+    GATED,
+    HALVES,
+    ONE_SAMPLE,
+    RAMP,
+    ROLES,
+    SMALL,
+)
 
-SMALL = Shape(n_in=3, n_out=2, n_inputs=2, hidden=(3,), skip=True, positions=2)
-ONE_SAMPLE = Shape(n_in=6, n_out=3, hidden=(2,), activation="tanh", block=False, ages=2)
-CELLS = Shape(
-    n_in=4,
-    n_out=3,
-    n_inputs=2,
-    positions=7,
-    estimator_samples=3,
-    ages=2,
-    hidden=(3,),
-    differences=1,
-    cell=CellShape(2, 3),
-)
-GATED = Shape(
-    n_in=4,
-    n_out=2,
-    n_inputs=2,
-    n_outputs=2,
-    features="chain",
-    positions=2,
-    hidden=(2,),
-    cell=CellShape(5, 9, "gated", turned=2, factors=2),
-)
-DIRECTOR = Shape(
-    n_in=3,
-    n_out=2,
-    n_inputs=2,
-    features="director",
-    positions=2,
-    hidden=(2,),
-    hold="ramp",
-    cell=CellShape(2, 2, "gated", turned=1),
-)
-HALVES = Shape(n_in=3, n_out=2, n_inputs=2, hidden=(3,), skip=True, positions=2, half=True)
-ROLES = Shape(n_in=3, n_out=2, differences=2, cell=CellShape(9, 2, "cubic", roles=True, factors=1))
-RAMP = Shape(n_in=4, n_out=2, positions=2, hidden=(3,), hold="ramp", cell=CellShape(9, 9))
 TELLING = [0, 1, 2, 3, 0x7F, 0x80000000, 0xFFFFFFFF, 0x7FC00000, 0x7F800000, 0x40000000, 1 << 20]
 """Words that hurt readers: off by one, signs, NaN, infinity, sizes that overflow."""
 

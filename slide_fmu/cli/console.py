@@ -18,7 +18,7 @@ from slide_fmu.progress import Advance, Bar
 TRACEBACK = "SLIDE_FMU_TRACEBACK"
 """Environment variable: if set, errors show where they come from."""
 
-console = Console(stderr=True)
+console = Console(stderr=True, markup=False, highlight=False)
 
 
 def write_json(path: str | None, figures: Any) -> None:
@@ -67,7 +67,7 @@ def _lines(stage: str) -> Advance:
         tenth = 10 * done // max(1, total)
         if tenth > printed:
             printed = tenth
-            console.print(f"{stage}: {done} of {total}  {remark}".rstrip(), highlight=False)
+            console.print(f"{stage}: {done} of {total}  {remark}".rstrip())
 
     return advance
 
@@ -86,5 +86,5 @@ def errors() -> Iterator[None]:
 def _fail(error: Exception, message: str) -> None:
     if os.environ.get(TRACEBACK):
         raise error
-    console.print(f"error: {message}", style="red", highlight=False, markup=False)
+    console.print(f"error: {message}", style="red")
     raise SystemExit(1) from None

@@ -86,7 +86,7 @@ def export(
         write_json(json_path, {"fmu": str(path), "rounding": loss})
     if loss is not None:
         show_rounding(loss)
-    console.print(f"FMU     {path}", highlight=False)
+    console.print(f"FMU     {path}")
 
 
 @app.command()
@@ -102,7 +102,7 @@ def reference(
     with errors():
         make_importable(recipe.parent)
         path = write_reference(load_recipe(recipe), output)
-    console.print(f"FMU     {path}", highlight=False)
+    console.print(f"FMU     {path}")
 
 
 @app.command()
@@ -119,7 +119,7 @@ def ssp(
 
     with errors():
         path = write_side_by_side(fmu, output, seed, duration)
-    console.print(f"SSP     {path}", highlight=False)
+    console.print(f"SSP     {path}")
 
 
 @app.command()
@@ -152,7 +152,7 @@ def validate(
         folder = report or Path("runs") / result.surrogate.name / "validation"
         page = validation_report(result).write(folder)
     show_validation(figures, "validation")
-    console.print(f"report  {page}", highlight=False)
+    console.print(f"report  {page}")
 
 
 @app.command()
@@ -164,10 +164,10 @@ def check(fmu: FmuArgument, json_path: JsonOption = None) -> None:
         problems = check_fmu(fmu)
         write_json(json_path, {"fmu": str(fmu), "problems": problems})
     for problem in problems:
-        console.print(problem, style="red", highlight=False, markup=False)
+        console.print(problem, style="red")
     if problems:
         raise typer.Exit(1)
-    console.print(f"{fmu}: no problems", highlight=False)
+    console.print(f"{fmu}: no problems")
 
 
 @app.command()

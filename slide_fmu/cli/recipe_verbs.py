@@ -54,7 +54,7 @@ def run(
     for name, validation in figures["validation"].items():
         show_validation(validation, name)
     write_json(json_path, figures)
-    console.print(f"FMU     {fmu}\nreport  {page}", highlight=False)
+    console.print(f"FMU     {fmu}\nreport  {page}")
 
 
 @app.command()
@@ -79,7 +79,7 @@ def window(
         table.add_row(*row)
     console.print(table)
     if sizing.remark is not None:
-        console.print(f"remark: {sizing.remark}", style="yellow", highlight=False, markup=False)
+        console.print(f"remark: {sizing.remark}", style="yellow")
     write_json(json_path, figures)
     with errors():
         require_window(job.recipe, sizing)
@@ -103,7 +103,7 @@ def generate(
         check_window(job)
         figures = generate_data(job, workers, overwrite)
         write_json(json_path, figures)
-    console.print(f"data    {job.folder.store}", highlight=False)
+    console.print(f"data    {job.folder.store}")
 
 
 @app.command()
@@ -125,4 +125,4 @@ def train(
         check_window(job)
         figures = train_surrogate(job, threads)
         write_json(json_path, figures)
-    console.print(f"surrogate  {job.folder.surrogate}", highlight=False)
+    console.print(f"surrogate  {job.folder.surrogate}")

@@ -28,7 +28,6 @@ def show_validation(figures: dict[str, Any], title: str) -> None:
             f"error estimate: mean relative deviation "
             f"{100 * estimate['mean_relative_deviation']:.3g} %, 95 % within "
             f"{100 * estimate['p95_relative_deviation']:.3g} %",
-            highlight=False,
         )
 
 
@@ -41,11 +40,9 @@ def show_rounding(loss: dict[str, Any]) -> None:
             f"float16: {output['name']} changes by {output['rms_change']:.3g} {output['unit']} "
             f"(RMS), {100 * output['relative_rms_change']:.3g} % of its spread, on inputs that "
             f"are {loss['inputs']}",
-            highlight=False,
         )
     if loss["estimator_rounded"]:
         console.print(
             f"float16: error estimates change by {100 * loss['relative_estimate_change']:.3g} % "
             "(RMS)",
-            highlight=False,
         )

@@ -68,6 +68,8 @@ def _pull_back(surrogate: Surrogate, windows: NDArray[Any]) -> PullBack:
     """From weights (B, n_out, n_outputs) to the gradient (B, n_in, n_inputs)."""
     window, network = surrogate.window, surrogate.network
     checked = _checked("windows", windows, (window.n_in, len(surrogate.inputs)))
+    if len(checked) == 0:
+        return lambda _weights: np.zeros(checked.shape)
     scaled = surrogate.input_scaling.apply(checked)
     of_features = pull_back_features(network.features, scaled)
     of_values = pull_back_block(network, network.features.along(scaled), window.n_out)

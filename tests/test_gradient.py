@@ -91,3 +91,12 @@ def test_wrong_shapes_and_values_are_refused() -> None:
     windows[0, 0, 0] = np.nan
     with pytest.raises(ValueError, match="windows: a value is not finite"):
         jacobian(surrogate, windows)
+
+
+@pytest.mark.parametrize("family", ["relu block", "tanh"])
+def test_no_windows(family: str) -> None:
+    surrogate = random_surrogate(Shape(**FAMILIES[family]))
+    window, n = surrogate.window, len(surrogate.outputs)
+    windows = np.zeros((0, window.n_in, len(surrogate.inputs)))
+    assert gradient(surrogate, windows, np.zeros((0, window.n_out, n))).shape == windows.shape
+    assert len(jacobian(surrogate, windows)) == 0

@@ -38,6 +38,7 @@ CAPABILITIES = {
 LOG_CATEGORIES = {
     "logAll": "everything",
     "logEvents": "changes of state",
+    "logStatusWarning": "what is not used (always logged)",
     "logStatusDiscard": "refused values, nothing was changed (always logged)",
     "logStatusError": "wrong calls and steps, damaged files (always logged)",
 }

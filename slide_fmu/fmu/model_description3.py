@@ -162,7 +162,7 @@ def _add_variables(root: ElementTree.Element, variables: list[Variable]) -> None
         }
         if variable.start is not None and variable.size is not None:
             attributes["start"] = " ".join([attributes["start"]] * variable.size)
-        if variable.causality in ("input", "output"):
+        if variable.causality in ("input", "output", "local"):
             attributes["intermediateUpdate"] = "true"
         element = ElementTree.SubElement(parent, "Float64", attributes)
         if variable.size is not None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import ctypes
 import enum
 import os
+import threading
 import weakref
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -71,6 +72,7 @@ class NativeSurrogate:
         self._payload, self._kernel = surrogate.to_bytes(), kernel
         self._library = _library()
         self._handles = [self._open()]
+        self._lock = threading.Lock()
 
     def _open(self) -> int:
         message = ctypes.create_string_buffer(MESSAGE)
@@ -149,10 +151,14 @@ class NativeSurrogate:
         n_in, seen = self.surrogate.window.n_in, network.features
         if not _sees_single_inputs(network):
             starts = step * np.arange(windows)[:, None] + np.arange(n_in)
-            features, step = seen.along(scaled[starts]).reshape(-1, seen.n_signals), n_in
+            records, step = scaled[starts], n_in
         else:
-            features = seen.along(scaled[None])[0]
+            records = scaled[None]
+        with np.errstate(all="ignore"):
+            features = seen.along(records).reshape(-1, seen.n_signals)
         rows = np.ascontiguousarray(features, dtype=np.float32)
+        if not np.all(np.isfinite(rows)):
+            raise NativeError("a feature of the windows is not finite")
         firsts = step * np.arange(windows)[:, None] + np.arange(n_in - network.n_samples + 1)
         if network.ages:
             picked = network.n_samples - 1 - np.array(network.ages)
@@ -166,12 +172,14 @@ class NativeSurrogate:
     def _cells(
         self, network: StateSpace, scaled: FloatArray, windows: int, step: int, threads: int
     ) -> NDArray[np.float32]:
-        while len(self._handles) < threads:
-            self._handles.append(self._open())
+        """Values of every sample of the output windows; each handle has states of its own."""
         values = np.empty((windows, network.n_out, network.n_values), dtype=np.float32)
         rows, firsts = np.ascontiguousarray(scaled), step * np.arange(windows)
-        function, handles = self._library.slide_native_cells, self._handles[:threads]
-        _share(function, handles, rows, firsts, values)
+        with self._lock:
+            while len(self._handles) < threads:
+                self._handles.append(self._open())
+            function, handles = self._library.slide_native_cells, self._handles[:threads]
+            _share(function, handles, rows, firsts, values)
         return values
 
 
@@ -219,9 +227,8 @@ def _record_behind(windows: FloatArray) -> tuple[FloatArray, int]:
     """
     count, n_in, channels = windows.shape
     between, sample, _ = windows.strides
-    if sample <= 0 or not 0 <= between <= n_in * sample or between % sample:
-        windows = np.ascontiguousarray(windows)
-        between, sample, _ = windows.strides
+    if n_in == 1 or sample <= 0 or not 0 <= between <= n_in * sample or between % sample:
+        return windows.reshape(count * n_in, channels), n_in
     step = between // sample if count > 1 else n_in
     shape = ((count - 1) * step + n_in, channels)
     strides = (sample, windows.strides[2])

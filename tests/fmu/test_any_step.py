@@ -182,6 +182,18 @@ def test_shorter_steps_than_a_thirty_second_are_joined(load: Load) -> None:
     assert np.max(np.abs(found[: count // 2] - expected)) < 20 * slope * (1 / 32 + 1 / 80)
 
 
+@pytest.mark.parametrize("long", [9.5, 10.0, 20.5])
+@pytest.mark.parametrize("short", [0.03, 0.032, 0.01])
+def test_a_jump_of_a_ramp_in_a_short_step_stays_short(
+    load: Load, short: float, long: float
+) -> None:
+    """A tiny step at an event, then a long one: the jump does not last as long as that."""
+    surrogate = dataclasses.replace(sum_surrogate(), hold="ramp")
+    native = load(surrogate).instance().start()
+    found = go(native, [1, 1, short, long], np.array([[0.0], [0.0], [1.0], [1.0]]))
+    assert found[-1] == [4.0]
+
+
 @pytest.mark.parametrize("scale", [np.float64(np.float32(STEP)) / STEP, 1 - 1e-7, 1 + 5e-7])
 def test_a_master_may_mean_h_and_give_it_roughly(load: Load, scale: float) -> None:
     """The time is the master's; samples are one h apart."""

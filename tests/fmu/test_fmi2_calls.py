@@ -47,6 +47,26 @@ def test_steps_that_are_none_are_refused(rich: Loaded) -> None:
     assert native.do_step(STEP, STEP * (1 + 1e-9)) == OK
 
 
+def test_no_step_ends_after_the_stop_time(rich: Loaded) -> None:
+    native = rich.instance()
+    zero, stop = ctypes.c_double(0), ctypes.c_double(3 * STEP)
+    assert native.call("fmi2SetupExperiment", 0, zero, zero, 1, stop) == OK
+    assert native.call("fmi2EnterInitializationMode") == OK
+    assert native.call("fmi2ExitInitializationMode") == OK
+    native.step(0.1, 0.2)
+    saved = native.save()
+    for length in (2.001, 3, 40):
+        assert native.do_step(STEP, length * STEP) == ERROR
+        assert f"ends after the stop time {3 * STEP:.9g} s" in native.messages[-1]
+        assert native.save() == saved
+    assert native.do_step(STEP, 2 * STEP * (1 + 1e-9)) == OK
+    assert native.do_step(3 * STEP) == ERROR
+    native.call("fmi2Reset")
+    native.start()
+    for k in range(5):
+        assert native.do_step(k * STEP) == OK
+
+
 @pytest.mark.parametrize("interval", [2 * STEP, 0.6 * STEP, 0.1])
 def test_a_master_with_another_step_is_served(rich: Loaded, interval: float) -> None:
     result = fmpy.simulate_fmu(str(rich.path), stop_time=1.0, output_interval=interval)

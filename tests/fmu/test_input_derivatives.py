@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import dataclasses
 import math
 from collections.abc import Callable
@@ -14,7 +15,7 @@ from slide_fmu.fmu.check import OUTPUT_TOLERANCE
 from slide_fmu.signals import FloatArray, Hold
 from slide_fmu.surrogate import Surrogate
 
-from .native import DISCARD, ERROR, OK, Loaded, Native
+from .native import DISCARD, ERROR, OK, WARNING, Loaded, Native
 from .plain import Resampling, five_point_slope
 from .samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 from .test_any_step import (
@@ -143,8 +144,8 @@ def test_wrong_arguments(rich: Loaded) -> None:
     for rate in (math.nan, math.inf):
         assert native.set_rates(1.0, rate) == DISCARD
         assert f"derivative of value reference 1 = {rate:g}" in native.messages[-1]
-    assert native.set_rates(1.0, order=2) == ERROR
-    assert "derivative of order 2 of value reference 0; expected order 1" in native.messages[-1]
+    assert native.set_rates(1.0, order=0) == ERROR
+    assert "derivative of order 0 of value reference 0; expected order 1" in native.messages[-1]
     assert native.set_rates(1.0, first=2) == ERROR
     assert "value reference 2 is no input; expected 0 to 1" in native.messages[-1]
     assert native.call("fmi2SetRealInputDerivatives", None, 1, None, None) == ERROR
@@ -153,17 +154,36 @@ def test_wrong_arguments(rich: Loaded) -> None:
     assert native.set_rates(1.0) == ERROR
 
 
+def test_higher_derivatives_are_not_used(rich: Loaded) -> None:
+    """A warning where they are not zero; the first one counts all the same."""
+    native, first_only = (rich.instance().start() for _ in range(2))
+    both = (ctypes.c_uint * 2)(0, 0), ctypes.c_size_t(2), (ctypes.c_int * 2)(1, 2)
+    for second, status in ((0.0, OK), (7.0, WARNING)):
+        rates = (ctypes.c_double * 2)(3.0, second)
+        assert native.call("fmi2SetRealInputDerivatives", *both, rates) == status
+        assert first_only.set_rates(3.0) == OK
+        native.step()
+        first_only.step()
+        assert native.save() == first_only.save()
+    assert "order 2 of value reference 0; only order 1 is used" in native.messages[-1]
+
+
 LENGTHS = [1, 1, 3, 0.02, 0.01, 1, 0.6, 5, 2.3, 7.7, 11, 1]
 
 
 def moved_outputs(
-    native: Native, before: bytes, inputs: FloatArray, rates: FloatArray, length: float
+    native: Native,
+    before: bytes,
+    inputs: FloatArray,
+    rates: FloatArray,
+    length: float,
+    n_outputs: int = 2,
 ) -> FloatArray:
     """Outputs of a step that begins with a saved state."""
     assert native.restore(before) == OK
     assert native.set(*inputs) == native.set_rates(*rates) == OK
     assert native.do_step(native.time(), length * STEP) == OK, native.messages
-    return np.array(native.get(len(inputs), 2))
+    return np.array(native.get(len(inputs), n_outputs))
 
 
 @both_holds
@@ -192,6 +212,32 @@ def test_derivatives_of_the_outputs(
         allowed = ROUNDED * (1 + np.abs(values).max()) / distance
         found = derivative(native, 2, direction)
         np.testing.assert_allclose(found, expected, rtol=2e-2, atol=20 * allowed)
+
+
+@pytest.mark.parametrize("parts", [1, 2, 4])
+def test_derivatives_at_the_peaks_of_a_triangle(load: Load, parts: int) -> None:
+    """Where the input turns, the parts before and after have the same value."""
+    surrogate = random_surrogate(Shape(activation="elu", hidden=(9, 5)))
+    native, distance, length = load(surrogate).instance().start(), 2e-3, 1 / parts
+    for k in range(12 * parts):
+        rate = (1 if k // (3 * parts) % 2 == 0 else -1) * 0.2 / STEP
+        value = 0.6 - abs(k % (6 * parts) - 3 * parts) * 0.2 * length
+        before = native.save()
+        expected = five_point_slope(
+            lambda amount, step=(before, value, rate): moved_output(
+                native, step[0], step[1] + amount, step[2], length
+            ),
+            distance,
+        )
+        moved_output(native, before, value, rate, length)
+        found = derivative(native, 1, np.ones(1))
+        np.testing.assert_allclose(found, expected, rtol=2e-2, atol=40 * ROUNDED / distance)
+
+
+def moved_output(
+    native: Native, before: bytes, value: float, rate: float, length: float
+) -> FloatArray:
+    return moved_outputs(native, before, np.array([value]), np.array([rate]), length, 1)
 
 
 def test_in_fmpy(load: Load) -> None:

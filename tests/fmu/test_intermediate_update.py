@@ -111,6 +111,16 @@ def test_a_step_may_end_early(rich: Loaded, until: float, end: int) -> None:
     assert asked.do_step(end * STEP) == OK
 
 
+def test_an_early_end_is_asked_for_once(rich: Loaded) -> None:
+    asked = _instance(
+        rich, lambda time, _may_set: 2.5 * STEP if time < 1.5 * STEP else None, ends=True
+    ).start()
+    assert asked.do_step(0.0, 6 * STEP) == OK
+    assert (asked.last, asked.flags) == (pytest.approx(3 * STEP), (False, False, True))
+    assert asked.do_step(3 * STEP, 6 * STEP) == OK
+    assert asked.flags == (False, False, False)
+
+
 def test_no_step_ends_early_where_that_is_not_allowed(rich: Loaded) -> None:
     asked = _instance(rich, lambda time, _may_set: time).start()
     assert asked.do_step(0.0, 4 * STEP) == OK

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -64,6 +66,30 @@ def test_windows_of_any_layout(shape: Shape) -> None:
     assert_same(native.predict_windows(windows[::7]), expected[::7], surrogate)
     assert_same(native.predict_windows(windows[:1]), expected[:1], surrogate)
     assert native.predict_windows(windows[:0]).shape == expected[:0].shape
+    backwards = surrogate.predict_windows(windows[:, ::-1])
+    assert_same(native.predict_windows(windows[:, ::-1]), backwards, surrogate)
+
+
+def test_windows_of_one_sample() -> None:
+    surrogate = random_surrogate(Shape(n_in=1, n_out=1, n_inputs=2))
+    record = np.random.default_rng(3).uniform(-2, 3, (40, 2))
+    expected = surrogate.predict_windows(record[:, None])
+    for windows in (record[:, None], np.asfortranarray(record)[:, None], record[::-1][:, None]):
+        found = NativeSurrogate(surrogate).predict_windows(windows)
+        order = slice(None, None, -1) if windows[0, 0, 0] != record[0, 0] else slice(None)
+        assert_same(found, expected[order], surrogate)
+
+
+@pytest.mark.parametrize("cell", [None, CellShape()], ids=["layers", "cells"])
+def test_threads_may_share_it(cell: CellShape | None) -> None:
+    surrogate = random_surrogate(Shape(n_in=200, n_out=50, cell=cell))
+    native, windows = NativeSurrogate(surrogate), overlapping(surrogate, 300)
+    parts = [windows[first:] for first in range(0, 160, 20)]
+    expected = [native.predict_windows(part, 2) for part in parts]
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda part: native.predict_windows(part, 2), parts * 4))
+    for one, other in zip(found, expected * 4, strict=True):
+        assert np.array_equal(one, other)
 
 
 def test_overlapping_windows_are_not_copied() -> None:
@@ -84,6 +110,8 @@ def test_bad_windows_are_refused() -> None:
     broken[4, 3, 1] = np.nan
     with pytest.raises(ValueError, match="not finite"):
         native.predict_windows(broken)
+    with pytest.raises(NativeError, match="a feature of the windows is not finite"):
+        native.predict_windows(1e39 * np.ones_like(windows))
     with pytest.raises(ValueError, match="threads 0"):
         native.predict_windows(windows, threads=0)
 

@@ -127,6 +127,27 @@ def test_reading_changes_nothing(load: Load, shape: Shape) -> None:
         assert native.save() == other.save()
 
 
+@both_families
+def test_a_step_that_fails_leaves_them(load: Load, shape: Shape) -> None:
+    """Also the derivatives, which look at the same window."""
+    surrogate = random_surrogate(shape)
+    native, m = _instance(load(surrogate)).start(), shape.n_outputs
+    for k, row in enumerate(drawn(15, 2)):
+        assert native.set(*row) == native.do_step(k * STEP) == OK
+    knowns, unknowns, seed = range(2), range(2, 2 + m), np.array([1.0, -0.5])
+    name = "fmi3GetDirectionalDerivative"
+    before = windows(native, surrogate), native.derivative(name, unknowns, knowns, seed)
+    assert native.set(3e38, -3e38) == OK
+    saved = native.save()
+    for length in (1, 2, 1.3):
+        assert native.do_step(15 * STEP, length * STEP) in (OK, ERROR)
+        if native.last > 15.5 * STEP:  # a cell that saturates gives outputs
+            assert native.restore(saved) == OK
+        assert native.save() == saved
+        assert np.array_equal(windows(native, surrogate), before[0])
+        assert np.array_equal(native.derivative(name, unknowns, knowns, seed), before[1])
+
+
 def test_only_networks_that_know_several_samples_have_them() -> None:
     one_sample = random_surrogate(Shape(block=False))
     assert block_size(one_sample) == 1

@@ -107,7 +107,7 @@ void slide_free(void *component) {
 
 SlideStatus slide_set_logging(void *component, bool on, size_t n_categories,
                               const char *const categories[], const char *function) {
-    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
+    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE | SLIDE_BETWEEN, function);
     if (instance == NULL) {
         return SLIDE_ERROR;
     }
@@ -119,9 +119,10 @@ SlideStatus slide_set_logging(void *component, bool on, size_t n_categories,
         const char *category = categories[i] == NULL ? "" : categories[i];
         bool event = strcmp(category, "logEvents") == 0 || strcmp(category, "logAll") == 0;
         if (!event && strcmp(category, "logStatusError") != 0 &&
-            strcmp(category, "logStatusDiscard") != 0) {
+            strcmp(category, "logStatusDiscard") != 0 &&
+            strcmp(category, "logStatusWarning") != 0) {
             return slide_report(instance, SLIDE_ERROR,
-                                "%s: category '%s'; expected logAll, logEvents, "
+                                "%s: category '%s'; expected logAll, logEvents, logStatusWarning, "
                                 "logStatusDiscard or logStatusError",
                                 function, category);
         }
@@ -153,6 +154,7 @@ SlideStatus slide_set_start(void *component, double start, bool stop_defined, do
                             function, start, slide_clock_farthest(step), step);
     }
     instance->state.head->clock.anchor = start;
+    instance->state.head->stop = stop_defined ? stop : INFINITY;
     return SLIDE_OK;
 }
 

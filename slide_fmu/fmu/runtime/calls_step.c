@@ -67,15 +67,18 @@ static bool stream_step(SlideInstance *instance, double length, const char *func
     return true;
 }
 
-/* Show the state to the master. True when it wants the step to end here. */
-static bool show(SlideInstance *instance, bool last) {
+/* Show the state to the master, which may ask to end the step at a time, until. True when that is
+ * reached. */
+static bool show(SlideInstance *instance, bool last, double *until) {
     SlideHead *head = instance->state.head;
     const double now = slide_clock_time(&head->clock);
-    double until = now;
+    double asked = now;
     head->mode = SLIDE_BETWEEN;
-    bool ends = instance->watcher.show(&instance->watcher, now, last, &until);
+    if (instance->watcher.show(&instance->watcher, now, last, &asked)) {
+        *until = asked;
+    }
     head->mode = SLIDE_STEPPING;
-    return ends && until <= now;
+    return !last && now >= *until;
 }
 
 /* What ramps move between in the step that begins now. True when they move. */
@@ -106,21 +109,26 @@ static bool watched_steps(SlideInstance *instance, double point, Walk walk, bool
     const SlideModel *model = &instance->model;
     SlideWatcher *watcher = &instance->watcher;
     SlideState *state = &instance->state;
-    memcpy(watcher->undo, state->head, state->size);
     bool moves = begin_ramps(instance) && walk.count > 1;
+    double until = INFINITY;
+    if (walk.count > 1) { /* a single one undoes itself */
+        memcpy(watcher->undo, state->head, state->size);
+    }
     for (uint32_t left = walk.count; left-- > 0 && !*early;) {
         if (moves) {
             slide_history_between(&model->history, watcher->from, watcher->to,
                                   (double)left / walk.count, state->inputs);
         }
         if (!stream_step(instance, walk.part, function)) {
-            memcpy(state->head, watcher->undo, state->size);
+            if (walk.count > 1) {
+                memcpy(state->head, watcher->undo, state->size);
+            }
             return false;
         }
         slide_clock_advance(&state->head->clock, point, walk.stride);
         point = slide_clock_time(&state->head->clock);
         watcher->was_set = false;
-        *early = show(instance, left == 0);
+        *early = show(instance, left == 0, &until);
         moves = moves && !watcher->was_set;
     }
     if (moves) {
@@ -152,6 +160,13 @@ SlideStatus slide_do_step(void *component, double point, double length, bool *ea
         return slide_report(instance, SLIDE_ERROR,
                             "%s: communication step %.9g s at %.9g s: %s; nothing was changed",
                             function, length, time, fault);
+    }
+    const double stop = instance->state.head->stop;
+    if (slide_clock_is_past(clock, time + length, stop, step)) {
+        return slide_report(instance, SLIDE_ERROR,
+                            "%s: communication step %.9g s at %.9g s ends after the stop time "
+                            "%.9g s; nothing was changed",
+                            function, length, time, stop);
     }
     double meant = slide_clock_meant(clock, length, step), samples = nearbyint(meant / step);
     if (instance->watcher.show != NULL) {

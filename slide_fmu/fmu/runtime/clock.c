@@ -13,11 +13,18 @@ double slide_clock_time(const SlideClock *clock) {
     return clock->anchor + (double)clock->count * clock->stride;
 }
 
-bool slide_clock_is_now(const SlideClock *clock, double point, double sample_step) {
-    double time = slide_clock_time(clock);
+static double slack(const SlideClock *clock, double sample_step) {
     double last = clock->count > 0 ? fmin(clock->stride, sample_step) : sample_step;
-    double slack = fmin(STEP_SLACK * sample_step + TIME_SLACK * fabs(time), LARGEST_SLACK * last);
-    return fabs(point - time) <= slack;
+    return fmin(STEP_SLACK * sample_step + TIME_SLACK * fabs(slide_clock_time(clock)),
+                LARGEST_SLACK * last);
+}
+
+bool slide_clock_is_now(const SlideClock *clock, double point, double sample_step) {
+    return fabs(point - slide_clock_time(clock)) <= slack(clock, sample_step);
+}
+
+bool slide_clock_is_past(const SlideClock *clock, double time, double limit, double sample_step) {
+    return !(time - limit <= slack(clock, sample_step));
 }
 
 double slide_clock_farthest(double step) { return 2 * TIME_RESOLUTION * step / DBL_EPSILON; }

@@ -17,6 +17,9 @@ double slide_clock_time(const SlideClock *clock);
  * slack is smaller than any step, so that a step done twice is noticed. */
 bool slide_clock_is_now(const SlideClock *clock, double point, double sample_step);
 
+/* Is a time later than another by more than the slack of the present state? */
+bool slide_clock_is_past(const SlideClock *clock, double time, double limit, double sample_step);
+
 /* Largest distance from 0 (s) at which steps of this size can be told apart. */
 double slide_clock_farthest(double step);
 

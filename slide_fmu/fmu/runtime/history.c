@@ -11,8 +11,8 @@ static const double SLACK = 1e-6; /* in sample steps */
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
                                       bool ramp, bool director) {
     uint64_t capacity = slide_power_of_two(STEPS_PER_SAMPLE * ((uint64_t)n_samples + 1));
-    return (SlideHistoryShape){n_inputs, capacity, sample_step / STEPS_PER_SAMPLE,
-                               SLACK * sample_step, ramp, director};
+    double shortest = (ramp ? 2 : 1) * sample_step / STEPS_PER_SAMPLE;
+    return (SlideHistoryShape){n_inputs, capacity, shortest, SLACK * sample_step, ramp, director};
 }
 
 static size_t step_size(const SlideHistoryShape *shape) {
@@ -35,17 +35,19 @@ static double *step_at(const SlideHistoryShape *shape, const SlideHistory *histo
     return history->steps + (index & (shape->capacity - 1)) * (1 + (size_t)shape->n_inputs);
 }
 
-/* May a step be joined to the one before it? Held inputs that stay lose nothing by it. */
-static bool joins(const SlideHistoryShape *shape, const double *before, const double *inputs) {
-    bool same = memcmp(before + 1, inputs, shape->n_inputs * sizeof *inputs) == 0;
-    return before[0] < shape->shortest || (same && !shape->ramp);
+/* Is the step before so short that one of this length is joined to it? */
+static bool is_short(const SlideHistoryShape *shape, double before, double length) {
+    return shape->ramp ? before + length <= shape->shortest : before < shape->shortest;
 }
 
-void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
-                          const double *inputs) {
+static void append(const SlideHistoryShape *shape, SlideHistory *history, double length,
+                   const double *inputs, bool moving) {
     uint64_t count = *history->count;
+    const double *newest = step_at(shape, history, count + shape->capacity - 1);
+    bool same = !shape->ramp && !moving &&
+                memcmp(newest + 1, inputs, shape->n_inputs * sizeof *inputs) == 0;
     double acting = length;
-    if (count > 1 && joins(shape, step_at(shape, history, count - 1), inputs)) {
+    if (count > 1 && (same || is_short(shape, newest[0], length))) {
         count -= 1;
         double before = step_at(shape, history, count)[0];
         length += before;
@@ -56,6 +58,17 @@ void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history,
     step[0] = length;
     memcpy(step + 1, inputs, shape->n_inputs * sizeof *inputs);
     *history->count = count + 1;
+}
+
+/* Held inputs that stay lose nothing when they are joined. */
+void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
+                          const double *inputs) {
+    append(shape, history, length, inputs, false);
+}
+
+void slide_history_append_moving(const SlideHistoryShape *shape, SlideHistory *history,
+                                 double length, const double *inputs) {
+    append(shape, history, length, inputs, true);
 }
 
 void slide_history_continue(const SlideHistoryShape *shape, SlideHistory *history, double length,

@@ -11,7 +11,8 @@
 typedef struct {
     uint32_t n_inputs;
     uint64_t capacity; /* steps remembered, a power of two */
-    double shortest;   /* s; a shorter step is joined to the one after it */
+    double shortest;   /* s; held: a shorter step is joined to the one after it; ramps: steps are
+                          joined that are not longer together */
     double slack;      /* s; a sample this little before a held input already has it */
     bool ramp;         /* inputs move and reach their value at the end of the step */
     bool director;     /* the two inputs are a director: it turns at a constant rate */
@@ -26,7 +27,8 @@ typedef struct {
     double *steps;   /* [capacity][1 + n_inputs]: length in s, physical inputs */
 } SlideHistory;
 
-/* For n_samples samples of the past; a sample step of them holds 32 steps at most. */
+/* For n_samples samples of the past; a sample step of them holds 32 steps at most, held ones longer
+ * than 1/32 of it, of ramps any two after each other longer than 1/16. */
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
                                       bool ramp, bool director);
 
@@ -35,10 +37,14 @@ size_t slide_history_steps_size(const SlideHistoryShape *shape);
 void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape, SlideArena *arena);
 
 /* Take in a step of this length under these inputs. A step before it with the same held inputs is
- * joined to it. So is one that is shorter than shape->shortest; its inputs are forgotten. The first
- * step of all is never joined. */
+ * joined to it. So is one that is short (shape->shortest); its inputs are forgotten. The first step
+ * of all is never joined. */
 void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
                           const double *inputs);
+
+/* The same of the first part of a step whose inputs move: not joined because inputs are the same. */
+void slide_history_append_moving(const SlideHistoryShape *shape, SlideHistory *history,
+                                 double length, const double *inputs);
 
 /* Take in a further part of the step appended last, under inputs that have moved on: never joined
  * to it. */

@@ -5,9 +5,8 @@
 
 SlideStatus slide_report(const SlideInstance *instance, SlideStatus status, const char *format,
                          ...) {
-    const char *category = status == SLIDE_OK        ? "logEvents"
-                           : status == SLIDE_DISCARD ? "logStatusDiscard"
-                                                     : "logStatusError";
+    static const char *const categories[] = {"logEvents", "logStatusWarning", "logStatusDiscard",
+                                             "logStatusError"};
     char text[512];
     if (instance->logger.write == NULL || (status == SLIDE_OK && !instance->debug)) {
         return status;
@@ -16,7 +15,7 @@ SlideStatus slide_report(const SlideInstance *instance, SlideStatus status, cons
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    instance->logger.write(&instance->logger, instance->name, status, category, text);
+    instance->logger.write(&instance->logger, instance->name, status, categories[status], text);
     return status;
 }
 

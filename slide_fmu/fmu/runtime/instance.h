@@ -6,7 +6,12 @@
 #include "stream.h"
 
 /* The numbers of fmi2Status and fmi3Status. */
-typedef enum { SLIDE_OK = 0, SLIDE_DISCARD = 2, SLIDE_ERROR = 3 } SlideStatus;
+typedef enum {
+    SLIDE_OK = 0,
+    SLIDE_WARNING = 1,
+    SLIDE_DISCARD = 2,
+    SLIDE_ERROR = 3
+} SlideStatus;
 
 /* States of the co-simulation state machine of both standards, as bits. */
 typedef enum {

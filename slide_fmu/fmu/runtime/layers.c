@@ -17,6 +17,7 @@ void slide_layers_place(SlideLayers *layers, const SlideNetworkView *view, uint3
     layers->n_samples = view->n_samples;
     slide_features_place(&layers->seen, &view->features, NULL, 0, arena);
     layers->features = slide_place(arena, layers->seen.count, sizeof(float));
+    layers->replaced = slide_place(arena, layers->seen.count, sizeof(float));
     place_ages(layers, &view->layers.ages, arena);
     slide_feed_forward_place(&layers->stack, &view->layers, n_kept, kernel, arena);
 }
@@ -27,20 +28,29 @@ void slide_layers_state_place(SlideLayersState *state, const SlideLayers *layers
     state->ring = slide_place(arena, slots * layers->seen.count, sizeof(float));
 }
 
-static void write_slot(const SlideLayers *layers, SlideLayersState *state, size_t slot) {
-    size_t count = layers->seen.count;
-    float *first = state->ring + slot * count;
-    memcpy(first, layers->features, count * sizeof(float));
-    memcpy(first + layers->n_samples * count, first, count * sizeof(float));
+static float *slot_at(const SlideLayers *layers, const SlideLayersState *state, uint64_t sample) {
+    return state->ring + (size_t)(sample % layers->n_samples) * layers->seen.count;
+}
+
+static void write_slot(const SlideLayers *layers, float *first, const float *features) {
+    const size_t size = layers->seen.count * sizeof(float);
+    memcpy(first, features, size);
+    memcpy(first + layers->n_samples * layers->seen.count, features, size);
 }
 
 bool slide_layers_see(const SlideLayers *layers, SlideLayersState *state, uint64_t sample,
                       const double *input, const double *before) {
     bool finite = slide_features_write(&layers->seen, input, before, layers->features);
     if (finite) {
-        write_slot(layers, state, (size_t)(sample % layers->n_samples));
+        float *slot = slot_at(layers, state, sample);
+        memcpy(layers->replaced, slot, layers->seen.count * sizeof(float));
+        write_slot(layers, slot, layers->features);
     }
     return finite;
+}
+
+void slide_layers_unsee(const SlideLayers *layers, SlideLayersState *state, uint64_t sample) {
+    write_slot(layers, slot_at(layers, state, sample), layers->replaced);
 }
 
 void slide_layers_see_anyhow(const SlideLayers *layers, SlideLayersState *state, uint64_t sample,
@@ -49,14 +59,14 @@ void slide_layers_see_anyhow(const SlideLayers *layers, SlideLayersState *state,
     for (size_t i = 0; !finite && i < layers->seen.count; ++i) {
         layers->features[i] = NAN;
     }
-    write_slot(layers, state, (size_t)(sample % layers->n_samples));
+    write_slot(layers, slot_at(layers, state, sample), layers->features);
 }
 
 void slide_layers_fill(const SlideLayers *layers, SlideLayersState *state, const double *input,
                        const double *before) {
     slide_features_write(&layers->seen, input, before, layers->features);
-    for (size_t slot = 0; slot < layers->n_samples; ++slot) {
-        write_slot(layers, state, slot);
+    for (uint64_t sample = 0; sample < layers->n_samples; ++sample) {
+        write_slot(layers, slot_at(layers, state, sample), layers->features);
     }
 }
 

@@ -10,6 +10,7 @@ typedef struct {
     uint32_t n_samples; /* of the window */
     SlideFeatures seen;
     float *features; /* scratch [seen.count] */
+    float *replaced; /* scratch [seen.count], what slide_layers_see wrote over */
     uint32_t n_ages; /* 0: the whole window is looked at */
     uint32_t *ages;  /* [n_ages], samples that are looked at, 0 the newest, oldest first */
     float *picked;   /* scratch [n_ages][seen.count] */
@@ -30,8 +31,8 @@ void slide_layers_state_place(SlideLayersState *state, const SlideLayers *layers
                               SlideArena *arena);
 
 /* Look at a sample by its number: a scaled input and those before it [SLIDE_BEFORE][n_inputs],
- * newest first. False when a feature is not finite. The place written to holds the oldest sample,
- * which no later window needs. */
+ * newest first. False when a feature is not finite; then nothing was written. The place written to
+ * holds the oldest sample, which no later window needs. */
 bool slide_layers_see(const SlideLayers *layers, SlideLayersState *state, uint64_t sample,
                       const double *input, const double *before);
 
@@ -39,6 +40,9 @@ bool slide_layers_see(const SlideLayers *layers, SlideLayersState *state, uint64
  * that are not numbers, whatever the layers do to them. */
 void slide_layers_see_anyhow(const SlideLayers *layers, SlideLayersState *state, uint64_t sample,
                              const double *input, const double *before);
+
+/* Put back what the last slide_layers_see wrote over, of the same sample. */
+void slide_layers_unsee(const SlideLayers *layers, SlideLayersState *state, uint64_t sample);
 
 /* Look at the same input for all samples of the window. */
 void slide_layers_fill(const SlideLayers *layers, SlideLayersState *state, const double *input,

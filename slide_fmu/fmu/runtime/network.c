@@ -39,6 +39,12 @@ bool slide_network_see(const SlideNetwork *network, SlideNetworkState *state, ui
     return slide_layers_see(&network->layers, &state->layers, sample, input, before);
 }
 
+void slide_network_unsee(const SlideNetwork *network, SlideNetworkState *state, uint64_t sample) {
+    if (network->kind != SLIDE_STATE_SPACE) { /* cells have changed nothing */
+        slide_layers_unsee(&network->layers, &state->layers, sample);
+    }
+}
+
 const float *slide_network_evaluate(const SlideNetwork *network, const SlideKernel *kernel,
                                     const SlideNetworkState *state, uint64_t sample) {
     if (network->kind == SLIDE_STATE_SPACE) {

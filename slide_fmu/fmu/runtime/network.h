@@ -36,6 +36,9 @@ void slide_network_restart(const SlideNetwork *network, SlideNetworkState *state
 bool slide_network_see(const SlideNetwork *network, SlideNetworkState *state, uint64_t sample,
                        const double *input, const double *before);
 
+/* Undo the last slide_network_see, of the same sample, which was good. */
+void slide_network_unsee(const SlideNetwork *network, SlideNetworkState *state, uint64_t sample);
+
 /* The values after the input that was seen; cells stay as they were until slide_network_accept. */
 const float *slide_network_evaluate(const SlideNetwork *network, const SlideKernel *kernel,
                                     const SlideNetworkState *state, uint64_t sample);

@@ -48,6 +48,7 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
 
 void slide_state_reset(const SlideModel *model, SlideState *state) {
     memset(state->head, 0, state->size);
+    state->head->stop = INFINITY;
     memcpy(state->inputs, model->starts, model->n_inputs * sizeof(double));
     memcpy(state->initial, model->starts, model->n_inputs * sizeof(double));
     for (size_t sample = 0; sample < model->n_sampled; ++sample) {
@@ -100,13 +101,18 @@ static const double *newest_sample(const SlideModel *model, const SlideState *st
     return slide_samples_at(&model->samples, &state->samples, *state->samples.count - 1);
 }
 
-/* The predictor looks at model->sample. Layers write it to the slot of the oldest sample, which no
- * later window needs: when this fails, the state is what it was. */
+/* The predictor looks at model->sample. When this fails, the state is what it was. */
 static bool try_sample(const SlideModel *model, SlideState *state, bool evaluated) {
     uint64_t sample = *state->samples.count;
-    return slide_network_see(&model->predictor, &state->predictor, sample, model->sample,
-                             newest_sample(model, state)) &&
-           (!evaluated || predict(model, state, sample));
+    if (!slide_network_see(&model->predictor, &state->predictor, sample, model->sample,
+                           newest_sample(model, state))) {
+        return false;
+    }
+    bool good = !evaluated || predict(model, state, sample);
+    if (!good) {
+        slide_network_unsee(&model->predictor, &state->predictor, sample);
+    }
+    return good;
 }
 
 /* The predictor goes on by model->sample. Layers are evaluated at the last one of a step only. */
@@ -209,8 +215,8 @@ static void append(const SlideModel *model, SlideState *state) {
         slide_history_append(shape, &state->history, state->last->length, state->inputs);
         return;
     }
-    slide_history_append(shape, &state->history, parts.first,
-                         inputs_of_part(model, state, &parts, 0));
+    slide_history_append_moving(shape, &state->history, parts.first,
+                                inputs_of_part(model, state, &parts, 0));
     for (uint32_t part = 1; part < parts.count; ++part) {
         slide_history_continue(shape, &state->history, parts.further,
                                inputs_of_part(model, state, &parts, part));

@@ -6,6 +6,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#error "results that are not finite must be noticed: compile without -ffast-math and -Ofast"
+#endif
+
 enum { SLIDE_ALIGNMENT = 64 };
 
 typedef struct {

@@ -197,10 +197,10 @@ static float read_through(const float *values, size_t count) {
  * 2^n (1 + p) - 1 = 2^n p + (2^n - 1), which keeps small results accurate. */
 static inline float expm1_of_negative(float x) {
     const float log2_e = 1.44269504f, ln2_high = 0.693359375f, ln2_low = -2.12194440e-4f;
-    const float round_to_integer = 12582912.0f; /* 1.5 * 2^23 */
     float z = x < 0.0f ? x : 0.0f;
     z = z > -20.0f ? z : -20.0f;
-    float n = (z * log2_e + round_to_integer) - round_to_integer;
+    int32_t nearest = (int32_t)(z * log2_e - 0.5f);
+    float n = (float)nearest;
     float r = (z - n * ln2_high) - n * ln2_low;
     float p = 1.0f / 720 + r * (1.0f / 5040);
     p = 1.0f / 120 + r * p;
@@ -208,7 +208,7 @@ static inline float expm1_of_negative(float x) {
     p = 1.0f / 6 + r * p;
     p = 0.5f + r * p;
     p = r + r * r * p;
-    int32_t bits = ((int32_t)n + 127) * (1 << 23);
+    int32_t bits = (nearest + 127) * (1 << 23);
     float power;
     memcpy(&power, &bits, sizeof power);
     return power * p + (power - 1.0f);

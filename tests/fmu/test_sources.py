@@ -82,19 +82,6 @@ def test_same_results_as_the_library(shape: Shape, tmp_path: Path) -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-4, atol=OUTPUT_TOLERANCE * RANGE)
 
 
-REASSOCIATED = ("-fassociative-math", "-fno-signed-zeros", "-fno-trapping-math")
-
-
-def test_sums_in_another_order_give_the_same(tmp_path: Path) -> None:
-    """No result rests on the order of operations, which compilers may be told to change."""
-    shape = SHAPES["layers"]
-    loaded = exported(random_surrogate(shape), tmp_path)
-    library = ctypes.CDLL(str(compiled(loaded, tmp_path / "own.so", *SHARED, *REASSOCIATED)))
-    found = run(Native(library, loaded.guid, ""), 2, 4)
-    expected = run(loaded.instance(), 2, 4)
-    np.testing.assert_allclose(found, expected, rtol=1e-4, atol=OUTPUT_TOLERANCE * RANGE)
-
-
 def test_fast_math_is_refused(tmp_path: Path) -> None:
     loaded = exported(random_surrogate(SHAPES["layers"]), tmp_path)
     source = str(loaded.folder / "sources" / "stream.c")

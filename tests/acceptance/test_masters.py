@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from _pytest.mark import ParameterSet
 from fmpy.fmi1 import FMICallException
 from fmpy.ssp.ssd import read_ssd
 from fmpy.validation import validate_fmu
@@ -43,18 +44,15 @@ orders; one step more or less would change the positions by 0.02 m."""
 Master = Callable[[Path, Outputs, float, int], FloatArray]
 
 
-def master(run: Master, module: str) -> object:
-    """A master that is skipped where it is missing."""
+def master(run: Master, module: str, *more: str) -> ParameterSet:
+    """A master that is skipped where it is missing, and more arguments of a test."""
     missing = importlib.util.find_spec(module) is None
     mark = pytest.mark.skipif(missing, reason=f"{module} is not installed")
-    return pytest.param(run, id=module, marks=mark)
+    return pytest.param(run, *more, id="-".join([module, *more]), marks=mark)
 
 
-MASTERS = [
-    master(run_fmpy, "fmpy"),
-    master(run_libcosim, "libcosimpy"),
-    master(run_ecos, "ecospy"),
-]
+RUNS = {"fmpy": run_fmpy, "libcosimpy": run_libcosim, "ecospy": run_ecos}
+MASTERS = [master(run, module) for module, run in RUNS.items()]
 needs_toolbox = pytest.mark.skipif(
     importlib.util.find_spec("fmu_manipulation_toolbox") is None,
     reason="fmu-manipulation-toolbox is not installed",
@@ -183,10 +181,10 @@ def beside(run: Master, ssp: Path, compared: Compared) -> FloatArray:
 
 
 PAIRS = [
-    (run, name)
-    for run in MASTERS
+    master(run, module, name)
+    for module, run in RUNS.items()
     for name in COMPARED
-    if not (run is run_fmpy and name == "slider_crank")  # see the test below
+    if (module, name) != ("fmpy", "slider_crank")  # see the test below
 ]
 
 

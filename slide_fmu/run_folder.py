@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
+from slide_fmu.archive import write_whole
 from slide_fmu.recipe import Recipe, parse_recipe
 from slide_fmu.surrogate import Surrogate
 
@@ -86,8 +86,8 @@ class RunFolder:
             "versions": versions,
             "histories": {stage: asdict(history) for stage, history in histories.items()},
         }
-        _replace(self.surrogate, data)
-        _replace(self.training, json.dumps(record).encode("utf-8"))
+        write_whole(self.surrogate, data)
+        write_whole(self.training, json.dumps(record).encode("utf-8"))
 
     def load_surrogate(self, recipe: Recipe) -> Trained:
         """The trained surrogate of a recipe.
@@ -128,13 +128,6 @@ def _learnt(recipe: dict[str, Any]) -> dict[str, Any]:
     learnt = {k: v for k, v in recipe.items() if k not in ("stability", "validation")}
     learnt["system"] = {k: v for k, v in recipe["system"].items() if k != "reference"}
     return learnt
-
-
-def _replace(path: Path, data: bytes) -> None:
-    """Write a file so that it is never seen half written."""
-    temporary = path.with_name(f".{path.name}.new")
-    temporary.write_bytes(data)
-    os.replace(temporary, path)
 
 
 def recipe_of_provenance(provenance: dict[str, Any] | None, source: str) -> Recipe:

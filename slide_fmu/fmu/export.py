@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 import zipfile
 import zlib
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from slide_fmu.archive import write_zip
 from slide_fmu.fmu.model_description import guid_of, model_description
 from slide_fmu.fmu.model_description3 import model_description3
 from slide_fmu.fmu.platforms import FmiVersion, libraries
@@ -52,6 +52,7 @@ def export_fmu(
         ValueError: names of variables or documentation files are not usable, or sources are asked
             for in FMI 3.0.
         FileNotFoundError: the runtime has not been compiled.
+        OSError: the file cannot be written.
     """
     if path.suffix != ".fmu":
         raise ValueError(f"FMU {str(path)!r}; expected a name ending in .fmu")
@@ -74,7 +75,7 @@ def export_fmu(
         members[PROVENANCE] = text.encode("utf-8")
     for name, content in (documentation or {}).items():
         members[f"documentation/{_checked_name(name)}"] = content
-    _write_zip(path, members)
+    write_zip(path, members)
     return path
 
 
@@ -137,20 +138,3 @@ def _checked_name(name: str) -> str:
             f"documentation file {name!r}; expected a relative name inside the folder, with /"
         )
     return str(path)
-
-
-def _write_zip(path: Path, members: Mapping[str, bytes]) -> None:
-    """Write beside the target and rename, so that no half-written FMU is ever seen."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    staged = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with zipfile.ZipFile(staged, "w", zipfile.ZIP_DEFLATED) as archive:
-            for name in sorted(members):
-                info = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
-                info.compress_type = zipfile.ZIP_DEFLATED
-                info.create_system = 3  # Unix, whatever machine writes
-                info.external_attr = 0o644 << 16
-                archive.writestr(info, members[name])
-        staged.replace(path)
-    finally:
-        staged.unlink(missing_ok=True)

@@ -12,7 +12,7 @@ from pathlib import Path
 import typer.main
 
 from slide_fmu.cli import app
-from slide_fmu.module_fmu import ModuleTable
+from slide_fmu.torch_fmu.export import ModuleTable
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

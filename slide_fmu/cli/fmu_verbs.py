@@ -63,8 +63,8 @@ def export(
 ) -> None:
     """Write the FMU of a trained recipe, or an FMU again with this version's runtime."""
     from slide_fmu.fmu.platforms import checked_version
-    from slide_fmu.module_files import is_module
     from slide_fmu.pipeline.export import Form, export_again
+    from slide_fmu.torch_fmu.files import is_module
 
     with progress_bars() as bar:
         form = Form(checked_version(fmi), sources, weights)
@@ -202,7 +202,7 @@ def bench(
 def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
     """What an FMU is: signals, window, network, measured error, provenance."""
     from slide_fmu.fmu.export import read_fmu
-    from slide_fmu.module_files import module_figures
+    from slide_fmu.torch_fmu.files import module_figures
 
     with errors():
         figures = module_figures(fmu) or _describe(*read_fmu(fmu))

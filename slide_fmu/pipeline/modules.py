@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slide_fmu.module_files import SUFFIXES, is_module
-from slide_fmu.module_fmu import ModuleError, export_module
 from slide_fmu.pipeline.export import Form
+from slide_fmu.torch_fmu.export import ModuleError, export_module
+from slide_fmu.torch_fmu.files import SUFFIXES, is_module
 
 
 def require_module_export(source: Path, python: bool, form: Form) -> None:

@@ -12,8 +12,8 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.module_fmu import export_module
 from slide_fmu.signals import Hold
+from slide_fmu.torch_fmu.export import export_module
 
 from .samples import STEP
 from .test_module_fmu import CLOSE, saved, start, surrogate_with

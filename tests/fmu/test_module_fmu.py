@@ -22,10 +22,10 @@ from typer.testing import CliRunner, Result
 
 from slide_fmu.cli import app
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.module_files import module_figures
-from slide_fmu.module_fmu import ModuleError, export_module
 from slide_fmu.signals import FloatArray, Hold
 from slide_fmu.surrogate import Surrogate
+from slide_fmu.torch_fmu.export import ModuleError, export_module
+from slide_fmu.torch_fmu.files import module_figures
 
 from .samples import STEP, Shape, random_surrogate
 

@@ -10,7 +10,7 @@ import pytest
 import torch
 from torch import nn
 
-from slide_fmu.module_fmu import ModuleError, export_module
+from slide_fmu.torch_fmu.export import ModuleError, export_module
 
 DESCRIPTION = """
 name = "strange"

@@ -1,7 +1,7 @@
 """The inside of an FMU that carries a torch module. Becomes part of that FMU.
 
 It imports nothing of slide_fmu where it runs: Python, torch, numpy and pythonfmu are enough; its
-other parts, ``module_network.py`` and ``module_window.py``, get names of their own there. Window
+other parts, ``network.py`` and ``window.py``, get names of their own there. Window
 and communication step mean what they mean in the native runtime, see ``fmu/runtime/README.md``.
 
 The library of PythonFMU answers a call with fmi2OK, a step with fmi2Discard too, and every
@@ -26,8 +26,8 @@ import numpy as np
 from pythonfmu import DefaultExperiment, Fmi2Causality, Fmi2Slave, Real
 from pythonfmu.enums import Fmi2Initial, Fmi2Status, Fmi2Variability
 
-from slide_fmu.module_network import ModuleNetwork
-from slide_fmu.module_window import Clock, FloatArray, PastInputs
+from slide_fmu.torch_fmu.network import ModuleNetwork
+from slide_fmu.torch_fmu.window import Clock, FloatArray, PastInputs
 
 DESCRIPTION = "module.json"
 RANGE_SLACK = 1e-6

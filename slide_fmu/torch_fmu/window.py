@@ -1,6 +1,6 @@
 """Time and past inputs of an FMU that carries a torch module. Becomes part of that FMU.
 
-As ``module_slave.py`` it imports nothing of slide_fmu where it runs. Both classes mean what
+As ``slave.py`` it imports nothing of slide_fmu where it runs. Both classes mean what
 ``clock.c``, ``stream.c`` and ``history.c`` of the native runtime mean.
 """
 

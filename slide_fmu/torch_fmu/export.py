@@ -19,11 +19,11 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationError, model_validator
 
 from slide_fmu.learning_recipe import PositiveFloat, PositiveInt, Table
-from slide_fmu.module_files import ABOUT, SUFFIXES
 from slide_fmu.recipe import mistakes
 from slide_fmu.scaling import Affine, range_scaling
 from slide_fmu.signals import Hold, Signal
 from slide_fmu.systems.python_fmu import write_python_fmu
+from slide_fmu.torch_fmu.files import ABOUT, SUFFIXES
 
 NEEDED = ("torch", "numpy", "pythonfmu")
 
@@ -162,12 +162,12 @@ def _sources() -> tuple[str, dict[str, bytes]]:
 
     Python keeps modules by name: FMUs of different versions in one process need different ones.
     """
-    script = _source("module_slave")
+    script = _source("slave")
     files = {}
-    for part in ("module_network", "module_window"):
+    for part in ("network", "window"):
         source = _source(part).encode("utf-8")
-        name = f"{part}_{hashlib.sha256(source).hexdigest()[:12]}"
-        script = script.replace(f"slide_fmu.{part}", name)
+        name = f"module_{part}_{hashlib.sha256(source).hexdigest()[:12]}"
+        script = script.replace(f"slide_fmu.torch_fmu.{part}", name)
         files[f"{name}.py"] = source
     return script, files
 

@@ -21,7 +21,8 @@ SAME_TIME = 1e-9
 RESOLUTION = 1e-3
 """In sample steps: the largest rounding of a time, beyond which steps are blurred."""
 SHORTEST = 1 / 32
-"""In sample steps: a shorter step is joined to the one after it."""
+"""In sample steps: a shorter held step is joined to the one after it; those of ramps are when both
+together are not longer than twice that."""
 
 
 class Clock:
@@ -116,7 +117,11 @@ class PastInputs:
     def _remember(self, length: float, inputs: list[float]) -> None:
         if len(self.steps) > 1:
             before, held = self.steps[-1]
-            if before < SHORTEST * self._h or (held == inputs and not self._ramp):
+            if self._ramp:
+                joins = before + length <= 2 * SHORTEST * self._h
+            else:
+                joins = before < SHORTEST * self._h or held == inputs
+            if joins:
                 self.steps.pop()
                 length += before
         self.steps.append((length, list(inputs)))

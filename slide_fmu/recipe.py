@@ -339,13 +339,14 @@ def parse_recipe(text: str, source: str) -> Recipe:
         raise RecipeError(mistakes(error, source)) from error
 
 
-def mistakes(error: ValidationError, source: str) -> str:
+def mistakes(error: ValidationError, source: str, whole: str = "recipe") -> str:
     """What is wrong in a TOML file, one line per mistake.
 
     Args:
         source: what the file is called.
+        whole: what it is, for mistakes that belong to no single key.
     """
-    lines = [f"{source}: {_describe(item)}" for item in error.errors() if _is_cause(item)]
+    lines = [f"{source}: {_describe(item, whole)}" for item in error.errors() if _is_cause(item)]
     return "\n".join(lines)
 
 
@@ -378,11 +379,11 @@ def _is_cause(item: Any) -> bool:
     return not (item["type"] == "too_short" and item["input"])
 
 
-def _describe(item: Any) -> str:
+def _describe(item: Any, whole: str) -> str:
     parts = [str(part) for part in item["loc"]]
     if parts[:1] in (["network"], ["training"]):  # the union's choice is not part of the key
         parts[1:2] = [part for part in parts[1:2] if part not in (*METHODS, *METHODS.values())]
-    place = ".".join(parts) or "recipe"
+    place = ".".join(parts) or whole
     if item["type"] == "union_tag_not_found":
         key = item["ctx"]["discriminator"].strip("'")
         return f"{place}.{key} is missing"

@@ -2,27 +2,14 @@
 
 from __future__ import annotations
 
-import resource
 import time
 import zipfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from limits import largest_file
 
 from slide_fmu.archive import write_whole, write_zip
-
-
-@contextmanager
-def largest_file(size: int) -> Iterator[None]:
-    """No file may become larger, in bytes: as if the disk were full."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def test_a_file_that_cannot_be_written_stays_as_it_was(tmp_path: Path) -> None:

@@ -13,10 +13,11 @@ from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
 from slide_fmu.fmu.export import DESCRIPTION, SURROGATE, FmuError, read_fmu, read_member
-from slide_fmu.fmu.model_description import IN_RANGE, fmu_variables, guid_of, samples_behind
+from slide_fmu.fmu.model_description import fmu_variables, guid_of, samples_behind
 from slide_fmu.fmu.model_description3 import fmu_variables3
 from slide_fmu.fmu.platforms import FmiVersion, library_members
 from slide_fmu.fmu.slave import open_slave
+from slide_fmu.fmu.variable_names import IN_RANGE
 from slide_fmu.signals import FloatArray
 from slide_fmu.surrogate import Surrogate
 

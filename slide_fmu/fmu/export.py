@@ -20,6 +20,8 @@ from slide_fmu.surrogate import Surrogate
 DESCRIPTION = "modelDescription.xml"
 SURROGATE = "resources/surrogate.slide"
 PROVENANCE = "resources/provenance.json"
+MODULE = "resources/module.json"
+"""What an FMU says about the torch module in it (``slide_fmu/torch_fmu``)."""
 
 
 class FmuError(ValueError):
@@ -90,25 +92,38 @@ def read_fmu(path: Path) -> tuple[Surrogate, dict[str, Any] | None]:
     if payload is None:
         if read_member(path, DESCRIPTION) is None:
             raise FmuError(f"{path} is no FMU: expected {DESCRIPTION} in it")
+        if read_member(path, MODULE) is not None:
+            raise FmuError(
+                f"{path} carries a torch module; expected a native FMU, which export writes "
+                "without --backend python: only info and masters read this one"
+            )
         raise FmuError(f"{path} was not made by slide-fmu: expected {SURROGATE} in it")
     try:
         surrogate = Surrogate.from_bytes(payload)
-        text = read_member(path, PROVENANCE)
-        provenance = None if text is None else _json_of(text)
     except PayloadError as error:
         raise FmuError(f"{path}: {error}") from error
+    return surrogate, read_json(path, PROVENANCE)
+
+
+def read_json(path: Path, name: str) -> dict[str, Any] | None:
+    """A JSON object in an FMU, or None when it has no such file; null where NaN stands.
+
+    Raises:
+        FmuError: the file is no zip archive or is damaged, or holds no JSON object.
+        OSError: the file cannot be read.
+    """
+    text = read_member(path, name)
+    if text is None:
+        return None
+    try:
+        found = json.loads(text, parse_constant=lambda constant: None)
+        # halves of characters and numbers without end could not be written again
+        json.dumps(found, ensure_ascii=False, allow_nan=False).encode("utf-8")
     except (ValueError, RecursionError) as error:
-        raise FmuError(f"{path}: {PROVENANCE} is no JSON: {error}") from error
-    if provenance is not None and not isinstance(provenance, dict):
-        raise FmuError(f"{path}: {PROVENANCE} holds no JSON object")
-    return surrogate, provenance
-
-
-def _json_of(text: bytes) -> Any:
-    """Read JSON whose texts are whole: halves of characters could not be written again."""
-    value = json.loads(text)
-    json.dumps(value, ensure_ascii=False).encode("utf-8")
-    return value
+        raise FmuError(f"{path}: {name} is no JSON: {error}") from error
+    if not isinstance(found, dict):
+        raise FmuError(f"{path}: {name} holds no JSON object; export again")
+    return found
 
 
 def read_member(path: Path, name: str) -> bytes | None:

@@ -17,6 +17,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
+from slide_fmu.fmu.variable_names import (
+    IN_RANGE,
+    PREHISTORY_KNOWN,
+    WINDOW_FILLED,
+    initial_name,
+)
 from slide_fmu.signals import Signal
 from slide_fmu.state_space import StateSpace
 from slide_fmu.surrogate import Surrogate
@@ -46,13 +52,10 @@ LOG_CATEGORIES = {
 _BEHIND = "Part of the inputs behind the"
 _SET = "that were set in this run; trust the"
 FILLED = {
-    "window_filled": f"{_BEHIND} outputs {_SET} outputs from 1 on",
+    WINDOW_FILLED: f"{_BEHIND} outputs {_SET} outputs from 1 on",
     "error_estimate_filled": f"{_BEHIND} error estimates {_SET} estimates from 1 on",
 }
 """Descriptions of the variables that tell from when on results count."""
-
-IN_RANGE = "inputs_in_range"
-PREHISTORY_KNOWN = "prehistory_known"
 
 
 @dataclass(frozen=True)
@@ -122,7 +125,7 @@ def samples_behind(surrogate: Surrogate) -> dict[str, int]:
     Those behind the outputs are what the network needs; those behind the error estimates are what
     the estimator needs at all its positions.
     """
-    samples = {"window_filled": surrogate.network.n_needed}
+    samples = {WINDOW_FILLED: surrogate.network.n_needed}
     estimator = surrogate.estimator
     if estimator is not None:
         samples["error_estimate_filled"] = estimator.reach
@@ -212,7 +215,7 @@ def _parameters(surrogate: Surrogate) -> list[Variable]:
     known = Variable(PREHISTORY_KNOWN, "1", "parameter", text, 0.0, 1.0, 0.0, "fixed")
     initial = [
         Variable(
-            f"initial_{signal.name}",
+            initial_name(signal.name),
             signal.unit,
             "parameter",
             f"{signal.name} before the start, where {PREHISTORY_KNOWN} is 1",

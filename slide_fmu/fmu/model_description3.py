@@ -13,7 +13,6 @@ from xml.etree import ElementTree
 
 from slide_fmu.features import BEFORE
 from slide_fmu.fmu.model_description import (
-    PREHISTORY_KNOWN,
     Variable,
     add_log_categories,
     add_units,
@@ -24,6 +23,7 @@ from slide_fmu.fmu.model_description import (
     initial_dependencies,
     summary,
 )
+from slide_fmu.fmu.variable_names import PREHISTORY_KNOWN, initial_name
 from slide_fmu.signals import Signal
 from slide_fmu.state_space import StateSpace
 from slide_fmu.surrogate import Surrogate
@@ -116,7 +116,7 @@ def _prehistory_known(variable: Variable) -> Variable:
 
 def _initial_window(signal: Signal, count: int) -> Variable:
     return Variable(
-        f"initial_{signal.name}_window",
+        f"{initial_name(signal.name)}_window",
         signal.unit,
         "parameter",
         f"{signal.name} at the last {count} samples before the start, oldest first, where "

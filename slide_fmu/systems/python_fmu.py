@@ -6,6 +6,7 @@ import hashlib
 import importlib
 import sys
 import tempfile
+import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from pythonfmu import FmuBuilder
 
+from slide_fmu.archive import write_zip
 from slide_fmu.signals import Signal
 from slide_fmu.units import BASE_UNITS
 
@@ -24,16 +26,19 @@ def write_python_fmu(
 ) -> Path:
     """Write a script with one slave class as FMI 2.0 co-simulation FMU.
 
+    The same arguments give the same bytes, where the slave ``complete``s its model description.
+
     Args:
         class_name: the slave class, which becomes the model identifier.
         script: Python source that defines it.
-        path: file to write, ending in ``.fmu``.
+        path: file to write, ending in ``.fmu``; replaced as a whole when it is there.
         resources: files beside the script, by name.
 
     Returns:
         The path.
 
     Raises:
+        OSError: the file cannot be written.
         ValueError: the path does not end in ``.fmu``.
     """
     if path.suffix != ".fmu":
@@ -49,15 +54,17 @@ def write_python_fmu(
             (Path(folder) / name).write_bytes(data)
         importlib.invalidate_caches()
         try:
-            FmuBuilder.build_FMU(
+            built = FmuBuilder.build_FMU(
                 script_file,
-                dest=path,
+                dest=Path(folder) / "built.fmu",
                 project_files=[Path(folder) / name for name in files],
                 needsExecutionTool="true",
             )
         finally:
             sys.modules.pop(module_name, None)
             sys.path[:] = [entry for entry in sys.path if str(entry) != folder]
+        with zipfile.ZipFile(built) as archive:
+            write_zip(path, {name: archive.read(name) for name in archive.namelist()})
     return path
 
 
@@ -73,10 +80,13 @@ def keep_module_of(slave_class: type) -> None:
 def complete(root: Element, signals: Sequence[Signal]) -> None:
     """Add units, ranges, start values and initial unknowns to a model description.
 
+    The date goes: the same FMU is the same file on another day.
+
     Args:
         root: as ``Fmi2Slave.to_xml`` gives it.
         signals: inputs and outputs.
     """
+    root.attrib.pop("generationDateAndTime", None)
     slave = child(root, "CoSimulation")
     units = Element("UnitDefinitions")
     for name in sorted({signal.unit for signal in signals}):

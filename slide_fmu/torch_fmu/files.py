@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
-from slide_fmu.fmu.export import read_member
+from slide_fmu.fmu.export import MODULE, read_json
 
 SUFFIXES = {".pt": "module.pt", ".pt2": "module.pt2"}
 """Endings of files of scripted (``torch.jit.save``) and exported (``torch.export.save``) modules,
 and their names in the FMU."""
-
-ABOUT = "module.json"
 
 
 def is_module(path: Path) -> bool:
@@ -24,8 +21,7 @@ def module_figures(path: Path) -> dict[str, Any] | None:
     """What an FMU says about the torch module in it, or None when it carries none.
 
     Raises:
-        FmuError: the file is no zip archive or is damaged.
+        FmuError: the file is no zip archive or is damaged, or what it says is no JSON object.
         OSError: the file cannot be read.
     """
-    text = read_member(path, f"resources/{ABOUT}")
-    return None if text is None else dict(json.loads(text))
+    return read_json(path, MODULE)

@@ -6,7 +6,7 @@ Modules are written by others: whatever goes wrong in them is told in one senten
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -55,19 +55,24 @@ class ModuleNetwork:
             raise ValueError(f"the module gives {newest.tolist()}; expected finite values")
         return newest
 
-    def require_function(self, window: FloatArray) -> None:
+    def require_function(self, windows: Sequence[FloatArray]) -> None:
         """Refuse a module that gives something else for the same window the second time.
+
+        Args:
+            windows: scaled inputs, (n_in, n_inputs) each; others lie between the two times.
 
         Raises:
             ValueError: it does, or gives no outputs at all.
         """
-        once, again = self.values(window), self.values(window)
-        if not np.allclose(once, again, rtol=SAME, atol=SAME):
-            raise ValueError(
-                f"the module gives {once.tolist()}, then {again.tolist()} for the same window; "
-                "expected the same: it must keep no state and draw no random numbers (call eval() "
-                "before it is saved)"
-            )
+        first = [self.values(window) for window in windows]
+        for window, once in zip(windows, first, strict=True):
+            again = self.values(window)
+            if not np.allclose(once, again, rtol=SAME, atol=SAME):
+                raise ValueError(
+                    f"the module gives {once.tolist()}, then {again.tolist()} for the same "
+                    "window; expected the same: it must keep no state and draw no random numbers "
+                    "(call eval() before it is saved)"
+                )
 
 
 def _read_scripted(path: Path) -> Callable[[torch.Tensor], Any]:
@@ -121,7 +126,12 @@ def _newest(values: object, n_outputs: int) -> FloatArray:
             f"the module gives a tensor of {values.dtype} on {values.device}; expected real "
             "numbers on the CPU"
         )
-    flat = values.reshape(-1)
+    if values.layout != torch.strided or values.is_nested:
+        raise ValueError(
+            "the module gives a sparse or nested tensor; expected a dense one: let it end with "
+            "to_dense() or to_padded_tensor()"
+        )
+    flat = values.detach().reshape(-1)
     if len(flat) % n_outputs or len(flat) < n_outputs:
         raise ValueError(
             f"the module gives {len(flat)} values, shape {tuple(values.shape)}; expected a "

@@ -1,19 +1,20 @@
 """The inside of an FMU that carries a torch module. Becomes part of that FMU.
 
-It imports nothing of slide_fmu where it runs: Python, torch, numpy and pythonfmu are enough; its
-other parts, ``network.py`` and ``window.py``, get names of their own there. Window
-and communication step mean what they mean in the native runtime, see ``fmu/runtime/README.md``.
+It imports nothing of slide_fmu where it runs: Python with torch and numpy is enough, PythonFMU is
+in the FMU. This file and those that it imports get names of their own there. Window and
+communication step mean what they mean in the native runtime, see ``fmu/runtime/README.md``.
 
 The library of PythonFMU answers a call with fmi2OK, a step with fmi2Discard too, and every
 exception with fmi2Fatal, after which the instance is gone. So a step that cannot be taken is
-discarded; what else is refused is logged and changes nothing, and the next step is discarded:
-no master goes on as if nothing were wrong.
+discarded; what else is refused is logged and changes nothing (values that cannot be had are NaN),
+and the next step is discarded: no master goes on as if nothing were wrong.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import math
 import sys
 import zlib
 from collections.abc import Callable, Mapping, Sequence
@@ -26,12 +27,16 @@ import numpy as np
 from pythonfmu import DefaultExperiment, Fmi2Causality, Fmi2Slave, Real
 from pythonfmu.enums import Fmi2Initial, Fmi2Status, Fmi2Variability
 
+from slide_fmu.fmu.variable_names import IN_RANGE, PREHISTORY_KNOWN, WINDOW_FILLED, initial_name
 from slide_fmu.torch_fmu.network import ModuleNetwork
 from slide_fmu.torch_fmu.window import Clock, FloatArray, PastInputs
 
 DESCRIPTION = "module.json"
 RANGE_SLACK = 1e-6
 """Of scaled inputs, as in ``runtime/ranges.h``."""
+
+TRIALS = 5
+"""Windows of random inputs that a module is tried on when its FMU is written."""
 
 _SPARE_REFERENCES: list[dict[str, Any]] = []
 
@@ -90,19 +95,19 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
                 partial(self._output, index),
             )
         self._add_output(
-            "window_filled",
+            WINDOW_FILLED,
             "Part of the inputs behind the outputs that were set in this run; trust the outputs "
             "from 1 on",
             lambda: 1.0 if self.prehistory_known else min(1.0, self.filled / self.n_in),
         )
         self._add_output(
-            "inputs_in_range",
+            IN_RANGE,
             "1 when all inputs behind the outputs lay in their ranges; else 0",
             lambda: float(self._in_range()),
             Fmi2Variability.discrete,
         )
         self._add_parameter(
-            "prehistory_known",
+            PREHISTORY_KNOWN,
             "1: before the start the inputs were the initial ones; 0: the first input held for "
             "ever",
             lambda: self.prehistory_known,
@@ -110,8 +115,8 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         )
         for index, signal in enumerate(self.about["inputs"]):
             self._add_parameter(
-                f"initial_{signal['name']}",
-                f"{signal['name']} before the start, where prehistory_known is 1",
+                initial_name(signal["name"]),
+                f"{signal['name']} before the start, where {PREHISTORY_KNOWN} is 1",
                 partial(self.initial.__getitem__, index),
                 partial(self.initial.__setitem__, index),
             )
@@ -147,10 +152,17 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         )
         self.register_variable(variable, nested=False)
 
-    def setup_experiment(self, start_time: float, *others: object) -> None:
+    def setup_experiment(
+        self, start_time: float, stop_time: float | None = None, *others: object
+    ) -> None:
         """Start the clock."""
-        if abs(start_time) <= self.clock.farthest:
-            self.clock.anchor = start_time
+        stop = math.inf if stop_time is None else stop_time
+        if not stop >= start_time:
+            self._refuse_next(
+                f"start time {start_time:g} s, stop time {stop:g} s; expected no earlier stop"
+            )
+        elif abs(start_time) <= self.clock.farthest:
+            self.clock.anchor, self.clock.stop = start_time, stop
         else:
             self._refuse_next(
                 f"start time {start_time:.15g} s; expected at most {self.clock.farthest:.3g} s "
@@ -162,11 +174,14 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         self.stepping = True
 
     def get_real(self, vrs: Sequence[int]) -> list[float]:
-        """Values of variables; NaN where there is no such variable."""
-        if any(vr not in self.vars for vr in vrs):
-            self._refuse_next(f"value references {vrs}; expected less than {len(self.vars)}")
-            return [float("nan")] * len(vrs)
-        values: list[float] = super().get_real(vrs)
+        """Values of variables; all NaN where one is none, or the module gives no outputs."""
+        try:
+            if any(vr not in self.vars for vr in vrs):
+                raise ValueError(f"value references {vrs}; expected less than {len(self.vars)}")
+            values: list[float] = super().get_real(vrs)
+        except ValueError as error:
+            self._refuse_next(str(error))
+            return [math.nan] * len(vrs)
         return values
 
     def set_real(self, vrs: Sequence[int], values: Sequence[float]) -> None:
@@ -194,7 +209,7 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
             )
         if reference == known:
             fine = value in (0.0, 1.0)
-            return None if fine else f"prehistory_known = {value}; expected 0 or 1"
+            return None if fine else f"{PREHISTORY_KNOWN} = {value}; expected 0 or 1"
         index = reference if reference < n_inputs else reference - known - 1
         with np.errstate(over="ignore"):
             scaled = np.float32((value - self.offset[index]) / self.scale[index])
@@ -279,6 +294,7 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
             "outputs": self.outputs,
             "filled": self.filled,
             "clock": [self.clock.anchor, self.clock.stride, self.clock.count],
+            "stop": self.clock.stop,
         }
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
@@ -293,6 +309,7 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         self.past.steps = [(length, list(inputs)) for length, inputs in state["steps"]]
         self.outputs, self.filled = state["outputs"], state["filled"]
         self.clock.anchor, self.clock.stride, self.clock.count = state["clock"]
+        self.clock.stop = state["stop"]
 
     @staticmethod
     def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
@@ -312,20 +329,30 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         from slide_fmu.signals import Signal
         from slide_fmu.systems.python_fmu import child, complete
 
-        self.network.require_function(self._scaled(self._window()))
+        self.network.require_function([self._scaled(window) for window in self._trials()])
         root: Element = super().to_xml(dict(model_options or {}))
         for flag in ("canGetAndSetFMUstate", "canSerializeFMUstate"):
             child(root, "CoSimulation").set(flag, "true")
         kept = ("name", "unit", "low", "high", "start")
         tables = (*self.about["inputs"], *self.about["outputs"])
         signals = [Signal(**{key: table[key] for key in kept}) for table in tables]
-        others = ("window_filled", "inputs_in_range", "prehistory_known")
+        others = (WINDOW_FILLED, IN_RANGE, PREHISTORY_KNOWN)
         signals += [Signal(name, "1", 0.0, 1.0, start=0.0) for name in others]
         for table in self.about["inputs"]:
-            start = {**{key: table[key] for key in kept}, "name": f"initial_{table['name']}"}
+            start = {**{key: table[key] for key in kept}, "name": initial_name(table["name"])}
             signals.append(Signal(**start))
         complete(root, signals)
         return root
+
+    def _trials(self) -> list[FloatArray]:
+        """Windows that the module must know: of the start, and of inputs in their ranges."""
+        low, high = (np.array([s[key] for s in self.about["inputs"]]) for key in ("low", "high"))
+        rng = np.random.default_rng(0)
+        windows = [np.tile(row, (self.n_in, 1)) for row in (self.inputs, low, high)]
+        for _ in range(TRIALS):
+            part = rng.uniform(size=(self.n_in, len(low)))
+            windows.append((1 - part) * low + part * high)
+        return windows
 
 
 def _keep_module_of(slave_class: type) -> None:

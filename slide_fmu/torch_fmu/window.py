@@ -31,11 +31,13 @@ class Clock:
     Attributes:
         anchor, stride: communication point and length, in s, of the first of the equal steps.
         count: their number.
+        stop: time in s that no step may end after.
     """
 
     def __init__(self, step: float) -> None:
         self._h = step
         self.anchor, self.stride, self.count = 0.0, 0.0, 0
+        self.stop = math.inf
 
     @property
     def time(self) -> float:
@@ -63,6 +65,8 @@ class Clock:
             return f"{step}: its end is so far from 0 that steps cannot be told apart there"
         if abs(self.time + length - self.time - length) > length / 4:
             return f"{step}: it is too small to be told apart from zero"
+        if not self.time + length - self.stop <= slack:
+            return f"{step} ends after the stop time {self.stop:.9g} s"
         return None
 
     def meant(self, length: float) -> tuple[float, int]:

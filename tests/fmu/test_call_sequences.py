@@ -20,8 +20,9 @@ from hypothesis.stateful import (
 )
 
 from slide_fmu.fmu.check import OUTPUT_TOLERANCE
-from slide_fmu.fmu.model_description import IN_RANGE, PREHISTORY_KNOWN, fmu_variables
+from slide_fmu.fmu.model_description import fmu_variables
 from slide_fmu.fmu.model_description3 import fmu_variables3
+from slide_fmu.fmu.variable_names import IN_RANGE, PREHISTORY_KNOWN
 from slide_fmu.surrogate import Surrogate
 
 from .callers import Caller, Fmi2, Fmi3

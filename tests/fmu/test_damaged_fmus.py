@@ -27,7 +27,6 @@ from .small_shapes import SMALL
 HARMLESS = {
     "member outside",  # nothing unpacks it outside
     "huge size of a member",  # its content says where it ends
-    "provenance: null",
     "provenance: not a number",
     "provenance: other types",
     "metadata: description ''",  # as it was

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from slide_fmu.fmu.check import OUTPUT_TOLERANCE
-from slide_fmu.fmu.model_description import PREHISTORY_KNOWN
 from slide_fmu.fmu.model_description3 import fmu_variables3, initial_window_size
+from slide_fmu.fmu.variable_names import PREHISTORY_KNOWN
 from slide_fmu.signals import FloatArray, Hold
 from slide_fmu.surrogate import Surrogate
 

@@ -193,7 +193,7 @@ def test_variables_are_those_of_a_native_one(suffix: str, tmp_path: Path) -> Non
     assert own.coSimulation.needsExecutionTool
     assert own.coSimulation.canHandleVariableCommunicationStepSize
     assert own.coSimulation.canSerializeFMUstate
-    assert "Needs Python with torch, numpy, pythonfmu" in own.description
+    assert "Needs Python with torch and numpy where it runs" in own.description
 
 
 def test_state_comes_back_also_in_another_instance(tmp_path: Path) -> None:
@@ -253,11 +253,26 @@ def test_steps_that_cannot_be_taken(
     slave.freeInstance()
 
 
-WITHOUT_SLIDE_FMU = """
+ALONE = """
 import sys
+from importlib.machinery import PathFinder
+
+
+class OnlyOwn:
+    \"\"\"Finds PythonFMU in the FMU only.\"\"\"
+
+    def find_spec(self, name, path=None, target=None):
+        if name != "pythonfmu":
+            return None
+        return PathFinder.find_spec(name, [p for p in sys.path if p.endswith("resources")])
+
+
+sys.meta_path.insert(0, OnlyOwn())
+sys.meta_path[:] = [finder for finder in sys.meta_path if finder is not PathFinder] + [PathFinder]
 sys.modules["slide_fmu"] = None  # importing it raises ImportError
 import fmpy
 print(fmpy.simulate_fmu(sys.argv[1], stop_time=0.1, output_interval=0.005)["y0"][-1])
+print(sys.modules["pythonfmu"].__file__)
 """
 
 
@@ -315,14 +330,16 @@ def test_damaged_states_and_those_of_others_are_refused(
         instance.freeInstance()
 
 
-def test_it_runs_without_slide_fmu(tmp_path: Path) -> None:
+def test_it_runs_without_slide_fmu_and_pythonfmu(tmp_path: Path) -> None:
     surrogate = surrogate_with("held")
     path = export_module(*saved(surrogate, tmp_path, ".pt"), tmp_path / "module.fmu")
-    command = [sys.executable, "-c", WITHOUT_SLIDE_FMU, str(path)]
+    command = [sys.executable, "-c", ALONE, str(path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     expected = surrogate.predict(surrogate.starts[None])[0, 0]
-    assert abs(float(done.stdout) - expected) < 8 * CLOSE
+    value, own = done.stdout.splitlines()[-2:]
+    assert abs(float(value) - expected) < 8 * CLOSE
+    assert Path(own).parts[-3:] == ("resources", "pythonfmu", "__init__.py")
 
 
 def test_info_says_what_it_needs(tmp_path: Path) -> None:
@@ -332,7 +349,7 @@ def test_info_says_what_it_needs(tmp_path: Path) -> None:
     result = invoke("export", module, *arguments)
     assert result.exit_code == 0, result.output
     figures = json.loads(invoke("info", path, "--json", "-").stdout)
-    assert set(figures["needs"]) == {"python", "torch", "numpy", "pythonfmu"}
+    assert set(figures["needs"]) == {"python", "torch", "numpy"}
     assert figures["needs"]["torch"] == torch.__version__
     assert figures == module_figures(path)
 
@@ -359,9 +376,17 @@ def test_backends_refuse_what_they_cannot_make(tmp_path: Path) -> None:
     ("old", "new", "message"),
     [
         ("n_in = 12", "n_in = 0", "window.n_in = 0"),
+        ("n_in = 12", "n_in = 1000000000", "n_in = 1000000000: .* less than or equal to 1048576"),
+        ("n_in = 12", "n_in = true", "window.n_in = True: .* valid integer"),
+        ("n_in = 12", "n_in = 12.0", "window.n_in = 12.0: .* valid integer"),
+        (f"step = {STEP}", "step = true", "window.step = True: .* valid number"),
+        ("low = -2.0", "low = false", r"inputs.0.low = False: .* valid number"),
+        ("low = -2.0", f"low = -1{'0' * 400}", r"inputs.0.low"),
+        ("low = -2.0", f"low = {'9' * 5000}", "signals.toml: not valid TOML"),
+        ('hold = "held"', f"hold = {'[' * 100_000}", "signals.toml: not valid TOML"),
         ("n_in = 12", "n_in = 12\nn_im = 3", "window.n_im is not a known key"),
         ("n_in = 12", "n_in = 7", "mat1 and mat2|size|shape|expected"),
-        ('name = "u1"', 'name = "u0"', "two variables have the name 'u0'"),
+        ('name = "u1"', 'name = "u0"', "signals.toml: module: two variables have the name 'u0'"),
         ('hold = "held"', 'hold = "sometimes"', "hold = 'sometimes'"),
         ("low = -2.0", "low = 4.0", "expected two finite numbers"),
         ('name = "twin"', "name = 'twin", "not valid TOML"),

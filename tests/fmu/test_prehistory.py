@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slide_fmu.fmu.model_description import PREHISTORY_KNOWN, fmu_variables
+from slide_fmu.fmu.model_description import fmu_variables
+from slide_fmu.fmu.variable_names import PREHISTORY_KNOWN
 from slide_fmu.signals import FloatArray, Hold
 from slide_fmu.surrogate import Surrogate
 

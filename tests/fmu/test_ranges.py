@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import all_shapes, records
 
-from slide_fmu.fmu.model_description import IN_RANGE, fmu_variables
+from slide_fmu.fmu.model_description import fmu_variables
+from slide_fmu.fmu.variable_names import IN_RANGE
 from slide_fmu.scaling import Affine
 from slide_fmu.surrogate import Surrogate
 

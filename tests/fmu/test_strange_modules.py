@@ -88,6 +88,56 @@ class WithMemory(nn.Module):
         return window[:, :2, 0] + self.calls
 
 
+class WithMemoryOfLargeInputs(nn.Module):
+    """Counts the calls with inputs away from 0."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.calls: torch.Tensor
+        self.register_buffer("calls", torch.zeros(1))
+
+    def forward(self, window: torch.Tensor) -> torch.Tensor:
+        self.calls.add_((window.abs().max() > 0.1).to(torch.float32))
+        return window[:, :2, 0] + self.calls
+
+
+class WithMemoryOfTheLastCall(nn.Module):
+    """Gives the same the second time, something else after another window."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.last: torch.Tensor
+        self.register_buffer("last", torch.zeros(1, 4, 1))
+        self.register_buffer("given", torch.zeros(1, 2))
+
+    def forward(self, window: torch.Tensor) -> torch.Tensor:
+        if not torch.equal(window, self.last):
+            self.given.copy_(window[:, :2, 0] + self.last[:, :2, 0])
+            self.last.copy_(window)
+        return self.given.clone()
+
+
+class WithALimit(nn.Module):
+    def forward(self, window: torch.Tensor) -> torch.Tensor:
+        if window.abs().max() > 0.5:
+            raise ValueError("too far")
+        return window[:, :2, 0]
+
+
+class WithSparseOutputs(nn.Module):
+    def forward(self, window: torch.Tensor) -> torch.Tensor:
+        return window[:, :2, 0].to_sparse()
+
+
+class WithParameter(nn.Module):
+    def __init__(self) -> None:
+        super().__init__()
+        self.weight = nn.Parameter(torch.ones(1, 2))
+
+    def forward(self, window: torch.Tensor) -> torch.Tensor:
+        return self.weight
+
+
 class WithTwoArguments(nn.Module):
     def forward(self, window: torch.Tensor, time: torch.Tensor) -> torch.Tensor:
         return window[:, :2, 0] + time
@@ -144,6 +194,29 @@ def test_modules_that_give_no_outputs(
     path = tmp_path / f"strange{suffix}"
     save(module, path)
     assert message in refusal(path, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("module", "message"),
+    [
+        (WithMemoryOfLargeInputs(), "expected the same: it must keep no state"),
+        (WithMemoryOfTheLastCall(), "expected the same: it must keep no state"),
+        (WithALimit(), "too far"),
+        (WithSparseOutputs(), "gives a sparse or nested tensor; expected a dense one"),
+    ],
+    ids=lambda value: type(value).__name__ if isinstance(value, nn.Module) else "",
+)
+def test_modules_are_tried_on_their_range(module: nn.Module, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "strange.pt"
+    script(module, path)
+    assert message in refusal(path, tmp_path)
+
+
+def test_outputs_may_be_parameters(tmp_path: Path) -> None:
+    path, description = tmp_path / "fine.pt", tmp_path / "signals.toml"
+    script(WithParameter(), path)
+    description.write_text(DESCRIPTION, encoding="utf-8")
+    export_module(path, description, tmp_path / "fine.fmu")
 
 
 @pytest.mark.parametrize("module", [WithTwoArguments(), WithValues(2, torch.float64)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,7 +14,9 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
+from limits import largest_file
 
+from slide_fmu.archive import OLDEST
 from slide_fmu.signals import FloatArray
 from slide_fmu.systems.base import State, System, simulate
 from slide_fmu.systems.loading import LoadError, load_system
@@ -195,6 +198,31 @@ def test_mistakes_are_named_before_anything_is_written(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"ending in \.fmu"):
         write_reference_fmu(dotted("LinearOscillator"), {}, tmp_path / "reference.zip")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_it_is_the_same_file_every_time(tmp_path: Path) -> None:
+    paths = [write_reference_fmu(dotted(MODELS[0]), {}, tmp_path / f"{k}.fmu") for k in range(2)]
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+    with zipfile.ZipFile(paths[0]) as archive:
+        assert {info.date_time for info in archive.infolist()} == {OLDEST}
+        assert b"generationDateAndTime" not in archive.read("modelDescription.xml")
+
+
+def test_an_fmu_that_cannot_be_written_stays_as_it_was(tmp_path: Path) -> None:
+    path = write_reference_fmu(dotted(MODELS[0]), {}, tmp_path / "reference.fmu")
+    before = path.read_bytes()
+    with largest_file(len(before) // 2), pytest.raises(OSError, match="File too large"):
+        write_reference_fmu(dotted(MODELS[1]), {}, path)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_folder_is_no_fmu(tmp_path: Path) -> None:
+    folder = tmp_path / "d.fmu"
+    folder.mkdir()
+    with pytest.raises(IsADirectoryError):
+        write_reference_fmu(dotted(MODELS[0]), {}, folder)
+    assert list(tmp_path.rglob("*")) == [folder]
 
 
 def test_reset_starts_anew(tmp_path: Path) -> None:

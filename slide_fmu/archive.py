@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import io
 import os
+import signal
+import threading
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 OLDEST = (1980, 1, 1, 0, 0, 0)
@@ -25,12 +28,36 @@ def write_whole(path: Path, content: bytes) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     staged = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        staged.write_bytes(content)
-        staged.replace(path)
+        with _removed_at_the_end(staged):
+            staged.write_bytes(content)
+            staged.replace(path)
     except OSError as error:
         raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+@contextmanager
+def _removed_at_the_end(staged: Path) -> Iterator[None]:
+    """Leave no staged file behind, also where SIGTERM ends the program, which it does as ever."""
+
+    def remove() -> None:
+        with suppress(OSError):  # where nothing can be written, nothing can be removed either
+            staged.unlink()
+
+    def end(number: int, frame: object) -> None:
+        remove()
+        signal.signal(number, signal.SIG_DFL)
+        signal.raise_signal(number)
+
+    in_main_thread = threading.current_thread() is threading.main_thread()
+    ours = in_main_thread and signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+    if ours:
+        signal.signal(signal.SIGTERM, end)
+    try:
+        yield
     finally:
-        staged.unlink(missing_ok=True)
+        remove()
+        if ours:
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 def write_zip(path: Path, members: Mapping[str, bytes]) -> None:

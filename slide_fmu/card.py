@@ -7,6 +7,7 @@ from typing import Any
 import jinja2
 
 from slide_fmu.excitation.mix import names_of
+from slide_fmu.fmu.model_description import Variable, fmu_variables
 from slide_fmu.recipe import Recipe
 from slide_fmu.sizing import seconds
 from slide_fmu.surrogate import Surrogate
@@ -39,6 +40,7 @@ def card(
     environment.filters["percent"] = lambda value: f"{100 * value:.3g} %"
     environment.filters["seconds"] = seconds
     return environment.get_template("card.md").render(
+        variables=variable_table(surrogate),
         surrogate=surrogate,
         recipe=recipe,
         measured=measured,
@@ -47,6 +49,23 @@ def card(
         picture=picture,
         mechanism=mechanism,
     )
+
+
+def variable_table(surrogate: Surrogate) -> str:
+    """All variables of the FMU, in the order of their value references, as Markdown table."""
+    rows = [
+        f"| `{v.name}` | {v.causality} | {v.unit} | {_range_of(v)} | {v.description} |"
+        for v in fmu_variables(surrogate)
+    ]
+    return "\n".join(
+        ["| variable | causality | unit | range | |", "| --- | --- | --- | --- | --- |", *rows]
+    )
+
+
+def _range_of(variable: Variable) -> str:
+    if variable.low is None or variable.high is None:
+        return ""
+    return f"{variable.low:.4g} .. {variable.high:.4g}"
 
 
 def _is_useless(validation: dict[str, Any]) -> bool:

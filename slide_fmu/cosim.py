@@ -13,6 +13,7 @@ from typing import Any
 import fmpy
 import numpy as np
 
+from slide_fmu.fmu.description import read_description
 from slide_fmu.fmu.slave import Slave, open_slave
 from slide_fmu.signals import FloatArray
 
@@ -63,13 +64,15 @@ def unpacked(path: Path) -> Iterator[UnpackedFmu]:
     """Unpack an FMU for the time of a ``with`` block.
 
     Raises:
-        CoSimulationError: the file is no co-simulation FMU of FMI 2.0 or FMI 3.0.
+        CoSimulationError: the file cannot be unpacked, or is no co-simulation FMU of FMI 2.0 or
+            FMI 3.0.
+        FmuError: the file is no FMU, or its model description cannot be read.
     """
+    description = read_description(path, validate=False)
     try:
-        description = fmpy.read_model_description(str(path), validate=False)
         folder = fmpy.extract(str(path))
-    except Exception as error:
-        raise CoSimulationError(f"{path} is not an FMU that can be read: {error}") from error
+    except Exception as error:  # fmpy raises bare Exception for paths outside of the folder
+        raise CoSimulationError(f"{path} cannot be unpacked: {error}") from error
     try:
         known = description.fmiVersion[:2] in ("2.", "3.")
         if not known or description.coSimulation is None:

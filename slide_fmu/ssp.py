@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
-import fmpy
+from slide_fmu.archive import write_zip
+from slide_fmu.fmu.description import read_description
 
 STRUCTURE = "SystemStructure.ssd"
 DESCRIPTION = "http://ssp-standard.org/SSP1/SystemStructureDescription"
@@ -32,7 +31,7 @@ class Connection:
 def write_ssp(
     path: Path, name: str, components: Mapping[str, Path], connections: Sequence[Connection]
 ) -> Path:
-    """Write FMUs and how they are connected; the same arguments give the same structure.
+    """Write FMUs and how they are connected; the same arguments give the same bytes.
 
     Every real input and output of a component is a connector of it.
 
@@ -46,6 +45,8 @@ def write_ssp(
         The path.
 
     Raises:
+        FmuError: a component is no FMU that can be read.
+        OSError: the file cannot be written.
         ValueError: the path does not end in ``.ssp``, or a connection names no connector.
     """
     if path.suffix != ".ssp":
@@ -55,16 +56,8 @@ def write_ssp(
         _require(kinds, connection.start, "output")
         _require(kinds, connection.end, "input")
     members = {f"resources/{component}.fmu": fmu for component, fmu in components.items()}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    staged = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with zipfile.ZipFile(staged, "w", zipfile.ZIP_DEFLATED) as archive:
-            archive.writestr(STRUCTURE, _structure(name, kinds, connections))
-            for member, fmu in members.items():
-                archive.write(fmu, member)
-        staged.replace(path)
-    finally:
-        staged.unlink(missing_ok=True)
+    contents = {member: fmu.read_bytes() for member, fmu in members.items()}
+    write_zip(path, {STRUCTURE: _structure(name, kinds, connections), **contents})
     return path
 
 
@@ -87,7 +80,7 @@ def write_comparison(
         The path.
 
     Raises:
-        ValueError: as for ``write_ssp``.
+        FmuError, OSError, ValueError: as for ``write_ssp``.
     """
     components = {"inputs": inputs, "reference": reference, "surrogate": surrogate}
     connections = [
@@ -100,7 +93,7 @@ def write_comparison(
 
 def _connectors(fmu: Path) -> dict[str, str]:
     """Kinds, ``input`` or ``output``, of the real variables of an FMU that have one, by name."""
-    variables = fmpy.read_model_description(str(fmu)).modelVariables
+    variables = read_description(fmu).modelVariables
     real = [v for v in variables if v.type in ("Real", "Float64")]
     return {v.name: v.causality for v in real if v.causality in ("input", "output")}
 

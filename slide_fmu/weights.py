@@ -40,6 +40,13 @@ def with_weights(surrogate: Surrogate, weights: str) -> Surrogate:
     return replace(surrogate, network=_stored(surrogate.network, weights), estimator=estimator)
 
 
+def is_rounded(surrogate: Surrogate) -> bool:
+    """Whether any of its networks has weights of float16."""
+    estimator = surrogate.estimator
+    networks = [surrogate.network, *([] if estimator is None else [estimator.network])]
+    return any(isinstance(network, FeedForward) and network.half for network in networks)
+
+
 def _stored(network: Network, weights: str) -> Network:
     if not isinstance(network, FeedForward):
         return network

@@ -81,6 +81,8 @@ def errors() -> Iterator[None]:
         _fail(error, f"{error}; this verb needs more packages: pip install 'slide-fmu[train]'")
     except (ValueError, RuntimeError, OSError) as error:
         _fail(error, str(error))
+    except MemoryError as error:
+        _fail(error, f"not enough memory: {error or 'nothing is left'}")
 
 
 def _fail(error: Exception, message: str) -> None:

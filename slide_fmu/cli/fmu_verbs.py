@@ -23,7 +23,7 @@ from slide_fmu.cli.options import (
     TrainingSeedOption,
     TrajectoriesOption,
 )
-from slide_fmu.cli.tables import show_rounding, show_validation
+from slide_fmu.cli.tables import show_remark, show_rounding, show_validation
 from slide_fmu.surrogate import Surrogate
 
 
@@ -59,34 +59,24 @@ def export(
     json_path: JsonOption = None,
     seed: TrainingSeedOption = None,
     data_seed: DataSeedOption = None,
-    runs: RunsOption = Path("runs"),
+    runs: RunsOption | None = None,
 ) -> None:
     """Write the FMU of a trained recipe, or an FMU again with this version's runtime."""
     from slide_fmu.fmu.platforms import checked_version
-    from slide_fmu.pipeline.export import Form, export_again
-    from slide_fmu.torch_fmu.files import is_module
+    from slide_fmu.pipeline.export import Request
+    from slide_fmu.pipeline.export import export as write
+    from slide_fmu.pipeline.form import Form
 
     with progress_bars() as bar:
         form = Form(checked_version(fmi), sources, weights)
-        if backend == Backend.python or is_module(source):
-            from slide_fmu.pipeline.modules import export_torch, require_module_export
-
-            require_module_export(source, backend == Backend.python, form)
-            path, loss = export_torch(source, description, output), None
-        elif source.suffix == ".toml":
-            from slide_fmu.pipeline.job import open_job
-            from slide_fmu.pipeline.trained import export_recipe
-
-            job = open_job(source, runs, bar, seed, data_seed)
-            path, loss = export_recipe(job, output, form)
-        elif output is None:
-            raise ValueError("export of an FMU: where to? give the FMU to write with -o PATH")
-        else:
-            path, loss = export_again(source, output, form)
-        write_json(json_path, {"fmu": str(path), "rounding": loss})
-    if loss is not None:
-        show_rounding(loss)
-    console.print(f"FMU     {path}")
+        python = backend == Backend.python
+        request = Request(source, output, form, python, description, seed, data_seed, runs)
+        written = write(request, bar)
+        write_json(json_path, {"fmu": str(written.path), "rounding": written.rounding})
+    if written.rounding is not None:
+        show_rounding(written.rounding)
+    show_remark(written.remark)
+    console.print(f"FMU     {written.path}")
 
 
 @app.command()
@@ -118,7 +108,8 @@ def ssp(
     from slide_fmu.pipeline.side_by_side import write_side_by_side
 
     with errors():
-        path = write_side_by_side(fmu, output, seed, duration)
+        path, remark = write_side_by_side(fmu, output, seed, duration)
+    show_remark(remark)
     console.print(f"SSP     {path}")
 
 

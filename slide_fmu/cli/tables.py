@@ -31,6 +31,12 @@ def show_validation(figures: dict[str, Any], title: str) -> None:
         )
 
 
+def show_remark(remark: str | None) -> None:
+    """What the user should know about a file, if there is anything."""
+    if remark is not None:
+        console.print(f"remark: {remark}")
+
+
 def show_rounding(loss: dict[str, Any]) -> None:
     """What float16 changes, output by output."""
     if not loss["predictor_rounded"]:

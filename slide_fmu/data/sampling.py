@@ -24,13 +24,16 @@ STREAMS = {
 TEST = 4
 """Stream of seeds that no split uses: trajectories that FMUs are measured on."""
 
-
 PROBE = 5
 """Stream of seeds of the motion by which a changed model is noticed."""
 PROBE_SAMPLES = 50
 
 STABILITY = 6
 """Stream of seeds of the inputs under which networks are tested for stability."""
+
+
+MOST_SAMPLES = 100_000_000
+"""Of one trajectory: more than a memory holds, once they are simulated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,11 +180,18 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:
 
     Two systems of one recipe get the same inputs, but initial states of their own, which the
     burn-in lets decay.
+
+    Raises:
+        ValueError: the stream's trajectories hold no sample, or more than fit into a memory.
     """
+    step, duration = recipe.window.step, stream.duration
+    if not 0.5 < duration / step < MOST_SAMPLES:
+        raise ValueError(
+            f"duration = {duration:g} s; expected 1 to {MOST_SAMPLES} samples, {step:g} s apart"
+        )
     seeds = np.random.SeedSequence(stream.seed, spawn_key=(stream.number, index))
     rng = np.random.default_rng(seeds)
-    step = recipe.window.step
-    burn_in, count = round(recipe.data.burn_in / step), round(stream.duration / step)
+    burn_in, count = round(recipe.data.burn_in / step), round(duration / step)
     factor = float(rng.uniform(*stream.factors))
     kind = choose_kind(recipe.data.excitation, rng)
     time = step * np.arange(burn_in + count, dtype=np.float64)

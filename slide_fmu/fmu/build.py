@@ -74,6 +74,8 @@ def digest() -> str:
 def build_all(force: bool = False) -> list[Path]:
     """Compile all libraries, unless those of the present sources are there.
 
+    Afterwards the folder holds them and nothing else: a wheel takes it as it is.
+
     Args:
         force: compile in any case.
 
@@ -85,6 +87,7 @@ def build_all(force: bool = False) -> list[Path]:
     """
     libraries = [BINARIES / name for name in TARGETS]
     stamp = BINARIES / STAMP
+    _remove_others({*libraries, stamp})
     present = stamp.is_file() and all(library.is_file() for library in libraries)
     if not force and present and stamp.read_text() == digest():
         return libraries
@@ -92,6 +95,16 @@ def build_all(force: bool = False) -> list[Path]:
         _build_library(name, target)
     stamp.write_text(digest())
     return libraries
+
+
+def _remove_others(kept: set[Path]) -> None:
+    """Remove what earlier versions or builds that were broken off left among the libraries."""
+    for path in sorted(BINARIES.rglob("*"), reverse=True):  # what is in a folder before it
+        if path.is_dir() and not path.is_symlink():
+            if not any(path in file.parents for file in kept):
+                path.rmdir()
+        elif path not in kept:
+            path.unlink()
 
 
 def compile_objects(target: str) -> list[Path]:
@@ -127,7 +140,7 @@ def _build_library(name: str, target: str) -> None:
     run_compiler(["-target", target, *link, *map(str, objects), "-lm", "-o", str(library)])
     final = BINARIES / name
     final.parent.mkdir(parents=True, exist_ok=True)
-    staged = final.with_name(f"{final.name}.{os.getpid()}")
+    staged = folder / f"{final.name}.{os.getpid()}"
     staged.write_bytes(_without_time(library.read_bytes()))
     staged.replace(final)  # never write into a library that some process has loaded
 

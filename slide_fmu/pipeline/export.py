@@ -1,70 +1,102 @@
-"""A surrogate as FMU of a form."""
+"""Whatever can become an FMU, as FMU: a trained recipe, an FMU again, a torch module."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
-from slide_fmu.fmu.platforms import FmiVersion
-from slide_fmu.surrogate import Surrogate
-from slide_fmu.weights import rounding_loss, with_weights
+from slide_fmu.pipeline.form import Form, Written, export_again
+from slide_fmu.progress import Bar
+from slide_fmu.torch_fmu.files import is_module
+
+RUNS = Path("runs")
+"""Where trained recipes lie if nothing else is said."""
 
 
 @dataclass(frozen=True)
-class Form:
-    """Which FMU of a surrogate is written.
+class Request:
+    """What is to become an FMU, and what was said about it; None: nothing was said.
 
     Attributes:
-        fmi: version of the standard.
-        sources: with C sources.
-        weights: precision of the weights of layers (``with_weights``); as they are if None.
+        source: recipe that was trained, FMU, or torch module.
+        path: the FMU to write; a recipe's has a place of its own in its run folder.
+        form: which FMU is written.
+        python: whether an FMU that needs Python was asked for.
+        description: TOML file about a torch module.
+        training_seed: of a trained recipe.
+        data_seed: of a trained recipe.
+        runs: folder that holds the work on recipes.
     """
 
-    fmi: FmiVersion = 2
-    sources: bool = False
-    weights: str | None = None
+    source: Path
+    path: Path | None = None
+    form: Form = Form()
+    python: bool = False
+    description: Path | None = None
+    training_seed: int | None = None
+    data_seed: int | None = None
+    runs: Path | None = None
 
 
-def export_again(source: Path, path: Path, form: Form) -> tuple[Path, dict[str, Any] | None]:
-    """Write the surrogate of an FMU as FMU of either standard, with this version's runtime.
+def export(request: Request, bar: Bar) -> Written:
+    """Write the FMU of a recipe, of an FMU, or of a torch module.
+
+    Each kind imports what it needs: an FMU is written again without the packages of the training.
 
     Args:
-        source: FMU of slide-fmu.
-        path: the FMU to write.
-        form: which FMU is written.
-
-    Returns:
-        The path, and what rounding to float16 changes (``rounding_loss``); None without.
+        request: what is to become an FMU.
+        bar: opens progress bars.
 
     Raises:
         FmuError: the source is no FMU of slide-fmu.
-        ValueError: no such precision.
+        ModuleError: the module or its description cannot be used.
+        RecipeError: the recipe cannot be used.
+        StageError: the recipe was not trained.
+        ValueError: an option is missing, or means nothing for this source.
     """
-    surrogate, found = read_fmu(source)
-    page = read_member(source, "documentation/index.html")
-    documentation = {} if page is None else {"index.html": page}
-    return write_form(surrogate, path, form, provenance=found, documentation=documentation)
+    if request.python or is_module(request.source):
+        return _export_module(request)
+    if request.source.suffix == ".toml":
+        return _export_recipe(request, bar)
+    _refuse_options_of_modules(request)
+    _refuse_options_of_recipes(request)
+    if request.path is None:
+        raise ValueError("export of an FMU: where to? give the FMU to write with -o PATH")
+    return export_again(request.source, request.path, request.form)
 
 
-def write_form(
-    surrogate: Surrogate,
-    path: Path,
-    form: Form,
-    *,
-    provenance: dict[str, object] | None,
-    documentation: Mapping[str, bytes] | None = None,
-) -> tuple[Path, dict[str, Any] | None]:
-    """Write a surrogate as FMU of a form; what rounding changes."""
-    stored = surrogate if form.weights is None else with_weights(surrogate, form.weights)
-    export_fmu(
-        stored,
-        path,
-        fmi=form.fmi,
-        provenance=provenance,
-        documentation=documentation,
-        sources=form.sources,
-    )
-    return path, rounding_loss(surrogate, stored) if form.weights == "float16" else None
+def _export_module(request: Request) -> Written:
+    from slide_fmu.pipeline.modules import export_torch, require_module_export
+
+    require_module_export(request.source, request.python, request.form)
+    _refuse_options_of_recipes(request)
+    return Written(export_torch(request.source, request.description, request.path))
+
+
+def _export_recipe(request: Request, bar: Bar) -> Written:
+    from slide_fmu.pipeline.job import open_job
+    from slide_fmu.pipeline.trained import export_recipe
+
+    _refuse_options_of_modules(request)
+    runs = request.runs or RUNS
+    job = open_job(request.source, runs, bar, request.training_seed, request.data_seed)
+    return export_recipe(job, request.path, request.form)
+
+
+def _refuse_options_of_recipes(request: Request) -> None:
+    seeds = {"--seed": request.training_seed, "--data-seed": request.data_seed}
+    _refuse(request.source, "trained recipes", {**seeds, "--runs": request.runs})
+
+
+def _refuse_options_of_modules(request: Request) -> None:
+    _refuse(request.source, "torch modules", {"--description": request.description})
+
+
+def _refuse(source: Path, others: str, options: Mapping[str, object]) -> None:
+    """Refuse options that are about sources of another kind."""
+    given = [f"{name} {value}" for name, value in options.items() if value is not None]
+    if given:
+        raise ValueError(
+            f"export of {source}: {' '.join(given)} is for {others}, this is none; leave it out"
+        )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slide_fmu.pipeline.export import Form
+from slide_fmu.pipeline.form import Form
 from slide_fmu.torch_fmu.export import ModuleError, export_module
 from slide_fmu.torch_fmu.files import SUFFIXES, is_module
 

@@ -16,6 +16,7 @@ from slide_fmu.data.sampling import (
     reference_system,
 )
 from slide_fmu.features import Director
+from slide_fmu.fmu.description import read_description
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.recipe import Recipe
 from slide_fmu.run_folder import recipe_of_provenance
@@ -24,6 +25,13 @@ from slide_fmu.ssp import write_comparison
 from slide_fmu.surrogate import Surrogate
 from slide_fmu.systems.input_source import write_input_source
 from slide_fmu.systems.reference_fmu import write_reference_fmu
+from slide_fmu.validation import Task
+
+FMI_3 = (
+    "the surrogate is an FMU of FMI 3.0, which SSP 1.0 does not know: Ecos runs it, libcosim and "
+    "FMPy's SSP simulator do not; for them export it with --fmi 2"
+)
+"""What is said about a system with a surrogate of FMI 3.0."""
 
 
 def write_reference(recipe: Recipe, path: Path) -> Path:
@@ -38,7 +46,9 @@ def write_reference(recipe: Recipe, path: Path) -> Path:
     return write_reference_fmu(recipe.system.model, reference_parameters(recipe), path)
 
 
-def write_side_by_side(fmu: Path, path: Path, seed: int, duration: float | None) -> Path:
+def write_side_by_side(
+    fmu: Path, path: Path, seed: int, duration: float | None
+) -> tuple[Path, str | None]:
     """Write an FMU and its reference system, driven by the same unseen inputs, as SSP.
 
     Args:
@@ -48,20 +58,26 @@ def write_side_by_side(fmu: Path, path: Path, seed: int, duration: float | None)
             its burn-in.
         duration: of the inputs in s, beside the lead-in; the recipe's if None.
 
+    Returns:
+        The path, and which masters do not run it although they run others, if there are such.
+
     Raises:
-        FmuError: the file is no FMU of slide-fmu.
+        FmuError: the file is no FMU of slide-fmu, or damaged.
         LoadError: the reference system cannot be made.
-        ValueError: the path does not end in ``.ssp``.
+        ValueError: the path does not end in ``.ssp``, or the duration is no positive time.
     """
+    task = Task(seed, duration=duration)
     surrogate, found = read_fmu(fmu)
     recipe = recipe_of_provenance(found, str(fmu))
-    stream = Stream(TEST, seed, (1.0, 1.0), duration or recipe.data.duration)
+    fmi = read_description(fmu).fmiVersion
+    stream = Stream(TEST, task.seed, task.amplitude, task.duration or recipe.data.duration)
     inputs = led_in(surrogate, draw(recipe, reference_system(recipe), stream, 0))
     with tempfile.TemporaryDirectory() as folder:
         reference = write_reference(recipe, Path(folder) / "reference.fmu")
         source = Path(folder) / "inputs.fmu"
         write_input_source(surrogate.inputs, surrogate.window.step, inputs, source)
-        return write_comparison(path, surrogate.name, source, reference, fmu)
+        write_comparison(path, surrogate.name, source, reference, fmu)
+    return path, FMI_3 if fmi.startswith("3.") else None
 
 
 def led_in(surrogate: Surrogate, drawn: Draw) -> FloatArray:

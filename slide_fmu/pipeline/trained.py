@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from slide_fmu.data.sampling import recipe_system
 from slide_fmu.figures import stability_tests
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.pipeline.export import Form, export_again, write_form
+from slide_fmu.pipeline.form import Form, Written, export_again, write_form
 from slide_fmu.pipeline.job import Job, provenance
 from slide_fmu.stability import AmplitudeTest, check_stability, require_stability
 from slide_fmu.surrogate import Surrogate
@@ -31,7 +30,7 @@ def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ..
     return tests
 
 
-def export_recipe(job: Job, path: Path | None, form: Form) -> tuple[Path, dict[str, Any] | None]:
+def export_recipe(job: Job, path: Path | None, form: Form) -> Written:
     """Write the FMU of a trained recipe.
 
     An FMU of the same surrogate that ``run`` has finished keeps its report and measured error.
@@ -39,9 +38,6 @@ def export_recipe(job: Job, path: Path | None, form: Form) -> tuple[Path, dict[s
     Args:
         path: the FMU to write; if None, that of the run folder.
         form: which FMU is written.
-
-    Returns:
-        The path, and what rounding to float16 changes (``rounding_loss``); None without.
 
     Raises:
         StageError: nothing was trained.

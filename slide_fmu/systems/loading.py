@@ -54,8 +54,8 @@ def _find_class(model: str) -> type[System]:
     except ImportError as error:
         raise LoadError(
             f"system {model!r}: module {module_name!r} cannot be imported ({error}); expected an "
-            "installed module: check the name, or install what it needs (the extra 'train' "
-            "brings exudyn)"
+            "installed module, or one in a folder on PYTHONPATH: check the name, or install what "
+            "it needs (the extra 'train' brings exudyn)"
         ) from error
     found = getattr(module, class_name, None)
     if not _is_system(found):

@@ -19,10 +19,9 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.bench_task import Effort, synthetic_surrogate
-from slide_fmu.cosim import UnpackedFmu, unpacked
+from slide_fmu.cosim import UnpackedFmu, instantiated, unpacked
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.fmu.native import NativeSurrogate, Part, kernels
-from slide_fmu.fmu.slave import open_slave
 from slide_fmu.network import FeedForward
 from slide_fmu.rivals import RivalError, TorchCells, onnx_layers, python_fmu, torch_layers
 from slide_fmu.signals import FloatArray
@@ -41,6 +40,7 @@ def bench_fmu(path: Path, effort: Effort) -> dict[str, Any]:
     """Time an FMU; see ``bench_surrogates``.
 
     Raises:
+        CoSimulationError: the FMU reports an error.
         FmuError: the file is no FMU of slide-fmu.
         NativeError: there is no compiled runtime for this platform.
     """
@@ -113,14 +113,18 @@ def fmu_times(
 
     Returns:
         Seconds of every set, doStep and get together, and of doStep alone.
+
+    Raises:
+        CoSimulationError: a variable is not there, or the FMU reports an error.
     """
     names = [signal.name for signal in surrogate.outputs]
     if estimates and surrogate.estimator is not None:
         names += [f"{name}_error_estimate" for name in names]
+    fmu.require(*names, *(signal.name for signal in surrogate.inputs))
     inputs = [fmu.references[signal.name] for signal in surrogate.inputs]
     outputs = [fmu.references[name] for name in names]
     whole, alone, step = [], [], surrogate.window.step
-    with open_slave(fmu.folder, fmu.description, "benchmark", []) as slave:
+    with instantiated(fmu) as slave:
         slave.enter_initialization(0.0)
         slave.exit_initialization()
         for k, row in enumerate(rows.tolist()):

@@ -45,6 +45,18 @@ class UnpackedFmu:
         """Communication step in s that the FMU asks for (DefaultExperiment)."""
         return float(self.description.defaultExperiment.stepSize)
 
+    def require(self, *names: str) -> None:
+        """Refuse variables that the FMU does not have.
+
+        Raises:
+            CoSimulationError: with those that it has.
+        """
+        unknown = [name for name in names if name not in self.references]
+        if unknown:
+            raise CoSimulationError(
+                f"{self.path.name} has no variables {unknown}; it has {sorted(self.references)}"
+            )
+
 
 @dataclass(frozen=True, eq=False)
 class Run:
@@ -92,6 +104,23 @@ def unpacked(path: Path) -> Iterator[UnpackedFmu]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
+@contextmanager
+def instantiated(fmu: UnpackedFmu) -> Iterator[Slave]:
+    """A fresh instance of an FMU for the time of a ``with`` block.
+
+    Raises:
+        CoSimulationError: its library cannot be loaded, or a call in the block failed; with what
+            the FMU logged about it.
+    """
+    messages: list[str] = []
+    try:
+        with open_slave(fmu.folder, fmu.description, fmu.path.stem, messages) as slave:
+            yield slave
+    except Exception as error:  # fmpy raises bare Exception when a library cannot be loaded
+        said = "; ".join(messages) or str(error)
+        raise CoSimulationError(f"{fmu.path.name}: {said}") from error
+
+
 def run_fmu(
     fmu: UnpackedFmu,
     inputs: Mapping[str, FloatArray],
@@ -111,18 +140,9 @@ def run_fmu(
     Raises:
         CoSimulationError: a variable is not there, or the FMU reports an error.
     """
-    unknown = [n for n in (*inputs, *outputs, *(parameters or {})) if n not in fmu.references]
-    if unknown:
-        raise CoSimulationError(
-            f"{fmu.path.name} has no variables {unknown}; it has {sorted(fmu.references)}"
-        )
-    messages: list[str] = []
-    try:
-        with open_slave(fmu.folder, fmu.description, fmu.path.stem, messages) as slave:
-            return _run(slave, fmu, inputs, outputs, parameters or {}, step or fmu.step)
-    except Exception as error:
-        said = "; ".join(messages) or str(error)
-        raise CoSimulationError(f"{fmu.path.name}: {said}") from error
+    fmu.require(*inputs, *outputs, *(parameters or {}))
+    with instantiated(fmu) as slave:
+        return _run(slave, fmu, inputs, outputs, parameters or {}, step or fmu.step)
 
 
 def _run(

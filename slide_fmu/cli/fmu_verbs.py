@@ -19,7 +19,6 @@ from slide_fmu.cli.options import (
     FmuArgument,
     JsonOption,
     RecipeArgument,
-    RunsOption,
     TrainingSeedOption,
     TrajectoriesOption,
 )
@@ -59,7 +58,10 @@ def export(
     json_path: JsonOption = None,
     seed: TrainingSeedOption = None,
     data_seed: DataSeedOption = None,
-    runs: RunsOption | None = None,
+    runs: Annotated[
+        Path | None,
+        typer.Option("--runs", help="Folder that holds the work on recipes; runs if not given."),
+    ] = None,
 ) -> None:
     """Write the FMU of a trained recipe, or an FMU again with this version's runtime."""
     from slide_fmu.fmu.platforms import checked_version

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import tempfile
 from pathlib import Path
 from xml.etree import ElementTree
@@ -128,8 +127,7 @@ def _compare_run(path: Path, surrogate: Surrogate, description: ModelDescription
         except Exception as error:  # fmpy raises bare Exception for paths outside of the folder
             return [f"the FMU cannot be unpacked: {error}"]
         try:
-            with contextlib.chdir(Path.cwd()):  # fmpy stays in its folder when loading fails
-                native = _run_native(folder, surrogate, description, inputs)
+            native = _run_native(folder, surrogate, description, inputs)
         except Exception as error:  # fmpy raises bare Exception when a call fails
             return [f"the native library failed: {error}"]
     expected = _run_numpy(surrogate, inputs)

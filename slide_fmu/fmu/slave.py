@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager
+from pathlib import Path
 from typing import Any, Protocol
 
 import fmpy
@@ -43,14 +44,15 @@ def open_slave(
         "modelIdentifier": description.coSimulation.modelIdentifier,
         "instanceName": name,
     }
-    if description.fmiVersion.startswith("3."):
-        slave = fmi3.FMU3Slave(**arguments)
-        slave.instantiate(logMessage=_logger3(messages))
-        opened: Slave = _Slave3(slave)
-    else:
-        slave = fmi2.FMU2Slave(**arguments)
-        slave.instantiate(callbacks=_callbacks2(messages))
-        opened = _Slave2(slave)
+    with chdir(Path.cwd()):  # fmpy stays in its folder when loading fails
+        if description.fmiVersion.startswith("3."):
+            slave = fmi3.FMU3Slave(**arguments)
+            slave.instantiate(logMessage=_logger3(messages))
+            opened: Slave = _Slave3(slave)
+        else:
+            slave = fmi2.FMU2Slave(**arguments)
+            slave.instantiate(callbacks=_callbacks2(messages))
+            opened = _Slave2(slave)
     try:
         yield opened
     finally:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from slide_fmu.pipeline.form import Form, Written, export_again
@@ -31,7 +31,7 @@ class Request:
 
     source: Path
     path: Path | None = None
-    form: Form = Form()
+    form: Form = field(default_factory=Form)
     python: bool = False
     description: Path | None = None
     training_seed: int | None = None

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
 import time
 import zipfile
 from pathlib import Path
@@ -20,6 +23,48 @@ def test_a_file_that_cannot_be_written_stays_as_it_was(tmp_path: Path) -> None:
     assert caught.value.filename == str(path)
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.skipif(
+    not Path("/proc/self").exists(), reason="needs /proc, where nothing is written"
+)
+def test_a_place_that_cannot_be_written_to_is_named() -> None:
+    path = Path("/proc/a.bin")
+    with pytest.raises(OSError, match="/proc/a") as caught:
+        write_whole(path, b"new")
+    assert caught.value.filename == str(path)
+
+
+WRITER = """
+import sys, time
+from pathlib import Path
+from slide_fmu.archive import write_whole
+write_whole(Path(sys.argv[1]), bytes(500_000_000))
+time.sleep(60)
+"""
+
+
+def test_nothing_is_left_where_a_program_is_ended(tmp_path: Path) -> None:
+    path = tmp_path / "a.bin"
+    write_whole(path, b"old")
+    with subprocess.Popen([sys.executable, "-c", WRITER, str(path)]) as program:
+        while len(list(tmp_path.iterdir())) < 2 and program.poll() is None:
+            time.sleep(1e-4)
+        program.terminate()
+        assert program.wait(60) == -signal.SIGTERM
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_who_asks_for_sigterm_goes_on_getting_it(tmp_path: Path) -> None:
+    def asked(number: int, frame: object) -> None:
+        """Of the program that writes."""
+
+    before = signal.signal(signal.SIGTERM, asked)
+    try:
+        write_whole(tmp_path / "a.bin", b"new")
+        assert signal.getsignal(signal.SIGTERM) is asked
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def test_a_folder_stays_a_folder(tmp_path: Path) -> None:

@@ -21,6 +21,7 @@ def read_description(path: Path, validate: bool = True) -> ModelDescription:
         FmuError: the file is no FMU, or its model description cannot be read.
     """
     try:
-        return fmpy.read_model_description(str(path), validate=validate)
+        with path.open("rb") as file:  # fmpy does not close a file that it cannot read
+            return fmpy.read_model_description(file, validate=validate)
     except Exception as error:  # fmpy raises bare Exception, lxml a SyntaxError, dicts a KeyError
         raise FmuError(f"{path} is not an FMU that can be read: {error}") from error

@@ -6,6 +6,7 @@ import importlib.util
 import shutil
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -40,6 +41,12 @@ LOOP_STEPS = 200
 SAME = 1e-5
 """In m: native library and numpy round differently, and start values reach the FMUs in different
 orders; one step more or less would change the positions by 0.02 m."""
+
+LOOP = [
+    ("controller.fmu", "force", "duffing.fmu", "force"),
+    ("duffing.fmu", "position", "controller.fmu", "position"),
+]
+"""What is connected inside a container."""
 
 Master = Callable[[Path, Outputs, float, int], FloatArray]
 
@@ -113,11 +120,7 @@ def test_loop_inside_a_container(
 ) -> None:
     for fmu in (controller, DUFFING):
         shutil.copy(fmu, tmp_path)
-    links = [
-        ("controller.fmu", "force", "duffing.fmu", "force"),
-        ("duffing.fmu", "position", "controller.fmu", "position"),
-    ]
-    container = write_container(tmp_path, links, ("duffing.fmu", "position"), STEP)
+    container = write_container(tmp_path, LOOP, ("duffing.fmu", "position"), STEP)
     found = run_container(container, "position", STEP, LOOP_STEPS)
     np.testing.assert_allclose(found, closed_loop, rtol=0, atol=SAME)
 
@@ -208,6 +211,61 @@ def test_master_of_fmpy_begins_with_no_direction(
     ssp = side_by_side("slider_crank", COMPARED["slider_crank"].duration)
     with pytest.raises(FMICallException):
         beside(run_fmpy, ssp, COMPARED["slider_crank"])
+
+
+@pytest.fixture(scope="module")
+def of_fmi_3(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The released Duffing FMU in the other standard."""
+    path = tmp_path_factory.mktemp("fmi_3") / "duffing.fmu"
+    assert invoke("export", DUFFING, "--fmi", 3, "-o", path).exit_code == 0
+    return path
+
+
+@pytest.fixture(scope="module")
+def side_by_side_3(of_fmi_3: Path) -> Path:
+    """Beside its reference, which is of FMI 2.0."""
+    path = of_fmi_3.with_suffix(".ssp")
+    result = invoke("ssp", of_fmi_3, "-o", path, "--duration", COMPARED["duffing"].duration)
+    assert result.exit_code == 0
+    said = " ".join(result.output.split())
+    assert "remark: the surrogate is an FMU of FMI 3.0" in said
+    return path
+
+
+@pytest.mark.parametrize("run", MASTERS)
+def test_surrogate_of_fmi_3_beside_its_reference(run: Master, side_by_side_3: Path) -> None:
+    """As README's table of tools says."""
+    if run is run_ecos:
+        found = beside(run, side_by_side_3, COMPARED["duffing"])
+        reference, surrogate = found[:, 0], found[:, 1]
+        error = np.sqrt(np.mean((surrogate - reference) ** 2) / np.mean(reference**2))
+        assert error < COMPARED["duffing"].error
+    else:
+        message = "Cannot find shared library|Unable to create execution"
+        with pytest.raises((Exception, AssertionError), match=message):
+            beside(run, side_by_side_3, COMPARED["duffing"])
+
+
+@needs_toolbox
+def test_loop_inside_a_container_of_fmi_3(
+    of_fmi_3: Path, controller: Path, closed_loop: FloatArray, tmp_path: Path
+) -> None:
+    """The container itself is of FMI 2.0."""
+    for fmu in (controller, of_fmi_3):
+        shutil.copy(fmu, tmp_path)
+    container = write_container(tmp_path, LOOP, ("duffing.fmu", "position"), STEP)
+    found = run_container(container, "position", STEP, LOOP_STEPS)
+    np.testing.assert_allclose(found, closed_loop, rtol=0, atol=SAME)
+
+
+def test_the_same_fmus_give_the_same_bytes(
+    controller: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    components = {"controller": controller, "duffing": DUFFING}
+    one = write_ssp(tmp_path / "one.ssp", "loop", components, [])
+    monkeypatch.setattr(time, "time", lambda: 2e9)
+    two = write_ssp(tmp_path / "two.ssp", "loop", components, [])
+    assert one.read_bytes() == two.read_bytes()
 
 
 def test_inputs_leave_the_start_values_without_a_jump(

@@ -221,10 +221,60 @@ def test_place_for_figures_is_checked_before_the_work(duffing: Finished, tmp_pat
 
 
 @pytest.mark.parametrize("duration", ["0", "inf"])
-def test_duration_must_be_a_time(duffing: Finished, duration: str) -> None:
-    result = invoke("validate", duffing.fmu, "--duration", duration, "--trajectories", 1)
+@pytest.mark.parametrize("verb", ["validate", "ssp"])
+def test_duration_must_be_a_time(
+    duffing: Finished, tmp_path: Path, verb: str, duration: str
+) -> None:
+    more = {"validate": ("--trajectories", 1), "ssp": ("-o", tmp_path / "beside.ssp")}[verb]
+    result = invoke(verb, duffing.fmu, "--duration", duration, *more)
     assert result.exit_code == 1
     assert "expected a positive, finite time" in " ".join(result.output.split())
+
+
+@pytest.mark.parametrize("duration", ["0.001", "1e10", "1e300"])
+def test_duration_must_hold_samples_that_fit_into_a_memory(
+    duffing: Finished, tmp_path: Path, duration: str
+) -> None:
+    result = invoke("ssp", duffing.fmu, "--duration", duration, "-o", tmp_path / "beside.ssp")
+    assert result.exit_code == 1
+    assert "expected 1 to 100000000 samples, 0.03 s apart" in " ".join(result.output.split())
+
+
+WITHOUT_MEANING = {
+    "seed": ("--seed", 3),
+    "data seed": ("--data-seed", 4),
+    "runs": ("--runs", "runs"),
+    "description": ("--description", "nonexistent"),
+}
+
+
+@pytest.mark.parametrize("option", WITHOUT_MEANING)
+def test_options_that_mean_nothing_for_an_fmu_are_refused(
+    duffing: Finished, tmp_path: Path, option: str
+) -> None:
+    name, value = WITHOUT_MEANING[option]
+    result = invoke("export", duffing.fmu, "-o", tmp_path / "again.fmu", name, value)
+    assert result.exit_code == 1
+    kind = "torch modules" if option == "description" else "trained recipes"
+    message = f"{name} {value} is for {kind}, this is none; leave it out"
+    assert message in " ".join(result.output.split())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_description_means_nothing_for_a_recipe(duffing: Finished) -> None:
+    result = invoke("export", duffing.recipe, "--runs", duffing.runs, "--description", "x.toml")
+    assert result.exit_code == 1
+    assert "--description x.toml is for torch modules" in " ".join(result.output.split())
+
+
+def test_precision_that_was_lost_does_not_come_back(duffing: Finished, tmp_path: Path) -> None:
+    half, whole = tmp_path / "half.fmu", tmp_path / "whole.fmu"
+    assert invoke("export", duffing.fmu, "--weights", "float16", "-o", half).exit_code == 0
+    for source, said in ((duffing.fmu, False), (half, True)):
+        result = invoke("export", source, "--weights", "float32", "-o", whole)
+        assert result.exit_code == 0
+        message = "weights were rounded to float16 before and stay rounded"
+        assert (message in " ".join(result.output.split())) is said
 
 
 def test_other_fmus_may_log_after_a_run(duffing: Finished) -> None:

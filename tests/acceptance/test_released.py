@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import fmpy
 import pytest
 from fmpy.validation import validate_fmu
 
+from slide_fmu.card import variable_table
 from slide_fmu.fmu.check import check_fmu
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.measurement import validate_fmu_file
@@ -73,6 +75,18 @@ def test_card_shows_what_the_fmu_carries(name: str) -> None:
     card = (ROOT / "fmus" / name / "README.md").read_text(encoding="utf-8")
     assert f"{100 * output['relative_rmse']:.3g} %" in card
     assert f"{output['rmse']:.4g} m" in card
+
+
+@pytest.mark.parametrize("name", RELEASED)
+def test_card_lists_the_variables_of_the_fmu(name: str) -> None:
+    card = (ROOT / "fmus" / name / "README.md").read_text(encoding="utf-8")
+    table = card[card.index("| variable |") :].split("\n\n")[0]
+    listed = [line.split(" | ") for line in table.splitlines()[2:]]
+    found = fmpy.read_model_description(str(released(name))).modelVariables
+    assert [row[0] for row in listed] == [f"| `{variable.name}`" for variable in found]
+    assert [row[1] for row in listed] == [variable.causality for variable in found]
+    assert [row[2] for row in listed] == [variable.unit for variable in found]
+    assert table == variable_table(read_fmu(released(name))[0])
 
 
 @pytest.mark.parametrize("name", RELEASED)

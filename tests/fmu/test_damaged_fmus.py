@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -36,6 +37,10 @@ HARMLESS = {
 
 SEEDS = 40
 """Random damages of an FMU of each standard."""
+FEW = range(10)
+"""Of them those that the verbs that take longer are given."""
+
+LINEAR = Path(__file__).parents[2] / "fmus" / "linear" / "linear.fmu"
 
 both_standards = pytest.mark.parametrize("fmi", [2, 3])
 
@@ -46,10 +51,24 @@ def _members(folder: Path, fmi: FmiVersion) -> Members:
     return members_of(export_fmu(surrogate, folder / "whole.fmu", fmi=fmi, provenance=provenance))
 
 
-def _refusals(path: Path, what: str) -> dict[str, str]:
-    """What the verbs that read FMUs say when they refuse; nothing else may happen."""
+def _readers(folder: Path) -> list[list[str]]:
+    """Verbs that read FMUs, with their options."""
+    return [["check"], ["info"], ["export", "-o", str(folder / "again.fmu")]]
+
+
+def _runners(folder: Path) -> list[list[str]]:
+    """Verbs that run FMUs, or pass them on to masters that do."""
+    return [
+        ["ssp", "-o", str(folder / "beside.ssp"), "--duration", "1"],
+        ["validate", "--trajectories", "1", "--duration", "10", "--report", str(folder)],
+        ["bench", "--rounds", "1", "--steps", "1"],
+    ]
+
+
+def _refusals(path: Path, what: str, verbs: list[list[str]] | None = None) -> dict[str, str]:
+    """What verbs, the readers if none are given, say when they refuse; nothing else may happen."""
     said = {}
-    for verb, *more in (["check"], ["info"], ["export", "-o", str(path.with_name("again.fmu"))]):
+    for verb, *more in verbs or _readers(path.parent):
         result = CliRunner().invoke(app, [verb, str(path), *more])
         refused = isinstance(result.exception, SystemExit)
         assert result.exception is None or refused, (what, verb, result.exception)
@@ -84,6 +103,31 @@ def test_random_damages(tmp_path: Path, fmi: FmiVersion) -> None:
         path.write_bytes(random_damage(members, np.random.default_rng(seed)))
         refused += "check" in _refusals(path, f"seed {seed}")
     assert SEEDS / 2 < refused < SEEDS
+
+
+@both_standards
+def test_verbs_that_run_fmus(tmp_path: Path, fmi: FmiVersion) -> None:
+    """An FMU that comes as far: its recipe names a reference system."""
+    surrogate, provenance = read_fmu(LINEAR)
+    whole = export_fmu(surrogate, tmp_path / "whole.fmu", fmi=fmi, provenance=provenance)
+    assert _refusals(whole, "whole", _runners(tmp_path)) == {}
+    members, path = members_of(whole), tmp_path / "damaged.fmu"
+    damages = [*description_damages(members)]
+    damages += [(f"seed {k}", random_damage(members, np.random.default_rng(k))) for k in FEW]
+    before, refused = list(sys.path), set()
+    for what, content in damages:
+        path.write_bytes(content)
+        refused |= set(_refusals(path, what, _runners(tmp_path)))
+        sys.path[:] = before  # PythonFMU leaves the folder of every instance there
+    assert refused == {"ssp", "validate", "bench"}
+
+
+@pytest.mark.parametrize("verb", range(3), ids=["ssp", "validate", "bench"])
+def test_verbs_that_run_fmus_name_the_file(tmp_path: Path, verb: int) -> None:
+    members, path = members_of(LINEAR), tmp_path / "damaged.fmu"
+    path.write_bytes(packed({**members, "modelDescription.xml": b"<"}))
+    (said,) = _refusals(path, "no XML", [_runners(tmp_path)[verb]]).values()
+    assert f"{path} is not an FMU that can be read: ".replace(" ", "") in "".join(said.split())
 
 
 def test_the_reader_raises_one_kind_of_error(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -365,6 +366,22 @@ def test_unchanged_sources_are_not_compiled_again(monkeypatch: pytest.MonkeyPatc
     libraries = build.build_all()
     monkeypatch.setattr(build, "run_compiler", lambda arguments: pytest.fail("compiled"))
     assert build.build_all() == libraries
+
+
+def test_libraries_of_other_versions_are_removed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    build.build_all()
+    copy = tmp_path / "binaries"
+    shutil.copytree(build.BINARIES, copy)
+    whole = sorted(copy.rglob("*"))
+    (copy / "linux64").mkdir()
+    (copy / "linux64" / "slide.so").write_bytes(b"old")
+    (copy / "x86_64-linux" / "slide.so.4711").write_bytes(b"broken off")
+    monkeypatch.setattr(build, "BINARIES", copy)
+    monkeypatch.setattr(build, "run_compiler", lambda arguments: pytest.fail("compiled"))
+    build.build_all()
+    assert sorted(copy.rglob("*")) == whole
 
 
 def test_libraries_are_those_that_the_pinned_compiler_makes() -> None:

@@ -20,6 +20,7 @@ def test_load_by_name_with_parameters() -> None:
         ("mbs_models.oscillators", {}, "expected 'package.module:Class'"),
         (":DuffingOscillator", {}, "expected 'package.module:Class'"),
         ("mbs_models.missing:Model", {}, "'mbs_models.missing' cannot be imported"),
+        ("my_model:Model", {}, "installed module, or one in a folder on PYTHONPATH"),
         ("mbs_models.oscillators:Missing", {}, "expected one of .*'LinearOscillator'"),
         ("mbs_models.oscillators:System", {}, "not a reference system"),
         ("mbs_models.oscillators:Signal", {}, "not a reference system"),

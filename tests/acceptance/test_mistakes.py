@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.cell import Cell
+from slide_fmu.cli.console import errors
 from slide_fmu.data.sampling import recipe_system
 from slide_fmu.features import Differences, FeatureMap
 from slide_fmu.fmu.export import read_fmu, read_member
@@ -238,6 +239,12 @@ def test_duration_must_hold_samples_that_fit_into_a_memory(
     result = invoke("ssp", duffing.fmu, "--duration", duration, "-o", tmp_path / "beside.ssp")
     assert result.exit_code == 1
     assert "expected 1 to 100000000 samples, 0.03 s apart" in " ".join(result.output.split())
+
+
+def test_a_memory_that_is_too_small_is_no_traceback(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit), errors():
+        np.zeros(2**55)
+    assert "error: not enough memory: Unable to allocate 256. PiB" in capsys.readouterr().err
 
 
 WITHOUT_MEANING = {

@@ -268,6 +268,15 @@ def test_the_same_fmus_give_the_same_bytes(
     assert one.read_bytes() == two.read_bytes()
 
 
+def test_the_same_fmu_beside_its_reference_gives_the_same_bytes(
+    side_by_side: Callable[[str, float], Path], tmp_path: Path
+) -> None:
+    duration = COMPARED["duffing"].duration
+    again = tmp_path / "again.ssp"
+    assert invoke("ssp", DUFFING, "-o", again, "--duration", duration).exit_code == 0
+    assert again.read_bytes() == side_by_side("duffing", duration).read_bytes()
+
+
 def test_inputs_leave_the_start_values_without_a_jump(
     side_by_side: Callable[[str, float], Path],
 ) -> None:

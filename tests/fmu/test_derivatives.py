@@ -18,7 +18,7 @@ from slide_fmu.signals import FloatArray
 from slide_fmu.state_space import StateSpace
 from slide_fmu.surrogate import Surrogate
 
-from .native import ERROR, OK, Loaded, Native
+from .native import DISCARD, ERROR, OK, Loaded, Native
 from .plain import five_point_slope, plain_features, plain_layers, plain_pair
 from .samples import STEP, CellShape, Shape, random_surrogate
 
@@ -238,8 +238,14 @@ def test_calls_that_are_refused(load: Load) -> None:
         assert f"unknown with value reference {unknown}; expected outputs" in native.messages[-1]
     assert ask(2, 0, (ctypes.c_double * 1)(math.nan)) == ERROR
     assert "not finite" in native.messages[-1]
+    assert ask(2, 0, (ctypes.c_double * 1)(1e308)) == DISCARD
+    assert "a derivative is not finite; expected smaller seeds" in native.messages[-1]
     assert ask(2, 0, None) == ERROR
     assert ask(2, 0, number, None) == ERROR
+    none, unknown = ctypes.c_size_t(0), (ctypes.c_uint * 1)(2)
+    for reference, result in ((unknown, None), (None, number)):
+        arguments = (reference, one, None, none, None, result)
+        assert native.call("fmi2GetDirectionalDerivative", *arguments) == ERROR
     assert ask(2, 0) == OK
     native.call("fmi2Terminate")
     assert ask(2, 0) == OK

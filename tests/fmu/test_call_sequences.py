@@ -128,11 +128,14 @@ class Sequences(RuleBasedStateMachine):
 
     @initialize(
         time=st.sampled_from([0.0, 2.0]),
+        until=st.sampled_from([None, None, 9.0, 40.3]),
         started=st.booleans(),
         known=st.sampled_from([None, None, 1.0, 2.0]),
         seed=seeds,
     )
-    def start(self, time: float, started: bool, known: float | None, seed: int) -> None:
+    def start(
+        self, time: float, until: float | None, started: bool, known: float | None, seed: int
+    ) -> None:
         """So that most sequences are about steps."""
         for who, pair in self.pairs.items():
             if known is not None:
@@ -140,7 +143,7 @@ class Sequences(RuleBasedStateMachine):
                 self.set_prehistory(who, min(known, largest), (0.3, -0.2))
                 self.set_window(who, seed, "right")
             if started:
-                self.enter_initialization(who, time, None)
+                self.enter_initialization(who, time, until)
                 self.exit_initialization(who)
 
     @rule(who=instances, now=seldom)
@@ -421,5 +424,5 @@ class Sequences(RuleBasedStateMachine):
 def test_any_sequence_of_calls(load: Callable[[Surrogate], Loaded], shape: Shape) -> None:
     loaded = load(random_surrogate(shape))
     run_state_machine_as_test(
-        lambda: Sequences(loaded), settings=settings(max_examples=60, stateful_step_count=50)
+        lambda: Sequences(loaded), settings=settings(max_examples=40, stateful_step_count=50)
     )

@@ -14,6 +14,7 @@ import pytest
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.model_description import fmu_variables
 from slide_fmu.fmu.model_description3 import block_size, fmu_variables3
+from slide_fmu.network import FeedForward
 from slide_fmu.signals import FloatArray
 from slide_fmu.surrogate import Surrogate
 
@@ -152,12 +153,13 @@ def test_a_step_that_fails_leaves_them(load: Load, shape: Shape) -> None:
 def test_samples_that_are_not_finite_are_refused(load: Load) -> None:
     """Where the newest one is, the output."""
     surrogate = random_surrogate(Shape(n_outputs=1, n_out=3))
-    last = surrogate.network.layers[-1]
+    network = surrogate.network
+    assert isinstance(network, FeedForward)
+    *first, last = network.layers
     larger = np.float32([[1e37], [1e37], [1.0]]) * last.weights
-    layers = (*surrogate.network.layers[:-1], replace(last, weights=larger))
-    native = _instance(
-        load(replace(surrogate, network=replace(surrogate.network, layers=layers)))
-    ).start()
+    layers = (*first, replace(last, weights=larger))
+    changed = FeedForward(layers, network.n_samples, network.features)
+    native = _instance(load(replace(surrogate, network=changed))).start()
     time = len(fmu_variables(surrogate))
     values, reference = (ctypes.c_double * 3)(), (ctypes.c_uint * 1)(time + 1)
     arguments = reference, ctypes.c_size_t(1), values, ctypes.c_size_t(3)

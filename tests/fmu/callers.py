@@ -5,12 +5,28 @@ from __future__ import annotations
 import abc
 import ctypes
 
+import numpy as np
+
+from slide_fmu.fmu.model_description3 import block_size, fmu_variables3
+from slide_fmu.signals import FloatArray
+
 from .native import ERROR, OK, Loaded, Native
 from .native3 import YES, Native3, with_separator
+from .plain_fmu import Plan
+from .samples import STEP
+
+Found = tuple[int, list[float]]
+"""Status and values."""
 
 
 class Caller(abc.ABC):
-    """One FMU instance as a master of some standard sees it."""
+    """One FMU instance as a master of some standard sees it.
+
+    Attributes:
+        largest_prehistory: of the values of ``prehistory_known``.
+    """
+
+    largest_prehistory: int
 
     @property
     @abc.abstractmethod
@@ -22,16 +38,20 @@ class Caller(abc.ABC):
         """A function that both standards have, by the part of its name behind ``fmi2``."""
 
     @abc.abstractmethod
-    def initialize(self, time: float) -> int:
-        """Enter initialization mode with a start time."""
+    def initialize(self, time: float, stop: float | None) -> int:
+        """Enter initialization mode with a start time and perhaps a stop time."""
 
     @abc.abstractmethod
     def set(self, first: int, values: tuple[float, ...]) -> int:
         """Set variables that follow each other."""
 
     @abc.abstractmethod
-    def get(self, first: int, count: int) -> tuple[int, list[float]]:
+    def get(self, first: int, count: int) -> Found:
         """Values of variables that follow each other."""
+
+    @abc.abstractmethod
+    def directional(self, unknowns: range, knowns: range, seed: FloatArray) -> Found:
+        """Directional derivative."""
 
     @abc.abstractmethod
     def do_step(self, time: float, length: float) -> int:
@@ -73,6 +93,8 @@ class Caller(abc.ABC):
 class Fmi2(Caller):
     """FMI 2.0. Final."""
 
+    largest_prehistory = 1
+
     def __init__(self, loaded: Loaded) -> None:
         self.native = Native(loaded.library, loaded.guid, loaded.uri)
 
@@ -83,16 +105,25 @@ class Fmi2(Caller):
     def call(self, what: str, *arguments: object) -> int:
         return self.native.call(f"fmi2{what}", *arguments)
 
-    def initialize(self, time: float) -> int:
-        zero, start = ctypes.c_double(0), ctypes.c_double(time)
-        status = self.call("SetupExperiment", 0, zero, start, 0, zero)
+    def initialize(self, time: float, stop: float | None) -> int:
+        zero, start, end = map(ctypes.c_double, (0, time, stop or 0))
+        status = self.call("SetupExperiment", 0, zero, start, int(stop is not None), end)
         return status if status != OK else self.call("EnterInitializationMode")
 
     def set(self, first: int, values: tuple[float, ...]) -> int:
         return self.native.set(*values, first=first)
 
-    def get(self, first: int, count: int) -> tuple[int, list[float]]:
+    def get(self, first: int, count: int) -> Found:
         return self.native.try_get(first, count)
+
+    def set_rates(self, rates: tuple[float, ...], order: int) -> int:
+        """Derivatives of the inputs in the next step."""
+        return self.native.set_rates(*rates, order=order)
+
+    def directional(self, unknowns: range, knowns: range, seed: FloatArray) -> Found:
+        found = (ctypes.c_double * len(unknowns))()
+        status = self.call("GetDirectionalDerivative", *_pair(unknowns, knowns, seed), found)
+        return status, list(found)
 
     def do_step(self, time: float, length: float) -> int:
         return self.native.do_step(time, length)
@@ -125,13 +156,45 @@ class Fmi3(Caller):
     """FMI 3.0. Final.
 
     Args:
-        time_reference: value reference of the independent variable.
+        watches: it has a callback for intermediate update, and may end steps early.
+
+    Attributes:
+        plan: what the master does in a step that it watches; it reads after every sample.
+        ended_early: the last step did.
     """
 
-    def __init__(self, loaded: Loaded, time_reference: int) -> None:
+    largest_prehistory = 2
+
+    def __init__(self, loaded: Loaded, watches: bool = False) -> None:
         resources = with_separator(loaded.folder / "resources")
-        self.native = Native3(loaded.library, loaded.guid, resources)
-        self.time_reference = time_reference
+        watch = self._watch if watches else None
+        self.native = Native3(loaded.library, loaded.guid, resources, watch=watch, ends=watches)
+        surrogate = loaded.surrogate
+        names = [variable.name for variable in fmu_variables3(surrogate)]
+        self.n_inputs, n_outputs = len(surrogate.inputs), len(surrogate.outputs)
+        self.outputs = range(self.n_inputs, self.n_inputs + n_outputs)
+        self.time_reference, self.size = names.index("time"), block_size(surrogate)
+        self.first_window = self.time_reference + 1 if self.size > 1 else self.n_inputs
+        self.first_initial = names.index(f"initial_{surrogate.inputs[0].name}_window")
+        self.plan, self.begin, self.ended_early = Plan(), 0.0, False
+        self._failed: AssertionError | None = None
+
+    def _watch(self, time: float, may_set: bool) -> float | None:
+        try:
+            return self._look(time, may_set)
+        except AssertionError as error:  # none gets through the library
+            self._failed = error
+            return None
+
+    def _look(self, time: float, may_set: bool) -> float | None:
+        assert self.time() == time
+        status, windows = self.output_windows()
+        assert status == OK
+        assert np.all(np.isfinite(windows))
+        sample = round((time - self.begin) / STEP)
+        if may_set and sample in self.plan.inputs:
+            assert self.set(0, self.plan.inputs[sample]) == OK
+        return self.begin + self.plan.until * STEP if sample == self.plan.asked else None
 
     @property
     def messages(self) -> list[str]:
@@ -140,25 +203,71 @@ class Fmi3(Caller):
     def call(self, what: str, *arguments: object) -> int:
         return self.native.call(f"fmi3{what.replace('FMUstate', 'FMUState')}", *arguments)
 
-    def initialize(self, time: float) -> int:
-        return self.native.initialize(time)
+    def initialize(self, time: float, stop: float | None) -> int:
+        return self.native.initialize(time, stop)
 
     def set(self, first: int, values: tuple[float, ...]) -> int:
         wrong = self.native.set(*values, first=first, count=len(values) + 1)
         assert wrong == ERROR, "one value too many"
         return self.native.set(*values, first=first)
 
-    def get(self, first: int, count: int) -> tuple[int, list[float]]:
+    def get(self, first: int, count: int) -> Found:
         return self.native.try_get(first, count)
 
+    def _arrays(self, references: range, n_values: int) -> Found:
+        values, count = (ctypes.c_double * n_values)(), ctypes.c_size_t(len(references))
+        n = ctypes.c_size_t(n_values)
+        return self.call("GetFloat64", _references(references), count, values, n), list(values)
+
+    def output_windows(self) -> tuple[int, FloatArray]:
+        """The arrays of the outputs, (n, n_outputs); where there are none, the outputs."""
+        n_outputs = len(self.outputs)
+        references = range(self.first_window, self.first_window + n_outputs)
+        assert self._arrays(references, n_outputs * self.size - 1)[0] == ERROR, "one value missing"
+        status, values = self._arrays(references, n_outputs * self.size)
+        newest = self.get(self.n_inputs, n_outputs)
+        windows = np.array(values).reshape(n_outputs, self.size).T
+        assert newest == (status, windows[-1].tolist()), "the newest sample is the output"
+        return status, windows
+
+    def initial_windows(self, size: int) -> Found:
+        """Samples of the inputs before the start, those of one input after the other."""
+        references = range(self.first_initial, self.first_initial + self.n_inputs)
+        return self._arrays(references, self.n_inputs * size)
+
+    def set_initial_windows(self, rows: FloatArray) -> int:
+        """Set them, (n, n_inputs)."""
+        references = _references(range(self.first_initial, self.first_initial + self.n_inputs))
+        values = (ctypes.c_double * rows.size)(*rows.T.ravel())
+        count, n = ctypes.c_size_t(self.n_inputs), ctypes.c_size_t(rows.size)
+        return self.call("SetFloat64", references, count, values, n)
+
+    def directional(self, unknowns: range, knowns: range, seed: FloatArray) -> Found:
+        return self._derivative("GetDirectionalDerivative", unknowns, knowns, seed, len(unknowns))
+
+    def adjoint(self, unknowns: range, knowns: range, seed: FloatArray) -> Found:
+        """Adjoint derivative: the seed is one of the unknowns."""
+        return self._derivative("GetAdjointDerivative", unknowns, knowns, seed, len(knowns))
+
+    def _derivative(
+        self, what: str, unknowns: range, knowns: range, seed: FloatArray, count: int
+    ) -> Found:
+        found, given = (ctypes.c_double * count)(), _pair(unknowns, knowns, seed)
+        n_seed, n_found = ctypes.c_size_t(len(seed)), ctypes.c_size_t(count)
+        assert self.call(what, *given, n_seed, found, ctypes.c_size_t(count + 1)) == ERROR
+        return self.call(what, *given, n_seed, found, n_found), list(found)
+
     def do_step(self, time: float, length: float) -> int:
-        self.native.flags = ()
+        self.native.flags, self.begin = (), time
         status = self.native.do_step(time, length)
-        if self.native.flags != (False, False, False):
+        if self._failed is not None:
+            raise self._failed
+        *others, self.ended_early = self.native.flags
+        if any(others):
             assert status == ERROR, "flags are set unless the mode is wrong"
             return status
         state = self.save()  # before the first step, reading a variable finds all outputs
-        assert self.native.last == self.time(), "the time that doStep gives"
+        assert self.time() in (self.native.last, None), "the time that doStep gives"
         assert self.restore(state) == OK
         return status
 
@@ -183,3 +292,13 @@ class Fmi3(Caller):
 
     def free(self) -> None:
         self.native.call("fmi3FreeInstance")
+
+
+def _references(references: range) -> ctypes.Array[ctypes.c_uint]:
+    return (ctypes.c_uint * len(references))(*references)
+
+
+def _pair(unknowns: range, knowns: range, seed: FloatArray) -> list[object]:
+    """The arguments that functions for derivatives begin with."""
+    numbers = [(_references(some), ctypes.c_size_t(len(some))) for some in (unknowns, knowns)]
+    return [*numbers[0], *numbers[1], (ctypes.c_double * len(seed))(*seed)]

@@ -199,22 +199,42 @@ class Resampling:
         self.lengths += parts
         self.inputs += [plain_moved(self.surrogate, inputs, rates, time) for time in times]
 
-    def step(
-        self, length: float, inputs: FloatArray, rates: FloatArray | None = None
-    ) -> tuple[FloatArray, FloatArray | None]:
-        """Outputs and error estimates at the end of one more step."""
+    def append(self, length: float, inputs: FloatArray, rates: FloatArray | None = None) -> None:
+        """One more step, whose inputs move by their derivatives (1/s), where there are any."""
         if rates is None:
             self.lengths.append(length)
             self.inputs.append(inputs)
         else:
             self._move(length, inputs, rates)
-        surrogate, end = self.surrogate, sum(self.lengths)
-        estimator, count = surrogate.estimator, surrogate.window.n_in + 3
+
+    def samples(self, count: int) -> FloatArray:
+        """The newest samples of the inputs, (count, n_inputs), oldest first."""
+        begins = sum(self.lengths) - self.surrogate.window.step * np.arange(count, 0, -1)
+        return np.array([self.input_from(begin) for begin in begins])
+
+    def _scaled(self, count: int) -> FloatArray:
+        scaling = self.surrogate.input_scaling
+        return np.asarray((self.samples(count) - scaling.offset) / scaling.scale)
+
+    def block(self) -> FloatArray:
+        """All outputs that the network knows now, (n, n_outputs): of cells that began from zero
+        with the window, those of the last n_out samples."""
+        surrogate, network = self.surrogate, self.surrogate.network
+        scaled = self._scaled(surrogate.window.n_in + 3)
+        if isinstance(network, StateSpace):
+            features = plain_features(network.features, scaled)[-network.n_samples :]
+            values = plain_pair(network, features)[0][-surrogate.window.n_out :]
+        else:
+            values = self._values(network, scaled, 1).reshape(-1, len(surrogate.outputs))
+        return values * surrogate.output_scaling.scale + surrogate.output_scaling.offset
+
+    def results(self) -> tuple[FloatArray, FloatArray | None]:
+        """Outputs and error estimates at the end of the last step."""
+        surrogate, estimator = self.surrogate, self.surrogate.estimator
+        count = surrogate.window.n_in + 3
         if estimator is not None:
             count = max(count, estimator.network.n_samples + estimator.positions + 2)
-        begins = end - surrogate.window.step * np.arange(count, 0, -1)
-        samples = np.array([self.input_from(begin) for begin in begins])
-        scaled = (samples - surrogate.input_scaling.offset) / surrogate.input_scaling.scale
+        scaled = self._scaled(count)
         values = self._values(surrogate.network, scaled, 1)[:, -len(surrogate.outputs) :]
         outputs = values[0] * surrogate.output_scaling.scale + surrogate.output_scaling.offset
         if estimator is None:
@@ -223,6 +243,13 @@ class Resampling:
         newest = plain_features(estimator.network.features, scaled)[-estimator.positions :]
         squares = estimator.squares(values, newest, len(outputs))
         return outputs, np.sqrt(squares.mean(axis=0)) * surrogate.output_scaling.scale
+
+    def step(
+        self, length: float, inputs: FloatArray, rates: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray | None]:
+        """Outputs and error estimates at the end of one more step."""
+        self.append(length, inputs, rates)
+        return self.results()
 
     @staticmethod
     def _values(network: object, scaled: FloatArray, positions: int) -> FloatArray:

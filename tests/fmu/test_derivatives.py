@@ -18,7 +18,7 @@ from slide_fmu.signals import FloatArray
 from slide_fmu.state_space import StateSpace
 from slide_fmu.surrogate import Surrogate
 
-from .native import ERROR, OK, Loaded, Native
+from .native import DISCARD, ERROR, OK, Loaded, Native
 from .plain import five_point_slope, plain_features, plain_layers, plain_pair
 from .samples import STEP, CellShape, Shape, random_surrogate
 
@@ -217,6 +217,17 @@ def test_newton_finds_the_input_for_a_wanted_output(load: Load) -> None:
     assert u == pytest.approx(1.2, abs=1e-4)
 
 
+def test_derivatives_that_are_not_finite_are_refused(rich: Loaded) -> None:
+    native = rich.instance().start()
+    native.step(0.3, 0.4)
+    one, references = ctypes.c_size_t(1), [(ctypes.c_uint * 1)(k) for k in (2, 0)]
+    arguments = references[0], one, references[1], one
+    for seed, status in ((1e3, OK), (1e300, DISCARD)):
+        numbers = (ctypes.c_double * 1)(seed), (ctypes.c_double * 1)()
+        assert native.call("fmi2GetDirectionalDerivative", *arguments, *numbers) == status
+    assert "a derivative is not finite; expected smaller seeds" in native.messages[-1]
+
+
 def test_calls_that_are_refused(load: Load) -> None:
     surrogate = surrogate_of("inputs", "gated cell")
     native = load(surrogate).instance()
@@ -240,6 +251,10 @@ def test_calls_that_are_refused(load: Load) -> None:
     assert "not finite" in native.messages[-1]
     assert ask(2, 0, None) == ERROR
     assert ask(2, 0, number, None) == ERROR
+    none, unknown = ctypes.c_size_t(0), (ctypes.c_uint * 1)(2)
+    for reference, result in ((unknown, None), (None, number)):
+        arguments = (reference, one, None, none, None, result)
+        assert native.call("fmi2GetDirectionalDerivative", *arguments) == ERROR
     assert ask(2, 0) == OK
     native.call("fmi2Terminate")
     assert ask(2, 0) == OK

@@ -148,6 +148,18 @@ def test_a_step_that_fails_on_the_way_changes_nothing(load: Load, hold: str) -> 
     assert watched.do_step(6 * STEP, 6 * STEP) == OK
 
 
+@both_holds
+def test_derivatives_of_inputs_are_those_of_the_whole_step(load: Load, hold: str) -> None:
+    """Which a state of FMI 2.0 brings."""
+    loaded = load(random_surrogate(Shape(hold=hold, positions=3)))  # type: ignore[arg-type]
+    moving, times = loaded.instance().start(), []
+    watched = _instance(loaded, lambda time, may_set: times.append((time, may_set)))
+    assert moving.set(0.3) == moving.set_rates(40.0) == watched.restore(moving.save()) == OK
+    assert moving.do_step(0.0, 3 * STEP) == watched.do_step(0.0, 3 * STEP) == OK
+    assert moving.get(1, 2) == watched.get(1, 2)
+    assert times == [(pytest.approx(3 * STEP), False)]
+
+
 def test_a_director_that_is_none_on_the_way(load: Load) -> None:
     loaded = load(random_surrogate(SHAPES["director"]))
     watched = _instance(loaded, lambda _time, _may_set: watched.set(0.0, 0.0) and None)

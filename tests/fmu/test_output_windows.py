@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import fmpy
@@ -13,10 +14,11 @@ import pytest
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.model_description import fmu_variables
 from slide_fmu.fmu.model_description3 import block_size, fmu_variables3
+from slide_fmu.network import FeedForward
 from slide_fmu.signals import FloatArray
 from slide_fmu.surrogate import Surrogate
 
-from .native import ERROR, OK, Loaded
+from .native import DISCARD, ERROR, OK, Loaded
 from .native3 import Native3, with_separator
 from .samples import STEP, CellShape, Shape, random_surrogate
 from .test_any_step import FORGETFUL, LASTING, drawn
@@ -146,6 +148,28 @@ def test_a_step_that_fails_leaves_them(load: Load, shape: Shape) -> None:
         assert native.save() == saved
         assert np.array_equal(windows(native, surrogate), before[0])
         assert np.array_equal(native.derivative(name, unknowns, knowns, seed), before[1])
+
+
+def test_samples_that_are_not_finite_are_refused(load: Load) -> None:
+    """Where the newest one is, the output."""
+    surrogate = random_surrogate(Shape(n_outputs=1, n_out=3))
+    network = surrogate.network
+    assert isinstance(network, FeedForward)
+    *first, last = network.layers
+    larger = np.float32([[1e37], [1e37], [1.0]]) * last.weights
+    layers = (*first, replace(last, weights=larger))
+    changed = FeedForward(layers, network.n_samples, network.features)
+    native = _instance(load(replace(surrogate, network=changed))).start()
+    time = len(fmu_variables(surrogate))
+    values, reference = (ctypes.c_double * 3)(), (ctypes.c_uint * 1)(time + 1)
+    arguments = reference, ctypes.c_size_t(1), values, ctypes.c_size_t(3)
+    assert native.call("fmi3GetFloat64", *arguments) == OK
+    assert native.set(1e3) == native.do_step(0.0) == OK
+    saved, output = native.save(), native.get(1)
+    assert np.isfinite(output[0])
+    assert native.call("fmi3GetFloat64", *arguments) == DISCARD
+    assert f"the array with value reference {time + 1} holds numbers" in native.messages[-1]
+    assert native.save() == saved
 
 
 def test_only_networks_that_know_several_samples_have_them() -> None:

@@ -170,7 +170,9 @@ SlideStatus slide_do_step(void *component, double point, double length, bool *ea
     }
     double meant = slide_clock_meant(clock, length, step), samples = nearbyint(meant / step);
     if (instance->watcher.show != NULL) {
-        bool whole = meant == samples * step && samples <= UINT32_MAX;
+        /* derivatives of inputs, which a state of FMI 2.0 may bring, are those of a whole step */
+        bool whole = meant == samples * step && samples <= UINT32_MAX &&
+                     !instance->state.head->moving;
         Walk walk = {1, meant, length};
         if (whole) {
             walk = (Walk){(uint32_t)samples, step, length / samples};

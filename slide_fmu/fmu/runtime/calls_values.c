@@ -40,14 +40,17 @@ static double value_of(SlideInstance *instance, SlideVariable variable) {
     }
 }
 
-/* Of an output, oldest first; block: all outputs, of slide_stream_block. */
-static void write_outputs(const SlideModel *model, const float *block, size_t output,
+/* Of an output, oldest first; block: all outputs, of slide_stream_block. Are they finite? */
+static bool write_outputs(const SlideModel *model, const float *block, size_t output,
                           double values[]) {
+    bool finite = true;
     const SlideScaling *scaling = &model->output_scaling[output];
     for (size_t sample = 0; sample < model->n_block; ++sample) {
         values[sample] = block[sample * model->n_outputs + output] * scaling->scale +
                          scaling->offset;
+        finite = finite && isfinite(values[sample]);
     }
+    return finite;
 }
 
 /* Of an input before the start, oldest first. */
@@ -118,7 +121,12 @@ SlideStatus slide_get(void *component, const SlideValues *of, double values[],
         SlideVariable variable = slide_variable(instance, of->references[i]);
         if (variable.kind == SLIDE_OUTPUT_WINDOW) {
             block = block == NULL ? slide_stream_block(&instance->model, state) : block;
-            write_outputs(&instance->model, block, variable.index, values);
+            if (!write_outputs(&instance->model, block, variable.index, values)) {
+                return slide_report(instance, SLIDE_DISCARD,
+                                    "%s: the array with value reference %u holds numbers that are "
+                                    "not finite; set inputs within their ranges",
+                                    function, of->references[i]);
+            }
         } else if (variable.kind == SLIDE_INITIAL_WINDOW) {
             write_initial_window(&instance->model, state, variable.index, values);
         } else {

@@ -58,24 +58,34 @@ static SlideStatus prepare(SlideInstance *instance, const SlideDerivativePair *o
     return SLIDE_OK;
 }
 
-static SlideInstance *enter(void *component, const SlideDerivativePair *of, const double *seed,
-                            const double *sensitivity, const char *function) {
+static SlideInstance *enter(void *component, const SlideDerivativePair *of, bool seeds_missing,
+                            bool results_missing, const char *function) {
     SlideInstance *instance =
         slide_enter(component, SLIDE_INITIALIZATION | SLIDE_STEPPING | SLIDE_TERMINATED, function);
     bool missing = (of->n_unknowns > 0 && of->unknowns == NULL) ||
-                   (of->n_knowns > 0 && of->knowns == NULL) || seed == NULL ||
-                   sensitivity == NULL;
-    if (instance != NULL && missing && of->n_unknowns > 0 && of->n_knowns > 0) {
+                   (of->n_knowns > 0 && of->knowns == NULL) || seeds_missing || results_missing;
+    if (instance != NULL && missing) {
         slide_null(instance, function);
         return NULL;
     }
     return instance;
 }
 
+static SlideStatus check_finite(const SlideInstance *instance, const double *sensitivity,
+                                size_t count, const char *function) {
+    return all_finite(sensitivity, count)
+               ? SLIDE_OK
+               : slide_report(instance, SLIDE_DISCARD,
+                              "%s: a derivative is not finite; expected smaller seeds and inputs "
+                              "within their ranges",
+                              function);
+}
+
 SlideStatus slide_get_directional_derivative(void *component, const SlideDerivativePair *of,
                                             const double *seed, double *sensitivity,
                                             const char *function) {
-    SlideInstance *instance = enter(component, of, seed, sensitivity, function);
+    SlideInstance *instance = enter(component, of, of->n_knowns > 0 && seed == NULL,
+                                    of->n_unknowns > 0 && sensitivity == NULL, function);
     SlideStatus status =
         instance == NULL ? SLIDE_ERROR : prepare(instance, of, seed, of->n_knowns, function);
     if (status != SLIDE_OK) {
@@ -91,14 +101,15 @@ SlideStatus slide_get_directional_derivative(void *component, const SlideDerivat
     for (size_t i = 0; i < of->n_unknowns; ++i) {
         sensitivity[i] = column[of->unknowns[i] - model->n_inputs];
     }
-    return SLIDE_OK;
+    return check_finite(instance, sensitivity, of->n_unknowns, function);
 }
 
 /* There are few inputs: from the directional derivative of each. */
 SlideStatus slide_get_adjoint_derivative(void *component, const SlideDerivativePair *of,
                                         const double *seed, double *sensitivity,
                                         const char *function) {
-    SlideInstance *instance = enter(component, of, seed, sensitivity, function);
+    SlideInstance *instance = enter(component, of, of->n_unknowns > 0 && seed == NULL,
+                                    of->n_knowns > 0 && sensitivity == NULL, function);
     SlideStatus status =
         instance == NULL ? SLIDE_ERROR : prepare(instance, of, seed, of->n_unknowns, function);
     if (status != SLIDE_OK) {
@@ -116,5 +127,5 @@ SlideStatus slide_get_adjoint_derivative(void *component, const SlideDerivativeP
             sensitivity[i] += seed[j] * column[of->unknowns[j] - model->n_inputs];
         }
     }
-    return SLIDE_OK;
+    return check_finite(instance, sensitivity, of->n_knowns, function);
 }

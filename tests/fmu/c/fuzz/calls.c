@@ -3,6 +3,7 @@
 #include "instance.h"
 #include "surrogate.h"
 #include "target.h"
+#include "variables.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -64,12 +65,26 @@ static void get_values(FuzzFmu *fmu, FuzzInput *input) {
     free(values);
 }
 
-/* Every variable by itself. Outputs that are given are finite. */
+static bool all_finite(const double *values, size_t count) {
+    bool finite = true;
+    for (size_t i = 0; i < count; ++i) {
+        finite = finite && isfinite(values[i]);
+    }
+    return finite;
+}
+
+/* Every variable by itself, arrays with all their values, and some that do not exist. Values that
+ * are given are finite. */
 static void get_all(FuzzFmu *fmu) {
-    for (uint32_t reference = 0; reference < MOST_REFERENCES; ++reference) {
-        double value = NAN;
-        const int status = fuzz_get(fmu, &reference, 1, &value, 1);
-        fuzz_expect(status != 0 || fmu->tampered || isfinite(value), "a finite output");
+    const SlideInstance *instance = fmu->component;
+    const uint64_t there = slide_count_variables(instance);
+    for (uint32_t reference = 0; reference < there + 2 && reference < MOST_REFERENCES; ++reference) {
+        const size_t count = slide_size_of(instance, slide_variable(instance, reference));
+        double *values = malloc(count * sizeof *values);
+        const int status = fuzz_get(fmu, &reference, 1, values, count);
+        fuzz_expect((status == 0) <= (reference < there), "a refusal of what does not exist");
+        fuzz_expect(status != 0 || fmu->tampered || all_finite(values, count), "finite values");
+        free(values);
     }
 }
 
@@ -132,7 +147,12 @@ static void derive(FuzzFmu *fmu, FuzzInput *input, bool adjoint) {
     for (size_t i = 0; i < MOST_REFERENCES; ++i) {
         seed[i] = fuzz_value(input);
     }
-    fuzz_derivative(fmu, adjoint, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity);
+    const bool backwards = adjoint && fmu->standard == 3;
+    const int status = fuzz_derivative(fmu, adjoint, unknowns, n_unknowns, knowns, n_knowns, seed,
+                                       sensitivity);
+    fuzz_expect(status != 0 || fmu->tampered ||
+                    all_finite(sensitivity, backwards ? n_knowns : n_unknowns),
+                "finite derivatives");
 }
 
 /* Of each output by each input, as a Newton method asks. */
@@ -142,8 +162,10 @@ static void derive_all(FuzzFmu *fmu) {
     for (uint32_t known = 0; known < model->n_inputs && known < MOST_REFERENCES; ++known) {
         for (uint32_t i = 0; i < model->n_outputs && i < MOST_REFERENCES; ++i) {
             const uint32_t unknown = model->n_inputs + i;
-            double slope;
-            fuzz_derivative(fmu, known % 2 == 1, &unknown, 1, &known, 1, &one, &slope);
+            double slope = NAN;
+            const int status =
+                fuzz_derivative(fmu, known % 2 == 1, &unknown, 1, &known, 1, &one, &slope);
+            fuzz_expect(status != 0 || fmu->tampered || isfinite(slope), "a finite derivative");
         }
     }
 }
@@ -266,7 +288,9 @@ static void call_without_arguments(FuzzFmu *fmu, Slot *slot) {
         fuzz_serialize(fmu, slot->state, little, sizeof little) &&
         fuzz_deserialize(fmu, NULL, 0, &none) && fuzz_deserialize(fmu, little, 0, NULL) &&
         fuzz_derivative(fmu, false, NULL, 1, NULL, 1, NULL, NULL) &&
-        fuzz_derivative(fmu, true, NULL, 1, NULL, 1, NULL, NULL);
+        fuzz_derivative(fmu, true, NULL, 1, NULL, 1, NULL, NULL) &&
+        fuzz_derivative(fmu, false, NULL, 1, NULL, 0, NULL, NULL) &&
+        fuzz_derivative(fmu, true, NULL, 0, NULL, 1, NULL, NULL);
     fuzz_expect(refused, "a refusal of missing arguments");
     fuzz_expect(fuzz_free_state(fmu, &none) == 0, "that freeing no state is fine");
 }

@@ -6,6 +6,8 @@
 #include "target.h"
 
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
 static unsigned messages;
 
@@ -24,7 +26,7 @@ static void hear_3(fmi3InstanceEnvironment environment, fmi3Status status, fmi3S
 /* The instance of FMI 3.0 that shows its intermediate states, or NULL. */
 static void *watched;
 
-/* Reads, sets and ends steps early: always the same at the same time. */
+/* Reads, sets and asks for an early end, now or later: always the same at the same time. */
 static void watch(fmi3InstanceEnvironment environment, fmi3Float64 time, fmi3Boolean set_requested,
                   fmi3Boolean get_allowed, fmi3Boolean step_finished, fmi3Boolean can_return,
                   fmi3Boolean *return_requested, fmi3Float64 *return_time) {
@@ -39,7 +41,7 @@ static void watch(fmi3InstanceEnvironment environment, fmi3Float64 time, fmi3Boo
         fmi3SetFloat64(watched, &input, 1, &phase, 1);
     }
     *return_requested = phase > 0.03;
-    *return_time = time;
+    *return_time = time + fmod(time, 0.014);
 }
 
 void fuzz_watch(const FuzzFmu *fmu) { watched = fmu == NULL ? NULL : fmu->component; }
@@ -129,7 +131,18 @@ double fuzz_time(const FuzzFmu *fmu) {
     return slide_clock_time(&instance->state.head->clock);
 }
 
-int fuzz_do_step(FuzzFmu *fmu, double time, double length) {
+/* The serialised state, to be freed. */
+static unsigned char *take_bytes(FuzzFmu *fmu, size_t *size) {
+    void *state = NULL;
+    fuzz_expect(fuzz_save(fmu, &state) == 0 && fuzz_serialized_size(fmu, state, size) == 0,
+                "a state at any time");
+    unsigned char *bytes = malloc(*size);
+    fuzz_expect(fuzz_serialize(fmu, state, bytes, *size) == 0, "a serialised state at any time");
+    fuzz_free_state(fmu, &state);
+    return bytes;
+}
+
+static int do_step(FuzzFmu *fmu, double time, double length) {
     void *c = fmu->component;
     if (fmu->standard == 2) {
         return told(fmi2DoStep(c, time, length, true));
@@ -140,6 +153,19 @@ int fuzz_do_step(FuzzFmu *fmu, double time, double length) {
     const int status = told(fmi3DoStep(c, time, length, true, &event, &terminate, &early, &last));
     fuzz_expect(mode != SLIDE_STEPPING || (last == fuzz_time(fmu) && !event && !terminate),
                 "the time that was reached, and no event");
+    return status;
+}
+
+int fuzz_do_step(FuzzFmu *fmu, double time, double length) {
+    size_t size = 0;
+    unsigned char *before = take_bytes(fmu, &size);
+    const int status = do_step(fmu, time, length);
+    if (status != 0) {
+        unsigned char *after = take_bytes(fmu, &size);
+        fuzz_expect(memcmp(before, after, size) == 0, "that a refused step changes nothing");
+        free(after);
+    }
+    free(before);
     return status;
 }
 

@@ -399,9 +399,10 @@ void fuzz_calls(FuzzInput *input) {
                                           how & 1, how & 2);
     }
     fuzz_watch(&run.fmus[1]);
-    fuzz_expect((run.fmus[0].component == NULL) == (run.fmus[1].component == NULL),
+    /* FMI 3.0 needs more memory, for arrays and to undo steps that are watched */
+    fuzz_expect(run.fmus[0].component != NULL || run.fmus[1].component == NULL,
                 "the same verdict in both standards");
-    if (run.fmus[0].component != NULL) {
+    if (run.fmus[1].component != NULL) {
         for (int i = 0; i < 2 && how < 0xC0; ++i) {
             fuzz_set_up(&run.fmus[i], 0, false, 0);
             fuzz_enter_initialization(&run.fmus[i], 0);

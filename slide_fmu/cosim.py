@@ -5,13 +5,14 @@ from __future__ import annotations
 import shutil
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import fmpy
 import numpy as np
+from fmpy.fmi1 import FMICallException
 
 from slide_fmu.fmu.description import read_description
 from slide_fmu.fmu.slave import Slave, open_slave
@@ -113,12 +114,20 @@ def instantiated(fmu: UnpackedFmu) -> Iterator[Slave]:
             the FMU logged about it.
     """
     messages: list[str] = []
-    try:
-        with open_slave(fmu.folder, fmu.description, fmu.path.stem, messages) as slave:
-            yield slave
-    except Exception as error:  # fmpy raises bare Exception when a library cannot be loaded
-        said = "; ".join(messages) or str(error)
-        raise CoSimulationError(f"{fmu.path.name}: {said}") from error
+
+    def failed(error: Exception) -> CoSimulationError:
+        return CoSimulationError(f"{fmu.path.name}: {'; '.join(messages) or error}")
+
+    with ExitStack() as stack:
+        slave = open_slave(fmu.folder, fmu.description, fmu.path.stem, messages)
+        try:
+            opened = stack.enter_context(slave)
+        except Exception as error:  # fmpy raises bare Exception when a library cannot be loaded
+            raise failed(error) from error
+        try:
+            yield opened
+        except FMICallException as error:
+            raise failed(error) from error
 
 
 def run_fmu(

@@ -294,7 +294,6 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
             "outputs": self.outputs,
             "filled": self.filled,
             "clock": [self.clock.anchor, self.clock.stride, self.clock.count],
-            "stop": self.clock.stop,
         }
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
@@ -309,7 +308,6 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         self.past.steps = [(length, list(inputs)) for length, inputs in state["steps"]]
         self.outputs, self.filled = state["outputs"], state["filled"]
         self.clock.anchor, self.clock.stride, self.clock.count = state["clock"]
-        self.clock.stop = state["stop"]
 
     @staticmethod
     def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:

@@ -52,8 +52,8 @@ class Clock:
     def fault_of(self, point: float, length: float) -> str | None:
         """Why a step of this length from a communication point cannot be taken."""
         last = min(self.stride, self._h) if self.count else self._h
-        slack = min(SAME * self._h + SAME_TIME * abs(self.time), last / 4)
-        if not abs(point - self.time) <= slack:
+        slack = SAME * self._h + SAME_TIME * abs(self.time)
+        if not abs(point - self.time) <= min(slack, last / 4):
             return (
                 f"communication point {point:.15g} s; expected {self.time:.15g} s, the end of "
                 "the last step"

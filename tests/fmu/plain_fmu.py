@@ -77,10 +77,12 @@ class PlainFmu:
         return copy(self)
 
     def go_back(self, kept: PlainFmu) -> None:
-        self.__dict__.update(kept.__dict__)
+        """To another state; the stop time is that of the run."""
+        self.__dict__.update({**kept.__dict__, "stop": self.stop})
 
     def reset(self) -> int:
         self.go_back(PlainFmu(self.surrogate))
+        self.stop = math.inf
         return OK
 
     def initialize(self, time: float, stop: float | None = None) -> int:

@@ -67,6 +67,40 @@ def test_no_step_ends_after_the_stop_time(rich: Loaded) -> None:
         assert native.do_step(k * STEP) == OK
 
 
+def test_the_stop_time_is_that_of_the_run(rich: Loaded) -> None:
+    """The state at the end of a run begins another one, whatever its stop time."""
+    first, zero = rich.instance(), ctypes.c_double(0)
+    assert first.call("fmi2SetupExperiment", 0, zero, zero, 1, ctypes.c_double(STEP)) == OK
+    first.call("fmi2EnterInitializationMode")
+    first.call("fmi2ExitInitializationMode")
+    first.step(0.1, 0.2)
+    second = rich.instance().start()
+    assert second.restore(first.save()) == OK
+    for k in range(1, 5):
+        assert second.do_step(k * STEP) == OK, second.messages
+    assert first.restore(second.save()) == OK
+    assert first.do_step(5 * STEP) == ERROR
+    assert "ends after the stop time" in first.messages[-1]
+
+
+@pytest.mark.parametrize("event", [1e-8, 1e-10])
+def test_an_event_step_just_before_the_stop_time(load: Load, event: float) -> None:
+    """A master whose time is off by more than such a step."""
+    native, count, zero = load(sum_surrogate()).instance(), 200_000, ctypes.c_double(0)
+    stop = count * STEP - 1e-7
+    assert native.call("fmi2SetupExperiment", 0, zero, zero, 1, ctypes.c_double(stop)) == OK
+    native.call("fmi2EnterInitializationMode")
+    native.call("fmi2ExitInitializationMode")
+    for k in range(count - 1):
+        assert native.do_step(k * STEP) == OK
+    time = (count - 1) * STEP
+    for length in (STEP - event, event):
+        assert native.do_step(time, length) == OK, native.messages
+        time += length
+    assert native.do_step(time, event) == OK
+    assert native.do_step(time + event) == ERROR
+
+
 @pytest.mark.parametrize("interval", [2 * STEP, 0.6 * STEP, 0.1])
 def test_a_master_with_another_step_is_served(rich: Loaded, interval: float) -> None:
     result = fmpy.simulate_fmu(str(rich.path), stop_time=1.0, output_interval=interval)

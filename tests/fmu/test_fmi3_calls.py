@@ -138,6 +138,12 @@ def test_start_and_stop_time(rich: Loaded) -> None:
     assert native.call("fmi3Terminate") == OK
     assert native.do_step(1.0) == ERROR
     assert native.call("fmi3Reset") == OK
+    assert native.initialize(1.0, 1.0 + STEP) == OK
+    assert native.call("fmi3ExitInitializationMode") == OK
+    assert native.do_step(1.0) == OK
+    assert native.do_step(1.0 + STEP) == ERROR
+    assert "ends after the stop time" in native.messages[-1]
+    assert native.call("fmi3Reset") == OK
     assert native.start().do_step(0.0) == OK
 
 

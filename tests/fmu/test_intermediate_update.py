@@ -111,6 +111,16 @@ def test_a_step_may_end_early(rich: Loaded, until: float, end: int) -> None:
     assert asked.do_step(end * STEP) == OK
 
 
+@pytest.mark.parametrize("start", [0.0, 0.3, -7.1])
+def test_an_early_end_at_the_time_of_a_sample(rich: Loaded, start: float) -> None:
+    """Times that a master rounds in its own way."""
+    for k in range(1, 99, 7):
+        wanted = round(start + k * STEP, 10)
+        asked = _instance(rich, lambda _time, _may_set, at=wanted: at, ends=True).start(start)
+        assert asked.do_step(start, 100 * STEP) == OK
+        assert asked.last == pytest.approx(wanted, abs=1e-9)
+
+
 def test_an_early_end_is_asked_for_once(rich: Loaded) -> None:
     asked = _instance(
         rich, lambda time, _may_set: 2.5 * STEP if time < 1.5 * STEP else None, ends=True

@@ -51,6 +51,7 @@ static SlideInstance *build_instance(const SlidePayload *payload, const SlideReq
     arena = (SlideArena){block + (SLIDE_ALIGNMENT - misaligned), 0};
     SlideInstance *instance = place_instance(payload, request, &arena);
     instance->block = block;
+    instance->stop = INFINITY;
     slide_state_reset(&instance->model, &instance->state);
     instance->state.head->mode = SLIDE_INSTANTIATED;
     return instance;
@@ -154,7 +155,7 @@ SlideStatus slide_set_start(void *component, double start, bool stop_defined, do
                             function, start, slide_clock_farthest(step), step);
     }
     instance->state.head->clock.anchor = start;
-    instance->state.head->stop = stop_defined ? stop : INFINITY;
+    instance->stop = stop_defined ? stop : INFINITY;
     return SLIDE_OK;
 }
 
@@ -173,6 +174,7 @@ SlideStatus slide_reset(void *component, const char *function) {
     if (instance == NULL) {
         return SLIDE_ERROR;
     }
+    instance->stop = INFINITY;
     slide_state_reset(&instance->model, &instance->state);
     instance->state.head->mode = SLIDE_INSTANTIATED;
     return slide_report(instance, SLIDE_OK, "%s", function);

@@ -78,7 +78,7 @@ static bool show(SlideInstance *instance, bool last, double *until) {
         *until = asked;
     }
     head->mode = SLIDE_STEPPING;
-    return !last && now >= *until;
+    return !last && slide_clock_reaches(&head->clock, now, *until, instance->model.step);
 }
 
 /* What ramps move between in the step that begins now. True when they move. */
@@ -161,8 +161,8 @@ SlideStatus slide_do_step(void *component, double point, double length, bool *ea
                             "%s: communication step %.9g s at %.9g s: %s; nothing was changed",
                             function, length, time, fault);
     }
-    const double stop = instance->state.head->stop;
-    if (slide_clock_is_past(clock, time + length, stop, step)) {
+    const double stop = instance->stop;
+    if (!slide_clock_reaches(clock, stop, time + length, step)) {
         return slide_report(instance, SLIDE_ERROR,
                             "%s: communication step %.9g s at %.9g s ends after the stop time "
                             "%.9g s; nothing was changed",

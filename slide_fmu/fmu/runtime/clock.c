@@ -14,17 +14,17 @@ double slide_clock_time(const SlideClock *clock) {
 }
 
 static double slack(const SlideClock *clock, double sample_step) {
-    double last = clock->count > 0 ? fmin(clock->stride, sample_step) : sample_step;
-    return fmin(STEP_SLACK * sample_step + TIME_SLACK * fabs(slide_clock_time(clock)),
-                LARGEST_SLACK * last);
+    return STEP_SLACK * sample_step + TIME_SLACK * fabs(slide_clock_time(clock));
 }
 
 bool slide_clock_is_now(const SlideClock *clock, double point, double sample_step) {
-    return fabs(point - slide_clock_time(clock)) <= slack(clock, sample_step);
+    double last = clock->count > 0 ? fmin(clock->stride, sample_step) : sample_step;
+    return fabs(point - slide_clock_time(clock)) <=
+           fmin(slack(clock, sample_step), LARGEST_SLACK * last);
 }
 
-bool slide_clock_is_past(const SlideClock *clock, double time, double limit, double sample_step) {
-    return !(time - limit <= slack(clock, sample_step));
+bool slide_clock_reaches(const SlideClock *clock, double time, double other, double sample_step) {
+    return other - time <= slack(clock, sample_step);
 }
 
 double slide_clock_farthest(double step) { return 2 * TIME_RESOLUTION * step / DBL_EPSILON; }

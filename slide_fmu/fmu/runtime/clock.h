@@ -17,8 +17,8 @@ double slide_clock_time(const SlideClock *clock);
  * slack is smaller than any step, so that a step done twice is noticed. */
 bool slide_clock_is_now(const SlideClock *clock, double point, double sample_step);
 
-/* Is a time later than another by more than the slack of the present state? */
-bool slide_clock_is_past(const SlideClock *clock, double time, double limit, double sample_step);
+/* Is a time at another one or after it, but for what masters may be off? */
+bool slide_clock_reaches(const SlideClock *clock, double time, double other, double sample_step);
 
 /* Largest distance from 0 (s) at which steps of this size can be told apart. */
 double slide_clock_farthest(double step);

@@ -59,6 +59,7 @@ typedef struct {
     SlideState state;
     SlideLogger logger;
     SlideWatcher watcher;
+    double stop; /* s; no step may end later; of this run, so that no saved state brings another */
     char *name;
     bool debug;
     bool has_more; /* variables that only FMI 3.0 has: the time, and arrays */

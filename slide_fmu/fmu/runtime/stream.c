@@ -48,7 +48,6 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
 
 void slide_state_reset(const SlideModel *model, SlideState *state) {
     memset(state->head, 0, state->size);
-    state->head->stop = INFINITY;
     memcpy(state->inputs, model->starts, model->n_inputs * sizeof(double));
     memcpy(state->initial, model->starts, model->n_inputs * sizeof(double));
     for (size_t sample = 0; sample < model->n_sampled; ++sample) {

@@ -18,7 +18,6 @@ typedef struct {
     SlideClock clock;
     double filled;    /* samples of the inputs that were set in this run; whole unless steps were
                          no multiples of h */
-    double stop;      /* s; no step may end later */
     uint64_t strayed; /* number of the sample after the newest one that was out of range; or 0 */
     uint32_t mode;    /* SlideMode of instance.h */
     uint32_t current; /* outputs belong to the present state */

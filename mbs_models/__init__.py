@@ -1,1 +1,6 @@
-"""Reference systems built with exudyn; recipes name them as ``"mbs_models.oscillators:Class"``."""
+"""Reference systems: multibody models in exudyn, one folder for each machine.
+
+Each folder's ``__init__`` offers the system's class under the name that recipes use. ``plants``
+holds what models share: solvers, stepping, set points. ``pictures`` draws models for people; no
+model imports it.
+"""

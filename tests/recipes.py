@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from typing import Any
 
-from slide_fmu.recipe import Recipe
+from slide_fmu.recipe.recipe import Recipe
 
 TINY = """
 name = "tiny"

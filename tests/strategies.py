@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from fmu.samples import CellShape, Shape
 from hypothesis import strategies as st
 
-from slide_fmu.cell import CELL_ACTIVATIONS, GATED
-from slide_fmu.network import ACTIVATIONS
-from slide_fmu.scaling import Affine, LogError
-from slide_fmu.window import Window
+from slide_fmu.core.scaling import Affine, LogError
+from slide_fmu.core.window import Window
+from slide_fmu.network.activations import ACTIVATIONS
+from slide_fmu.network.cell import CELL_ACTIVATIONS, GATED
+from tests.fmu.samples import CellShape, Shape
 
 numbers = st.floats(-1e6, 1e6)
 scales = st.floats(1e-6, 1e6)

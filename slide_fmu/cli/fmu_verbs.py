@@ -10,7 +10,6 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from slide_fmu.bench_task import SYNTHETIC, Effort
 from slide_fmu.cli.app import app
 from slide_fmu.cli.console import console, errors, progress_bars, write_json
 from slide_fmu.cli.options import (
@@ -23,7 +22,8 @@ from slide_fmu.cli.options import (
     TrajectoriesOption,
 )
 from slide_fmu.cli.tables import show_remark, show_rounding, show_validation
-from slide_fmu.surrogate import Surrogate
+from slide_fmu.cosim.synthetic import SYNTHETIC, Effort
+from slide_fmu.surrogate.surrogate import Surrogate
 
 
 class Backend(StrEnum):
@@ -64,7 +64,7 @@ def export(
     ] = None,
 ) -> None:
     """Write the FMU of a trained recipe, or an FMU again with this version's runtime."""
-    from slide_fmu.fmu.platforms import checked_version
+    from slide_fmu.fmu.libraries.platforms import checked_version
     from slide_fmu.pipeline.export import Request
     from slide_fmu.pipeline.export import export as write
     from slide_fmu.pipeline.form import Form
@@ -89,7 +89,7 @@ def reference(
     """Write the reference system of a recipe as FMU (it needs this Python environment)."""
     from slide_fmu.pipeline.job import make_importable
     from slide_fmu.pipeline.side_by_side import write_reference
-    from slide_fmu.recipe import load_recipe
+    from slide_fmu.recipe.reading import load_recipe
 
     with errors():
         make_importable(recipe.parent)
@@ -133,7 +133,7 @@ def validate(
 ) -> None:
     """Run an FMU beside its reference system on unseen inputs and measure the error."""
     from slide_fmu.pipeline.measurement import validate_fmu_file, validation_report
-    from slide_fmu.validation import Task
+    from slide_fmu.validation.comparison import Task
 
     with progress_bars() as bar:
         if report is not None:
@@ -151,7 +151,7 @@ def validate(
 @app.command()
 def check(fmu: FmuArgument, json_path: JsonOption = None) -> None:
     """List the problems of an FMU; an empty list and exit code 0 when it is fine."""
-    from slide_fmu.fmu.check import check_fmu
+    from slide_fmu.cosim.check import check_fmu
 
     with errors():
         problems = check_fmu(fmu)
@@ -177,7 +177,7 @@ def bench(
     steps: Annotated[int, typer.Option(min=1, help="Steps of each in a round.")] = Effort.steps,
 ) -> None:
     """Time an FMU beside the memory's limit and the same network elsewhere, in one run."""
-    from slide_fmu.bench import bench_fmu, bench_synthetic
+    from slide_fmu.cosim.bench import bench_fmu, bench_synthetic
 
     with errors():
         effort = Effort(rounds, steps)
@@ -195,7 +195,7 @@ def bench(
 def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
     """What an FMU is: signals, window, network, measured error, provenance."""
     from slide_fmu.fmu.export import read_fmu
-    from slide_fmu.torch_fmu.files import module_figures
+    from slide_fmu.python_fmu.torch_files import module_figures
 
     with errors():
         figures = module_figures(fmu) or _describe(*read_fmu(fmu))

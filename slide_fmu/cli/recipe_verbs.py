@@ -65,9 +65,9 @@ def window(
     runs: RunsOption = Path("runs"),
 ) -> None:
     """Decay times of the system, linearized and measured, and the window they ask for."""
+    from slide_fmu.memory.sizing import decay_rows, require_window
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.preparation import size_recipe
-    from slide_fmu.sizing import decay_rows, require_window
 
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar)

@@ -8,14 +8,10 @@ from collections.abc import Callable
 from concurrent.futures import Executor, as_completed
 from pathlib import Path
 
-from slide_fmu.data.sampling import draw, probe, recipe_system, simulate_draw, split_stream
-from slide_fmu.data.store import (
-    Layout,
-    missing_trajectories,
-    open_store,
-    write_trajectory,
-)
-from slide_fmu.recipe import SPLITS, Recipe
+from slide_fmu.data.draws import draw, probe, simulate_draw, split_stream
+from slide_fmu.data.store import Layout, missing_trajectories, open_store, write_trajectory
+from slide_fmu.recipe.recipe import SPLITS, Recipe
+from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.base import System
 
 Progress = Callable[[int, int], None]

@@ -21,8 +21,8 @@ import numpy as np
 import zarr
 from numpy.typing import NDArray
 
-from slide_fmu.recipe import SPLITS, Recipe
-from slide_fmu.signals import FloatArray, Trajectory
+from slide_fmu.core.signals import FloatArray, Trajectory
+from slide_fmu.recipe.recipe import SPLITS, Recipe
 
 SAME = 1e-6
 """Difference of a motion that another processor may make, relative to its largest value."""

@@ -8,7 +8,7 @@ from typing import Annotated, get_args
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from slide_fmu.signals import FloatArray, Signal
+from slide_fmu.core.signals import FloatArray, Signal
 
 
 def _ordered(pair: tuple[float, float]) -> tuple[float, float]:

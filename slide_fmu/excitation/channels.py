@@ -11,8 +11,8 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
+from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.base import CountRange, Kind, PositiveRange, Range
-from slide_fmu.signals import FloatArray, Signal
 
 
 class ChannelKind(Kind):

@@ -8,6 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
+from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.channels import (
     Harmonic,
@@ -20,7 +21,6 @@ from slide_fmu.excitation.channels import (
 )
 from slide_fmu.excitation.point_to_point import PointToPoint
 from slide_fmu.excitation.speed_ramps import SpeedRamps
-from slide_fmu.signals import FloatArray, Signal
 
 Excitation = Annotated[
     HeldRandom

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, model_validator
 
+from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.base import Kind, PositiveFloat, PositiveRange, Share
-from slide_fmu.signals import FloatArray, Signal
 
 
 def _half_at_most(pair: tuple[float, float]) -> tuple[float, float]:

@@ -1,1 +1,4 @@
-"""Everything that turns a surrogate into an FMU."""
+"""From a surrogate to an FMU in C: model description, compiled libraries, archive.
+
+Neither torch nor exudyn is imported here, and no FMU is run.
+"""

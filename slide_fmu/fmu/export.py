@@ -9,13 +9,13 @@ from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from slide_fmu.archive import write_zip
-from slide_fmu.fmu.model_description import guid_of, model_description
-from slide_fmu.fmu.model_description3 import model_description3
-from slide_fmu.fmu.platforms import FmiVersion, libraries
-from slide_fmu.fmu.sources import compiled_files, source_members
-from slide_fmu.payload import PayloadError
-from slide_fmu.surrogate import Surrogate
+from slide_fmu.core.files import write_zip
+from slide_fmu.fmu.description.fmi2 import guid_of, model_description
+from slide_fmu.fmu.description.fmi3 import model_description3
+from slide_fmu.fmu.libraries.platforms import FmiVersion, libraries
+from slide_fmu.fmu.libraries.sources import compiled_files, source_members
+from slide_fmu.surrogate.payload import PayloadError
+from slide_fmu.surrogate.surrogate import Surrogate
 
 DESCRIPTION = "modelDescription.xml"
 SURROGATE = "resources/surrogate.slide"

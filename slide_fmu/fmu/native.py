@@ -1,6 +1,6 @@
 """A surrogate on the kernels of the C runtime, without FMI: many windows at once, on all cores.
 
-The compiled library exports the functions of ``runtime/native.h`` beside those of FMI.
+The compiled library exports the functions of ``runtime/native/native.h`` beside those of FMI.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ import fmpy
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.features import Differences
-from slide_fmu.fmu.build import BINARIES, TARGETS
-from slide_fmu.network import FeedForward
-from slide_fmu.signals import FloatArray
-from slide_fmu.state_space import StateSpace
-from slide_fmu.surrogate import Surrogate
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.features.differences import Differences
+from slide_fmu.fmu.libraries.build import BINARIES, TARGETS
+from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.state_space import StateSpace
+from slide_fmu.surrogate.surrogate import Surrogate
 
 MESSAGE = 400
 """Bytes for the message of a refusal."""
 
 
 class Part(enum.IntEnum):
-    """A part of a communication step that can be repeated and timed; see ``runtime/native.h``."""
+    """A part of a communication step that can be repeated and timed; see ``runtime/native/native.h``."""
 
     NETWORK = 0
     FEATURES = 1
@@ -245,7 +245,7 @@ def _library() -> ctypes.CDLL:
     path = library_path()
     if not path.is_file():
         raise NativeError(
-            f"the compiled runtime {path} is missing; run: python -m slide_fmu.fmu.build"
+            f"the compiled runtime {path} is missing; run: python -m slide_fmu.fmu.libraries.build"
         )
     library = ctypes.CDLL(str(path))
     library.slide_native_open.restype = ctypes.c_void_p

@@ -8,21 +8,21 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from slide_fmu.core.measures import moving_rms
+from slide_fmu.core.scaling import LogError
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.window import Window
 from slide_fmu.data.store import Split
-from slide_fmu.error_estimator import ErrorEstimator
-from slide_fmu.errors import moving_rms
 from slide_fmu.learn.family import seeded_generator
 from slide_fmu.learn.feature_choice import feature_map, require_odd
 from slide_fmu.learn.feed_forward import FeedForwardModule
 from slide_fmu.learn.training import History, Objective, ProgressOf, train
 from slide_fmu.learn.windows import WindowData
-from slide_fmu.network import Float32Array
-from slide_fmu.recipe import EstimatorRecipe
-from slide_fmu.scaling import LogError
-from slide_fmu.signals import FloatArray
-from slide_fmu.surrogate import Surrogate
+from slide_fmu.network.base import Float32Array
+from slide_fmu.recipe.estimator import EstimatorRecipe
+from slide_fmu.surrogate.error_estimator import ErrorEstimator
+from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
-from slide_fmu.window import Window
 
 POSITIONS, BLOCKS = "error at single samples", "error estimator"
 """Names of the stages."""

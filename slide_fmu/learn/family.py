@@ -1,26 +1,26 @@
 """What a network family is: its recipe's tables and data in, a frozen network out.
 
-A family joins with its tables in ``slide_fmu.learning_recipe``, its fit here, and its final class
-of ``slide_fmu.network.Network``.
+A family joins with its tables in ``slide_fmu.recipe.learning``, its fit here, and its final class
+of ``slide_fmu.network.base.Network``.
 """
 
 from __future__ import annotations
 
 import torch
 
+from slide_fmu.core.window import Window
 from slide_fmu.learn.feed_forward import FeedForwardModule
 from slide_fmu.learn.problem import Problem
-from slide_fmu.learn.state_space import fit_state_space
+from slide_fmu.learn.state_space.fit import fit_state_space
 from slide_fmu.learn.training import History, TrainingProgress, block_mean_square, train
 from slide_fmu.learn.windows import WindowData
-from slide_fmu.learning_recipe import (
+from slide_fmu.network.base import Network
+from slide_fmu.recipe.learning import (
     FeedForwardRecipe,
     LeastSquaresRecipe,
     StateSpaceRecipe,
     TrainingRecipe,
 )
-from slide_fmu.network import Network
-from slide_fmu.window import Window
 
 
 def fit_network(

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from slide_fmu.features import Differences, FeatureMap, Roles
-from slide_fmu.learning_recipe import FeedForwardRecipe, StateSpaceRecipe
-from slide_fmu.network_features import feature_set
-from slide_fmu.scaling import Affine
-from slide_fmu.signals import FloatArray
+from slide_fmu.core.scaling import Affine
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.network.roles import Roles
+from slide_fmu.recipe.against_system import feature_set
+from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
 from slide_fmu.systems.base import System
 
 STILL = 1e-9

@@ -8,9 +8,10 @@ from collections.abc import Callable
 import numpy as np
 import torch
 
-from slide_fmu.features import FeatureMap
-from slide_fmu.learning_recipe import FeedForwardRecipe
-from slide_fmu.network import FeedForward, Float32Array, Layer
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.network.base import Float32Array
+from slide_fmu.network.feed_forward import FeedForward, Layer
+from slide_fmu.recipe.learning import FeedForwardRecipe
 
 
 class Cubic(torch.nn.Module):

@@ -13,27 +13,34 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from slide_fmu.data.sampling import probe
+from slide_fmu.core.scaling import Affine, range_scaling
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.window import Window
+from slide_fmu.data.draws import probe
 from slide_fmu.data.store import Split, read_split, require_origin
 from slide_fmu.learn.estimator import fit_estimator
 from slide_fmu.learn.family import fit_network
 from slide_fmu.learn.feature_choice import feature_map, require_odd
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.training import History, ProgressOf
-from slide_fmu.learning_recipe import StateSpaceRecipe
-from slide_fmu.modes import spectrum
-from slide_fmu.network import Network
-from slide_fmu.recipe import Recipe
-from slide_fmu.scaling import Affine, range_scaling
-from slide_fmu.signals import FloatArray, Signal
-from slide_fmu.surrogate import Surrogate
+from slide_fmu.memory.modes import spectrum
+from slide_fmu.network.base import Network
+from slide_fmu.recipe.learning import StateSpaceRecipe
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
-from slide_fmu.window import Window
 
 STILL = 1e-9
 """A standard deviation below this part of the range is rounding, not motion."""
-FEATURE_SOURCES = ("features.py", "network_features.py", "serial_chain.py")
-"""Beside this package: what networks see of the inputs."""
+
+PACKAGE = Path(__file__).parents[1]
+ROOMS = (
+    *("core", "features", "excitation", "network", "systems"),
+    *("surrogate", "recipe", "data", "memory", "learn"),
+)
+"""The rooms whose code a training runs: all that this one imports, directly or by others. A test
+holds this list against the imports, so that no change of their code can pass unseen by the
+checkpoints: an estimator's targets are errors that ``surrogate`` and ``network`` compute."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,11 +235,13 @@ def _content(split: Split) -> str:
 
 
 def _code() -> str:
-    """Digest of this package, the features and torch: a checkpoint belongs to what wrote it."""
-    here = Path(__file__).parent
-    sources = [*sorted(here.glob("*.py")), *(here.parent / name for name in FEATURE_SOURCES)]
-    text = b"".join(source.read_bytes() for source in sources) + torch.__version__.encode()
-    return hashlib.sha256(text).hexdigest()
+    """Digest of the code of a training and of torch: a checkpoint belongs to what wrote it."""
+    total = hashlib.sha256(torch.__version__.encode())
+    for room in ROOMS:
+        for source in sorted((PACKAGE / room).rglob("*.py")):
+            name = source.relative_to(PACKAGE).as_posix()
+            total.update(name.encode() + b"\0" + source.read_bytes() + b"\0")
+    return total.hexdigest()
 
 
 def _digest(*parts: Any) -> str:

@@ -9,8 +9,8 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from slide_fmu.features import FeatureMap
-from slide_fmu.window import Window
+from slide_fmu.core.window import Window
+from slide_fmu.features.feature_map import FeatureMap
 
 
 @dataclass(frozen=True, eq=False)

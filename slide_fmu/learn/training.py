@@ -13,7 +13,7 @@ from typing import Any
 import torch
 
 from slide_fmu.learn.windows import WindowData
-from slide_fmu.learning_recipe import TrainingRecipe
+from slide_fmu.recipe.learning import TrainingRecipe
 
 TrainingProgress = Callable[[int, int, float], None]
 """Called with steps done, steps to do, and the best validation error so far (scaled units)."""

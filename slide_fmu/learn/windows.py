@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import torch
 
-from slide_fmu.window import Window
+from slide_fmu.core.window import Window
 
 
 @dataclass(frozen=True, eq=False)

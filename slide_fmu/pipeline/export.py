@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from slide_fmu.core.progress import Bar
 from slide_fmu.pipeline.form import Form, Written, export_again
-from slide_fmu.progress import Bar
-from slide_fmu.torch_fmu.files import is_module
+from slide_fmu.python_fmu.torch_files import is_module
 
 RUNS = Path("runs")
 """Where trained recipes lie if nothing else is said."""

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
-from slide_fmu.fmu.platforms import FmiVersion
-from slide_fmu.surrogate import Surrogate
-from slide_fmu.weights import is_rounded, rounding_loss, with_weights
+from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.surrogate.half_precision import is_rounded, rounding_loss, with_weights
+from slide_fmu.surrogate.surrogate import Surrogate
 
 WIDENED = (
     "its weights were rounded to float16 before and stay rounded: as float32 the FMU is larger, "

@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
 
-from slide_fmu.progress import Bar
-from slide_fmu.recipe import Recipe, parse_recipe, read_recipe_text
-from slide_fmu.run_folder import RunFolder
+from slide_fmu.core.progress import Bar
+from slide_fmu.pipeline.run_folder import RunFolder
+from slide_fmu.recipe.reading import parse_recipe, read_recipe_text
+from slide_fmu.recipe.recipe import Recipe
 
 VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "fmpy", "torch", "exudyn", "pythonfmu")
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slide_fmu import report as reports
+from slide_fmu.core.progress import Bar
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.progress import Bar
-from slide_fmu.recipe import Recipe
-from slide_fmu.report import Report
-from slide_fmu.run_folder import recipe_of_provenance
-from slide_fmu.validation import Task, Validation, validate
+from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.validation import report as reports
+from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.report import Report
+from slide_fmu.validation.validate import validate
 
 IN_RANGE, BEYOND = "in range", "beyond the range"
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from slide_fmu.pipeline.form import Form
-from slide_fmu.torch_fmu.export import ModuleError, export_module
-from slide_fmu.torch_fmu.files import SUFFIXES, is_module
+from slide_fmu.python_fmu.torch_export import ModuleError, export_module
+from slide_fmu.python_fmu.torch_files import SUFFIXES, is_module
 
 
 def require_module_export(source: Path, python: bool, form: Form) -> None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from slide_fmu.data.sampling import recipe_system, reference_system
-from slide_fmu.network_features import require_features
+from slide_fmu.memory.sizing import Sizing, require_window, size_window
 from slide_fmu.pipeline.job import Job
-from slide_fmu.recipe import SPLITS, Recipe
-from slide_fmu.sizing import Sizing, require_window, size_window
+from slide_fmu.recipe.against_system import require_features
+from slide_fmu.recipe.recipe import SPLITS, Recipe
+from slide_fmu.recipe.systems import recipe_system, reference_system
 
 
 def check_recipe(recipe: Recipe) -> None:

@@ -5,21 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from slide_fmu import report as reports
-from slide_fmu.card import card
-from slide_fmu.data.sampling import recipe_system, reference_system
-from slide_fmu.figures import side_by_side
 from slide_fmu.fmu.export import export_fmu
+from slide_fmu.memory.sizing import Sizing
+from slide_fmu.memory.stability import AmplitudeTest, stability_figures
 from slide_fmu.pipeline.job import Job, provenance
 from slide_fmu.pipeline.measurement import IN_RANGE, tasks, validate_fmu_file
+from slide_fmu.pipeline.run_folder import Trained
 from slide_fmu.pipeline.trained import examine_stability
-from slide_fmu.recipe import Recipe
-from slide_fmu.report import Report
-from slide_fmu.response import is_affine
-from slide_fmu.run_folder import Trained
-from slide_fmu.sizing import Sizing
-from slide_fmu.stability import AmplitudeTest, stability_figures
-from slide_fmu.validation import Validation
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system, reference_system
+from slide_fmu.systems.loading import load_picture
+from slide_fmu.validation import report as reports
+from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.figures import side_by_side
+from slide_fmu.validation.model_card import card
+from slide_fmu.validation.report import Report
+from slide_fmu.validation.response import is_affine
 
 PICTURE = "side_by_side.png"
 MECHANISM_PICTURE = "mechanism.png"
@@ -61,17 +62,18 @@ def finish(
 
 
 def draw_mechanism(job: Job) -> str | None:
-    """Draw the reference system into the run folder, if it draws itself.
+    """Draw the reference system into the run folder, if the recipe names a picture of it.
 
     Returns:
         File name of the picture on the card: this one, or one that was there; None without.
 
     Raises:
+        LoadError: there is no such picture.
         SimulationError: the motion that is drawn could not be simulated.
     """
-    place, picture = job.folder.path / MECHANISM_PICTURE, reference_system(job.recipe).picture()
-    if picture is not None:
-        place.write_bytes(picture)
+    place, name = job.folder.path / MECHANISM_PICTURE, job.recipe.system.picture
+    if name is not None:
+        place.write_bytes(load_picture(name)(reference_system(job.recipe)))
     return MECHANISM_PICTURE if place.exists() else None
 
 

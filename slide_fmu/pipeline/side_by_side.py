@@ -7,25 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.data.sampling import (
-    TEST,
-    Draw,
-    Stream,
-    draw,
-    reference_parameters,
-    reference_system,
-)
-from slide_fmu.features import Director
-from slide_fmu.fmu.description import read_description
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.ssp import write_comparison
+from slide_fmu.data.draws import TEST, Draw, Stream, draw
+from slide_fmu.features.director import Director
+from slide_fmu.fmu.description.reading import read_description
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.recipe import Recipe
-from slide_fmu.run_folder import recipe_of_provenance
-from slide_fmu.signals import FloatArray
-from slide_fmu.ssp import write_comparison
-from slide_fmu.surrogate import Surrogate
-from slide_fmu.systems.input_source import write_input_source
-from slide_fmu.systems.reference_fmu import write_reference_fmu
-from slide_fmu.validation import Task
+from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.python_fmu.input_source import write_input_source
+from slide_fmu.python_fmu.reference import write_reference_fmu
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import reference_parameters, reference_system
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.comparison import Task
 
 FMI_3 = (
     "the surrogate is an FMU of FMI 3.0, which SSP 1.0 does not know: Ecos runs it, libcosim and "

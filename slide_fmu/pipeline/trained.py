@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slide_fmu.data.sampling import recipe_system
-from slide_fmu.figures import stability_tests
 from slide_fmu.fmu.export import read_fmu
+from slide_fmu.memory.stability import AmplitudeTest, check_stability, require_stability
 from slide_fmu.pipeline.form import Form, Written, export_again, write_form
 from slide_fmu.pipeline.job import Job, provenance
-from slide_fmu.stability import AmplitudeTest, check_stability, require_stability
-from slide_fmu.surrogate import Surrogate
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.figures import stability_tests
 
 STABILITY_PICTURE = "stability.png"
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from slide_fmu.data.sampling import recipe_system
 from slide_fmu.pipeline.job import Job, versions
+from slide_fmu.recipe.systems import recipe_system
 
 
 def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slide_fmu.serial_chain import SerialChain
-from slide_fmu.signals import FloatArray, Hold, Signal, Trajectory
+from slide_fmu.core.signals import FloatArray, Hold, Signal, Trajectory
+from slide_fmu.features.serial_chain import SerialChain
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,10 +97,6 @@ class System(abc.ABC):
         Raises:
             SimulationError: the solver did not converge.
         """
-
-    def picture(self) -> bytes | None:
-        """The system in motion as PNG, for people; None if it does not draw itself."""
-        return None
 
     @abc.abstractmethod
     def linearize(self, state: State) -> Linearization:

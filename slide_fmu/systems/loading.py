@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import importlib
 import inspect
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from types import ModuleType
 from typing import cast
 
 from slide_fmu.systems.base import System
@@ -41,6 +42,40 @@ def load_system(model: str, parameters: Mapping[str, Parameter]) -> System:
         raise LoadError(f"system {model!r} with {dict(parameters)}: {error}") from error
 
 
+def load_picture(name: str) -> Callable[[System], bytes]:
+    """Find the function that draws a system.
+
+    Args:
+        name: ``"package.module:function"``, importable in this environment.
+
+    Returns:
+        The function, which takes the system and gives the bytes of a PNG file.
+
+    Raises:
+        LoadError: the module cannot be imported, or has no such function.
+    """
+    module_name, _, function = name.partition(":")
+    module = _imported(f"picture {name!r}", module_name)
+    found = getattr(module, function, None)
+    if not callable(found):
+        raise LoadError(
+            f"picture {name!r}: {module_name!r} has no function {function!r}; expected one that "
+            "takes the system and gives the bytes of a PNG file: correct system.picture"
+        )
+    return cast(Callable[[System], bytes], found)
+
+
+def _imported(what: str, module_name: str) -> ModuleType:
+    try:
+        return importlib.import_module(module_name)
+    except ImportError as error:
+        raise LoadError(
+            f"{what}: module {module_name!r} cannot be imported ({error}); expected an "
+            "installed module, or one in a folder on PYTHONPATH: check the name, or install what "
+            "it needs (the extra 'train' brings exudyn)"
+        ) from error
+
+
 def _find_class(model: str) -> type[System]:
     """Import the class that a dotted name means."""
     module_name, colon, class_name = model.partition(":")
@@ -49,14 +84,7 @@ def _find_class(model: str) -> type[System]:
             f"system {model!r}; expected 'package.module:Class', for example "
             "'mbs_models.oscillators:DuffingOscillator'"
         )
-    try:
-        module = importlib.import_module(module_name)
-    except ImportError as error:
-        raise LoadError(
-            f"system {model!r}: module {module_name!r} cannot be imported ({error}); expected an "
-            "installed module, or one in a folder on PYTHONPATH: check the name, or install what "
-            "it needs (the extra 'train' brings exudyn)"
-        ) from error
+    module = _imported(f"system {model!r}", module_name)
     found = getattr(module, class_name, None)
     if not _is_system(found):
         offered = sorted(name for name, item in vars(module).items() if _is_system(item))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import fmpy
 
-from slide_fmu.fmu.build import WARNINGS, run_compiler
+from slide_fmu.fmu.libraries.build import WARNINGS, run_compiler
 
 SOURCE = Path(__file__).parent / "c" / "controller.c"
 GAIN, AMPLITUDE, FREQUENCY, BEGIN = 150.0, 2.0, 2.0, 0.3

@@ -15,7 +15,7 @@ import fmpy
 import numpy as np
 from fmpy.ssp.simulation import simulate_ssp
 
-from slide_fmu.signals import FloatArray
+from slide_fmu.core.signals import FloatArray
 
 Outputs = list[tuple[str, str]]
 """Components and their outputs."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from .conftest import Finished
+from tests.acceptance.conftest import Finished
 
 TRAINING = ("torch", "exudyn", "zarr")
 """The packages of the extra ``train``."""

@@ -19,13 +19,12 @@ from fmpy.fmi1 import FMICallException
 from fmpy.ssp.ssd import read_ssd
 from fmpy.validation import validate_fmu
 
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.ssp import Connection, write_ssp
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.signals import FloatArray
-from slide_fmu.ssp import Connection, write_ssp
-
-from .conftest import invoke
-from .controller import build_controller, force_at
-from .masters import (
+from tests.acceptance.conftest import invoke
+from tests.acceptance.controller import build_controller, force_at
+from tests.acceptance.masters import (
     Outputs,
     run_container,
     run_ecos,

@@ -11,24 +11,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slide_fmu.cell import Cell
 from slide_fmu.cli.console import errors
-from slide_fmu.data.sampling import recipe_system
-from slide_fmu.features import Differences, FeatureMap
+from slide_fmu.core.progress import Advance
+from slide_fmu.core.scaling import Affine
+from slide_fmu.core.window import Window
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fmu.export import read_fmu, read_member
+from slide_fmu.network.cell import Cell
+from slide_fmu.network.state_space import StateSpace
 from slide_fmu.pipeline.job import Job, open_job, provenance, versions
 from slide_fmu.pipeline.trained import STABILITY_PICTURE
-from slide_fmu.progress import Advance
-from slide_fmu.scaling import Affine
-from slide_fmu.state_space import StateSpace
-from slide_fmu.surrogate import Surrogate
-from slide_fmu.window import Window
-
-from .conftest import SMALL_DUFFING, SMALL_LINEAR, Finished, invoke
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.acceptance.conftest import SMALL_DUFFING, SMALL_LINEAR, Finished, invoke
 
 CART = '''
 import numpy as np
-from slide_fmu.signals import Signal
+from slide_fmu.core.signals import Signal
 from slide_fmu.systems.base import Linearization, State, System
 
 
@@ -81,7 +81,7 @@ class Softened(LinearOscillator):
 
 LOPSIDED = """
 from mbs_models.oscillators import DuffingOscillator
-from slide_fmu.signals import Signal
+from slide_fmu.core.signals import Signal
 
 
 class Lopsided(DuffingOscillator):
@@ -289,7 +289,7 @@ def test_other_fmus_may_log_after_a_run(duffing: Finished) -> None:
     script = """
 import gc, sys, fmpy, numpy as np
 from pathlib import Path
-from slide_fmu.cosim import run_fmu, unpacked
+from slide_fmu.cosim.run import run_fmu, unpacked
 path = sys.argv[1]
 with unpacked(Path(path)) as fmu:
     run_fmu(fmu, {"force": np.zeros(5)}, ["position"])

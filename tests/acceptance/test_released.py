@@ -9,13 +9,12 @@ import fmpy
 import pytest
 from fmpy.validation import validate_fmu
 
-from slide_fmu.card import variable_table
-from slide_fmu.fmu.check import check_fmu
+from slide_fmu.cosim.check import check_fmu
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.measurement import validate_fmu_file
-from slide_fmu.validation import Task
-
-from .conftest import invoke
+from slide_fmu.validation.comparison import Task
+from slide_fmu.validation.model_card import variable_table
+from tests.acceptance.conftest import invoke
 
 ROOT = Path(__file__).parents[2]
 RELEASED = {

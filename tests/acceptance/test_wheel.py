@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from packaging.requirements import Requirement
 
-from slide_fmu.fmu.check import OUTPUT_TOLERANCE
+from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.fmu.export import read_fmu
 
 ROOT = Path(__file__).parents[2]

@@ -11,10 +11,9 @@ import fmpy
 import numpy as np
 import pytest
 
-from slide_fmu.cosim import run_fmu, unpacked
+from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.fmu.export import read_fmu
-
-from .conftest import SMALL_DUFFING, Finished, invoke
+from tests.acceptance.conftest import SMALL_DUFFING, Finished, invoke
 
 FMU_TOLERANCE = 2e-6
 """FMU against numpy, relative to the output's range: rounding of single precision."""
@@ -107,8 +106,9 @@ def test_validate_finds_the_reference_from_the_fmu_alone(
 
 def test_validate_measures_what_the_trajectories_say(duffing: Finished) -> None:
     """The JSON's figures against a computation from the models themselves, without FMUs."""
-    from slide_fmu.data.sampling import TEST, Stream, draw, recipe_system
-    from slide_fmu.recipe import load_recipe
+    from slide_fmu.data.draws import TEST, Stream, draw
+    from slide_fmu.recipe.reading import load_recipe
+    from slide_fmu.recipe.systems import recipe_system
     from slide_fmu.systems.base import simulate
 
     result = invoke("validate", duffing.fmu, "--trajectories", 2, "--seed", 11, "--json", "-")

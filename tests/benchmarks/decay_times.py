@@ -19,13 +19,13 @@ import numpy as np
 from decay_times_picture import CrankCase, Findings, draw
 from figures_out import write_figures
 
-from mbs_models.robot_6r import Robot6R
-from mbs_models.slider_crank import SliderCrank
-from slide_fmu.decay import Decay, decay_along, measured_decay
+from mbs_models.robot_6r.robot_6r import Robot6R
+from mbs_models.slider_crank.slider_crank import SliderCrank
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.excitation.point_to_point import Moves, PointToPoint
 from slide_fmu.excitation.speed_ramps import SpeedRamps
-from slide_fmu.modes import spectrum
-from slide_fmu.signals import FloatArray
+from slide_fmu.memory.decay import Decay, decay_along, measured_decay
+from slide_fmu.memory.modes import spectrum
 from slide_fmu.systems.base import State, System
 
 DRIVES = {"no drive": (0.0, 0.0), "drive": (1000.0, 100.0), "weak drive": (10.0, 100.0)}

@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from slide_fmu.decay import Decay
-from slide_fmu.signals import FloatArray
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.memory.decay import Decay
 
 DARK, BLUE, ORANGE, RED, GREY = "#222222", "#1f77b4", "#ff7f0e", "#d62728", "#888888"
 TRUNCATED = 1.0

@@ -25,16 +25,16 @@ from seeds import ESTIMATE_SPANS
 from unseen import Motion, scored, unseen_motions
 
 from slide_fmu.cli.console import progress_bars
-from slide_fmu.data.sampling import TEST, Stream
-from slide_fmu.error_estimator import ErrorEstimator
-from slide_fmu.errors import moving_rms, relative_deviation
+from slide_fmu.core.measures import moving_rms, relative_deviation
+from slide_fmu.core.progress import Advance, Bar
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.measurement import tasks
-from slide_fmu.progress import Advance, Bar
-from slide_fmu.recipe import Recipe
-from slide_fmu.run_folder import recipe_of_provenance
-from slide_fmu.signals import FloatArray
-from slide_fmu.surrogate import Surrogate
+from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.surrogate.error_estimator import ErrorEstimator
+from slide_fmu.surrogate.surrogate import Surrogate
 
 SPANS = (0.5, 1.0, 2.0, 4.0, 8.0)
 """In s."""

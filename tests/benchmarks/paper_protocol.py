@@ -19,11 +19,12 @@ from figures_out import write_figures
 
 from slide_fmu.cli.console import progress_bars
 from slide_fmu.cli.options import UNSEEN_SEED
-from slide_fmu.data.sampling import TEST, Stream, draw, recipe_system
-from slide_fmu.errors import rms
+from slide_fmu.core.measures import rms
+from slide_fmu.core.progress import Bar
+from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.progress import Bar
-from slide_fmu.run_folder import recipe_of_provenance
+from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.base import State, simulate
 
 FLOOR_INPUTS, STATES = 100, 16

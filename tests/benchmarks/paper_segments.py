@@ -30,14 +30,14 @@ from seeds import PAPER_SEGMENTS
 from unseen import Motion, unseen_motions
 
 from slide_fmu.cli.console import progress_bars
-from slide_fmu.cosim import UnpackedFmu, run_fmu, unpacked
-from slide_fmu.data.sampling import TEST, Draw, Stream
+from slide_fmu.core.progress import Bar
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
+from slide_fmu.data.draws import TEST, Draw, Stream
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.progress import Bar
-from slide_fmu.recipe import Recipe
-from slide_fmu.run_folder import recipe_of_provenance
-from slide_fmu.signals import FloatArray
-from slide_fmu.surrogate import Surrogate
+from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.surrogate.surrogate import Surrogate
 
 QUANTILES = {"p05": 0.05, "p25": 0.25, "median": 0.5, "p75": 0.75, "p95": 0.95}
 MILLIMETRES = {"m": 1000.0, "mm": 1.0}

@@ -24,12 +24,12 @@ from exudyn.itemInterface import (
 )
 from exudyn.robotics import Robot, RobotBase, RobotLink
 
-from mbs_models.puma_560 import DAMPING, JOINTS, STIFFNESS, puma_560
-from mbs_models.robot_6r import SOCKET_DAMPING
-from mbs_models.set_points import SetPoints
-from mbs_models.socket import SocketMesh
-from mbs_models.socket_mesh import finite_elements
-from slide_fmu.signals import FloatArray
+from mbs_models.plants.set_points import SetPoints
+from mbs_models.robot_6r.puma_560 import DAMPING, JOINTS, STIFFNESS, puma_560
+from mbs_models.robot_6r.robot_6r import SOCKET_DAMPING
+from mbs_models.robot_6r.socket import SocketMesh
+from mbs_models.robot_6r.socket_mesh import finite_elements
+from slide_fmu.core.signals import FloatArray
 
 AUTHORS_MESH = SocketMesh(element_size=0.05, element_order=1)
 ARM = puma_560(np.zeros(3))

@@ -26,9 +26,9 @@ from typing import Any
 
 import numpy as np
 
-from mbs_models.puma_560 import JOINTS, LIMITS
-from mbs_models.robot_6r import Robot6R
-from slide_fmu.signals import FloatArray
+from mbs_models.robot_6r.puma_560 import JOINTS, LIMITS
+from mbs_models.robot_6r.robot_6r import Robot6R
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import simulate
 
 MOVES, PAUSE = 6, 1
@@ -101,8 +101,8 @@ def redundant(seeds: int) -> dict[str, Any]:
     """The authors' formulation: its speed, its error, and what the package's differs from it."""
     from redundant_robot import AUTHORS_MESH, RedundantRobot
 
-    from mbs_models.socket import SocketMesh
-    from mbs_models.socket_mesh import reduced
+    from mbs_models.robot_6r.socket import SocketMesh
+    from mbs_models.robot_6r.socket_mesh import reduced
 
     step, samples = Robot6R().step, SAMPLES["fast"]
     speeds, errors, differences = [], [], []

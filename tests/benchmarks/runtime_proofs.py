@@ -15,8 +15,8 @@ from typing import Any
 
 from figures_out import write_figures
 
-from slide_fmu.bench import bench_synthetic
-from slide_fmu.bench_task import Effort
+from slide_fmu.cosim.bench import bench_synthetic
+from slide_fmu.cosim.synthetic import Effort
 
 WANTED = {
     "part_of_memory_bound": 0.85,

@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from fmu.samples import Shape, random_surrogate
-from recipes import TINY
-
-from slide_fmu.data.sampling import recipe_system
-from slide_fmu.recipe import parse_recipe
-from slide_fmu.surrogate import Surrogate
-from slide_fmu.window import Window
+from slide_fmu.core.window import Window
+from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.samples import Shape, random_surrogate
+from tests.recipes import TINY
 
 SECOND_KIND = """
 [[data.excitation]]

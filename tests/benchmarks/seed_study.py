@@ -36,12 +36,12 @@ from studies import (
 
 from slide_fmu.cli.console import progress_bars
 from slide_fmu.cli.options import UNSEEN_SEED
+from slide_fmu.core.progress import Bar
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.pipeline.job import open_job, with_training_seed
 from slide_fmu.pipeline.measurement import IN_RANGE, tasks
 from slide_fmu.pipeline.preparation import generate_data
-from slide_fmu.progress import Bar
-from slide_fmu.validation import validate
+from slide_fmu.validation.validate import validate
 
 
 def studies(arguments: argparse.Namespace, bar: Bar) -> dict[str, Any]:

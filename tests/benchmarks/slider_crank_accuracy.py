@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from figures_out import write_figures
 
-from mbs_models.slider_crank import SliderCrank, director
-from slide_fmu.signals import FloatArray
+from mbs_models.slider_crank.slider_crank import SliderCrank, director
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import simulate
 
 FINEST = (40, 160)

@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eigh
 
-from mbs_models.socket import FLANGE, Socket, SocketMesh
-from mbs_models.socket_mesh import reduced
+from mbs_models.robot_6r.socket import FLANGE, Socket, SocketMesh
+from mbs_models.robot_6r.socket_mesh import reduced
 
 ORDERS = (1, 2)
 

@@ -27,23 +27,16 @@ import numpy as np
 from figures_out import write_figures
 from seeds import SPEED_UP
 
-from mbs_models.slider_crank import SliderCrank
-from slide_fmu.bench import fmu_times, part_times
-from slide_fmu.cosim import unpacked
-from slide_fmu.data.sampling import (
-    TEST,
-    Draw,
-    Stream,
-    draw,
-    recipe_system,
-    reference_system,
-    system_parameters,
-)
+from mbs_models.slider_crank.slider_crank import SliderCrank
+from slide_fmu.cosim.bench import fmu_times, part_times
+from slide_fmu.cosim.run import unpacked
+from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.fmu.native import NativeSurrogate, Part
-from slide_fmu.recipe import Recipe
-from slide_fmu.run_folder import recipe_of_provenance
-from slide_fmu.surrogate import Surrogate
+from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system, reference_system, system_parameters
+from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System, simulate
 
 Timer = Callable[[Draw], float]

@@ -35,16 +35,16 @@ from seeds import STRUCTURES
 from studies import Trained, positive, simulated_seconds, surrogate_only, trained
 from unseen import Motion, scored, unseen_motions
 
-from slide_fmu.bench import part_times
 from slide_fmu.cli.console import progress_bars
-from slide_fmu.data.sampling import TEST, Stream
-from slide_fmu.errors import rms
+from slide_fmu.core.measures import rms
+from slide_fmu.core.progress import Advance, Bar
+from slide_fmu.cosim.bench import part_times
+from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.fmu.native import NativeSurrogate, Part
 from slide_fmu.pipeline.job import open_job
 from slide_fmu.pipeline.preparation import check_recipe, generate_data
-from slide_fmu.progress import Advance, Bar
-from slide_fmu.recipe import Recipe
-from slide_fmu.surrogate import Surrogate
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.surrogate.surrogate import Surrogate
 
 LOOP, LOOPS = 200, 20
 """Steps in one loop inside C, short enough to run undisturbed; loops in each round."""

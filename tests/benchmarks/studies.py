@@ -20,16 +20,16 @@ import torch
 from figures_out import write_figures
 from numpy.typing import ArrayLike
 
+from slide_fmu.core.progress import Advance, Bar
 from slide_fmu.data.pool import process_pool
-from slide_fmu.data.sampling import recipe_system
 from slide_fmu.data.store import read_split
 from slide_fmu.learn.fit import fit_surrogate
 from slide_fmu.learn.training import ProgressOf
-from slide_fmu.payload import VERSION
-from slide_fmu.progress import Advance, Bar
-from slide_fmu.recipe import Recipe
-from slide_fmu.run_folder import RunFolder
-from slide_fmu.surrogate import Surrogate
+from slide_fmu.pipeline.run_folder import RunFolder
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.surrogate.payload import VERSION
+from slide_fmu.surrogate.surrogate import Surrogate
 
 LEARNT_FROM = {"window", "data", "network", "training", "estimator"}
 """Tables of a recipe that decide, with the model, what is learnt."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import seeds
 
 from slide_fmu.cli.options import UNSEEN_SEED
-from slide_fmu.recipe import load_recipe
+from slide_fmu.recipe.reading import load_recipe
 
 HERE = Path(__file__).parent
 TRAINING = HERE.parents[1] / "training"

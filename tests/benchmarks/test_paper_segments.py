@@ -12,9 +12,10 @@ import pytest
 from paper_segments import measure, with_excitation
 from samples_of_tiny import held_by_an_fmu
 
-from slide_fmu.data.sampling import TEST, Stream, draw, reference_system
-from slide_fmu.progress import Advance
-from slide_fmu.recipe import parse_recipe
+from slide_fmu.core.progress import Advance
+from slide_fmu.data.draws import TEST, Stream, draw
+from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.systems import reference_system
 from slide_fmu.systems.base import simulate
 
 

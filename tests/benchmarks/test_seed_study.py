@@ -6,12 +6,12 @@ import argparse
 from pathlib import Path
 
 from matplotlib.image import imread
-from recipes import TINY
 from seed_study import draw_curve, studies
 
-from slide_fmu.fmu.build import build_all
+from slide_fmu.core.progress import Advance
+from slide_fmu.fmu.libraries.build import build_all
 from slide_fmu.pipeline.measurement import IN_RANGE
-from slide_fmu.progress import Advance
+from tests.recipes import TINY
 
 
 def no_bar(stage: str) -> Advance:

@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 import structures
 import studies
-from recipes import TINY
 from structures import read_variants, study
 
-from slide_fmu.progress import Advance
-from slide_fmu.recipe import parse_recipe
+from slide_fmu.core.progress import Advance
+from slide_fmu.recipe.reading import parse_recipe
+from tests.recipes import TINY
 
 HERE = Path(__file__).parent
 TRAINING = HERE.parents[1] / "training"

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from slide_fmu.data.sampling import Draw, Stream, draw, reference_system
-from slide_fmu.progress import Advance
-from slide_fmu.recipe import Recipe
-from slide_fmu.signals import FloatArray
-from slide_fmu.surrogate import Surrogate
+from slide_fmu.core.progress import Advance
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.draws import Draw, Stream, draw
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import reference_system
+from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import simulate
 
 

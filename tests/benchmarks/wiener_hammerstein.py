@@ -23,15 +23,16 @@ import torch
 from figures_out import write_figures
 
 from slide_fmu.cli.console import progress_bars
-from slide_fmu.errors import rms
-from slide_fmu.features import Differences, FeatureMap
+from slide_fmu.core.measures import rms
+from slide_fmu.core.progress import Advance, Bar
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.window import Window
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.learn.problem import Problem
-from slide_fmu.learn.state_space import fit_state_space
-from slide_fmu.learning_recipe import LeastSquaresRecipe, StateSpaceRecipe
-from slide_fmu.progress import Advance, Bar
-from slide_fmu.signals import FloatArray
-from slide_fmu.state_space import StateSpace
-from slide_fmu.window import Window
+from slide_fmu.learn.state_space.fit import fit_state_space
+from slide_fmu.network.state_space import StateSpace
+from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 SAMPLE_RATE = 51_200.0
 LEARN, CHOOSE, TEST = slice(5_200, 95_200), slice(95_200, 105_200), slice(105_200, 184_000)

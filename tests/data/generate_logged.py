@@ -10,7 +10,7 @@ from pathlib import Path
 
 from slide_fmu.data.generation import generate
 from slide_fmu.data.pool import process_pool
-from slide_fmu.recipe import Recipe
+from slide_fmu.recipe.recipe import Recipe
 
 if __name__ == "__main__":
     recipe = Recipe.model_validate_json(Path(sys.argv[1]).read_text(encoding="utf-8"))

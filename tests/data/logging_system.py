@@ -6,8 +6,8 @@ import os
 
 import numpy as np
 
-from mbs_models.oscillators import LinearOscillator
-from slide_fmu.signals import FloatArray
+from mbs_models.oscillators.oscillators import LinearOscillator
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import Linearization, State, System
 
 LOG = "SLIDE_FMU_TEST_LOG"

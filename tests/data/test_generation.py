@@ -16,22 +16,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from logging_system import LOG, identity
-from recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
+from slide_fmu.data.draws import PROBE, PROBE_SAMPLES, Stream, draw, simulate_draw, split_stream
 from slide_fmu.data.generation import generate
 from slide_fmu.data.pool import process_pool
-from slide_fmu.data.sampling import (
-    PROBE,
-    PROBE_SAMPLES,
-    Stream,
-    draw,
-    recipe_system,
-    simulate_draw,
-    split_stream,
-)
 from slide_fmu.data.store import StoreError, missing_trajectories, read_split
-from slide_fmu.recipe import SPLITS, Recipe
+from slide_fmu.recipe.recipe import SPLITS, Recipe
+from slide_fmu.recipe.systems import recipe_system
+from tests.data import generate_logged
+from tests.data.logging_system import LOG, identity
+from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
 WORKERS = 2
 PATIENCE = 30.0
@@ -43,7 +37,7 @@ SMALL = tiny_state_space_recipe(
 )
 SMALL_OTHER_SEED = SMALL.model_copy(update={"data": SMALL.data.model_copy(update={"seed": 8})})
 LONG = tiny_recipe(
-    system={"model": "logging_system:LoggingSystem"},
+    system={"model": "tests.data.logging_system:LoggingSystem"},
     data={"train": 60, "validation": 10, "duration": 15.0},
 )
 """80 trajectories of some 30 ms each: long enough to be killed in their midst."""
@@ -164,9 +158,10 @@ class Scene:
     def start(self) -> subprocess.Popen[bytes]:
         recipe = self.folder / "recipe.json"
         recipe.write_text(LONG.model_dump_json())
-        script = str(Path(__file__).with_name("generate_logged.py"))
+        script = generate_logged.__name__
         return subprocess.Popen(
-            [sys.executable, script, str(recipe), str(self.store), str(WORKERS)],
+            [sys.executable, "-m", script, str(recipe), str(self.store), str(WORKERS)],
+            cwd=Path(__file__).parents[2],
             env={**os.environ, LOG: str(self.log)},
             stderr=subprocess.DEVNULL,  # of the processes that lose their parent
         )

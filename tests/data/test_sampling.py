@@ -7,9 +7,8 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
-from slide_fmu.data.sampling import (
+from slide_fmu.data.draws import (
     PROBE,
     STABILITY,
     STREAMS,
@@ -17,11 +16,12 @@ from slide_fmu.data.sampling import (
     Draw,
     Stream,
     draw,
-    recipe_system,
     simulate_draw,
     split_stream,
 )
-from slide_fmu.recipe import SPLITS
+from slide_fmu.recipe.recipe import SPLITS
+from slide_fmu.recipe.systems import recipe_system
+from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
 COUNT = 6
 RECIPE = tiny_state_space_recipe(

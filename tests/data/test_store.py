@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 import zarr
-from recipes import ESTIMATOR, tiny_recipe
 
+from slide_fmu.core.signals import Trajectory
 from slide_fmu.data.store import (
     Layout,
     StoreError,
@@ -25,8 +25,8 @@ from slide_fmu.data.store import (
     require_origin,
     write_trajectory,
 )
-from slide_fmu.recipe import SPLITS, Recipe
-from slide_fmu.signals import Trajectory
+from slide_fmu.recipe.recipe import SPLITS, Recipe
+from tests.recipes import ESTIMATOR, tiny_recipe
 
 LAYOUT = Layout(n_samples=5, n_inputs=2, n_outputs=1)
 MOTION = np.array([[0.0], [0.1], [0.3]])

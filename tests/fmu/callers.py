@@ -7,13 +7,12 @@ import ctypes
 
 import numpy as np
 
-from slide_fmu.fmu.model_description3 import block_size, fmu_variables3
-from slide_fmu.signals import FloatArray
-
-from .native import ERROR, OK, Loaded, Native
-from .native3 import YES, Native3, with_separator
-from .plain_fmu import Plan
-from .samples import STEP
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.fmu.description.fmi3 import block_size, fmu_variables3
+from tests.fmu.native import ERROR, OK, Loaded, Native
+from tests.fmu.native3 import YES, Native3, with_separator
+from tests.fmu.plain_fmu import Plan
+from tests.fmu.samples import STEP
 
 Found = tuple[int, list[float]]
 """Status and values."""

@@ -8,12 +8,11 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from slide_fmu.fmu.build import build_all
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.surrogate import Surrogate
-
-from .native import Loaded, Native
-from .samples import Shape, random_surrogate, sum_surrogate
+from slide_fmu.fmu.libraries.build import build_all
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.native import Loaded, Native
+from tests.fmu.samples import Shape, random_surrogate, sum_surrogate
 
 
 @pytest.fixture(scope="session", autouse=True)

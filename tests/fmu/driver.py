@@ -8,7 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from slide_fmu.fmu.build import BUILD, RUNTIME, WARNINGS
+from slide_fmu.fmu.libraries.build import BUILD, KERNEL, WARNINGS, include_flags, runtime_files
 
 NAMES = ("driver.c", "cell_driver.c", "gated_driver.c")
 DRIVERS = [Path(__file__).parent / "c" / name for name in NAMES]
@@ -75,21 +75,20 @@ def build_program(
         own: sources of the test.
         defines: more flags for sources of the runtime, by their names without the ending.
     """
-    sources = [path for path in sorted(RUNTIME.glob("*.c")) if path.name != "kernel.c"]
+    sources = [path for path in runtime_files(".c") if path != KERNEL]
     units: list[tuple[Path, str, list[str]]] = [
         (path, path.stem, defines.get(path.stem, [])) for path in sources
     ]
     units += [(path, f"own_{path.stem}", []) for path in own]
-    kernel = RUNTIME / "kernel.c"
-    units.append((kernel, "baseline", ["-DSLIDE_KERNEL=slide_kernel_baseline"]))
+    units.append((KERNEL, "baseline", ["-DSLIDE_KERNEL=slide_kernel_baseline"]))
     wide = ["-mavx2", "-mfma", "-mf16c", "-ffp-contract=fast"]
-    units.append((kernel, "avx2", ["-DSLIDE_KERNEL=slide_kernel_avx2", *wide]))
+    units.append((KERNEL, "avx2", ["-DSLIDE_KERNEL=slide_kernel_avx2", *wide]))
     widest = [*wide, "-mavx512f", "-mavx512dq", "-mavx512bw", "-mavx512vl"]
-    units.append((kernel, "avx512", ["-DSLIDE_KERNEL=slide_kernel_avx512", *widest]))
+    units.append((KERNEL, "avx512", ["-DSLIDE_KERNEL=slide_kernel_avx512", *widest]))
     objects = []
     for source, stem, extra in units:
         objects.append(str(program.with_name(f"{stem}.o")))
-        arguments = [*WARNINGS, *flags, "-O1", "-msse4.2", *extra, f"-I{RUNTIME}", "-c"]
+        arguments = [*WARNINGS, *flags, "-O1", "-msse4.2", *extra, *include_flags(), "-c"]
         built = run_compiler(command, [*arguments, str(source), "-o", objects[-1]])
         assert built.returncode == 0, built.stderr
     linked = run_compiler(command, [*flags, *objects, "-lm", "-o", str(program)])

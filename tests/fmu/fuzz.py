@@ -25,11 +25,10 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from slide_fmu.fmu.build import BUILD
-
-from .driver import build_program
-from .samples import random_surrogate
-from .small_shapes import FUZZED
+from slide_fmu.fmu.libraries.build import BUILD
+from tests.fmu.driver import build_program
+from tests.fmu.samples import random_surrogate
+from tests.fmu.small_shapes import FUZZED
 
 TARGET = Path(__file__).parent / "c" / "fuzz"
 CORPUS = Path(__file__).parent / "fuzz_corpus"

@@ -9,10 +9,9 @@ from pathlib import Path
 import fmpy
 from fmpy.fmi2 import fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 
-from slide_fmu.fmu.model_description import guid_of
-from slide_fmu.surrogate import Surrogate
-
-from .samples import STEP
+from slide_fmu.fmu.description.fmi2 import guid_of
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.samples import STEP
 
 OK, WARNING, DISCARD, ERROR = range(4)
 

@@ -10,10 +10,9 @@ from pathlib import Path
 import numpy as np
 from fmpy.fmi3 import fmi3IntermediateUpdateCallback, fmi3LogMessageCallback
 
-from slide_fmu.signals import FloatArray
-
-from .native import OK
-from .samples import STEP
+from slide_fmu.core.signals import FloatArray
+from tests.fmu.native import OK
+from tests.fmu.samples import STEP
 
 Watch = Callable[[float, bool], float | None]
 """Called at each sample of a step: the time, and whether inputs may be set."""

@@ -7,11 +7,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from slide_fmu.features import Differences, Director, FeatureMap, Features
-from slide_fmu.network import FeedForward
-from slide_fmu.signals import FloatArray
-from slide_fmu.state_space import StateSpace
-from slide_fmu.surrogate import Surrogate
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.features.base import Features
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.director import Director
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.state_space import StateSpace
+from slide_fmu.surrogate.surrogate import Surrogate
 
 SLACK = 1e-6
 """Times that differ by less, in sample steps, are the same."""

@@ -8,13 +8,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from slide_fmu.fmu.model_description import samples_behind
-from slide_fmu.fmu.model_description3 import initial_window_size
-from slide_fmu.signals import FloatArray
-from slide_fmu.surrogate import Surrogate
-
-from .native import DISCARD, ERROR, OK, WARNING
-from .plain import Resampling
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.fmu.description.fmi2 import samples_behind
+from slide_fmu.fmu.description.fmi3 import initial_window_size
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.native import DISCARD, ERROR, OK, WARNING
+from tests.fmu.plain import Resampling
 
 INSTANTIATED, INITIALIZATION, STEPPING, TERMINATED = "instantiated", "initial", "step", "end"
 

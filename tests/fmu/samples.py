@@ -8,24 +8,23 @@ from typing import Literal
 
 import numpy as np
 
-from slide_fmu.cell import GATED, Cell
-from slide_fmu.error_estimator import ErrorEstimator
-from slide_fmu.features import (
-    ChainMotion,
-    Differences,
-    Director,
-    FeatureMap,
-    Features,
-    Roles,
-)
-from slide_fmu.network import FeedForward, Float32Array, Layer, Network
-from slide_fmu.scaling import Affine, LogError
-from slide_fmu.serial_chain import SerialChain
-from slide_fmu.signals import Hold, Signal
-from slide_fmu.state_space import StateSpace
-from slide_fmu.surrogate import Surrogate
-from slide_fmu.weights import with_weights
-from slide_fmu.window import Window
+from slide_fmu.core.scaling import Affine, LogError
+from slide_fmu.core.signals import Hold, Signal
+from slide_fmu.core.window import Window
+from slide_fmu.features.base import Features
+from slide_fmu.features.chain_motion import ChainMotion
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.director import Director
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.features.serial_chain import SerialChain
+from slide_fmu.network.base import Float32Array, Network
+from slide_fmu.network.cell import GATED, Cell
+from slide_fmu.network.feed_forward import FeedForward, Layer
+from slide_fmu.network.roles import Roles
+from slide_fmu.network.state_space import StateSpace
+from slide_fmu.surrogate.error_estimator import ErrorEstimator
+from slide_fmu.surrogate.half_precision import with_weights
+from slide_fmu.surrogate.surrogate import Surrogate
 
 STEP = 0.005
 SMALL_TURN = 8.0

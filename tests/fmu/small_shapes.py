@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .samples import CellShape, Shape
+from tests.fmu.samples import CellShape, Shape
 
 SMALL = Shape(n_in=3, n_out=2, n_inputs=2, hidden=(3,), skip=True, positions=2)
 ONE_SAMPLE = Shape(n_in=6, n_out=3, hidden=(2,), activation="tanh", block=False, ages=2)

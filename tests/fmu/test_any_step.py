@@ -8,13 +8,12 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import pytest
 
-from slide_fmu.fmu.check import OUTPUT_TOLERANCE
-from slide_fmu.signals import FloatArray, Hold
-from slide_fmu.surrogate import Surrogate
-
-from .native import OK, Loaded, Native
-from .plain import Resampling
-from .samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
+from slide_fmu.core.signals import FloatArray, Hold
+from slide_fmu.cosim.check import OUTPUT_TOLERANCE
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.native import OK, Loaded, Native
+from tests.fmu.plain import Resampling
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 
 Load = Callable[[Surrogate], Loaded]
 

@@ -19,18 +19,17 @@ from hypothesis.stateful import (
     run_state_machine_as_test,
 )
 
-from slide_fmu.fmu.check import OUTPUT_TOLERANCE
-from slide_fmu.fmu.model_description import fmu_variables
-from slide_fmu.fmu.model_description3 import fmu_variables3, initial_window_size
-from slide_fmu.fmu.variable_names import IN_RANGE, PREHISTORY_KNOWN
-from slide_fmu.signals import FloatArray
-from slide_fmu.surrogate import Surrogate
-
-from .callers import Caller, Fmi2, Fmi3
-from .native import ERROR, OK, Loaded
-from .plain_fmu import INITIALIZATION, STEPPING, TERMINATED, PlainFmu, Plan
-from .samples import STEP, Shape, random_surrogate
-from .test_any_step import ESTIMATE_TOLERANCE, FORGETFUL
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.check import OUTPUT_TOLERANCE
+from slide_fmu.fmu.description.fmi2 import fmu_variables
+from slide_fmu.fmu.description.fmi3 import fmu_variables3, initial_window_size
+from slide_fmu.fmu.description.names import IN_RANGE, PREHISTORY_KNOWN
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.callers import Caller, Fmi2, Fmi3
+from tests.fmu.native import ERROR, OK, Loaded
+from tests.fmu.plain_fmu import INITIALIZATION, STEPPING, TERMINATED, PlainFmu, Plan
+from tests.fmu.samples import STEP, Shape, random_surrogate
+from tests.fmu.test_any_step import ESTIMATE_TOLERANCE, FORGETFUL
 
 CUBIC = replace(FORGETFUL, activation="cubic")
 SHAPES = {

@@ -11,16 +11,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slide_fmu.features import BEFORE
-from slide_fmu.gradient import jacobian
-from slide_fmu.network import FeedForward
-from slide_fmu.signals import FloatArray
-from slide_fmu.state_space import StateSpace
-from slide_fmu.surrogate import Surrogate
-
-from .native import DISCARD, ERROR, OK, Loaded, Native
-from .plain import five_point_slope, plain_features, plain_layers, plain_pair
-from .samples import STEP, CellShape, Shape, random_surrogate
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.features.base import BEFORE
+from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.state_space import StateSpace
+from slide_fmu.surrogate.gradient import jacobian
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.native import DISCARD, ERROR, OK, Loaded, Native
+from tests.fmu.plain import five_point_slope, plain_features, plain_layers, plain_pair
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 
 Load = Callable[[Surrogate], Loaded]
 

@@ -9,13 +9,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from slide_fmu.fmu.check import OUTPUT_TOLERANCE
-from slide_fmu.scaling import Affine
-from slide_fmu.signals import FloatArray, Hold, Signal
-from slide_fmu.surrogate import Surrogate
-
-from .native import DISCARD, ERROR, OK, Loaded, Native
-from .samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
+from slide_fmu.core.scaling import Affine
+from slide_fmu.core.signals import FloatArray, Hold, Signal
+from slide_fmu.cosim.check import OUTPUT_TOLERANCE
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.native import DISCARD, ERROR, OK, Loaded, Native
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 
 Load = Callable[[Surrogate], Loaded]
 

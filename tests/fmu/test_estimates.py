@@ -8,12 +8,11 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import pytest
 
-from slide_fmu.fmu.check import ERROR_TOLERANCE
-from slide_fmu.signals import FloatArray
-from slide_fmu.surrogate import Surrogate
-
-from .native import ERROR, OK, Loaded, Native
-from .samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.check import ERROR_TOLERANCE
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.native import ERROR, OK, Loaded, Native
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 
 Load = Callable[[Surrogate], Loaded]
 

@@ -18,18 +18,17 @@ from fmpy.validation import validate_fmu
 from typer.testing import CliRunner
 
 from slide_fmu.cli import app
-from slide_fmu.cosim import CoSimulationError, run_fmu, unpacked
-from slide_fmu.fmu import build, platforms
-from slide_fmu.fmu.check import OUTPUT_TOLERANCE, check_fmu
+from slide_fmu.core.scaling import Affine
+from slide_fmu.core.signals import Signal
+from slide_fmu.cosim.check import OUTPUT_TOLERANCE, check_fmu
+from slide_fmu.cosim.run import CoSimulationError, run_fmu, unpacked
+from slide_fmu.fmu.description.fmi3 import initial_window_size
 from slide_fmu.fmu.export import FmuError, export_fmu, read_fmu
-from slide_fmu.fmu.model_description3 import initial_window_size
-from slide_fmu.fmu.platforms import FmiVersion
-from slide_fmu.scaling import Affine
-from slide_fmu.signals import Signal
-from slide_fmu.surrogate import Surrogate
-
-from .native import OK, Loaded
-from .samples import STEP, CellShape, Shape, random_surrogate
+from slide_fmu.fmu.libraries import build, platforms
+from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.native import OK, Loaded
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 
 SHAPE = Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3, name="two_masses")
 
@@ -385,7 +384,7 @@ def test_libraries_of_other_versions_are_removed(
 
 
 def test_libraries_are_those_that_the_pinned_compiler_makes() -> None:
-    """After a change of the runtime: python -m slide_fmu.fmu.build --record."""
+    """After a change of the runtime: python -m slide_fmu.fmu.libraries.build --record."""
     build.build_all()
     assert build.hashes() == build.HASHES.read_text()
 

@@ -17,16 +17,16 @@ import fmpy
 import numpy as np
 import pytest
 
-from slide_fmu.features import Differences, FeatureMap
-from slide_fmu.fmu.build import BINARIES
-from slide_fmu.network import FeedForward
-from slide_fmu.payload import PayloadError, decode, encode
-from slide_fmu.state_space import StateSpace
-from slide_fmu.surrogate import Surrogate
-
-from .native import DISCARD, ERROR, OK, Loaded, Native
-from .samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
-from .standards import functions
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.fmu.libraries.build import BINARIES
+from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.state_space import StateSpace
+from slide_fmu.surrogate.payload import PayloadError, decode, encode
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.native import DISCARD, ERROR, OK, Loaded, Native
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
+from tests.fmu.standards import functions
 
 Load = Callable[[Surrogate], Loaded]
 

@@ -11,14 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slide_fmu.fmu.model_description import fmu_variables
-from slide_fmu.surrogate import Surrogate
-
-from .native import DISCARD, ERROR, OK, Loaded
-from .native3 import NO, Native3, with_separator
-from .samples import STEP, CellShape, Shape, random_surrogate
-from .standards import functions
-from .test_derivatives import derivatives
+from slide_fmu.fmu.description.fmi2 import fmu_variables
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.native import DISCARD, ERROR, OK, Loaded
+from tests.fmu.native3 import NO, Native3, with_separator
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
+from tests.fmu.standards import functions
+from tests.fmu.test_derivatives import derivatives
 
 Load = Callable[[Surrogate], Loaded]
 SHAPES = [

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from .driver import sanitizing_compiler
-from .fuzz import CORPUS, LONGEST, build_target
+from tests.fmu.driver import sanitizing_compiler
+from tests.fmu.fuzz import CORPUS, LONGEST, build_target
 
 RUNS = 5_000
 """Inputs changed at random."""

@@ -10,17 +10,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slide_fmu.fmu.check import OUTPUT_TOLERANCE
-from slide_fmu.fmu.model_description3 import fmu_variables3, initial_window_size
-from slide_fmu.fmu.variable_names import PREHISTORY_KNOWN
-from slide_fmu.signals import FloatArray, Hold
-from slide_fmu.surrogate import Surrogate
-
-from .native import DISCARD, ERROR, OK, Loaded
-from .native3 import Native3, with_separator
-from .plain import Resampling
-from .samples import STEP, CellShape, Shape, random_surrogate
-from .test_any_step import ESTIMATE_TOLERANCE, FORGETFUL, both_holds
+from slide_fmu.core.signals import FloatArray, Hold
+from slide_fmu.cosim.check import OUTPUT_TOLERANCE
+from slide_fmu.fmu.description.fmi3 import fmu_variables3, initial_window_size
+from slide_fmu.fmu.description.names import PREHISTORY_KNOWN
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.native import DISCARD, ERROR, OK, Loaded
+from tests.fmu.native3 import Native3, with_separator
+from tests.fmu.plain import Resampling
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
+from tests.fmu.test_any_step import ESTIMATE_TOLERANCE, FORGETFUL, both_holds
 
 Load = Callable[[Surrogate], Loaded]
 SHAPES = {

@@ -11,14 +11,13 @@ import numpy as np
 import pytest
 from fmpy.fmi2 import FMU2Slave
 
-from slide_fmu.fmu.check import OUTPUT_TOLERANCE
-from slide_fmu.signals import FloatArray, Hold
-from slide_fmu.surrogate import Surrogate
-
-from .native import DISCARD, ERROR, OK, WARNING, Loaded, Native
-from .plain import Resampling, five_point_slope
-from .samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
-from .test_any_step import (
+from slide_fmu.core.signals import FloatArray, Hold
+from slide_fmu.cosim.check import OUTPUT_TOLERANCE
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.native import DISCARD, ERROR, OK, WARNING, Loaded, Native
+from tests.fmu.plain import Resampling, five_point_slope
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
+from tests.fmu.test_any_step import (
     ESTIMATE_TOLERANCE,
     FORGETFUL,
     LASTING,
@@ -28,7 +27,7 @@ from .test_any_step import (
     both_holds,
     drawn,
 )
-from .test_derivatives import ROUNDED, derivative, inputs_for, surrogate_of
+from tests.fmu.test_derivatives import ROUNDED, derivative, inputs_for, surrogate_of
 
 Load = Callable[[Surrogate], Loaded]
 

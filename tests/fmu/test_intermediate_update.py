@@ -9,13 +9,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from slide_fmu.fmu.model_description import fmu_variables
-from slide_fmu.surrogate import Surrogate
-
-from .native import ERROR, OK, Loaded
-from .native3 import Native3, with_separator
-from .samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
-from .test_any_step import LASTING, both_holds, drawn
+from slide_fmu.fmu.description.fmi2 import fmu_variables
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.native import ERROR, OK, Loaded
+from tests.fmu.native3 import Native3, with_separator
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
+from tests.fmu.test_any_step import LASTING, both_holds, drawn
 
 Load = Callable[[Surrogate], Loaded]
 SHAPES = {

@@ -9,20 +9,19 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.fmu.build import BINARIES, RUNTIME
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.fmu.universal import universal_library
-
-from .mach_o import ARM64, BUILD_VERSION, ID_DYLIB, LOAD_DYLIB, X86_64, MachO, slices
-from .samples import Shape, random_surrogate
-from .standards import functions
+from slide_fmu.fmu.libraries.build import BINARIES, RUNTIME
+from slide_fmu.fmu.libraries.universal import universal_library
+from tests.fmu.mach_o import ARM64, BUILD_VERSION, ID_DYLIB, LOAD_DYLIB, X86_64, MachO, slices
+from tests.fmu.samples import Shape, random_surrogate
+from tests.fmu.standards import functions
 
 FOLDERS = {X86_64: "x86_64-darwin", ARM64: "aarch64-darwin"}
 PLATFORM_MACOS, VERSION_11 = 1, 11 << 16
 OF_THE_LINKER = {"__mh_dylib_header", "___dso_handle"}
 """The library's own address, under the names that the linker of the pinned compiler adds."""
 
-NATIVE = (RUNTIME / "native.h").read_text(encoding="utf-8")
+NATIVE = (RUNTIME / "native" / "native.h").read_text(encoding="utf-8")
 
 
 def _library(processor: int) -> bytes:

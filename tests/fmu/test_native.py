@@ -7,15 +7,14 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from strategies import all_shapes
 
-from slide_fmu.fmu.check import OUTPUT_TOLERANCE
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.fmu.native import NativeError, NativeSurrogate, Part, kernels
-from slide_fmu.signals import FloatArray
-from slide_fmu.surrogate import Surrogate
-from slide_fmu.weights import with_weights
-
-from .samples import CellShape, Shape, random_surrogate
+from slide_fmu.surrogate.half_precision import with_weights
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.samples import CellShape, Shape, random_surrogate
+from tests.strategies import all_shapes
 
 SHAPES = [
     Shape(activation="elu", hidden=(40, 33), skip=True, n_inputs=2),

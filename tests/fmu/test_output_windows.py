@@ -11,17 +11,16 @@ import fmpy
 import numpy as np
 import pytest
 
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.fmu.description.fmi2 import fmu_variables
+from slide_fmu.fmu.description.fmi3 import block_size, fmu_variables3
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.fmu.model_description import fmu_variables
-from slide_fmu.fmu.model_description3 import block_size, fmu_variables3
-from slide_fmu.network import FeedForward
-from slide_fmu.signals import FloatArray
-from slide_fmu.surrogate import Surrogate
-
-from .native import DISCARD, ERROR, OK, Loaded
-from .native3 import Native3, with_separator
-from .samples import STEP, CellShape, Shape, random_surrogate
-from .test_any_step import FORGETFUL, LASTING, drawn
+from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.native import DISCARD, ERROR, OK, Loaded
+from tests.fmu.native3 import Native3, with_separator
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
+from tests.fmu.test_any_step import FORGETFUL, LASTING, drawn
 
 Load = Callable[[Surrogate], Loaded]
 SHAPES = {

@@ -19,15 +19,14 @@ import fmpy
 import numpy as np
 import pytest
 
-from slide_fmu.fmu.build import TARGETS, WARNINGS
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.fmu.description.fmi2 import fmu_variables, guid_of
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.fmu.model_description import fmu_variables, guid_of
-from slide_fmu.fmu.platforms import FmiVersion, library_members
-from slide_fmu.signals import FloatArray
-from slide_fmu.surrogate import Surrogate
-
-from .driver import run_compiler
-from .samples import CellShape, Shape, random_surrogate
+from slide_fmu.fmu.libraries.build import TARGETS, WARNINGS
+from slide_fmu.fmu.libraries.platforms import FmiVersion, library_members
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.driver import run_compiler
+from tests.fmu.samples import CellShape, Shape, random_surrogate
 
 MASTER = Path(__file__).parent / "c" / "master.c"
 STEPS = 60

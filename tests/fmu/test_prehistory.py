@@ -9,14 +9,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slide_fmu.fmu.model_description import fmu_variables
-from slide_fmu.fmu.variable_names import PREHISTORY_KNOWN
-from slide_fmu.signals import FloatArray, Hold
-from slide_fmu.surrogate import Surrogate
-
-from .native import DISCARD, ERROR, OK, Loaded, Native
-from .samples import STEP, CellShape, Shape, random_surrogate
-from .test_derivatives import derivatives
+from slide_fmu.core.signals import FloatArray, Hold
+from slide_fmu.fmu.description.fmi2 import fmu_variables
+from slide_fmu.fmu.description.names import PREHISTORY_KNOWN
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.native import DISCARD, ERROR, OK, Loaded, Native
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
+from tests.fmu.test_derivatives import derivatives
 
 Load = Callable[[Surrogate], Loaded]
 

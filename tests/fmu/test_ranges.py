@@ -9,15 +9,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import all_shapes, records
 
-from slide_fmu.fmu.model_description import fmu_variables
-from slide_fmu.fmu.variable_names import IN_RANGE
-from slide_fmu.scaling import Affine
-from slide_fmu.surrogate import Surrogate
-
-from .native import OK, Loaded
-from .samples import STEP, CellShape, Shape, random_surrogate
+from slide_fmu.core.scaling import Affine
+from slide_fmu.fmu.description.fmi2 import fmu_variables
+from slide_fmu.fmu.description.names import IN_RANGE
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.native import OK, Loaded
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
+from tests.strategies import all_shapes, records
 
 Load = Callable[[Surrogate], Loaded]
 

@@ -13,25 +13,15 @@ import fmpy
 import numpy as np
 import pytest
 
-from slide_fmu.fmu.build import RUNTIME, WARNINGS
-from slide_fmu.fmu.check import OUTPUT_TOLERANCE
-from slide_fmu.payload import PayloadError, decode
-from slide_fmu.state_space import StateSpace
-from slide_fmu.surrogate import Surrogate
-
-from .driver import build_driver, host_compilers, run_compiler, sanitizing_compiler
-from .native import Loaded
-from .samples import CellShape, Shape, random_surrogate
-from .small_shapes import (
-    CELLS,
-    DIRECTOR,
-    GATED,
-    HALVES,
-    ONE_SAMPLE,
-    RAMP,
-    ROLES,
-    SMALL,
-)
+from slide_fmu.cosim.check import OUTPUT_TOLERANCE
+from slide_fmu.fmu.libraries.build import WARNINGS, runtime_files
+from slide_fmu.network.state_space import StateSpace
+from slide_fmu.surrogate.payload import PayloadError, decode
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.driver import build_driver, host_compilers, run_compiler, sanitizing_compiler
+from tests.fmu.native import Loaded
+from tests.fmu.samples import CellShape, Shape, random_surrogate
+from tests.fmu.small_shapes import CELLS, DIRECTOR, GATED, HALVES, ONE_SAMPLE, RAMP, ROLES, SMALL
 
 TELLING = [0, 1, 2, 3, 0x7F, 0x80000000, 0xFFFFFFFF, 0x7FC00000, 0x7F800000, 0x40000000, 1 << 20]
 """Words that hurt readers: off by one, signs, NaN, infinity, sizes that overflow."""
@@ -186,7 +176,7 @@ def test_three_evaluations_are_those_of_numpy(
 
 def test_official_headers_agree(tmp_path: Path) -> None:
     """The sources compile against the FMI project's own declarations in place of ours."""
-    for path in RUNTIME.glob("*.[ch]"):
+    for path in runtime_files():
         shutil.copy(path, tmp_path)
     for version in (2, 3):
         (tmp_path / f"fmi{version}.h").write_text(f'#include "fmi{version}Functions.h"\n')

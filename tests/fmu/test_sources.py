@@ -16,15 +16,14 @@ from fmpy.validation import validate_fmu
 from typer.testing import CliRunner
 
 from slide_fmu.cli import app
-from slide_fmu.fmu.build import WARNINGS
-from slide_fmu.fmu.check import OUTPUT_TOLERANCE, check_fmu
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.check import OUTPUT_TOLERANCE, check_fmu
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.signals import FloatArray
-from slide_fmu.surrogate import Surrogate
-
-from .driver import host_compilers, run_compiler
-from .native import OK, Loaded, Native
-from .samples import STEP, CellShape, Shape, random_surrogate
+from slide_fmu.fmu.libraries.build import WARNINGS
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.driver import host_compilers, run_compiler
+from tests.fmu.native import OK, Loaded, Native
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 
 SHAPES = {
     "layers": Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3),

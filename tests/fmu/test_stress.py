@@ -9,15 +9,14 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from slide_fmu.fmu.build import RUNTIME, WARNINGS
+from slide_fmu.fmu.description.fmi2 import guid_of
 from slide_fmu.fmu.export import export_fmu, read_fmu
-from slide_fmu.fmu.model_description import guid_of
-from slide_fmu.surrogate import Surrogate
-
-from .driver import build_program, host_compilers, run_compiler, sanitizing_compiler
-from .native import Loaded
-from .samples import STEP, CellShape, Shape, random_surrogate
-from .small_shapes import CELLS, DIRECTOR, GATED, SMALL
+from slide_fmu.fmu.libraries.build import WARNINGS, include_flags
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.driver import build_program, host_compilers, run_compiler, sanitizing_compiler
+from tests.fmu.native import Loaded
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
+from tests.fmu.small_shapes import CELLS, DIRECTOR, GATED, SMALL
 
 SOURCE = Path(__file__).parent / "c" / "stress.c"
 RELEASED = sorted((Path(__file__).parents[2] / "fmus").glob("*/*.fmu"))
@@ -47,7 +46,7 @@ def _linked(loaded: Loaded, folder: Path) -> Path:
     """The program with the FMU's own library."""
     program, library = folder / "stress", loaded.folder / "binaries" / fmpy.platform
     command, _ = host_compilers()[-1]
-    arguments = [*WARNINGS, "-D_POSIX_C_SOURCE=200809L", "-O2", f"-I{RUNTIME}", str(SOURCE)]
+    arguments = [*WARNINGS, "-D_POSIX_C_SOURCE=200809L", "-O2", *include_flags(), str(SOURCE)]
     linked = [str(next(library.glob("*.so"))), "-lm", "-lpthread", "-o", str(program)]
     built = run_compiler(command, [*arguments, *linked])
     assert built.returncode == 0, built.stderr

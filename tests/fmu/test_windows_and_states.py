@@ -8,10 +8,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from slide_fmu.surrogate import Surrogate
-
-from .native import ERROR, OK, Loaded, Native
-from .samples import Shape, random_surrogate, sum_surrogate
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.native import ERROR, OK, Loaded, Native
+from tests.fmu.samples import Shape, random_surrogate, sum_surrogate
 
 Load = Callable[[Surrogate], Loaded]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from slide_fmu.serial_chain import SerialChain
-from slide_fmu.signals import FloatArray, Signal
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.systems.base import Linearization, State, System
 
 STEP = 0.1

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
-from fmu.samples import Shape, random_surrogate
-from plants import Still
 
+from slide_fmu.core.measures import relative_deviation
+from slide_fmu.core.scaling import Affine, LogError
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.store import Split
-from slide_fmu.error_estimator import ErrorEstimator
-from slide_fmu.errors import relative_deviation
-from slide_fmu.features import Differences, Director, FeatureMap
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.director import Director
+from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.learn.estimator import (
     EstimatorModule,
     _ranges,
@@ -24,11 +25,13 @@ from slide_fmu.learn.estimator import (
     streamed_errors,
 )
 from slide_fmu.learn.feed_forward import FeedForwardModule
-from slide_fmu.network import FeedForward
-from slide_fmu.recipe import EstimatorRecipe, FeedForwardRecipe
-from slide_fmu.scaling import Affine, LogError
-from slide_fmu.signals import FloatArray
-from slide_fmu.surrogate import Surrogate
+from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.recipe.estimator import EstimatorRecipe
+from slide_fmu.recipe.recipe import FeedForwardRecipe
+from slide_fmu.surrogate.error_estimator import ErrorEstimator
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.samples import Shape, random_surrogate
+from tests.learn.plants import Still
 
 SHAPE = Shape(n_in=12, n_out=4, n_inputs=2, n_outputs=2, block=False)
 

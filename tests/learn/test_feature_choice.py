@@ -6,14 +6,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from plants import ARM, STEP, Still
 
-from slide_fmu.features import ChainMotion, Differences, Director, FeatureMap, Roles
+from slide_fmu.core.scaling import Affine
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.features.chain_motion import ChainMotion
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.director import Director
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.learn.feature_choice import choose_features, feature_map, require_odd, roles_of
-from slide_fmu.learning_recipe import FeedForwardRecipe, StateSpaceRecipe
-from slide_fmu.scaling import Affine
-from slide_fmu.serial_chain import SerialChain
-from slide_fmu.signals import FloatArray
+from slide_fmu.network.roles import Roles
+from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
+from tests.learn.plants import ARM, STEP, Still
 
 SINGLE = 1e-6
 """Roundings of float32 in values of a few units."""

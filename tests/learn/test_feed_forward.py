@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 import torch
 
-from slide_fmu.features import Differences, Director, FeatureMap
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.director import Director
+from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.learn.feed_forward import ACTIVATION_MODULES, FeedForwardModule
-from slide_fmu.network import ACTIVATIONS
-from slide_fmu.recipe import FeedForwardRecipe
+from slide_fmu.network.activations import ACTIVATIONS
+from slide_fmu.recipe.recipe import FeedForwardRecipe
 
 SAMPLES, CHANNELS, VALUES = 20, 2, 6
 

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
-from recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
+from slide_fmu.core.measures import rms
+from slide_fmu.core.signals import Signal
 from slide_fmu.data.generation import generate
-from slide_fmu.data.sampling import recipe_system
 from slide_fmu.data.store import Split, read_split
-from slide_fmu.errors import rms
-from slide_fmu.features import Differences, FeatureMap
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.learn import fit as module
 from slide_fmu.learn.family import fit_network
 from slide_fmu.learn.feed_forward import FeedForwardModule
@@ -29,10 +29,11 @@ from slide_fmu.learn.fit import (
 )
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.training import TrainingProgress
-from slide_fmu.recipe import Recipe
-from slide_fmu.response import exact_matrix, learnt_matrix, matrix_figures
-from slide_fmu.signals import Signal
-from slide_fmu.state_space import StateSpace
+from slide_fmu.network.state_space import StateSpace
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_figures
+from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
 SMALL_ERROR = 1e-3
 """Relative RMSE after two seconds of training; the released recipe reaches 1e-5."""

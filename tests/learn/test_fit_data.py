@@ -8,20 +8,21 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import grimp
 import numpy as np
 import pytest
 import torch
-from recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
+from slide_fmu.core.signals import Signal
 from slide_fmu.data.generation import generate
-from slide_fmu.data.sampling import recipe_system
 from slide_fmu.data.store import Split, read_split
-from slide_fmu.features import FeatureMap
+from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.learn import fit as module
 from slide_fmu.learn.fit import STILL, fit_surrogate, require_motion
 from slide_fmu.learn.problem import Problem
-from slide_fmu.recipe import Recipe
-from slide_fmu.signals import Signal
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system
+from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
 FEED_FORWARD = tiny_recipe(
     data={"estimator": 2, "estimator_validation": 1}, training={"steps": 2}, estimator=ESTIMATOR
@@ -165,23 +166,35 @@ def test_checkpoints_belong_to_the_code(
     assert sorted(name.split("-")[0] for name in new) == ["estimator", "surrogate"]
 
 
-def test_code_is_every_source_of_the_package_the_features_and_torch(
+def test_code_is_every_source_of_the_rooms_of_a_training_and_torch(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     here = module._code()
     copy = tmp_path / "slide_fmu"
-    shutil.copytree(Path(module.__file__).parents[1], copy)
-    monkeypatch.setattr(module, "__file__", str(copy / "learn" / "fit.py"))
+    shutil.copytree(module.PACKAGE, copy)
+    monkeypatch.setattr(module, "PACKAGE", copy)
     assert module._code() == here
     seen = {here}
-    sources = ("learn/cell.py", "learn/tournament.py", "learn/new.py")
-    for source in (*sources, "features.py", "serial_chain.py"):
+    sources = ["learn/state_space/cell.py", "learn/new.py", "surrogate/surrogate.py"]
+    sources += ["network/state_space.py", "features/serial_chain.py", "core/measures.py"]
+    for source in sources:
         with (copy / source).open("a", encoding="utf-8") as file:
             file.write("# changed\n")
         seen.add(module._code())
+    (copy / "learn" / "new.py").rename(copy / "learn" / "newer.py")
+    seen.add(module._code())
     monkeypatch.setattr(torch, "__version__", "0.1")
     seen.add(module._code())
-    assert len(seen) == 7
+    assert len(seen) == len(sources) + 3
+    (copy / "cli" / "app.py").write_text("")  # no part of a training
+    assert module._code() in seen
+
+
+def test_rooms_of_a_training_are_all_that_it_imports() -> None:
+    graph = grimp.build_graph("slide_fmu")
+    own = graph.find_descendants("slide_fmu.learn")
+    reached = set[str]().union(own, *(graph.find_upstream_modules(name) for name in own))
+    assert {name.split(".")[1] for name in reached if "." in name} == set(module.ROOMS)
 
 
 SIGNALS = (Signal("a", "N", -2.0, 6.0), Signal("b", "m", 0.0, 4.0))

@@ -13,10 +13,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import regression
 import torch
-from regression import EXACT, RECIPE, Slow, ignore, regression_data
 
+import tests.learn.regression as regression
 from slide_fmu.learn.training import (
     MEAN_SQUARE,
     TrainingError,
@@ -26,7 +25,8 @@ from slide_fmu.learn.training import (
     train,
 )
 from slide_fmu.learn.windows import WindowData
-from slide_fmu.recipe import TrainingRecipe
+from slide_fmu.recipe.recipe import TrainingRecipe
+from tests.learn.regression import EXACT, RECIPE, Slow, ignore, regression_data
 
 LEAST_SQUARES = 1e-6
 """RMSE that Adam reaches in 1500 steps on an exactly solvable problem, far below 1."""

@@ -7,10 +7,10 @@ import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import windows
 
+from slide_fmu.core.window import Window
 from slide_fmu.learn.windows import WindowData
-from slide_fmu.window import Window
+from tests.strategies import windows
 
 
 def data_of(window: Window, trajectories: int, samples: int) -> WindowData:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbs_models.oscillators import DuffingOscillator
+from mbs_models.oscillators.oscillators import DuffingOscillator
 from slide_fmu.systems.base import State, simulate
 
 FREQUENCIES = (40.0, 44.0, 48.0, 50.7, 54.0, 58.0)

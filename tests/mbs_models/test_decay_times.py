@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from slide_fmu import sizing
 from slide_fmu.cli import app
+from slide_fmu.memory import sizing
 
 RECIPE = """
 name = "crank"

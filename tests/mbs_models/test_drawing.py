@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.image import imread
-from recipes import tiny_recipe
 
-from mbs_models import drawing
-from mbs_models.drawing import draw_slider_crank
-from mbs_models.facets import Camera, Facets, ball, tube
-from mbs_models.robot_6r import Robot6R
-from mbs_models.robot_drawing import draw_robot
-from mbs_models.slider_crank import SliderCrank
+from mbs_models.pictures import drawing
+from mbs_models.pictures.drawing import draw_slider_crank
+from mbs_models.pictures.facets import Camera, Facets, ball, tube
+from mbs_models.pictures.robot_drawing import draw_robot
+from mbs_models.robot_6r.robot_6r import Robot6R
+from mbs_models.slider_crank.slider_crank import SliderCrank
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.pipeline import release
 from slide_fmu.pipeline.job import Job
-from slide_fmu.run_folder import RunFolder
-from slide_fmu.signals import FloatArray
+from slide_fmu.pipeline.run_folder import RunFolder
+from slide_fmu.systems.loading import LoadError
+from tests.recipes import tiny_recipe
 
 
 @pytest.mark.parametrize("model", ["slider_crank", "robot_6r"])
@@ -37,23 +39,37 @@ def test_command_draws_the_same_motion_again(
     assert np.std(imread(tmp_path / "one.png")[..., :3]) > 0.05
 
 
-def finished(folder: Path) -> Job:
+def finished(folder: Path, picture: str | None = None) -> Job:
     """A job whose run folder is there."""
     folder.mkdir(exist_ok=True)
-    return Job("", tiny_recipe(), RunFolder(folder), lambda stage: lambda *state: None)
+    recipe = tiny_recipe(system={"picture": picture})
+    return Job("", recipe, RunFolder(folder), lambda stage: lambda *state: None)
 
 
-@pytest.mark.parametrize("system", [SliderCrank(), Robot6R()], ids=["slider_crank", "robot_6r"])
-def test_models_draw_themselves_into_the_run_folder(
-    system: SliderCrank | Robot6R, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("system", "draw"),
+    [(SliderCrank(), drawing.slider_crank_picture), (Robot6R(), drawing.robot_picture)],
+    ids=["slider_crank", "robot_6r"],
+)
+def test_picture_that_the_recipe_names_goes_into_the_run_folder(
+    system: SliderCrank | Robot6R,
+    draw: Callable[..., bytes],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(drawing, "BEFORE", 0.1)
     monkeypatch.setattr(drawing, "DURATION", 0.8)
     monkeypatch.setattr(release, "reference_system", lambda recipe: system)
     (tmp_path / "mechanism.png").write_bytes(b"an older one")
-    assert release.draw_mechanism(finished(tmp_path)) == "mechanism.png"
-    assert (tmp_path / "mechanism.png").read_bytes() == system.picture()
+    job = finished(tmp_path, f"{drawing.__name__}:{draw.__name__}")
+    assert release.draw_mechanism(job) == "mechanism.png"
+    assert (tmp_path / "mechanism.png").read_bytes() == draw(system)
     assert (tmp_path / "mechanism.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_picture_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(LoadError, match=r"has no function 'nothing'.*correct system\.picture"):
+        release.draw_mechanism(finished(tmp_path, f"{drawing.__name__}:nothing"))
 
 
 def test_picture_of_a_model_that_does_not_draw_itself_may_lie_there(tmp_path: Path) -> None:

@@ -10,10 +10,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from mbs_models.mass_chain import OBSERVED, MassChain
-from mbs_models.mass_chain_plant import LOADED
-from slide_fmu.modes import spectrum
-from slide_fmu.signals import FloatArray
+from mbs_models.mass_chain.mass_chain import OBSERVED, MassChain
+from mbs_models.mass_chain.mass_chain_plant import LOADED
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.memory.modes import spectrum
 from slide_fmu.systems.base import SimulationError, State, simulate
 
 M, K, D, DRAG, ALPHA = 1.0, 1600.0, 1.0, 6.0, 50.0

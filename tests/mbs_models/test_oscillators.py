@@ -9,8 +9,12 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from mbs_models.oscillators import DuffingBaseMotion, DuffingOscillator, LinearOscillator
-from slide_fmu.signals import FloatArray
+from mbs_models.oscillators.oscillators import (
+    DuffingBaseMotion,
+    DuffingOscillator,
+    LinearOscillator,
+)
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import SimulationError, State, System, simulate
 
 K, D, ALPHA = 1600.0, 8.0, 0.5

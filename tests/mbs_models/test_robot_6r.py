@@ -11,11 +11,11 @@ import pytest
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from mbs_models.puma_560 import DAMPING, JOINTS, LIMITS, STIFFNESS
-from mbs_models.robot_6r import Robot6R
-from mbs_models.socket import FLANGE, Socket
-from slide_fmu.modes import spectrum
-from slide_fmu.signals import FloatArray
+from mbs_models.robot_6r.puma_560 import DAMPING, JOINTS, LIMITS, STIFFNESS
+from mbs_models.robot_6r.robot_6r import Robot6R
+from mbs_models.robot_6r.socket import FLANGE, Socket
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.memory.modes import spectrum
 from slide_fmu.systems.base import SimulationError, State, simulate
 
 SOCKETS = ("spring", "finite_element")

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mbs_models.slider_crank import SliderCrank, director
-from mbs_models.slider_crank_plant import AXIAL_STIFFNESS, CRANK_LENGTH, ROD_LENGTH
-from slide_fmu.modes import spectrum
-from slide_fmu.signals import FloatArray
+from mbs_models.slider_crank.slider_crank import SliderCrank, director
+from mbs_models.slider_crank.slider_crank_plant import AXIAL_STIFFNESS, CRANK_LENGTH, ROD_LENGTH
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.memory.modes import spectrum
 from slide_fmu.systems.base import SimulationError, State, simulate
 
 STEP = 1.0 / 32.0

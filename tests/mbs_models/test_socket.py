@@ -11,10 +11,10 @@ import pytest
 from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
-from mbs_models.flange import euler_of, moment_of, rotation_of, vector_of
-from mbs_models.socket import FILE, FLANGE, Socket, SocketMesh
-from mbs_models.socket_spring import SocketSpring
-from slide_fmu.signals import FloatArray
+from mbs_models.robot_6r.flange import euler_of, moment_of, rotation_of, vector_of
+from mbs_models.robot_6r.socket import FILE, FLANGE, Socket, SocketMesh
+from mbs_models.robot_6r.socket_spring import SocketSpring
+from slide_fmu.core.signals import FloatArray
 
 SOCKET = Socket.read().symmetric()
 DAMPING = 8e-3
@@ -168,7 +168,7 @@ def test_fast_spring_is_the_exact_one_to_the_second_order() -> None:
 
 def test_coarse_mesh_gives_almost_the_same() -> None:
     pytest.importorskip("ngsolve", reason="needs the extra 'mesh'")
-    from mbs_models.socket_mesh import reduced
+    from mbs_models.robot_6r.socket_mesh import reduced
 
     coarse = reduced(SocketMesh(element_size=0.05))
     assert coarse.nodes < 3000

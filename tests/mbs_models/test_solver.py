@@ -18,9 +18,9 @@ from exudyn.itemInterface import (
     SensorNode,
 )
 
-from mbs_models.oscillators import DuffingOscillator
-from mbs_models.solver import ImplicitPlant, ImplicitSettings
-from slide_fmu.signals import FloatArray
+from mbs_models.oscillators.oscillators import DuffingOscillator
+from mbs_models.plants.solver import ImplicitPlant, ImplicitSettings
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import SimulationError, State, simulate
 
 SAME = 1e-9

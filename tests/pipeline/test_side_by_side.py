@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slide_fmu.data.sampling import Draw
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.draws import Draw
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.side_by_side import led_in
-from slide_fmu.signals import FloatArray
-from slide_fmu.surrogate import Surrogate
+from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import State
 
 FMUS = Path(__file__).parents[2] / "fmus"

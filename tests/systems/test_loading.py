@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mbs_models.oscillators import DuffingOscillator
+from mbs_models.oscillators.oscillators import DuffingOscillator
 from slide_fmu.systems.loading import LoadError, load_system
 
 

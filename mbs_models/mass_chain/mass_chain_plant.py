@@ -1,0 +1,132 @@
+"""The exudyn side of the mass chain: six masses between two walls, two loads."""
+
+# mypy: allow-untyped-calls
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import Any
+
+import exudyn as exu
+import numpy as np
+from exudyn.itemInterface import (
+    LoadCoordinate,
+    MarkerNodeCoordinate,
+    Mass1D,
+    Node1D,
+    NodePointGround,
+)
+from scipy.optimize import brentq
+
+from mbs_models.plants.cubic_spring import (
+    CubicSpring,
+    add_cubic_spring,
+    add_linear_spring,
+    expect_not_negative,
+    expect_positive,
+    expect_substeps,
+)
+from mbs_models.plants.solver import ExplicitPlant
+from slide_fmu.core.signals import FloatArray
+
+MASSES = 6
+LOADED = (0, 3)
+"""Indices of the masses that carry an input force."""
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Numbers of m x_i'' + c x_i' + f_i - f_(i+1) = F_i between two walls, i = 1 to 6.
+
+    f_i = k s + alpha k s^3 + d s' with s = x_i - x_(i-1); the walls are x_0 = x_7 = 0.
+
+    Attributes:
+        mass: m in kg, positive.
+        spring: k, d and alpha of each of the seven springs.
+        drag: c in N s/m, not negative; a damper between each mass and the ground.
+        step: sample step h in s, positive.
+        substeps: integration steps per sample step, at least 1.
+
+    Raises:
+        ValueError: a value is out of its range.
+    """
+
+    mass: float
+    spring: CubicSpring
+    drag: float
+    step: float
+    substeps: int
+
+    def __post_init__(self) -> None:
+        expect_positive(mass=self.mass, step=self.step)
+        expect_not_negative(drag=self.drag)
+        expect_substeps(self.substeps)
+
+    def equilibrium(self, forces: FloatArray) -> FloatArray:
+        """Static positions in m under the loads in N, shape (2,); gives shape (6,).
+
+        Behind each load the spring force is smaller by it. So one number is unknown, the force
+        of the first spring, and the springs' lengths must add up to the distance of the walls:
+        one equation with one root, for the deflection grows with the force.
+        """
+        loads = np.zeros(MASSES)
+        loads[list(LOADED)] = forces
+        carried = np.concatenate([[0.0], np.cumsum(loads)])
+
+        def deflections(first: float) -> FloatArray:
+            return np.array([self.spring.deflection(first - c) for c in carried])
+
+        low, high = float(carried.min()), float(carried.max())
+        first = low
+        if high > low:
+            first = brentq(
+                lambda f: float(np.sum(deflections(f))), low, high, xtol=1e-15 * (high - low)
+            )
+        return np.asarray(np.cumsum(deflections(first))[:MASSES])
+
+
+class MassChainPlant:
+    """A chain of masses in exudyn.
+
+    Attributes:
+        plant: steps the system and linearizes it.
+    """
+
+    def __init__(self, chain: Chain) -> None:
+        """Build it; linear springs do without the (slower) force function."""
+        container = exu.SystemContainer()
+        self._mbs = container.AddSystem()
+        wall = self._marker(self._mbs.AddNode(NodePointGround()))
+        masses = [self._add_mass(chain.mass) for _ in range(MASSES)]
+        points = [wall, *masses, wall]
+        self._forces: list[Any] = []
+        for before, after in itertools.pairwise(points):
+            self._add_spring([before, after], chain.spring)
+        for marker in masses if chain.drag > 0 else []:
+            add_linear_spring(self._mbs, [wall, marker], 0.0, chain.drag)
+        self._loads = [
+            self._mbs.AddLoad(LoadCoordinate(markerNumber=masses[index], load=0.0))
+            for index in LOADED
+        ]
+        self._mbs.Assemble()
+        self.plant = ExplicitPlant(container, self._mbs, chain.step, chain.substeps)
+
+    def _marker(self, node: Any) -> Any:
+        return self._mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
+
+    def _add_mass(self, mass: float) -> Any:
+        """A mass that moves along one axis; gives the marker of its position."""
+        node = self._mbs.AddNode(Node1D(referenceCoordinates=[0.0]))
+        self._mbs.AddObject(Mass1D(nodeNumber=node, mass=mass))
+        return self._marker(node)
+
+    def _add_spring(self, markers: list[Any], spring: CubicSpring) -> None:
+        if spring.alpha > 0:
+            self._forces.append(add_cubic_spring(self._mbs, markers, spring)[1])
+        else:
+            add_linear_spring(self._mbs, markers, spring.stiffness, spring.damping)
+
+    def set_forces(self, forces: FloatArray) -> None:
+        """Hold forces in N, shape (2,), on the loaded masses."""
+        for load, force in zip(self._loads, forces, strict=True):
+            self._mbs.SetLoadParameter(load, "load", float(force))

@@ -1,0 +1,85 @@
+"""The exudyn side of the oscillators: one mass, one spring and damper to the ground, one load."""
+
+# mypy: allow-untyped-calls
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import exudyn as exu
+from exudyn.itemInterface import (
+    LoadCoordinate,
+    MarkerNodeCoordinate,
+    Mass1D,
+    Node1D,
+    NodePointGround,
+)
+
+from mbs_models.plants.cubic_spring import (
+    CubicSpring,
+    add_cubic_spring,
+    add_linear_spring,
+    expect_positive,
+    expect_substeps,
+)
+from mbs_models.plants.solver import ExplicitPlant
+
+
+@dataclass(frozen=True)
+class Oscillator:
+    """Numbers of m x'' + d x' + k s + alpha k s^3 = F, with s = x - b for a base at b.
+
+    Attributes:
+        mass: m in kg, positive.
+        spring: d, k and alpha.
+        step: sample step h in s, positive.
+        substeps: integration steps per sample step, at least 1.
+
+    Raises:
+        ValueError: a value is out of its range.
+    """
+
+    mass: float
+    spring: CubicSpring
+    step: float
+    substeps: int
+
+    def __post_init__(self) -> None:
+        expect_positive(mass=self.mass, step=self.step)
+        expect_substeps(self.substeps)
+
+
+class OscillatorPlant:
+    """An oscillator in exudyn.
+
+    Attributes:
+        plant: steps the system and linearizes it.
+    """
+
+    def __init__(self, oscillator: Oscillator, moving_base: bool) -> None:
+        """Build it; only a cubic spring or a moving base needs the (slower) force function."""
+        container = exu.SystemContainer()
+        self._mbs = container.AddSystem()
+        node = self._mbs.AddNode(Node1D(referenceCoordinates=[0.0]))
+        self._mbs.AddObject(Mass1D(nodeNumber=node, mass=oscillator.mass))
+        ground = self._mbs.AddNode(NodePointGround())
+        markers = [
+            self._mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=number, coordinate=0))
+            for number in (ground, node)
+        ]
+        spring = oscillator.spring
+        if moving_base or spring.alpha > 0:
+            self._spring, self._force = add_cubic_spring(self._mbs, markers, spring)
+        else:
+            add_linear_spring(self._mbs, markers, spring.stiffness, spring.damping)
+        self._load = self._mbs.AddLoad(LoadCoordinate(markerNumber=markers[1], load=0.0))
+        self._mbs.Assemble()
+        self.plant = ExplicitPlant(container, self._mbs, oscillator.step, oscillator.substeps)
+
+    def set_force(self, force: float) -> None:
+        """Hold a force in N on the mass."""
+        self._mbs.SetLoadParameter(self._load, "load", force)
+
+    def set_base(self, base: float, rate: float) -> None:
+        """Start the next step with the base at ``base`` m, moving with ``rate`` m/s."""
+        self._mbs.SetObjectParameter(self._spring, "offset", base)
+        self._mbs.SetObjectParameter(self._spring, "velocityOffset", rate)

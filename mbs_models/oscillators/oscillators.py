@@ -1,0 +1,189 @@
+"""Mass on a spring and damper: linear, Duffing under a force, Duffing on a moving base.
+
+All three are m x'' + d x' + k s + alpha k s^3 = F. Under a force, s = x; on a base at b(t),
+s = x - b(t) and F = 0, and the damper acts on the absolute velocity. The defaults are those of
+the paper's section on the mass spring damper: omega_0 = 40 rad/s, damping ratio 0.1.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbs_models.oscillators.oscillator_plant import Oscillator, OscillatorPlant
+from mbs_models.plants.cubic_spring import CubicSpring
+from mbs_models.plants.plant_system import PlantSystem, finite_vector
+from slide_fmu.core.signals import FloatArray, Hold, Signal
+from slide_fmu.systems.base import Linearization, State
+
+
+class _OscillatorSystem(PlantSystem[OscillatorPlant]):
+    """What the oscillators share; interface, never instantiated."""
+
+    def __init__(self, oscillator: Oscillator, hold: Hold, signal: Signal, limit: float) -> None:
+        super().__init__(n_coordinates=1, n_inputs=1)
+        position = Signal("position", "m", -limit, limit, "position of the mass")
+        self.step, self.hold = oscillator.step, hold
+        self.inputs, self.outputs = (signal,), (position,)
+        self._oscillator = oscillator
+
+    def _build(self) -> OscillatorPlant:
+        return OscillatorPlant(self._oscillator, moving_base=self.hold == "ramp")
+
+    def _apply(self, model: OscillatorPlant, inputs: FloatArray) -> None:
+        if self.hold == "ramp":
+            rate = (inputs[0] - self._last_input[0]) / self.step
+            model.set_base(self._last_input[0], rate)
+        else:
+            model.set_force(inputs[0])
+
+    def output(self) -> FloatArray:
+        """Position of the mass in m, shape (1,)."""
+        return self._coordinates.copy()
+
+    def linearize(self, state: State) -> Linearization:
+        """M, D, K at a state (1 x 1 each, no constraints); the current state stays."""
+        if self.hold == "ramp":
+            self._model().set_base(float(state.last_input[0]), 0.0)
+        return super().linearize(state)
+
+
+class LinearOscillator(_OscillatorSystem):
+    """m x'' + d x' + k x = F with a held force.
+
+    Args:
+        mass: m in kg.
+        stiffness: k in N/m.
+        damping: d in N s/m.
+        step: sample step h in s.
+        substeps: integration steps per sample; 12 give 3e-10 of the response's RMS.
+        force_limit: intended range of the force is [-force_limit, force_limit] N.
+        position_limit: range of the position in m; 8 m is what no force in range can exceed.
+    """
+
+    def __init__(
+        self,
+        *,
+        mass: float = 1.0,
+        stiffness: float = 1600.0,
+        damping: float = 8.0,
+        step: float = 1.0 / 64.0,
+        substeps: int = 12,
+        force_limit: float = 2000.0,
+        position_limit: float = 8.0,
+    ) -> None:
+        oscillator = Oscillator(mass, CubicSpring(stiffness, damping, 0.0), step, substeps)
+        super().__init__(oscillator, "held", _force_signal(force_limit), position_limit)
+
+    def random_state(
+        self, rng: np.random.Generator, first_input: FloatArray | None = None
+    ) -> State:
+        """Position U(-0.5, 0.5) m and velocity U(-0.5, 0.5) m/s."""
+        return _random_state(rng, 0.5, 0.5, 0.0)
+
+    def rest_state(self, held_input: FloatArray) -> State:
+        """Static deflection F / k under a held force in N, shape (1,)."""
+        return _deflected(self._oscillator, held_input)
+
+
+class DuffingOscillator(_OscillatorSystem):
+    """m x'' + d x' + k x + alpha k x^3 = F with a held force.
+
+    Args:
+        mass: m in kg.
+        stiffness: k in N/m.
+        damping: d in N s/m.
+        alpha: cubic share of the spring in 1/m^2.
+        step: sample step h in s.
+        substeps: integration steps per sample; 24 give 5e-9 of the response's RMS.
+        force_limit: intended range of the force is [-force_limit, force_limit] N.
+        position_limit: range of the position in m; sweeps at full force reach 1.9 m.
+    """
+
+    def __init__(
+        self,
+        *,
+        mass: float = 1.0,
+        stiffness: float = 1600.0,
+        damping: float = 8.0,
+        alpha: float = 0.5,
+        step: float = 0.03,
+        substeps: int = 24,
+        force_limit: float = 1000.0,
+        position_limit: float = 2.5,
+    ) -> None:
+        oscillator = Oscillator(mass, CubicSpring(stiffness, damping, alpha), step, substeps)
+        super().__init__(oscillator, "held", _force_signal(force_limit), position_limit)
+
+    def random_state(
+        self, rng: np.random.Generator, first_input: FloatArray | None = None
+    ) -> State:
+        """Position U(-1, 1) m and velocity U(-10, 10) m/s."""
+        return _random_state(rng, 1.0, 10.0, 0.0)
+
+    def rest_state(self, held_input: FloatArray) -> State:
+        """Static deflection under a held force in N, shape (1,)."""
+        return _deflected(self._oscillator, held_input)
+
+
+class DuffingBaseMotion(_OscillatorSystem):
+    """m x'' + d x' + k (x - b) + alpha k (x - b)^3 = 0 on a base that ramps between samples.
+
+    This is the excitation of the paper's code. The base goes linearly from the last input to the
+    new one and reaches it at the end of the step.
+
+    Args:
+        mass: m in kg.
+        stiffness: k in N/m.
+        damping: d in N s/m, on the absolute velocity.
+        alpha: cubic share of the spring in 1/m^2.
+        step: sample step h in s.
+        substeps: integration steps per sample.
+        base_limit: intended range of the base is [-base_limit, base_limit] m.
+        position_limit: range of the position in m.
+    """
+
+    def __init__(
+        self,
+        *,
+        mass: float = 1.0,
+        stiffness: float = 1600.0,
+        damping: float = 8.0,
+        alpha: float = 0.5,
+        step: float = 0.03,
+        substeps: int = 24,
+        base_limit: float = 0.2,
+        position_limit: float = 2.0,
+    ) -> None:
+        oscillator = Oscillator(mass, CubicSpring(stiffness, damping, alpha), step, substeps)
+        base = Signal("base", "m", -base_limit, base_limit, "position of the base at step end")
+        super().__init__(oscillator, "ramp", base, position_limit)
+
+    def random_state(
+        self, rng: np.random.Generator, first_input: FloatArray | None = None
+    ) -> State:
+        """Position U(-1, 1) m, velocity U(-10, 10) m/s, base uniform in its range."""
+        return _random_state(rng, 1.0, 10.0, self.inputs[0].high)
+
+    def rest_state(self, held_input: FloatArray) -> State:
+        """At rest on the base, whose position in m has shape (1,)."""
+        base = finite_vector("held input", held_input, 1)
+        return State(base, np.zeros(1), base.copy())
+
+
+def _force_signal(limit: float) -> Signal:
+    return Signal("force", "N", -limit, limit, "force on the mass, held over a step")
+
+
+def _random_state(rng: np.random.Generator, position: float, speed: float, last: float) -> State:
+    """A state drawn uniformly from symmetric ranges."""
+    return State(
+        rng.uniform(-position, position, 1),
+        rng.uniform(-speed, speed, 1),
+        rng.uniform(-last, last, 1),
+    )
+
+
+def _deflected(oscillator: Oscillator, held_input: FloatArray) -> State:
+    """Static equilibrium under a held force in N."""
+    force = finite_vector("held input", held_input, 1)
+    return State(np.array([oscillator.spring.deflection(force[0])]), np.zeros(1), force)

@@ -1,0 +1,227 @@
+"""Pictures of the mechanisms in motion, at true scale.
+
+python -m mbs_models.pictures.drawing slider_crank OUT.png
+python -m mbs_models.pictures.drawing robot_6r OUT.png
+
+``slide-fmu run`` draws a recipe's system by the function that ``system.picture`` names.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Polygon, Rectangle
+from scipy.interpolate import CubicSpline
+
+from mbs_models.pictures.robot_drawing import draw_robot
+from mbs_models.robot_6r.robot_6r import Robot6R
+from mbs_models.slider_crank.slider_crank import SliderCrank
+from mbs_models.slider_crank.slider_crank_plant import CRANK_LENGTH, ROD_LENGTH
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.excitation.base import Kind
+from slide_fmu.excitation.point_to_point import PointToPoint
+from slide_fmu.excitation.speed_ramps import SpeedRamps
+from slide_fmu.systems.base import State, System
+
+DARK, STEEL, BLUE, ORANGE, GROUND = "#222222", "#6b7785", "#1f77b4", "#ff7f0e", "#8a8f96"
+CRANK_RADIUS, ROD_THICKNESS, BLOCK, RAIL = 0.03, 0.02, (0.17, 0.12), 0.065
+"""Half the crank's width, the rod's thickness, the slider's size, the rails' distance from the
+middle, in m."""
+POSES = 7
+"""Instants that are drawn, the last one in full colour."""
+POSE_STEP = 3
+"""Samples between them."""
+SEEDS = {"slider_crank": 7, "robot_6r": 189}
+"""Of motions that show much."""
+BEFORE, DURATION = 2.0, 4.0
+"""Of a motion, what is left out and what is drawn, in s."""
+
+
+def motion(system: System, kind: Kind, seed: int) -> list[State]:
+    """States at all samples of a motion, after the time in which its start decays.
+
+    Args:
+        kind: of excitation.
+        seed: of the excitation.
+    """
+    count = round((BEFORE + DURATION) / system.step)
+    time = system.step * np.arange(count + 1, dtype=np.float64)
+    inputs = kind.inputs(system.inputs, time, 1.0, np.random.default_rng(seed))
+    system.set_state(system.rest_state(inputs[0]))
+    states = [system.get_state()]
+    for row in inputs[1:]:
+        system.advance(row)
+        states.append(system.get_state())
+    return states[round(BEFORE / system.step) :]
+
+
+def draw_slider_crank(system: SliderCrank, states: Sequence[State], out: Path | BinaryIO) -> None:
+    """Draw crank, bent rod and slider at the last instants of a motion as PNG.
+
+    Args:
+        states: at all samples, at least one.
+        out: the PNG.
+    """
+    chosen = list(range(len(states) - 1, -1, -POSE_STEP))[:POSES][::-1]
+    figure = Figure(figsize=(9, 6.3), layout="constrained")
+    above, below = figure.subplots(2, 1, height_ratios=(3.4, 1))
+    deflections = _outputs(system, states)[:, 0]
+    _draw_ground(above)
+    for alpha, index in zip(fading(len(chosen)), chosen, strict=True):
+        _draw_instant(above, system.points(states[index]), float(alpha))
+    _mark_deflection(above, system.points(states[chosen[-1]])[2:], float(deflections[chosen[-1]]))
+    above.set(xlim=(-0.62, 1.68), ylim=(-0.6, 0.6), aspect="equal")
+    above.set_axis_off()
+    time = system.step * np.arange(len(states), dtype=np.float64)
+    _draw_history(below, time, 1e3 * deflections, chosen)
+    figure.savefig(out, format="png", dpi=130, metadata={"Software": None})
+
+
+def fading(count: int) -> FloatArray:
+    """Opacities of instants, the last one full; shape (count,)."""
+    ramp = np.linspace(0.1, 0.42, max(count - 1, 1))[: count - 1]
+    return np.append(ramp, 1.0)
+
+
+def _outputs(system: System, states: Sequence[State]) -> FloatArray:
+    """Outputs at states, shape (len(states), n_outputs)."""
+    rows = []
+    for state in states:
+        system.set_state(state)
+        rows.append(system.output())
+    return np.array(rows)
+
+
+def _draw_ground(ax: Axes) -> None:
+    """The pivot's bearing, the slider's rails and the circle of the crank's tip."""
+    reach = CRANK_LENGTH + ROD_LENGTH
+    for side in (-1.0, 1.0):
+        _draw_rail(ax, (ROD_LENGTH - CRANK_LENGTH - 0.14, reach + 0.14), side * RAIL, side)
+    ax.add_patch(Polygon([(0, 0), (-0.075, -0.12), (0.075, -0.12)], fc="white", ec=DARK, lw=1.4))
+    _draw_rail(ax, (-0.11, 0.11), -0.12, -1.0)
+    ax.add_patch(Circle((0, 0), CRANK_LENGTH, fc="none", ec=GROUND, lw=0.8, ls=(0, (6, 5))))
+
+
+def _draw_rail(ax: Axes, span: tuple[float, float], height: float, side: float) -> None:
+    """A line with hatches on one side, -1 below or 1 above."""
+    low = height if side > 0 else height - 0.035
+    hatched = Rectangle((span[0], low), span[1] - span[0], 0.035, fc="none", ec=GROUND, lw=0)
+    hatched.set_hatch("//////")
+    ax.add_patch(hatched)
+    ax.plot(span, (height, height), color=DARK, lw=1.4, zorder=1.5)
+
+
+def _draw_instant(ax: Axes, points: FloatArray, alpha: float) -> None:
+    """Crank, rod, slider and joints; points as of ``SliderCrank.points``."""
+    order = 2.0 + alpha
+    slider = points[-1]
+    corner = (slider[0] - 0.5 * BLOCK[0], slider[1] - 0.5 * BLOCK[1])
+    block = Rectangle(corner, *BLOCK, fc="#c9d3de", ec=DARK, lw=1.2, alpha=alpha, zorder=order)
+    ax.add_patch(block)
+    crank = Polygon(_bar(points[0], points[1], CRANK_RADIUS), fc=STEEL, ec=DARK, lw=1.0)
+    rod = Polygon(_beam(points[2:], ROD_THICKNESS), fc=BLUE, ec=BLUE, lw=0.6)
+    for patch in (crank, rod):
+        patch.set(alpha=alpha, zorder=order + 0.01)
+        ax.add_patch(patch)
+    for joint in (points[0], points[1], slider):
+        circle = Circle((joint[0], joint[1]), 0.014, fc="white", ec=DARK, lw=1.2)
+        circle.set(alpha=alpha, zorder=order + 0.02)
+        ax.add_patch(circle)
+
+
+def _bar(start: FloatArray, end: FloatArray, radius: float) -> FloatArray:
+    """Outline of a bar with round ends, shape (n, 2)."""
+    along = end - start
+    turn = np.arctan2(along[1], along[0]) + np.linspace(0.5, 1.5, 25) * np.pi
+    arc = radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    return np.vstack([start + arc, end - arc])
+
+
+def _beam(nodes: FloatArray, thickness: float) -> FloatArray:
+    """Outline of a beam through nodes, shape (n, 2)."""
+    curve = CubicSpline(np.linspace(0.0, 1.0, len(nodes)), nodes)
+    place = np.linspace(0.0, 1.0, 81)
+    middle, slope = curve(place), curve(place, 1)
+    normal = np.stack([-slope[:, 1], slope[:, 0]], axis=1)
+    offset = 0.5 * thickness * normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    return np.vstack([middle + offset, (middle - offset)[::-1]])
+
+
+def _mark_deflection(ax: Axes, rod: FloatArray, deflection: float) -> None:
+    """The line between the rod's ends and the distance of its middle from it."""
+    start, end = rod[0], rod[-1]
+    ax.plot(*np.stack([start, end]).T, color=ORANGE, lw=1.2, ls="--", zorder=4)
+    across = np.array([start[1] - end[1], end[0] - start[0]]) / np.linalg.norm(end - start)
+    middle = rod[len(rod) // 2]
+    foot = middle - deflection * across
+    away = 0.3 * np.sign(deflection) * across
+    ax.plot(*np.stack([foot, middle + away]).T, color=ORANGE, lw=0.8, zorder=4)
+    label = middle + away
+    text = f"deflection {abs(1e3 * deflection):.0f} mm"
+    vertical = "bottom" if away[1] > 0 else "top"
+    ax.annotate(text, (label[0], label[1]), ha="center", va=vertical, color="#c45f00", zorder=5)
+
+
+def _draw_history(
+    ax: Axes, time: FloatArray, deflections: FloatArray, chosen: Sequence[int]
+) -> None:
+    """Deflection in mm over time; the drawn instants as dots."""
+    ax.axhline(0.0, color=GROUND, lw=0.8)
+    ax.plot(time, deflections, color=BLUE, lw=1.4)
+    for alpha, index in zip(fading(len(chosen)), chosen, strict=True):
+        ax.plot(time[index], deflections[index], "o", color=ORANGE, ms=5, alpha=float(alpha))
+    ax.set(xlabel="time / s", ylabel="deflection / mm", xlim=(time[0], time[-1] + 0.03))
+    ax.grid(alpha=0.3)
+    ax.spines[["top", "right"]].set_visible(False)
+
+
+def slider_crank_picture(system: SliderCrank, seed: int = SEEDS["slider_crank"]) -> bytes:
+    """The slider-crank in a motion that shows much, as PNG.
+
+    Args:
+        seed: of the motion.
+    """
+    ramps = SpeedRamps(kind="speed_ramps", weight=1.0, speed=8.0, acceleration=20.0)
+    buffer = io.BytesIO()
+    draw_slider_crank(system, motion(system, ramps, seed), buffer)
+    return buffer.getvalue()
+
+
+def robot_picture(system: Robot6R, seed: int = SEEDS["robot_6r"]) -> bytes:
+    """The robot in a motion that shows much, as PNG.
+
+    Args:
+        seed: of the motion.
+    """
+    moves = PointToPoint(
+        kind="point_to_point", weight=1.0, random_start=False, reach=0.6, keep=0.0
+    )
+    buffer = io.BytesIO()
+    draw_robot(system, motion(system, moves, seed), buffer)
+    return buffer.getvalue()
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description="Draw a mechanism in motion.")
+    parser.add_argument("model", choices=sorted(SEEDS))
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--seed", type=int, help="of the motion")
+    arguments = parser.parse_args()
+    seed = SEEDS[arguments.model] if arguments.seed is None else arguments.seed
+    if arguments.model == "slider_crank":
+        picture = slider_crank_picture(SliderCrank(), seed)
+    else:
+        picture = robot_picture(Robot6R(), seed)
+    arguments.out.write_bytes(picture)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,147 @@
+"""A picture of the robot in motion on its socket, with the deviation of its tool over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+
+from mbs_models.pictures.facets import Camera, Facets, ball, tube
+from mbs_models.robot_6r.flange import rotation_of
+from mbs_models.robot_6r.puma_560 import JOINTS
+from mbs_models.robot_6r.robot_6r import Robot6R
+from mbs_models.robot_6r.socket import FLANGE
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.systems.base import State
+
+ARM, JOINT, PLASTICS, METAL, HAND = "#d7dde5", "#2f7fc1", "#f0913a", "#8d97a3", "#3a4450"
+PATH, GRID, SHADOW = "#d62728", "#d5d9de", "#e9ebee"
+AXES = {"x": "#1f77b4", "y": "#2ca02c", "z": "#9467bd"}
+CAMERA = Camera(np.deg2rad(-52.0), np.deg2rad(20.0))
+SOCKET_RADIUS, HAND_LENGTH = 0.05, 0.1
+"""In m."""
+POSES, POSE_STEP = 6, 12
+"""Instants that are drawn, and samples between them."""
+
+
+def draw_robot(system: Robot6R, states: Sequence[State], out: Path | BinaryIO) -> None:
+    """Draw the robot at the last instants of a motion, its tool's path and deviation, as PNG.
+
+    The socket bends and turns as it does: at true scale.
+
+    Args:
+        states: at all samples, at least one.
+        out: the PNG.
+    """
+    chosen = list(range(len(states) - 1, -1, -POSE_STEP))[:POSES][::-1]
+    figure = Figure(figsize=(11, 5.2), layout="constrained")
+    scene, history = figure.subplots(1, 2, width_ratios=(1.5, 1))
+    points = np.array([system.points(state) for state in states[chosen[0] :]])
+    _draw_floor(scene, float(points[0, 0, 2]))
+    last = _robot(system, states[chosen[-1]])
+    _draw_shadow(scene, last, float(points[0, 0, 2]))
+    for strength, index in zip(_strengths(len(chosen) - 1), chosen[:-1], strict=True):
+        _draw_facets(scene, _robot(system, states[index]), float(strength))
+    _draw_path(scene, points[:, -1])
+    _draw_facets(scene, last, 1.0)
+    scene.set_aspect("equal")
+    scene.set_axis_off()
+    scene.margins(0.01)
+    _draw_history(history, system, states, chosen)
+    figure.savefig(out, format="png", dpi=130, metadata={"Software": None})
+
+
+def _strengths(count: int) -> FloatArray:
+    """Strength of the colours at earlier instants, shape (count,)."""
+    return np.linspace(0.14, 0.42, count)
+
+
+def _robot(system: Robot6R, state: State) -> Facets:
+    """Socket, links and joints at a state."""
+    bottom, flange, shoulder, elbow, forearm, wrist, *_ = system.points(state)
+    turn = rotation_of(state.coordinates[3:FLANGE])
+    joints = state.coordinates[FLANGE : FLANGE + JOINTS]
+    axes = turn @ system.chain.forward_kinematics(joints).rotations[..., 2].T
+    upper, low, hand = axes[:, 1], axes[:, 2], axes[:, 6]
+    parts = [
+        tube(np.stack([bottom - [0, 0, 0.012], bottom]), 0.11, METAL),
+        tube(_bent(bottom, flange, axes[:, 0]), SOCKET_RADIUS, PLASTICS),
+        tube(np.stack([flange, flange + 0.014 * axes[:, 0]]), 0.075, METAL),
+        tube(np.stack([flange, shoulder]), 0.058, ARM),
+        tube(shoulder + np.outer([-0.085, 0.085], upper), 0.066, JOINT),
+        tube(np.stack([shoulder, elbow]), 0.048, ARM),
+        tube(np.stack([elbow - 0.06 * low, elbow + 0.21 * low]), 0.052, JOINT),
+        tube(np.stack([forearm, wrist]), 0.036, ARM),
+        ball(wrist, 0.045, JOINT),
+        tube(np.stack([wrist, wrist + HAND_LENGTH * hand]), 0.022, HAND),
+        tube(wrist + np.outer([0.8 * HAND_LENGTH, HAND_LENGTH], hand), 0.036, HAND),
+    ]
+    return Facets.joined(parts)
+
+
+def _bent(bottom: FloatArray, top: FloatArray, axis: FloatArray) -> FloatArray:
+    """Middle line of the socket, upright at the bottom, along an axis at the top; (12, 3)."""
+    s = np.linspace(0.0, 1.0, 12)[:, None]
+    length = float(np.linalg.norm(top - bottom))
+    ends = (2 * s**3 - 3 * s**2 + 1) * bottom + (3 * s**2 - 2 * s**3) * top
+    slopes = (s**3 - 2 * s**2 + s) * np.array([0.0, 0.0, 1.0]) + (s**3 - s**2) * axis
+    return np.asarray(ends + length * slopes)
+
+
+def _draw_facets(ax: Axes, facets: Facets, strength: float) -> None:
+    corners, shades = CAMERA.shown(facets)
+    colors = 1.0 - strength * (1.0 - shades)
+    bodies = PolyCollection(list(corners), facecolors=colors, edgecolors=colors, lw=0.4)
+    bodies.set_zorder(2.0 + strength)
+    ax.add_collection(bodies)
+
+
+def _draw_floor(ax: Axes, height: float) -> None:
+    """A grid of 0.2 m on the floor about the socket."""
+    reach = 0.6
+    ends, lines = np.array([-reach, reach]), []
+    for offset in np.linspace(-reach, reach, 7):
+        along = np.stack([ends, np.full(2, offset), np.full(2, height)], axis=1)
+        lines += [CAMERA.flat(along), CAMERA.flat(along[:, [1, 0, 2]])]
+    ax.add_collection(LineCollection(lines, colors=GRID, lw=0.8, zorder=0.9))
+
+
+def _draw_shadow(ax: Axes, facets: Facets, height: float) -> None:
+    dropped = facets.corners.copy()
+    dropped[..., 2] = height
+    flat = CAMERA.flat(dropped)
+    shadow = PolyCollection(list(flat), facecolors=SHADOW, edgecolors=SHADOW, lw=0.4)
+    shadow.set_zorder(0.8)
+    ax.add_collection(shadow)
+
+
+def _draw_path(ax: Axes, tool: FloatArray) -> None:
+    """Way of the tool point, shape (n, 3)."""
+    flat = CAMERA.flat(tool)
+    ax.plot(flat[:, 0], flat[:, 1], color="white", lw=3.5, zorder=2.9)
+    ax.plot(flat[:, 0], flat[:, 1], color=PATH, lw=1.8, zorder=2.9)
+
+
+def _draw_history(
+    ax: Axes, system: Robot6R, states: Sequence[State], chosen: Sequence[int]
+) -> None:
+    """Deviation in mm over time; the drawn instants as dots."""
+    rows = []
+    for state in states:
+        system.set_state(state)
+        rows.append(1e3 * system.output()[:3])
+    deviation, time = np.array(rows), system.step * np.arange(len(states))
+    for strength, index in zip([*_strengths(len(chosen) - 1), 1.0], chosen, strict=True):
+        ax.axvline(time[index], color=PATH, lw=0.9, alpha=float(strength))
+    for (axis, color), values in zip(AXES.items(), deviation.T, strict=True):
+        ax.plot(time, values, color=color, lw=1.4, label=axis)
+    ax.set(xlabel="time / s", ylabel="deviation / mm", xlim=(0, time[-1] + 0.03))
+    ax.set_title("tool point against that on a rigid socket", fontsize=10)
+    ax.grid(alpha=0.3)
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.legend(loc="best", ncols=3, fontsize=9)

@@ -1,0 +1,1 @@
+"""What the models share: exudyn solvers, systems over a plant, drives, checks of parameters."""

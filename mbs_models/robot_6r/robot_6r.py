@@ -1,0 +1,228 @@
+"""A Puma 560 on a flexible socket: how far its tool is from where a rigid socket had put it.
+
+Inputs are the desired joint angles, one set per sample; the output is the deviation of the tool
+from the rigid forward kinematics of the actual joint angles, p_e in the paper's section on the
+6R manipulator.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mbs_models.plants.cubic_spring import expect, expect_positive
+from mbs_models.plants.plant_system import PlantSystem
+from mbs_models.robot_6r.flange import euler_of, moment_of, rotation_of, vector_of
+from mbs_models.robot_6r.puma_560 import DAMPING, JOINTS, LIMITS, STIFFNESS, puma_560
+from mbs_models.robot_6r.robot_6r_plant import Drives, Manipulator, ManipulatorPlant
+from mbs_models.robot_6r.socket import FLANGE, Socket
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.features.serial_chain import SerialChain
+from slide_fmu.systems.base import Linearization, State
+
+SOCKET_DAMPING = 8e-3
+"""Stiffness proportional damping of the socket in s."""
+ROTATION_LIMIT = 0.05
+"""Range of the rotation vector in rad."""
+_RELEASED = np.repeat([200.0, 100.0], 3)
+"""Extra forces in N and torques in N m of random states."""
+_ROUNDS, _SETTLED = 100, 1e-13
+"""Of the search for the static equilibrium: most rounds, change in rad that ends it."""
+
+
+class Robot6R(PlantSystem[ManipulatorPlant]):
+    """Six joints with PD control on a socket of plastics, with gravity.
+
+    The torque on joint i is P (s_i - q_i) + D (s_i' - q_i'), where s(t) goes through the desired
+    angles along a quadratic B-spline (see SetPoints): its rate is continuous, and it lags half a
+    step behind. Gravity is not compensated.
+
+    World axes are those of the flange without load: z up, the origin in its middle. The flange
+    moves by the displacement u and turns by R. Then p_e = u + R p(q) - p(q) with the rigid
+    forward kinematics p(q) of the *actual* joint angles, so the lag of the drives is no part of
+    it: what deviates is the socket alone.
+
+    A state holds u, the flange's angles (about x, the new y, the new z), the six joint angles,
+    internal coordinates of the socket if there are any, and then s; its velocities are the rates
+    of these.
+
+    Args:
+        socket: "finite_element" for the reduced finite elements with internal modes, as a part
+            of the implicit equations; "spring" for the stiffness, mass and weight that the
+            flange feels, which is twice as fast and within 0.02 % of the response's RMS.
+        step: sample step h in s.
+        substeps: integration steps per sample; under the fastest motions of the paper, 8 give
+            0.07 % of the response's RMS, 3 give 0.45 % in half the time.
+        tool_length: of the tool point from the wrist's centre, along the last axis, in m.
+        rotation: give the rotation vector of the flange too: how far the tool is turned.
+        authors_gains: 1e4 and 400 as gains of the third joint, as in the paper's code; else 4e4
+            and 100, as in the paper.
+        deviation_limit: range of the deviations in m; random moves of 1 s reach 0.042.
+        reduced: another reduced socket than the one that comes with the package.
+
+    Attributes:
+        chain: the rigid arm with its tool point.
+
+    Raises:
+        ValueError: a value is out of its range.
+    """
+
+    chain: SerialChain
+
+    def __init__(
+        self,
+        *,
+        socket: str = "spring",
+        step: float = 1.0 / 60.0,
+        substeps: int = 8,
+        tool_length: float = 0.0,
+        rotation: bool = False,
+        authors_gains: bool = False,
+        deviation_limit: float = 0.045,
+        reduced: Socket | None = None,
+    ) -> None:
+        if socket not in ("spring", "finite_element"):
+            raise ValueError(
+                f"system parameter socket = {socket!r}; expected 'spring' or 'finite_element': "
+                "correct the constructor argument or the recipe's [system.parameters]"
+            )
+        expect("tool_length", tool_length, math.isfinite(tool_length), "a finite number")
+        expect_positive(step=step)
+        whole = (Socket.read() if reduced is None else reduced).symmetric()
+        self._socket = whole if socket == "finite_element" else whole.without_modes()
+        self.chain = puma_560(np.array([0.0, 0.0, tool_length]))
+        self._drives = _drives(authors_gains)
+        self._manipulator = Manipulator(
+            self.chain,
+            self._drives,
+            self._socket,
+            SOCKET_DAMPING,
+            step,
+            substeps,
+            exact=socket == "finite_element",
+        )
+        super().__init__(self._manipulator.coordinates + JOINTS, n_inputs=JOINTS)
+        self._rotation = rotation
+        self._exact: ManipulatorPlant | None = None
+        self.step, self.hold = step, "ramp"
+        self.inputs = tuple(_joint_signal(index) for index in range(JOINTS))
+        self.outputs = _deviation_signals(deviation_limit)
+        if rotation:
+            self.outputs += _rotation_signals(ROTATION_LIMIT)
+
+    def _build(self) -> ManipulatorPlant:
+        return ManipulatorPlant(self._manipulator)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**super().__getstate__(), "_exact": None}
+
+    def linearize(self, state: State) -> Linearization:
+        """M, D, K of flange, joints and internal coordinates with the drives; no constraints."""
+        if self._exact is None:
+            self._exact = ManipulatorPlant(replace(self._manipulator, exact=True))
+        return self._exact.plant.linearize(state.coordinates, state.velocities)
+
+    def _apply(self, model: ManipulatorPlant, inputs: FloatArray) -> None:
+        model.plant.follow(inputs)
+
+    def output(self) -> FloatArray:
+        """Deviation of the tool in m, shape (3,); with ``rotation`` the rotation vector of the
+        flange in rad behind it, shape (6,)."""
+        flange, joints = self._coordinates[:FLANGE], self._coordinates[FLANGE : FLANGE + JOINTS]
+        turn = rotation_of(flange[3:])
+        rigid = self.chain.tool_position(joints)
+        deviation = flange[:3] + turn @ rigid - rigid
+        return np.concatenate([deviation, vector_of(turn)]) if self._rotation else deviation
+
+    def points(self, state: State) -> FloatArray:
+        """Positions in m, world axes: the socket's bottom, the flange, the six link frames, the
+        tool; shape (9, 3)."""
+        flange = state.coordinates[:FLANGE]
+        frames = self.chain.forward_kinematics(state.coordinates[FLANGE : FLANGE + JOINTS])
+        tool = frames.positions[-1] + frames.rotations[-1] @ self.chain.tool
+        rigid = np.vstack([frames.positions, tool])
+        bottom = [0.0, 0.0, -self._socket.mesh.length]
+        return np.vstack([bottom, flange[:3] + rigid @ rotation_of(flange[3:]).T])
+
+    def random_state(
+        self, rng: np.random.Generator, first_input: FloatArray | None = None
+    ) -> State:
+        """At rest, just released: off the static equilibrium as far as a fast motion gets.
+
+        The drives rest at the first input, or anywhere within the joints' limits. Extra forces
+        up to 200 N and torques up to 100 N m on the flange had bent the socket, and the joints
+        are up to 0.005 rad away.
+        """
+        desired = rng.uniform(-LIMITS, LIMITS) if first_input is None else first_input
+        state = self.rest_state(desired)
+        bend = self._flexibility[:FLANGE, :FLANGE] @ (rng.uniform(-1.0, 1.0, FLANGE) * _RELEASED)
+        state.coordinates[:FLANGE] += bend
+        state.coordinates[FLANGE : FLANGE + JOINTS] += rng.uniform(-0.005, 0.005, JOINTS)
+        return state
+
+    def rest_state(self, held_input: FloatArray) -> State:
+        """Static equilibrium under gravity at held desired angles in rad, shape (6,).
+
+        Raises:
+            ValueError: the angles are not finite.
+        """
+        desired = self._finite_inputs("held input", held_input)
+        joints, place = desired, np.zeros(len(self._socket.mass))
+        for _ in range(_ROUNDS):
+            before = joints
+            joints, place = self._sagged(desired, joints, place)
+            if np.max(np.abs(joints - before)) < _SETTLED:
+                break
+        flange = np.concatenate([place[:3], euler_of(place[3:FLANGE])])
+        coordinates = np.concatenate([flange, joints, place[FLANGE:], desired])
+        return State(coordinates, np.zeros(len(coordinates)), desired.copy())
+
+    def _sagged(
+        self, desired: FloatArray, joints: FloatArray, place: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Joints and place of the socket under the weight that they have at a place."""
+        theta = place[3:FLANGE]
+        turn = rotation_of(euler_of(theta))
+        arm = self.chain.turned(turn)
+        still = np.zeros(JOINTS)
+        wrench = arm.base_wrench(joints, still, still)
+        torques = arm.joint_torques(joints, still, still)
+        load = self._socket.weight @ self.chain.gravity
+        load[:3] += turn @ wrench[:3]
+        load[3:FLANGE] += moment_of(theta, turn @ wrench[3:])
+        return desired - torques / self._drives.proportional, self._flexibility @ load
+
+    @cached_property
+    def _flexibility(self) -> FloatArray:
+        """Inverse of the socket's stiffness."""
+        return np.asarray(np.linalg.inv(self._socket.stiffness))
+
+
+def _drives(authors_gains: bool) -> Drives:
+    proportional, differential = STIFFNESS.copy(), DAMPING.copy()
+    if authors_gains:
+        proportional[2], differential[2] = 1e4, 400.0
+    return Drives(proportional, differential)
+
+
+def _joint_signal(index: int) -> Signal:
+    limit, meaning = float(LIMITS[index]), f"desired angle of joint {index + 1} at step end"
+    return Signal(f"joint_{index + 1}", "rad", -limit, limit, meaning)
+
+
+def _deviation_signals(limit: float) -> tuple[Signal, ...]:
+    meaning = "deviation of the tool from the rigid forward kinematics, world"
+    return tuple(
+        Signal(f"deviation_{axis}", "m", -limit, limit, f"{meaning} {axis}") for axis in "xyz"
+    )
+
+
+def _rotation_signals(limit: float) -> tuple[Signal, ...]:
+    meaning = "rotation vector of the tool against the rigid forward kinematics, world"
+    return tuple(
+        Signal(f"rotation_{axis}", "rad", -limit, limit, f"{meaning} {axis}") for axis in "xyz"
+    )

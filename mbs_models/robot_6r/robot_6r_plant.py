@@ -1,0 +1,259 @@
+"""The exudyn side of the robot: a kinematic tree whose first six joints move the flange.
+
+The flange moves by three sliding and three turning joints without mass; the reduced socket acts
+on their coordinates and pulls it back. The drives of the arm are springs and dampers inside the
+implicit integration.
+
+The socket's stiffness comes in two ways (see socket_spring). Exact: a spring of exudyn between
+ground and flange. Fast: linear in the coordinates, and the small rest as a force that is held
+over each substep, at the value that it has where the substep would end at constant rates.
+"""
+
+# mypy: allow-untyped-calls
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import exudyn as exu
+import numpy as np
+from exudyn.advancedUtilities import CreateSymbolicUserFunction
+from exudyn.itemInterface import (
+    MarkerBodyRigid,
+    MarkerKinematicTreeRigid,
+    NodeGenericODE2,
+    ObjectConnectorRigidBodySpringDamper,
+    ObjectGenericODE2,
+    ObjectGround,
+    ObjectKinematicTree,
+)
+
+from mbs_models.plants.cubic_spring import expect_not_negative, expect_positive, expect_substeps
+from mbs_models.plants.driven_plant import DrivenPlant
+from mbs_models.plants.solver import ImplicitPlant, ImplicitSettings
+from mbs_models.robot_6r.puma_560 import JOINTS
+from mbs_models.robot_6r.socket import FLANGE, Socket
+from mbs_models.robot_6r.socket_spring import SocketSpring
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.features.serial_chain import SerialChain
+
+_INITIAL, _CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
+_MATRICES: Any = exu.Matrix3DList  # exudyn's stubs know no arguments of these
+_VECTORS: Any = exu.Vector3DList
+_JOINT = exu.JointType
+_FLANGE_JOINTS = [
+    _JOINT.PrismaticX,
+    _JOINT.PrismaticY,
+    _JOINT.PrismaticZ,
+    _JOINT.RevoluteX,
+    _JOINT.RevoluteY,
+    _JOINT.RevoluteZ,
+]
+
+
+@dataclass(frozen=True, eq=False)
+class Drives:
+    """Torques P (s - q) + D (s' - q') of the joints.
+
+    Attributes:
+        proportional: P in N m/rad, shape (6,).
+        differential: D in N m s/rad, shape (6,).
+
+    Raises:
+        ValueError: a gain is not positive.
+    """
+
+    proportional: FloatArray
+    differential: FloatArray
+
+    def __post_init__(self) -> None:
+        for index in range(JOINTS):
+            expect_positive(
+                **{
+                    f"proportional[{index}]": float(self.proportional[index]),
+                    f"differential[{index}]": float(self.differential[index]),
+                }
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Manipulator:
+    """An arm with drives on a flexible socket.
+
+    Attributes:
+        arm: the rigid arm on the flange.
+        drives: its joints' control.
+        socket: the reduced socket, with internal modes or without.
+        damping: stiffness proportional damping of the socket in s.
+        step: sample step h in s.
+        substeps: integration steps per sample step.
+        exact: see above.
+
+    Raises:
+        ValueError: a value is out of its range.
+    """
+
+    arm: SerialChain
+    drives: Drives
+    socket: Socket
+    damping: float
+    step: float
+    substeps: int
+    exact: bool
+
+    def __post_init__(self) -> None:
+        expect_positive(step=self.step)
+        expect_not_negative(socket_damping=self.damping)
+        expect_substeps(self.substeps)
+
+    @property
+    def coordinates(self) -> int:
+        """Number of coordinates: flange, joints, internal modes."""
+        return JOINTS + len(self.socket.mass)
+
+
+class ManipulatorPlant:
+    """The robot in exudyn.
+
+    Its coordinates are the flange's displacement in m and angles in rad (turning about x, then
+    the new y, then the new z), the joint angles, and the socket's internal coordinates.
+
+    Attributes:
+        plant: steps the system and linearizes it; its last six coordinates are desired angles.
+    """
+
+    def __init__(self, manipulator: Manipulator) -> None:
+        container = exu.SystemContainer()
+        self._mbs = container.AddSystem()
+        self._manipulator = manipulator
+        stiffness = manipulator.socket.stiffness[:FLANGE, :FLANGE]
+        self._spring = SocketSpring.of(stiffness, manipulator.damping)
+        self._nodes = [self._add_node(FLANGE + JOINTS)]
+        if manipulator.coordinates > FLANGE + JOINTS:
+            self._nodes.append(self._add_node(manipulator.coordinates - FLANGE - JOINTS))
+        self._tree = self._add_arm()
+        self._add_socket()
+        self._force = self._add_exact_spring() if manipulator.exact else None
+        self._mbs.Assemble()
+        self._forces = np.zeros(FLANGE + JOINTS)
+        self._substep = manipulator.step / manipulator.substeps
+        gains = manipulator.drives
+        self._gains = list(
+            zip(gains.proportional.tolist(), gains.differential.tolist(), strict=True)
+        )
+        settings = ImplicitSettings(manipulator.substeps, spectral_radius=None)
+        self._solver = ImplicitPlant(container, self._mbs, manipulator.step, settings)
+        self.plant = DrivenPlant(self._solver, manipulator.step, JOINTS, self._set_forces)
+        if not manipulator.exact:
+            self._solver.before_substep = self._before_substep
+
+    def _add_node(self, size: int) -> Any:
+        zeros = [0.0] * size
+        node = NodeGenericODE2(
+            numberOfODE2Coordinates=size,
+            referenceCoordinates=zeros,
+            initialCoordinates=zeros,
+            initialCoordinates_t=zeros,
+        )
+        return self._mbs.AddNode(node)
+
+    def _add_arm(self) -> Any:
+        """The six joints of the flange and those of the arm; link frames before their twist."""
+        arm, drives = self._manipulator.arm, self._manipulator.drives
+        turns, offsets = [np.eye(3)] * (FLANGE + 1), [np.zeros(3)] * (FLANGE + 1)
+        centres, inertias = [np.zeros(3)] * FLANGE, [np.zeros((3, 3))] * FLANGE
+        for a, d, alpha, centre, inertia in zip(
+            arm.a, arm.d, arm.alpha, arm.centres, arm.inertias, strict=True
+        ):
+            offset, turn = np.array([a, 0.0, d]), _turn_x(alpha)
+            centres.append(offset + turn @ centre)
+            inertias.append(turn @ inertia @ turn.T)
+            turns.append(turn)
+            offsets.append(offset)
+        none = np.zeros(FLANGE)
+        tree = ObjectKinematicTree(
+            nodeNumber=self._nodes[0],
+            gravity=arm.gravity,
+            jointTypes=_FLANGE_JOINTS + [_JOINT.RevoluteZ] * JOINTS,
+            linkParents=np.arange(-1, FLANGE + JOINTS - 1),
+            jointTransformations=_MATRICES(turns[:-1]),
+            jointOffsets=_VECTORS(offsets[:-1]),
+            linkMasses=np.concatenate([none, arm.masses]),
+            linkCOMs=_VECTORS(centres),
+            linkInertiasCOM=_MATRICES(inertias),
+            jointForceVector=np.zeros(FLANGE + JOINTS),
+            jointPControlVector=np.concatenate([none, drives.proportional]),
+            jointDControlVector=np.concatenate([none, drives.differential]),
+            jointPositionOffsetVector=np.zeros(FLANGE + JOINTS),
+            jointVelocityOffsetVector=np.zeros(FLANGE + JOINTS),
+        )
+        return self._mbs.AddObject(tree)
+
+    def _add_socket(self) -> None:
+        """Mass, weight and stiffness of the socket, but for what the exact spring does."""
+        socket, count = self._manipulator.socket, self._manipulator.coordinates
+        where = [*range(FLANGE), *range(FLANGE + JOINTS, count)]
+        linear = socket.stiffness.copy()
+        if self._manipulator.exact:
+            linear[:FLANGE, :FLANGE] = 0.0
+        stiffness, weight = _spread(linear, where, count), np.zeros(count)
+        weight[where] = socket.weight @ self._manipulator.arm.gravity
+        item = ObjectGenericODE2(
+            nodeNumbers=self._nodes,
+            massMatrix=_spread(socket.mass, where, count),
+            stiffnessMatrix=stiffness,
+            dampingMatrix=self._manipulator.damping * stiffness,
+            forceVector=weight,
+        )
+        self._mbs.AddObject(item)
+
+    def _add_exact_spring(self) -> Any:
+        """The spring between ground and flange; gives its force, which must live on."""
+        mbs = self._mbs
+        ground = mbs.AddMarker(MarkerBodyRigid(bodyNumber=mbs.AddObject(ObjectGround())))
+        flange = MarkerKinematicTreeRigid(
+            objectNumber=self._tree, linkNumber=FLANGE - 1, localPosition=[0.0, 0.0, 0.0]
+        )
+        spring = mbs.AddObject(
+            ObjectConnectorRigidBodySpringDamper(markerNumbers=[ground, mbs.AddMarker(flange)])
+        )
+        name = "springForceTorqueUserFunction"
+        force = CreateSymbolicUserFunction(mbs, self._spring.exudyn_force(), name, spring)
+        mbs.SetObjectParameter(spring, name, force)
+        return force
+
+    def _before_substep(self, time: float) -> None:
+        """Hold the second order's share of the socket's forces over a substep, then drive.
+
+        Args:
+            time: of the substep's end since the last sample in s; 0 for the initial state.
+        """
+        data: Any = self._mbs.systemData
+        when = _INITIAL if time == 0.0 else _CURRENT
+        places = data.GetODE2Coordinates(when)[:FLANGE]
+        rates = data.GetODE2Coordinates_t(when)[:FLANGE]
+        if time > 0.0:
+            places = places + self._substep * rates
+        self._forces[:FLANGE] = self._spring.beyond_linear(places.tolist(), rates.tolist())
+        self.plant.move(time)
+
+    def _set_forces(self, angles: list[float], rates: list[float]) -> None:
+        """Let the drives pull the joints to desired angles in rad and rates in rad/s."""
+        self._forces[FLANGE:] = [
+            p * angle + d * rate
+            for (p, d), angle, rate in zip(self._gains, angles, rates, strict=True)
+        ]
+        self._mbs.SetObjectParameter(self._tree, "jointForceVector", self._forces)
+
+
+def _turn_x(angle: float) -> FloatArray:
+    """Rotation about x by an angle in rad."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+def _spread(matrix: FloatArray, where: list[int], count: int) -> FloatArray:
+    """A matrix whose rows and columns are some of a larger one's; the rest is zero."""
+    result = np.zeros((count, count))
+    result[np.ix_(where, where)] = matrix
+    return result

@@ -1,0 +1,153 @@
+"""The flexible socket under the robot: its finite elements, reduced to what the robot feels.
+
+The bottom is clamped, the flange on top is rigid. What is left of the finite elements
+(Hurty-Craig-Bampton) are the displacement u and the rotation vector theta of the flange, both in
+world axes, and some internal modes. ``mbs_models.socket_mesh`` computes the kept file.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+
+FILE = Path(__file__).parent / "data" / "socket.json"
+"""The reduced socket that goes with this package."""
+FLANGE = 6
+"""Coordinates of the flange: u in m and theta in rad."""
+_BENT, _SHEARED = [3, 4], [0, 1]
+
+
+@dataclass(frozen=True)
+class SocketMesh:
+    """A closed hollow cylinder along z, its material, and how finely it is meshed.
+
+    Attributes:
+        radius: outer radius in m.
+        wall: thickness of the wall in m.
+        length: in m, with top and bottom.
+        top: thickness of the solid top in m.
+        bottom: thickness of the bottom plate in m.
+        youngs_modulus: in Pa.
+        poissons_ratio: dimensionless.
+        density: in kg/m^3.
+        element_size: largest edge of an element in m.
+        element_order: 1 for linear, 2 for quadratic tetrahedra.
+        internal_modes: number of modes kept beside the flange's coordinates.
+    """
+
+    radius: float = 0.05
+    wall: float = 0.01
+    length: float = 0.3
+    top: float = 0.055
+    bottom: float = 0.01
+    youngs_modulus: float = 1e9
+    poissons_ratio: float = 0.3
+    density: float = 1000.0
+    element_size: float = 0.009
+    element_order: int = 2
+    internal_modes: int = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Socket:
+    """M s'' + K (s + d s') = W g + forces on the flange; s = u, theta, internal coordinates.
+
+    Attributes:
+        mesh: what was reduced.
+        mass: M, shape (n, n), n = 6 + internal modes.
+        stiffness: K, shape (n, n); zero between flange and internal coordinates.
+        weight: W, force in s per acceleration of gravity, shape (n, 3).
+        nodes: number of nodes of the mesh.
+
+    Raises:
+        ValueError: shapes do not belong together.
+    """
+
+    mesh: SocketMesh
+    mass: FloatArray
+    stiffness: FloatArray
+    weight: FloatArray
+    nodes: int
+
+    def __post_init__(self) -> None:
+        n = FLANGE + self.mesh.internal_modes
+        for name, shape in {"mass": (n, n), "stiffness": (n, n), "weight": (n, 3)}.items():
+            found = getattr(self, name).shape
+            if found != shape:
+                raise ValueError(f"socket: {name} of shape {found}; expected {shape}")
+
+    def symmetric(self) -> Socket:
+        """The same with the flange's stiffness as symmetric about z as the cylinder is."""
+        stiffness = self.stiffness.copy()
+        stiffness[:FLANGE, :FLANGE] = _symmetric(stiffness[:FLANGE, :FLANGE])
+        return Socket(self.mesh, self.mass, stiffness, self.weight, self.nodes)
+
+    def without_modes(self) -> Socket:
+        """The same without internal modes: stiffness, mass and weight that the flange feels."""
+        flange = slice(0, FLANGE)
+        return Socket(
+            replace(self.mesh, internal_modes=0),
+            self.mass[flange, flange],
+            self.stiffness[flange, flange],
+            self.weight[flange],
+            self.nodes,
+        )
+
+    def write(self, path: Path) -> None:
+        """Keep it in a JSON file."""
+        content = self._content()
+        content["checksum"] = _checksum(content)
+        path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+
+    @staticmethod
+    def read(path: Path = FILE) -> Socket:
+        """The socket from a file that ``write`` made.
+
+        Raises:
+            ValueError: the file was changed.
+        """
+        content = json.loads(path.read_text(encoding="utf-8"))
+        if content.pop("checksum", None) != _checksum(content):
+            raise ValueError(
+                f"{path} does not match its checksum: make it again with "
+                "python -m mbs_models.socket_mesh"
+            )
+        mass, stiffness, weight = (
+            np.array(content[name], dtype=np.float64) for name in ("mass", "stiffness", "weight")
+        )
+        mesh = SocketMesh(**content["mesh"])
+        return Socket(mesh, mass, stiffness, weight, content["nodes"])
+
+    def _content(self) -> dict[str, Any]:
+        return {
+            "mesh": asdict(self.mesh),
+            "nodes": self.nodes,
+            "mass": self.mass.tolist(),
+            "stiffness": self.stiffness.tolist(),
+            "weight": self.weight.tolist(),
+        }
+
+
+def _checksum(content: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _symmetric(stiffness: FloatArray) -> FloatArray:
+    """The part of a flange's stiffness, shape (6, 6), that a turn about z leaves as it is.
+
+    Bending couples u_y with theta_x and, with the other sign, u_x with theta_y.
+    """
+    diagonal = np.diag(stiffness).copy()
+    diagonal[_SHEARED], diagonal[_BENT] = diagonal[_SHEARED].mean(), diagonal[_BENT].mean()
+    coupling = 0.5 * (stiffness[1, 3] - stiffness[0, 4])
+    result = np.diag(diagonal)
+    result[1, 3] = result[3, 1] = coupling
+    result[0, 4] = result[4, 0] = -coupling
+    return result

@@ -1,0 +1,221 @@
+"""The exudyn side of the slider-crank: a rigid crank, a flexible rod, a slider, a drive."""
+
+# mypy: allow-untyped-calls
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import exudyn as exu
+import numpy as np
+from exudyn.itemInterface import (
+    Cable2D,
+    CoordinateConstraint,
+    CoordinateSpringDamperExt,
+    MarkerBodyPosition,
+    MarkerNodeCoordinate,
+    MarkerNodePosition,
+    Mass1D,
+    Node1D,
+    NodePoint2DSlope1,
+    NodePointGround,
+    NodeRigidBody2D,
+    ObjectGround,
+    RevoluteJoint2D,
+    RigidBody2D,
+)
+
+from mbs_models.plants.cubic_spring import (
+    expect,
+    expect_not_negative,
+    expect_positive,
+    expect_substeps,
+)
+from mbs_models.plants.driven_plant import DrivenPlant
+from mbs_models.plants.solver import ImplicitPlant, ImplicitSettings
+from slide_fmu.core.signals import FloatArray
+
+CRANK_LENGTH, CRANK_MASS = 0.5, 2.0
+ROD_LENGTH, ROD_MASS = 1.0, 4.0
+SLIDER_MASS = 1.0
+"""Lengths in m, masses in kg; the crank and the rod are uniform."""
+AXIAL_STIFFNESS = 414e3
+"""E A of the rod in N."""
+BENDING_DELAY, AXIAL_DELAY = 0.015, 0.01
+"""Damping of the rod in bending and stretching, of its stiffness, in s."""
+CRANK_COORDINATES, NODE_COORDINATES = 3, 4
+"""Of the crank: displacement of its middle, angle. Of a node of the rod: displacement of the
+node, deviation of the rod's slope vector; both from the crank and rod stretched along x."""
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """Numbers of a slider-crank with a flexible rod in the plane, without gravity and friction.
+
+    Attributes:
+        proportional: P of the drive in N m/rad, not negative.
+        differential: D of the drive in N m s/rad, not negative.
+        bending_stiffness: E I of the rod in N m^2, positive.
+        elements: number of finite elements of the rod, even, so that a node is in its middle.
+        step: sample step h in s, positive.
+        substeps: integration steps per sample step, at least 1.
+
+    Raises:
+        ValueError: a value is out of its range.
+    """
+
+    proportional: float
+    differential: float
+    bending_stiffness: float
+    elements: int
+    step: float
+    substeps: int
+
+    def __post_init__(self) -> None:
+        expect_not_negative(proportional=self.proportional, differential=self.differential)
+        expect_positive(bending_stiffness=self.bending_stiffness, step=self.step)
+        expect_substeps(self.substeps)
+        even = self.elements >= 2 and self.elements % 2 == 0
+        expect("elements", self.elements, even, "an even whole number from 2")
+
+    @property
+    def coordinates(self) -> int:
+        """Number of coordinates: of the crank, of the rod, and the slider's displacement."""
+        return CRANK_COORDINATES + NODE_COORDINATES * (self.elements + 1) + 1
+
+    def rod_nodes(self, coordinates: FloatArray) -> FloatArray:
+        """Positions of the rod's nodes in m, shape (elements + 1, 2), from the crank on."""
+        displacements = coordinates[CRANK_COORDINATES : self.coordinates - 1]
+        nodes: FloatArray = displacements.reshape(-1, NODE_COORDINATES)[:, :2].copy()
+        nodes[:, 0] += CRANK_LENGTH + ROD_LENGTH * np.linspace(0.0, 1.0, self.elements + 1)
+        return nodes
+
+    def deflection(self, coordinates: FloatArray) -> float:
+        """Distance in m of the rod's middle from the straight line between its ends.
+
+        It is positive to the left of the line from the crank to the slider.
+        """
+        middle = self.elements // 2
+        first, last = CRANK_COORDINATES, CRANK_COORDINATES + NODE_COORDINATES * self.elements
+        between = CRANK_COORDINATES + NODE_COORDINATES * middle
+        x0, y0 = coordinates[first : first + 2].tolist()
+        x1, y1 = coordinates[between : between + 2].tolist()
+        x2, y2 = coordinates[last : last + 2].tolist()
+        along, across = ROD_LENGTH + x2 - x0, y2 - y0
+        cross: float = along * (y1 - y0) - across * (0.5 * ROD_LENGTH + x1 - x0)
+        return cross / float(np.hypot(along, across))
+
+    def straight(self, angle: float, speed: float) -> tuple[FloatArray, FloatArray]:
+        """Coordinates and velocities of the mechanism with a rigid rod.
+
+        Args:
+            angle: of the crank in rad.
+            speed: of the crank in rad/s.
+        """
+        crank = np.array([np.cos(angle), np.sin(angle)])
+        sine = CRANK_LENGTH * crank[1] / ROD_LENGTH
+        rod = np.array([np.sqrt(1.0 - sine**2), -sine])
+        rod_speed = -speed * CRANK_LENGTH * crank[0] / (ROD_LENGTH * rod[0])
+        crank_rate, rod_rate = speed * _turned(crank), rod_speed * _turned(rod)
+        rest = np.array([1.0, 0.0])
+        coordinates = self._from_directions(crank - rest, rod - rest)
+        velocities = self._from_directions(crank_rate, rod_rate)
+        coordinates[2], velocities[2] = angle, speed
+        return coordinates, velocities
+
+    def _from_directions(self, crank: FloatArray, rod: FloatArray) -> FloatArray:
+        """Coordinates, but for the crank's angle, linear in the two directions, shape (2,)."""
+        along = ROD_LENGTH * np.linspace(0.0, 1.0, self.elements + 1)
+        points = CRANK_LENGTH * crank + along[:, None] * rod
+        nodes = np.hstack([points, np.tile(rod, (self.elements + 1, 1))])
+        middle = 0.5 * CRANK_LENGTH * crank
+        return np.concatenate([middle, [0.0], nodes.ravel(), points[-1, :1]])
+
+
+def _turned(direction: FloatArray) -> FloatArray:
+    """A vector in the plane turned left by a quarter."""
+    return np.array([-direction[1], direction[0]])
+
+
+class SliderCrankPlant:
+    """A slider-crank in exudyn; its reference configuration is stretched along x.
+
+    Attributes:
+        plant: steps the system and linearizes it; its last coordinate is the desired angle.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        container = exu.SystemContainer()
+        self._mbs = container.AddSystem()
+        crank_node, tip = self._add_crank()
+        rod = self._add_rod(mechanism)
+        self._join(tip, self._mbs.AddMarker(MarkerNodePosition(nodeNumber=rod[0])))
+        self._add_slider(rod[-1])
+        self._drive = self._mbs.AddObject(
+            CoordinateSpringDamperExt(
+                markerNumbers=[self._ground, self._coordinate(crank_node, 2)],
+                stiffness=mechanism.proportional,
+                damping=mechanism.differential,
+            )
+        )
+        self._mbs.Assemble()
+        settings = ImplicitSettings(mechanism.substeps)
+        plant = ImplicitPlant(container, self._mbs, mechanism.step, settings)
+        self.plant = DrivenPlant(plant, mechanism.step, 1, self._set_drive)
+
+    def _add_crank(self) -> tuple[Any, Any]:
+        """The crank on its pivot; gives its node and the marker of its tip."""
+        mbs, half = self._mbs, 0.5 * CRANK_LENGTH
+        self._ground = self._coordinate(mbs.AddNode(NodePointGround()), 0)
+        node = mbs.AddNode(NodeRigidBody2D(referenceCoordinates=[half, 0.0, 0.0]))
+        inertia = CRANK_MASS * CRANK_LENGTH**2 / 12.0
+        body = mbs.AddObject(RigidBody2D(nodeNumber=node, mass=CRANK_MASS, inertia=inertia))
+        pivot, tip = (
+            mbs.AddMarker(MarkerBodyPosition(bodyNumber=body, localPosition=[x, 0.0, 0.0]))
+            for x in (-half, half)
+        )
+        origin = MarkerBodyPosition(bodyNumber=mbs.AddObject(ObjectGround()))
+        self._join(mbs.AddMarker(origin), pivot)
+        return node, tip
+
+    def _add_rod(self, mechanism: Mechanism) -> list[Any]:
+        """The rod's cable elements; gives their nodes."""
+        length = ROD_LENGTH / mechanism.elements
+        nodes = [
+            self._mbs.AddNode(
+                NodePoint2DSlope1(referenceCoordinates=[CRANK_LENGTH + k * length, 0.0, 1.0, 0.0])
+            )
+            for k in range(mechanism.elements + 1)
+        ]
+        for k in range(mechanism.elements):
+            element = Cable2D(
+                nodeNumbers=nodes[k : k + 2],
+                length=length,
+                massPerLength=ROD_MASS / ROD_LENGTH,
+                bendingStiffness=mechanism.bending_stiffness,
+                bendingDamping=BENDING_DELAY * mechanism.bending_stiffness,
+                axialStiffness=AXIAL_STIFFNESS,
+                axialDamping=AXIAL_DELAY * AXIAL_STIFFNESS,
+            )
+            self._mbs.AddObject(element)
+        return nodes
+
+    def _add_slider(self, rod_end: Any) -> None:
+        """The slider at the end of the rod, guided along x."""
+        reference = [CRANK_LENGTH + ROD_LENGTH]
+        slider = self._mbs.AddNode(Node1D(referenceCoordinates=reference))
+        self._mbs.AddObject(Mass1D(nodeNumber=slider, mass=SLIDER_MASS))
+        along, across = (self._coordinate(rod_end, axis) for axis in (0, 1))
+        for pair in ([self._coordinate(slider, 0), along], [self._ground, across]):
+            self._mbs.AddObject(CoordinateConstraint(markerNumbers=pair))
+
+    def _coordinate(self, node: Any, number: int) -> Any:
+        return self._mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=number))
+
+    def _join(self, first: Any, second: Any) -> None:
+        self._mbs.AddObject(RevoluteJoint2D(markerNumbers=[first, second]))
+
+    def _set_drive(self, angles: list[float], speeds: list[float]) -> None:
+        """Let the drive pull the crank to a desired angle in rad and speed in rad/s."""
+        self._mbs.SetObjectParameter(self._drive, "offset", angles[0])
+        self._mbs.SetObjectParameter(self._drive, "velocityOffset", speeds[0])

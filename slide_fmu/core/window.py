@@ -1,0 +1,94 @@
+"""The index law of the sliding window, in one place.
+
+A network sees the inputs u[s .. s+n_in-1] and gives the outputs y[s+n_in-n_out+1 .. s+n_in]
+(paper, section "The SLIDE method"). In a co-simulation step from t_k to t_k + h the newest input
+is therefore u(t_k) and the newest output y(t_k + h): no direct feedthrough and no lag.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.core.signals import FloatArray
+
+MAX_WINDOW = 1 << 20
+"""Largest n_in: an upper bound against damaged files, far above any use."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """Lengths of the input window and of the initially truncated output window.
+
+    Attributes:
+        step: sample step h in s.
+        n_in: number of input samples the network sees.
+        n_out: number of output samples it gives, the newest one step after the newest input.
+
+    Raises:
+        ValueError: the step is not positive, or not 1 <= n_out <= n_in.
+    """
+
+    step: float
+    n_in: int
+    n_out: int
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.step) and self.step > 0):
+            raise ValueError(
+                f"window step = {self.step} s; expected a positive, finite sample step"
+            )
+        if not 1 <= self.n_out <= self.n_in:
+            raise ValueError(
+                f"window n_in = {self.n_in}, n_out = {self.n_out}; expected 1 <= n_out <= n_in"
+            )
+
+    @property
+    def n_truncated(self) -> int:
+        """Number of leading samples for which no output is given (n_in - n_out)."""
+        return self.n_in - self.n_out
+
+    @property
+    def truncation_time(self) -> float:
+        """Time (n_in - n_out) h in s that initial effects have for their decay (paper, t_d)."""
+        return self.n_truncated * self.step
+
+    @property
+    def receptive_field(self) -> int:
+        """Inputs that every output of the window may use: n_in - n_out + 1 samples."""
+        return self.n_truncated + 1
+
+    def starts(self, n_inputs: int, stride: int = 1) -> NDArray[np.int64]:
+        """First-sample indices s of all windows that fit into a record of ``n_inputs`` inputs."""
+        return np.arange(0, n_inputs - self.n_in + 1, stride, dtype=np.int64)
+
+    def input_indices(self, starts: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Input sample indices of windows, shape (len(starts), n_in)."""
+        return starts[:, None] + np.arange(self.n_in)
+
+    def output_indices(self, starts: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Output sample indices of windows, shape (len(starts), n_out)."""
+        return starts[:, None] + np.arange(self.n_truncated + 1, self.n_in + 1)
+
+    def cut(
+        self, inputs: FloatArray, outputs: FloatArray, starts: NDArray[np.int64]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Cut windows out of one trajectory.
+
+        Args:
+            inputs: shape (N, n_inputs).
+            outputs: shape (N + 1, n_outputs); outputs[k] belongs to time k h.
+            starts: first-sample indices, shape (B,).
+
+        Returns:
+            Input windows (B, n_in, n_inputs) and output windows (B, n_out, n_outputs).
+
+        Raises:
+            IndexError: a window reaches beyond the trajectory.
+        """
+        if np.any(starts < 0):
+            raise IndexError(f"window starts at sample {np.min(starts)}; expected 0 or later")
+        return inputs[self.input_indices(starts)], outputs[self.output_indices(starts)]

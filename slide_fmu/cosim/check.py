@@ -1,0 +1,218 @@
+"""Check an FMU file: a list of problems, empty when it is fine."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import fmpy
+import numpy as np
+from fmpy.model_description import ModelDescription
+from fmpy.validation import validate_fmu
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.importer import open_slave
+from slide_fmu.fmu.description.fmi2 import fmu_variables, guid_of, samples_behind
+from slide_fmu.fmu.description.fmi3 import fmu_variables3
+from slide_fmu.fmu.description.names import IN_RANGE
+from slide_fmu.fmu.export import DESCRIPTION, SURROGATE, FmuError, read_fmu, read_member
+from slide_fmu.fmu.libraries.platforms import FmiVersion, library_members
+from slide_fmu.surrogate.surrogate import Surrogate
+
+OUTPUT_TOLERANCE = 2e-6
+"""Native against numpy, relative to the output's range: rounding of single precision."""
+
+ERROR_TOLERANCE = 1e-4
+"""The same for error estimates, relative to themselves: the exponential magnifies rounding."""
+
+FILLED_TOLERANCE = 1e-12
+"""The same for the filled part of the inputs: a quotient of two counts."""
+
+
+def check_fmu(path: Path) -> list[str]:
+    """Check that an FMU is whole, consistent, and gives what its surrogate gives.
+
+    Args:
+        path: the FMU file.
+
+    Returns:
+        Problems, each one sentence with its remedy where there is one.
+    """
+    try:
+        surrogate, _ = read_fmu(path)
+        problems = _unreadable(path)
+    except (FmuError, OSError) as error:
+        return [str(error)]
+    if problems:
+        return problems
+    try:
+        problems += [f"fmpy: {problem}" for problem in validate_fmu(str(path))]
+        description = fmpy.read_model_description(str(path))
+        problems += _missing(path, surrogate, _version(description))
+        problems += _compare_description(path, surrogate, description)
+    except Exception as error:  # fmpy raises bare Exception for invalid XML
+        problems.append(f"{DESCRIPTION}: {error}")
+    if not problems:
+        problems = _compare_run(path, surrogate, description)
+    return problems
+
+
+def _unreadable(path: Path) -> list[str]:
+    """Why nobody can begin to read the model description."""
+    content = read_member(path, DESCRIPTION)
+    if content is None:
+        return [f"{DESCRIPTION} is missing; export again"]
+    try:
+        root = ElementTree.fromstring(content)
+    except (ElementTree.ParseError, LookupError, ValueError) as error:
+        return [f"{DESCRIPTION} is no XML: {error}; export again"]
+    if root.tag != "fmiModelDescription" or "fmiVersion" not in root.attrib:
+        return [
+            f"{DESCRIPTION} begins with <{root.tag}>; expected <fmiModelDescription> with the "
+            "attribute fmiVersion, export again"
+        ]
+    return []
+
+
+def _version(description: ModelDescription) -> FmiVersion:
+    return 3 if description.fmiVersion.startswith("3.") else 2
+
+
+def _missing(path: Path, surrogate: Surrogate, fmi: FmiVersion) -> list[str]:
+    return [
+        f"binary {name} is missing; export again"
+        for name in library_members(surrogate.name, fmi)
+        if read_member(path, name) is None
+    ]
+
+
+def _compare_description(
+    path: Path, surrogate: Surrogate, description: ModelDescription
+) -> list[str]:
+    problems = []
+    guid = guid_of(read_member(path, SURROGATE) or b"")
+    fmi = _version(description)
+    found_guid = description.guid if fmi == 2 else description.instantiationToken
+    if found_guid != guid:
+        problems.append(f"GUID {found_guid}; expected {guid}, derived from {SURROGATE}")
+    if description.coSimulation is None:
+        return [*problems, "no co-simulation interface; expected one"]
+    if description.coSimulation.modelIdentifier != surrogate.name:
+        problems.append(
+            f"model identifier {description.coSimulation.modelIdentifier!r}; "
+            f"expected {surrogate.name!r}"
+        )
+    variables = fmu_variables(surrogate) if fmi == 2 else fmu_variables3(surrogate)
+    expected = [(v.name, i, v.unit, v.causality) for i, v in enumerate(variables)]
+    found = [(v.name, v.valueReference, v.unit, v.causality) for v in description.modelVariables]
+    if found != expected:
+        problems.append(f"variables {found}; expected {expected}; export again")
+    return problems
+
+
+def _compare_run(path: Path, surrogate: Surrogate, description: ModelDescription) -> list[str]:
+    """Run the native library of this platform against numpy, on inputs within their ranges."""
+    fmi = _version(description)
+    platform = fmpy.platform if fmi == 2 else fmpy.platform_tuple
+    if not any(f"/{platform}/" in name for name in library_members(surrogate.name, fmi)):
+        return []
+    low = np.array([signal.low for signal in surrogate.inputs])
+    high = np.array([signal.high for signal in surrogate.inputs])
+    steps = max(surrogate.window.n_in, *samples_behind(surrogate).values()) + 10
+    inputs = np.random.default_rng(0).uniform(low, high, (steps, len(low)))
+    with tempfile.TemporaryDirectory(prefix="slide_fmu_check_") as folder:
+        try:
+            fmpy.extract(str(path), folder)
+        except Exception as error:  # fmpy raises bare Exception for paths outside of the folder
+            return [f"the FMU cannot be unpacked: {error}"]
+        try:
+            native = _run_native(folder, surrogate, description, inputs)
+        except Exception as error:  # fmpy raises bare Exception when a call fails
+            return [f"the native library failed: {error}"]
+    expected = _run_numpy(surrogate, inputs)
+    ranges = np.array([signal.high - signal.low for signal in surrogate.outputs])
+    rounding = OUTPUT_TOLERANCE * np.maximum(ranges, np.abs(expected[""]).max(axis=0))
+    problems = []
+    for suffix, values in expected.items():
+        found = np.stack([native[s.name + suffix] for s in surrogate.outputs], axis=1)
+        estimates = suffix == "_error_estimate"
+        allowed = ERROR_TOLERANCE * values.max(axis=0) if estimates else rounding
+        what = suffix.strip("_").replace("_", " ") or "output"
+        problems += _compare(surrogate, what, found, values, allowed)
+    problems += _compare_in_range(surrogate, native, inputs)
+    return problems + _compare_filled(surrogate, native)
+
+
+def _run_numpy(surrogate: Surrogate, inputs: FloatArray) -> dict[str, FloatArray]:
+    """Outputs and what belongs to each, by the suffix of the variable, (steps, n_outputs)."""
+    stream = surrogate.stream()
+    rows: dict[str, list[FloatArray]] = {}
+    for row in inputs:
+        outputs, estimates = stream.step(row)
+        results = {
+            "": outputs,
+            "_error_estimate": estimates,
+            "_truncation_error": stream.truncation_error,
+        }
+        for suffix, values in results.items():
+            if values is not None:
+                rows.setdefault(suffix, []).append(values)
+    return {suffix: np.array(values) for suffix, values in rows.items()}
+
+
+def _compare(
+    surrogate: Surrogate, what: str, native: FloatArray, numpy: FloatArray, allowed: FloatArray
+) -> list[str]:
+    problems = []
+    for column, signal in enumerate(surrogate.outputs):
+        deviation = np.abs(native[:, column] - numpy[:, column]).max()
+        if not deviation <= allowed[column]:
+            problems.append(
+                f"{what} of {signal.name!r}: native library and numpy differ by {deviation:.3g} "
+                f"{signal.unit}; expected at most {allowed[column]:.3g} {signal.unit}"
+            )
+    return problems
+
+
+def _compare_in_range(
+    surrogate: Surrogate, native: dict[str, FloatArray], inputs: FloatArray
+) -> list[str]:
+    deviating = np.nonzero(native[IN_RANGE] != surrogate.inputs_in_range(inputs))[0]
+    if len(deviating) == 0:
+        return []
+    return [
+        f"{IN_RANGE}: native library and numpy differ after step {deviating[0] + 1}; "
+        "expected the same, export again"
+    ]
+
+
+def _compare_filled(surrogate: Surrogate, native: dict[str, FloatArray]) -> list[str]:
+    problems = []
+    for name, count in samples_behind(surrogate).items():
+        steps = np.arange(1, len(native[name]) + 1)
+        deviation = np.abs(native[name] - np.minimum(1, steps / count)).max()
+        if not deviation <= FILLED_TOLERANCE:
+            problems.append(
+                f"{name}: native library and steps / {count} differ by {deviation:.3g}; "
+                f"expected at most {FILLED_TOLERANCE:g}, export again"
+            )
+    return problems
+
+
+def _run_native(
+    folder: str, surrogate: Surrogate, description: ModelDescription, inputs: FloatArray
+) -> dict[str, FloatArray]:
+    """All output variables after every step, by name, shape (steps,) each."""
+    n_inputs, step = len(surrogate.inputs), surrogate.window.step
+    names = [variable.name for variable in fmu_variables(surrogate)][n_inputs:]
+    wanted = list(range(n_inputs, n_inputs + len(names)))
+    with open_slave(folder, description, "check", []) as slave:
+        slave.enter_initialization(0.0)
+        slave.exit_initialization()
+        rows = []
+        for index, row in enumerate(inputs):
+            slave.set_real(list(range(n_inputs)), row.tolist())
+            slave.do_step(index * step, step)
+            rows.append(slave.get_real(wanted))
+        return dict(zip(names, np.array(rows).T, strict=True))

@@ -1,0 +1,186 @@
+"""Run FMUs step by step with fmpy: one alone, or two side by side on the same inputs."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+from fmpy.fmi1 import FMICallException
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.importer import Slave, open_slave
+from slide_fmu.fmu.description.reading import read_description
+
+
+class CoSimulationError(RuntimeError):
+    """An FMU could not be run."""
+
+
+@dataclass(frozen=True, eq=False)
+class UnpackedFmu:
+    """An FMU that is ready to be instantiated.
+
+    Attributes:
+        path: the file it was unpacked from.
+        folder: where it was unpacked to.
+        description: fmpy's model description.
+        references: value reference of every variable.
+        types: FMI type name of every variable.
+    """
+
+    path: Path
+    folder: str
+    description: Any
+    references: Mapping[str, int]
+    types: Mapping[str, str]
+
+    @property
+    def step(self) -> float:
+        """Communication step in s that the FMU asks for (DefaultExperiment)."""
+        return float(self.description.defaultExperiment.stepSize)
+
+    def require(self, *names: str) -> None:
+        """Refuse variables that the FMU does not have.
+
+        Raises:
+            CoSimulationError: with those that it has.
+        """
+        unknown = [name for name in names if name not in self.references]
+        if unknown:
+            raise CoSimulationError(
+                f"{self.path.name} has no variables {unknown}; it has {sorted(self.references)}"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Result of one run.
+
+    Attributes:
+        values: outputs at t_0 .. t_N, shape (N + 1, n_outputs).
+        seconds: wall time of set, doStep and get of every step, shape (N,).
+    """
+
+    values: FloatArray
+    seconds: FloatArray
+
+
+@contextmanager
+def unpacked(path: Path) -> Iterator[UnpackedFmu]:
+    """Unpack an FMU for the time of a ``with`` block.
+
+    Raises:
+        CoSimulationError: the file cannot be unpacked, or is no co-simulation FMU of FMI 2.0 or
+            FMI 3.0.
+        FmuError: the file is no FMU, or its model description cannot be read.
+    """
+    description = read_description(path, validate=False)
+    try:
+        folder = fmpy.extract(str(path))
+    except Exception as error:  # fmpy raises bare Exception for paths outside of the folder
+        raise CoSimulationError(f"{path} cannot be unpacked: {error}") from error
+    try:
+        known = description.fmiVersion[:2] in ("2.", "3.")
+        if not known or description.coSimulation is None:
+            raise CoSimulationError(
+                f"{path}: FMI {description.fmiVersion}; expected a co-simulation FMU of FMI 2.0 "
+                "or 3.0"
+            )
+        variables = description.modelVariables
+        yield UnpackedFmu(
+            path,
+            folder,
+            description,
+            {variable.name: variable.valueReference for variable in variables},
+            {variable.name: variable.type for variable in variables},
+        )
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextmanager
+def instantiated(fmu: UnpackedFmu) -> Iterator[Slave]:
+    """A fresh instance of an FMU for the time of a ``with`` block.
+
+    Raises:
+        CoSimulationError: its library cannot be loaded, or a call in the block failed; with what
+            the FMU logged about it.
+    """
+    messages: list[str] = []
+
+    def failed(error: Exception) -> CoSimulationError:
+        return CoSimulationError(f"{fmu.path.name}: {'; '.join(messages) or error}")
+
+    with ExitStack() as stack:
+        slave = open_slave(fmu.folder, fmu.description, fmu.path.stem, messages)
+        try:
+            opened = stack.enter_context(slave)
+        except Exception as error:  # fmpy raises bare Exception when a library cannot be loaded
+            raise failed(error) from error
+        try:
+            yield opened
+        except FMICallException as error:
+            raise failed(error) from error
+
+
+def run_fmu(
+    fmu: UnpackedFmu,
+    inputs: Mapping[str, FloatArray],
+    outputs: Sequence[str],
+    parameters: Mapping[str, float | bool] | None = None,
+    step: float | None = None,
+) -> Run:
+    """Run a fresh instance of an FMU; inputs are held over each communication step.
+
+    Args:
+        inputs: values by variable name, shape (N,) each; ``inputs[name][k]`` is set before the
+            step from t_k to t_k+1, the first also in initialization mode.
+        outputs: names of the variables to record.
+        parameters: real or boolean values set before initialization.
+        step: communication step in s; the FMU's own if not given.
+
+    Raises:
+        CoSimulationError: a variable is not there, or the FMU reports an error.
+    """
+    fmu.require(*inputs, *outputs, *(parameters or {}))
+    with instantiated(fmu) as slave:
+        return _run(slave, fmu, inputs, outputs, parameters or {}, step or fmu.step)
+
+
+def _run(
+    slave: Slave,
+    fmu: UnpackedFmu,
+    inputs: Mapping[str, FloatArray],
+    outputs: Sequence[str],
+    parameters: Mapping[str, float | bool],
+    step: float,
+) -> Run:
+    for name, value in parameters.items():
+        if fmu.types[name] == "Boolean":
+            slave.set_boolean([fmu.references[name]], [bool(value)])
+        else:
+            slave.set_real([fmu.references[name]], [float(value)])
+    input_references = [fmu.references[name] for name in inputs]
+    output_references = [fmu.references[name] for name in outputs]
+    rows = np.stack(list(inputs.values()), axis=1).tolist()
+    slave.set_real(input_references, rows[0])
+    slave.enter_initialization(0.0)
+    slave.set_real(input_references, rows[0])
+    slave.exit_initialization()
+    values = [slave.get_real(output_references)]
+    seconds = np.empty(len(rows))
+    for k, row in enumerate(rows):
+        begin = time.perf_counter()
+        slave.set_real(input_references, row)
+        slave.do_step(k * step, step)
+        values.append(slave.get_real(output_references))
+        seconds[k] = time.perf_counter() - begin
+    slave.terminate()
+    return Run(np.array(values, dtype=np.float64), seconds)

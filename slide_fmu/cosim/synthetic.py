@@ -1,0 +1,58 @@
+"""What a benchmark is asked for: how long to measure, and networks with random weights."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from slide_fmu.core.scaling import Affine
+from slide_fmu.core.signals import Signal
+from slide_fmu.core.window import Window
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.network.feed_forward import FeedForward, Layer
+from slide_fmu.surrogate.surrogate import Surrogate
+
+SYNTHETIC = ("robot",)
+"""Networks with random weights, by name."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How long is measured: rounds in which all take turns, and steps of each in a round."""
+
+    rounds: int = 20
+    steps: int = 100
+    windows: int = 1200
+
+
+def synthetic_surrogate(name: str) -> Surrogate:
+    """A surrogate with random weights.
+
+    ``robot``: as many weights as the three networks 720-180-180-180-60 of the paper's robot (616
+    thousand) in one network 720-374-374-374-180, ELU: six inputs, three outputs, a window of 120
+    samples and a block of 60.
+
+    Raises:
+        ValueError: there is none of this name.
+    """
+    if name not in SYNTHETIC:
+        raise ValueError(f"synthetic network {name!r}; expected one of {list(SYNTHETIC)}")
+    rng, sizes = np.random.default_rng(0), (720, 374, 374, 374, 180)
+    layers = tuple(
+        Layer(
+            rng.normal(0, columns**-0.5, (rows, columns)).astype(np.float32),
+            rng.normal(0, 0.1, rows).astype(np.float32),
+            "identity" if rows == sizes[-1] else "elu",
+        )
+        for columns, rows in pairwise(sizes)
+    )
+    inputs = tuple(Signal(f"u{i}", "rad", -1.0, 1.0) for i in range(6))
+    outputs = tuple(Signal(f"y{i}", "m", -1.0, 1.0) for i in range(3))
+    network = FeedForward(layers, 120, FeatureMap(Differences(6)))
+    scaling_in, scaling_out = (Affine.of_channels([0.0] * n, [1.0] * n) for n in (6, 3))
+    window = Window(0.005, 120, 60)
+    scalings = scaling_in, scaling_out
+    return Surrogate(f"synthetic_{name}", window, inputs, outputs, "ramp", *scalings, network)

@@ -1,0 +1,276 @@
+"""Rigid kinematics and dynamics of a serial chain of revolute joints on a fixed base.
+
+Everything is plain recursion over the links with 3-vectors in base axes, for any leading batch
+shape; C code can follow it line by line.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+
+
+class Frames(NamedTuple):
+    """Frames of a chain in base axes: the base (index 0) and the n link frames.
+
+    Attributes:
+        positions: origins in m, shape (..., n + 1, 3).
+        rotations: R, a link vector v being R v in base axes, shape (..., n + 1, 3, 3).
+    """
+
+    positions: FloatArray
+    rotations: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class SerialChain:
+    """n bodies, each turning about the z axis of the frame before it; standard Denavit-Hartenberg.
+
+    Frame i is frame i - 1, turned by q_i about z, moved by d_i along z, moved by a_i along the
+    new x, and turned by alpha_i about it. Link i moves with frame i.
+
+    Attributes:
+        a: lengths in m, shape (n,).
+        d: offsets in m, shape (n,).
+        alpha: twists in rad, shape (n,).
+        masses: in kg, shape (n,).
+        centres: centres of mass in link frames in m, shape (n, 3).
+        inertias: tensors about the centres of mass in link axes in kg m^2, shape (n, 3, 3).
+        gravity: acceleration of gravity in base axes in m/s^2, shape (3,).
+        tool: tool point in the last link frame in m, shape (3,).
+
+    Raises:
+        ValueError: shapes do not belong together, or a number is not finite.
+    """
+
+    a: FloatArray
+    d: FloatArray
+    alpha: FloatArray
+    masses: FloatArray
+    centres: FloatArray
+    inertias: FloatArray
+    gravity: FloatArray
+    tool: FloatArray
+
+    def __post_init__(self) -> None:
+        n = len(self.a)
+        shapes: dict[str, tuple[int, ...]] = {
+            "a": (n,),
+            "d": (n,),
+            "alpha": (n,),
+            "masses": (n,),
+            "centres": (n, 3),
+            "inertias": (n, 3, 3),
+            "gravity": (3,),
+            "tool": (3,),
+        }
+        for name, shape in shapes.items():
+            value = getattr(self, name)
+            if value.shape != shape or not np.isfinite(value).all():
+                raise ValueError(
+                    f"serial chain: {name} = {value} of shape {value.shape}; "
+                    f"expected finite numbers, shape {shape}"
+                )
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints."""
+        return len(self.a)
+
+    def turned(self, rotation: FloatArray) -> SerialChain:
+        """The same on a base whose axes are the columns of a rotation matrix, shape (3, 3).
+
+        Base axes stay those of the base: only gravity is another one in them.
+        """
+        return replace(self, gravity=rotation.T @ self.gravity)
+
+    def forward_kinematics(self, q: FloatArray) -> Frames:
+        """Frames at joint angles q in rad, shape (..., n)."""
+        steps, turns = self._link_transformations(self._angles("q", q))
+        position, rotation = np.zeros((*steps.shape[:-2], 3)), np.eye(3)
+        positions = np.empty((*steps.shape[:-2], self.n_joints + 1, 3))
+        rotations = np.empty((*positions.shape, 3))
+        positions[..., 0, :], rotations[..., 0, :, :] = position, rotation
+        for i in range(self.n_joints):
+            position = position + _times(rotation, steps[..., i, :])
+            rotation = rotation @ turns[..., i, :, :]
+            positions[..., i + 1, :], rotations[..., i + 1, :, :] = position, rotation
+        return Frames(positions, rotations)
+
+    def tool_position(self, q: FloatArray) -> FloatArray:
+        """Tool point in base axes in m at joint angles q, shape (..., n); gives (..., 3)."""
+        cosines, sines = np.cos(self._angles("q", q)), np.sin(q)
+        twists = zip(np.cos(self.alpha).tolist(), np.sin(self.alpha).tolist(), strict=True)
+        links = list(zip(self.a.tolist(), self.d.tolist(), twists, strict=True))
+        x, y, z = self.tool.tolist()
+        for i in reversed(range(self.n_joints)):
+            a, d, (c, s) = links[i]
+            along, across, z = x + a, c * y - s * z, s * y + c * z + d
+            c, s = cosines[..., i], sines[..., i]
+            x, y = c * along - s * across, s * along + c * across
+        position = np.empty((*cosines.shape[:-1], 3))
+        position[..., 0], position[..., 1], position[..., 2] = x, y, z
+        return position
+
+    def base_wrench(self, q: FloatArray, dq: FloatArray, ddq: FloatArray) -> FloatArray:
+        """Force in N and moment in N m about the base origin that the chain exerts ON its base.
+
+        Weight and inertia forces of all links, in base axes: at rest it is the weight. It is
+        minus what holds the base in place.
+
+        Args:
+            q: joint angles in rad, shape (..., n).
+            dq: their rates in rad/s, shape (..., n).
+            ddq: their second derivatives in rad/s^2, shape (..., n).
+
+        Returns:
+            Force and moment, shape (..., 6).
+        """
+        forces, moments, _ = self._link_wrenches(q, dq, ddq)
+        return -np.concatenate([forces.sum(axis=-2), moments.sum(axis=-2)], axis=-1)
+
+    def joint_torques(self, q: FloatArray, dq: FloatArray, ddq: FloatArray) -> FloatArray:
+        """Torques in N m that the drives need for a motion; arguments and shape as q."""
+        forces, moments, frames = self._link_wrenches(q, dq, ddq)
+        forces = np.flip(np.cumsum(np.flip(forces, -2), axis=-2), -2)
+        moments = np.flip(np.cumsum(np.flip(moments, -2), axis=-2), -2)
+        axes, origins = frames.rotations[..., :-1, :, 2], frames.positions[..., :-1, :]
+        return np.asarray(np.sum(axes * (moments - _cross(origins, forces)), axis=-1))
+
+    def base_inertia(self, q: FloatArray) -> FloatArray:
+        """Mass, first moment and inertia of the whole chain about the base origin, base axes.
+
+        Args:
+            q: joint angles in rad, shape (..., n).
+
+        Returns:
+            Shape (..., 10): mass in kg; mass times centre of mass (3) in kg m; entries xx, yy,
+            zz, xy, xz, yz of the inertia tensor in kg m^2 (xy is minus the integral of x y).
+        """
+        frames = self.forward_kinematics(q)
+        centres = self._centres(frames)
+        mass = np.broadcast_to(self.masses.sum(), (*centres.shape[:-2], 1))
+        first = np.sum(self.masses[:, None] * centres, axis=-2)
+        squares = np.sum(centres**2, axis=-1)[..., None, None] * np.eye(3)
+        steiner = squares - centres[..., :, None] * centres[..., None, :]
+        tensors = self._inertias(frames) + self.masses[:, None, None] * steiner
+        tensor = tensors.sum(axis=-3)
+        entries = tensor[..., [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+        return np.concatenate([mass, first, entries], axis=-1)
+
+    def base_momentum(self, q: FloatArray, dq: FloatArray) -> FloatArray:
+        """Linear momentum in N s and angular momentum in N m s about the base origin, base axes.
+
+        Args:
+            q: joint angles in rad, shape (..., n).
+            dq: their rates in rad/s, shape (..., n).
+
+        Returns:
+            Shape (..., 6).
+        """
+        frames = self.forward_kinematics(q)
+        motion = _Motion(self._angles("dq", dq), np.zeros(q.shape), frames, np.zeros(3))
+        centres, inertias = self._centres(frames), self._inertias(frames)
+        linear, angular = np.zeros((*q.shape[:-1], 3)), np.zeros((*q.shape[:-1], 3))
+        for i in range(self.n_joints):
+            arm = centres[..., i, :] - frames.positions[..., i, :]
+            motion.turn(i)
+            momentum = self.masses[i] * (motion.velocity + _cross(motion.omega, arm))
+            linear = linear + momentum
+            angular = angular + _cross(centres[..., i, :], momentum)
+            angular = angular + _times(inertias[..., i, :, :], motion.omega)
+            motion.move(i)
+        return np.concatenate([linear, angular], axis=-1)
+
+    def _link_wrenches(
+        self, q: FloatArray, dq: FloatArray, ddq: FloatArray
+    ) -> tuple[FloatArray, FloatArray, Frames]:
+        """Force and moment about the base origin that each link's motion needs, (..., n, 3)."""
+        frames = self.forward_kinematics(q)
+        motion = _Motion(self._angles("dq", dq), self._angles("ddq", ddq), frames, -self.gravity)
+        centres, inertias = self._centres(frames), self._inertias(frames)
+        shape = np.broadcast_shapes(q.shape, dq.shape, ddq.shape)
+        forces, moments = np.empty((*shape, 3)), np.empty((*shape, 3))
+        for i in range(self.n_joints):
+            centre, inertia = centres[..., i, :], inertias[..., i, :, :]
+            motion.turn(i)
+            force = self.masses[i] * motion.acceleration_at(centre - frames.positions[..., i, :])
+            spin = _times(inertia, motion.omega)
+            moment = _times(inertia, motion.alpha) + _cross(motion.omega, spin)
+            forces[..., i, :], moments[..., i, :] = force, moment + _cross(centre, force)
+            motion.move(i)
+        return forces, moments, frames
+
+    def _link_transformations(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Origin (..., n, 3) and axes (..., n, 3, 3) of each frame in the frame before it."""
+        c, s = np.cos(q), np.sin(q)
+        ca, sa = np.cos(self.alpha), np.sin(self.alpha)
+        steps, turns = np.empty((*q.shape, 3)), np.empty((*q.shape, 3, 3))
+        steps[..., 0], steps[..., 1], steps[..., 2] = self.a * c, self.a * s, self.d
+        turns[..., 0, 0], turns[..., 0, 1], turns[..., 0, 2] = c, -s * ca, s * sa
+        turns[..., 1, 0], turns[..., 1, 1], turns[..., 1, 2] = s, c * ca, -c * sa
+        turns[..., 2, 0], turns[..., 2, 1], turns[..., 2, 2] = 0.0, sa, ca
+        return steps, turns
+
+    def _centres(self, frames: Frames) -> FloatArray:
+        """Centres of mass in base axes, shape (..., n, 3)."""
+        return frames.positions[..., 1:, :] + _times(frames.rotations[..., 1:, :, :], self.centres)
+
+    def _inertias(self, frames: Frames) -> FloatArray:
+        """Inertia tensors about the centres of mass in base axes, shape (..., n, 3, 3)."""
+        rotations = frames.rotations[..., 1:, :, :]
+        return np.asarray(rotations @ self.inertias @ np.swapaxes(rotations, -1, -2))
+
+    def _angles(self, name: str, values: FloatArray) -> FloatArray:
+        """Values that must have one entry per joint."""
+        if values.ndim == 0 or values.shape[-1] != self.n_joints:
+            raise ValueError(
+                f"serial chain: {name} of shape {values.shape}; expected (..., {self.n_joints})"
+            )
+        return values
+
+
+class _Motion:
+    """Velocity and acceleration of one link frame after the other, in base axes."""
+
+    def __init__(self, dq: FloatArray, ddq: FloatArray, frames: Frames, base: FloatArray) -> None:
+        """Start at the base, whose origin accelerates with ``base``, shape (3,)."""
+        self._dq, self._ddq, self._frames = dq[..., None], ddq[..., None], frames
+        self.omega, self.alpha = np.zeros(3), np.zeros(3)
+        self.velocity, self.acceleration = np.zeros(3), base
+
+    def turn(self, i: int) -> None:
+        """Go over to link i (from 0), at the origin of the frame before it."""
+        axis = self._frames.rotations[..., i, :, 2]
+        rate = axis * self._dq[..., i, :]
+        self.alpha = self.alpha + axis * self._ddq[..., i, :] + _cross(self.omega, rate)
+        self.omega = self.omega + rate
+
+    def move(self, i: int) -> None:
+        """Go to the origin of the frame of link i (from 0)."""
+        arm = self._frames.positions[..., i + 1, :] - self._frames.positions[..., i, :]
+        self.acceleration = self.acceleration_at(arm)
+        self.velocity = self.velocity + _cross(self.omega, arm)
+
+    def acceleration_at(self, arm: FloatArray) -> FloatArray:
+        """Acceleration of a point of the link, ``arm`` (..., 3) away from the current origin."""
+        turning = _cross(self.omega, _cross(self.omega, arm))
+        return self.acceleration + _cross(self.alpha, arm) + turning
+
+
+def _times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Matrices (..., 3, 3) times vectors (..., 3)."""
+    return np.asarray((matrices @ vectors[..., None])[..., 0])
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Cross products of vectors (..., 3); as numpy's, but quick for single ones too."""
+    result = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    result[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
+    result[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
+    result[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return result

@@ -1,0 +1,221 @@
+"""Compile the C runtime for all platforms with the compiler of the PyPI package ``ziglang``.
+
+``python -m slide_fmu.fmu.libraries.build`` by hand; ``--record`` writes the hashes of its
+libraries down, after a change of the runtime. ``hatch_build.py`` calls it when a wheel is built.
+Nothing but the standard library is imported, so that it runs before the package is installed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+RUNTIME = Path(__file__).parents[1] / "runtime"
+BINARIES = Path(__file__).parents[1] / "binaries"
+BUILD = Path(__file__).parents[3] / "build" / "runtime"
+STAMP = "sources.sha256"
+
+TARGETS = {
+    "x86_64-linux/slide.so": "x86_64-linux-gnu.2.17",
+    "x86_64-windows/slide.dll": "x86_64-windows-gnu",
+    "x86_64-darwin/slide.dylib": "x86_64-macos.11.0",
+    "aarch64-darwin/slide.dylib": "aarch64-macos.11.0",
+    "aarch64-linux/slide.so": "aarch64-linux-gnu.2.17",
+}
+"""Library, as below ``binaries``, and the target it is compiled for. Folders have the names that
+FMI 3.0 gives to platforms."""
+
+HASHES = Path(__file__).parent / "hashes.sha256"
+"""SHA-256 of every library as the pinned compiler makes it, in the format of sha256sum."""
+
+BASELINE = {"x86_64": "x86_64_v2", "aarch64": "baseline"}
+"""Processor that the code is compiled for, by architecture."""
+
+AVX2 = "x86_64_v2+avx2+fma+f16c-slow_unaligned_mem_32"
+"""x86-64-v3 as far as kernels use it. Processors of v2 read 32 bytes at once slowly where they are
+not aligned: no reason to split such reads on others."""
+
+KERNELS = {
+    "x86_64": {
+        "slide_kernel_baseline": BASELINE["x86_64"],
+        "slide_kernel_avx2": AVX2,
+        "slide_kernel_avx512": f"{AVX2}+avx512f+avx512dq+avx512bw+avx512vl",
+    },
+    "aarch64": {"slide_kernel_baseline": BASELINE["aarch64"]},
+}
+"""Kernel table and the instruction set it is compiled for, by architecture."""
+
+WARNINGS = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wmissing-prototypes", "-Werror"]
+CODE = ["-O3", "-fvisibility=hidden", "-fno-math-errno", "-DNDEBUG"]
+LINK = ["-shared", "-s"]
+LINK_OF = {
+    "linux": ["-Wl,-Bsymbolic"],
+    "windows": [],
+    "macos": ["-Wl,-install_name,@rpath/slide.dylib"],
+}
+"""What the linker is told beside that, by operating system."""
+
+
+KERNEL = RUNTIME / "kernel" / "kernel.c"
+"""Compiled once for each instruction set; every other file is compiled once."""
+
+LIBRARY_FOLDERS = (
+    *("bytes", "kernel", "features", "network", "window", "derivative"),
+    *("calls", "fmi2", "fmi3", "native"),
+)
+"""Folders of the runtime whose files make the library, from the bottom up."""
+
+SOURCE_FOLDERS = tuple(name for name in LIBRARY_FOLDERS if name not in ("fmi3", "native"))
+"""Those whose files a source FMU of FMI 2.0 needs; the folder ``source`` replaces some of them."""
+
+
+class BuildError(RuntimeError):
+    """The compiler is missing or refused the sources."""
+
+
+def digest() -> str:
+    """SHA-256 over all that decides what the libraries are: sources and this file."""
+    total = hashlib.sha256()
+    for path in [*runtime_files(), Path(__file__)]:
+        total.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return total.hexdigest()
+
+
+def runtime_files(suffix: str = "", folders: tuple[str, ...] = LIBRARY_FOLDERS) -> list[Path]:
+    """Files of some folders of the runtime, in the order of their names, which are unique.
+
+    Args:
+        suffix: ``.c`` or ``.h``; both if empty.
+        folders: below ``runtime``.
+    """
+    found = [
+        path for folder in folders for path in (RUNTIME / folder).glob(f"*{suffix or '.[ch]'}")
+    ]
+    return sorted(found, key=lambda path: path.name)
+
+
+def include_flags() -> list[str]:
+    """What tells a compiler where the headers of the runtime lie."""
+    return [f"-I{RUNTIME / folder}" for folder in LIBRARY_FOLDERS]
+
+
+def build_all(force: bool = False) -> list[Path]:
+    """Compile all libraries, unless those of the present sources are there.
+
+    Afterwards the folder holds them and nothing else: a wheel takes it as it is.
+
+    Args:
+        force: compile in any case.
+
+    Returns:
+        Paths of the libraries.
+
+    Raises:
+        BuildError: with what the compiler said.
+    """
+    libraries = [BINARIES / name for name in TARGETS]
+    stamp = BINARIES / STAMP
+    _remove_others({*libraries, stamp})
+    present = stamp.is_file() and all(library.is_file() for library in libraries)
+    if not force and present and stamp.read_text() == digest():
+        return libraries
+    for name, target in TARGETS.items():
+        _build_library(name, target)
+    stamp.write_text(digest())
+    return libraries
+
+
+def _remove_others(kept: set[Path]) -> None:
+    """Remove what earlier versions or builds that were broken off left among the libraries."""
+    for path in sorted(BINARIES.rglob("*"), reverse=True):  # what is in a folder before it
+        if path.is_dir() and not path.is_symlink():
+            if not any(path in file.parents for file in kept):
+                path.rmdir()
+        elif path not in kept:
+            path.unlink()
+
+
+def compile_objects(target: str) -> list[Path]:
+    """Compile the sources for a target, the kernels once for each instruction set.
+
+    Raises:
+        BuildError: with what the compiler said.
+    """
+    folder = BUILD / target
+    folder.mkdir(parents=True, exist_ok=True)
+    architecture = target.split("-")[0]
+    position = [] if "windows" in target else ["-fPIC"]
+    choice = ["-DSLIDE_ONE_KERNEL"] if len(KERNELS[architecture]) == 1 else []
+    common = ["-target", target, *WARNINGS, *CODE, *position, *choice, *include_flags()]
+    objects = []
+    for source in runtime_files(".c"):
+        if source != KERNEL:
+            objects.append(folder / f"{source.stem}.o")
+            flags = ["-mcpu=" + BASELINE[architecture], "-ffp-contract=off"]
+            name = str(source.relative_to(RUNTIME))
+            run_compiler([*common, *flags, "-c", name, "-o", str(objects[-1])])
+    for table, processor in KERNELS[architecture].items():
+        objects.append(folder / f"{table}.o")
+        flags = ["-mcpu=" + processor, "-ffp-contract=on", f"-DSLIDE_KERNEL={table}"]
+        name = str(KERNEL.relative_to(RUNTIME))
+        run_compiler([*common, *flags, "-c", name, "-o", str(objects[-1])])
+    return objects
+
+
+def _build_library(name: str, target: str) -> None:
+    objects = compile_objects(target)
+    folder = BUILD / target
+    library = folder / Path(name).name
+    link = [*LINK, *LINK_OF[target.split("-")[1].split(".")[0]]]
+    run_compiler(["-target", target, *link, *map(str, objects), "-lm", "-o", str(library)])
+    final = BINARIES / name
+    final.parent.mkdir(parents=True, exist_ok=True)
+    staged = folder / f"{final.name}.{os.getpid()}"
+    staged.write_bytes(_without_time(library.read_bytes()))
+    staged.replace(final)  # never write into a library that some process has loaded
+
+
+def _without_time(library: bytes) -> bytes:
+    """Zero the time of linking in the header of a Windows library: same sources, same bytes."""
+    if library[:2] != b"MZ":
+        return library
+    at = int.from_bytes(library[0x3C:0x40], "little") + 8
+    return library[:at] + bytes(4) + library[at + 4 :]
+
+
+def hashes() -> str:
+    """SHA-256 of the libraries that are there, one line for each."""
+    lines = [
+        f"{hashlib.sha256((BINARIES / name).read_bytes()).hexdigest()}  {name}\n"
+        for name in TARGETS
+    ]
+    return "".join(lines)
+
+
+def run_compiler(arguments: list[str]) -> None:
+    """Run the compiler of ``ziglang`` in the folder of the sources.
+
+    Raises:
+        BuildError: with what it said.
+    """
+    cache = str(BUILD / "cache")
+    environment = {**os.environ, "ZIG_LOCAL_CACHE_DIR": cache, "ZIG_GLOBAL_CACHE_DIR": cache}
+    command = [sys.executable, "-m", "ziglang", "cc", *arguments]
+    result = subprocess.run(
+        command, cwd=RUNTIME, env=environment, capture_output=True, text=True, check=False
+    )
+    if result.returncode != 0:
+        raise BuildError(
+            f"compiling the FMU runtime failed: {' '.join(arguments)}\n{result.stderr}\n"
+            "If the module ziglang is missing: pip install ziglang"
+        )
+
+
+if __name__ == "__main__":
+    for built in build_all(force="--force" in sys.argv[1:]):
+        print(built)
+    if "--record" in sys.argv[1:]:
+        HASHES.write_text(hashes())

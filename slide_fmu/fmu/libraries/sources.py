@@ -1,0 +1,71 @@
+"""The ``sources`` folder of an FMU (FMI 2.0.4, section 2.3): the runtime with the weights in it.
+
+The runtime's own files, each with one line before it, ``#include "own_names.h"``. One is replaced
+by that in ``runtime/source``: the surrogate file is an array of bytes in the program. There is one
+kernel, for the processor that it is compiled for (``SLIDE_ONE_KERNEL``).
+"""
+
+from __future__ import annotations
+
+import re
+
+from slide_fmu.fmu.libraries.build import RUNTIME, SOURCE_FOLDERS, runtime_files
+
+FOLDER = "sources"
+NAMES = "own_names.h"
+BYTES_IN_A_LINE = 24
+
+_FUNCTION = re.compile(r"^FMI2_Export .*?\b(fmi2\w+)\(", re.MULTILINE)
+_INTERNAL = re.compile(r"\b(slide_\w+)(?=\(|;)")
+
+
+def source_members(name: str, payload: bytes) -> dict[str, bytes]:
+    """The files of the folder, by their names in the FMU.
+
+    Args:
+        name: the model identifier; begins the names of the program's internal functions, so that
+            several source FMUs may be linked into one program.
+        payload: the surrogate file.
+    """
+    files = runtime_files(folders=SOURCE_FOLDERS)
+    texts = {path.name: path.read_text("utf-8") for path in files}
+    texts |= {path.name: path.read_text("utf-8") for path in (RUNTIME / "source").glob("*.c")}
+    names = _own_names(name, "\n".join(texts[file] for file in texts if file.endswith(".h")))
+    for file in texts:
+        if file.endswith(".c"):
+            texts[file] = f'#include "{NAMES}"\n\n{texts[file]}'
+    texts |= {NAMES: names, "surrogate.h": _as_array(payload)}
+    return {f"{FOLDER}/{file}": text.encode("utf-8") for file, text in texts.items()}
+
+
+def compiled_files() -> list[str]:
+    """Names of the files to compile, for the element ``SourceFiles``."""
+    return [path.name for path in runtime_files(".c", SOURCE_FOLDERS)]
+
+
+def _own_names(name: str, headers: str) -> str:
+    """The header that gives all functions names of their own, as in ``fmi2Functions.h``."""
+    functions, internal = (sorted(set(p.findall(headers))) for p in (_FUNCTION, _INTERNAL))
+    lines = [
+        f"/* Names of {name}'s own. FMI functions have those of the standard, as in a shared",
+        f" * library; compile with -DFMI2_FUNCTION_PREFIX={name}_ to link several FMUs into one",
+        " * program. */",
+        "#define SLIDE_ONE_KERNEL",
+        "#define SLIDE_KERNEL slide_kernel_baseline",
+        *(f"#define {function} {name}_{function}" for function in internal),
+        "#if defined(FMI2_FUNCTION_PREFIX)",
+        "#define SLIDE_JOIN_TEXTS(prefix, name) prefix##name",
+        "#define SLIDE_JOIN(prefix, name) SLIDE_JOIN_TEXTS(prefix, name)",
+        *(f"#define {f} SLIDE_JOIN(FMI2_FUNCTION_PREFIX, {f})" for f in functions),
+        "#endif",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _as_array(payload: bytes) -> str:
+    """The surrogate file as C array."""
+
+    starts = range(0, len(payload), BYTES_IN_A_LINE)
+    rows = (",".join(map(str, payload[first : first + BYTES_IN_A_LINE])) for first in starts)
+    values = ",\n".join(rows)
+    return f"static const unsigned char surrogate[{len(payload)}] = {{\n{values}}};\n"

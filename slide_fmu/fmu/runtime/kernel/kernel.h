@@ -1,0 +1,96 @@
+/* The arithmetic of the layers. kernel.c is compiled once per instruction set; SLIDE_KERNEL is the
+ * name of the table it defines. kernel_choice.c picks one for the processor it runs on. */
+#ifndef SLIDE_KERNEL_H
+#define SLIDE_KERNEL_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+enum {
+    SLIDE_PANEL = 32, /* outputs of a layer that are computed together */
+    SLIDE_LANES = 8,  /* the same in a cell, whose matrices are small */
+    SLIDE_ROWS = 12   /* rows of a batch come in multiples of it */
+};
+
+/* A cell of a state-space network (slide_fmu/network/state_space.py) in the layout of the kernel. Matrices
+ * lie in panels, [panel][column][SLIDE_LANES], zeros where no row is. */
+typedef struct {
+    size_t n_features, n_states;
+    size_t unit_panels, state_panels, row_panels;
+    uint32_t activation;
+    const float *from_features; /* of [f, w, 1]: rows of W, then of B, then of D and d0 */
+    const float *from_states;   /* of x: rows of W, then of A */
+    const float *from_units;    /* E, its columns padded to whole panels */
+    const float *to_rows;       /* C */
+    float *driven;              /* scratch: rows of from_features */
+    float *units;               /* scratch: units of both states, in whole SLIDE_PANELs */
+} SlideCell;
+
+/* The same with gated units. Its features come in the order [turn, g, s, f, w]. */
+typedef struct {
+    size_t n_gated, n_schedule, n_drive, n_static, n_states;
+    size_t turned; /* pairs of states */
+    size_t unit_panels, state_panels, row_panels;
+    const float *gates, *gates_start;     /* W and its last column */
+    const float *products, *from_gated;   /* V of x, V of g */
+    const float *from_states, *from_drive; /* A, B */
+    const float *from_units;              /* E, its columns padded to whole panels */
+    const float *to_rows;                 /* C */
+    const float *from_static, *rows_start; /* D, d0 */
+    float *open, *offered;                /* scratch: gates, and what is offered to them */
+    float *driven, *rows;                 /* scratch: B f; D w + d0 */
+    float *seen, *pushed;                 /* scratch of both states: turned back; E h */
+    float *units;                         /* scratch of both states */
+    const float *zeros;                   /* as long as a state */
+} SlideGatedCell;
+
+/* Rows of a batch: y[row] = start + row * start_stride, plus weights times x[row]. */
+typedef struct {
+    size_t count;          /* a multiple of SLIDE_ROWS */
+    const float *const *x; /* [count] rows of n_in values; they may overlap */
+    const float *start;
+    size_t start_stride;
+    float *y; /* [count][n_panels][SLIDE_PANEL]; may be start */
+} SlideRows;
+
+typedef struct {
+    const char *name;
+    /* y[p][j] = start[p][j] + sum over i of weights[p][i][j] x[i], for panels p of SLIDE_PANEL
+     * outputs j; start may be y. */
+    void (*affine)(const float *weights, const float *start, const float *x, size_t n_in,
+                   size_t n_panels, float *y);
+    /* The same with weights of half precision (IEEE 754 binary16, finite); NULL where the
+     * processor has no instruction for them. */
+    void (*affine_half)(const uint16_t *weights, const float *start, const float *x, size_t n_in,
+                        size_t n_panels, float *y);
+    /* The same for many rows: weights are read once for several. */
+    void (*affine_rows)(const float *weights, size_t n_in, size_t n_panels, const SlideRows *rows);
+    void (*affine_rows_half)(const uint16_t *weights, size_t n_in, size_t n_panels,
+                             const SlideRows *rows);
+    /* The sum of values, for measuring how fast memory is read. */
+    float (*read_through)(const float *values, size_t count);
+    /* Apply activation 0 identity, 1 relu, 2 elu, 3 tanh, 4 gelu, 5 cubic in place; count: a
+     * multiple of SLIDE_PANEL. What is not a number stays so. */
+    void (*activate)(uint32_t activation, float *values, size_t count);
+    /* Advance two states of a cell at once, with the same features: next [2][state_panels]
+     * [SLIDE_LANES] from states of that shape, and the rows of both, [2][row_panels]
+     * [SLIDE_LANES]. Weights are read once, and one state fills the waiting times of the other. */
+    void (*advance)(const SlideCell *cell, const float *features, const float *states,
+                    float *next, float *rows);
+    void (*advance_gated)(const SlideGatedCell *cell, const float *features, const float *states,
+                          float *next, float *rows);
+} SlideKernel;
+
+extern const SlideKernel slide_kernel_baseline; /* x86-64-v2; NEON on aarch64 */
+extern const SlideKernel slide_kernel_avx2;     /* x86-64-v3: with AVX2, FMA and F16C */
+extern const SlideKernel slide_kernel_avx512;   /* x86-64-v4: with AVX-512 F, DQ, BW and VL too */
+
+enum { SLIDE_KERNELS = 3 };
+
+/* The kernels that processor and operating system support, the fastest first; their number. */
+size_t slide_kernels(const SlideKernel *kernels[SLIDE_KERNELS]);
+
+/* The fastest of them. */
+const SlideKernel *slide_kernel_choose(void);
+
+#endif

@@ -1,0 +1,78 @@
+/* A state-space network in the layout of the kernels, and its two states (ping-pong): the older
+ * has seen n_samples to 2 n_samples inputs; when the younger has seen n_samples, it becomes the
+ * older and a new one starts from zero. See slide_fmu/network/state_space.py. */
+#ifndef SLIDE_CELLS_H
+#define SLIDE_CELLS_H
+
+#include "arena.h"
+#include "feature_set.h"
+#include "kernel.h"
+#include "network_view.h"
+
+typedef struct {
+    bool is_gated;
+    SlideCell cell;        /* if not gated */
+    SlideGatedCell gated;  /* if gated */
+    uint32_t n_samples, n_out, n_values;
+    size_t state_panels, row_panels;
+    size_t n_factors;      /* of the values, beside the constant one */
+    SlideFeatures seen;    /* in the order [r, turn, g, s, f, w]; w only where it is not f */
+    float *features;       /* scratch [seen.count + 1]; the last is 1 */
+    float *next;           /* scratch: the states after an input, before they are accepted */
+    float *both;           /* scratch: rows of both states, those of a value together */
+    float *newest;         /* scratch [n_values]: the values of the network */
+    float *faded;          /* scratch [n_values]: what the younger state changes in them */
+    uint64_t n_recent;     /* places for n_out samples, a power of two */
+    float *block;          /* scratch [n_out][n_values] */
+} SlideCells;
+
+/* All that changes; part of the flat state block. */
+typedef struct {
+    uint64_t *taken;  /* inputs since both states were zero; the younger's age is its rest by
+                         n_samples */
+    float *states;    /* [2][state panels][SLIDE_LANES], older first */
+    float *errors;    /* [n_values], scaled: the truncation error, up to the last hand-over */
+    float *largest;   /* [n_values], scaled: the same since then, not known before the next */
+    float *recent;    /* [n_recent][n_values], the values after the inputs taken in last; those after
+                         input k in place k % n_recent */
+} SlideCellState;
+
+/* The same before a step; part of the flat state block. */
+typedef struct {
+    uint64_t *taken;
+    float *states;
+} SlideCellsBefore;
+
+void slide_cells_place(SlideCells *cells, const SlideNetworkView *view, SlideArena *arena);
+void slide_cell_state_place(SlideCellState *state, const SlideCells *cells, SlideArena *arena);
+
+void slide_cells_before_place(SlideCellsBefore *before, const SlideCells *cells,
+                              SlideArena *arena);
+void slide_cells_keep(const SlideCells *cells, const SlideCellState *state,
+                      SlideCellsBefore *before);
+
+/* Both states to zero; the truncation error stays. n_samples inputs later the exact window is
+ * evaluated, 2 n_samples inputs later the truncation error is measured. */
+void slide_cells_restart(const SlideCells *cells, SlideCellState *state);
+
+/* Look at a scaled input [n_inputs], with the inputs before it [SLIDE_BEFORE][n_inputs], newest
+ * first. False when a feature is not finite. */
+bool slide_cells_see(const SlideCells *cells, const double *input, const double *before);
+
+/* Both states after what was seen, and the rows of their values. */
+void slide_cells_run(const SlideCells *cells, const SlideKernel *kernel,
+                     const SlideCellState *state);
+
+/* The weight of the younger state in the values, at its age. */
+float slide_cells_weight(const SlideCells *cells, uint32_t age);
+
+/* Try the input that was seen. Gives the values; each has a term of every state, so states that are
+ * not finite show there. The state stays as it was until slide_cells_accept. */
+const float *slide_cells_advance(const SlideCells *cells, const SlideKernel *kernel,
+                                 const SlideCellState *state);
+void slide_cells_accept(const SlideCells *cells, SlideCellState *state);
+
+/* The values after the last n_out inputs [n_out][n_values], oldest first. */
+const float *slide_cells_block(const SlideCells *cells, const SlideCellState *state);
+
+#endif

@@ -1,0 +1,89 @@
+"""Keep the poles of A inside the circle in which the window forgets them.
+
+Far beyond the trained amplitude tanh units are saturated and the cell moves as x[k+1] = A x[k] +
+bounded terms. With all poles of A inside the unit circle it stays bounded for every input; inside
+a circle whose poles decay within the truncated part of the window, it forgets its state there too.
+A penalty on poles outside this circle joins the sum of squares.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import torch
+
+from slide_fmu.core.window import Window
+from slide_fmu.learn.state_space.cell import CellShape
+from slide_fmu.learn.state_space.normal_equations import NormalEquations
+
+REMAINING = 0.03
+"""Part of an initial amplitude that a pole on the circle leaves after the truncated samples."""
+ROOM = 0.5
+"""Where the system's own slowest pole lies outside, the circle goes so far from 1 towards it."""
+LARGEST_RADIUS = 0.999
+"""Of the circle, however long the window."""
+
+
+@dataclass(frozen=True)
+class PolePenalty:
+    """A penalty weight * sum of max(0, |pole| - radius)^2.
+
+    Attributes:
+        radius: of the circle.
+        weight: of the penalty; the number of residuals, so that a pole 0.01 outside counts as an
+            RMS error of 0.01 of the outputs' scale.
+    """
+
+    radius: float
+    weight: float
+
+    @staticmethod
+    def of(window: Window, slowest: float, residuals: int) -> PolePenalty:
+        """The penalty for a window and a number of residuals.
+
+        Args:
+            slowest: largest absolute value of the system's own poles; 0 if they are not known. A
+                short window, which a recipe may allow, must not hurry them.
+        """
+        truncated = window.n_truncated
+        decayed = math.exp(math.log(REMAINING) / truncated) if truncated else LARGEST_RADIUS
+        own = 1 - ROOM * (1 - slowest) if slowest > decayed else 0.0
+        return PolePenalty(min(max(decayed, own), LARGEST_RADIUS), residuals)
+
+    def cost(self, shape: CellShape, theta: torch.Tensor) -> float:
+        """Its value."""
+        excess = pole_radii(shape, theta) - self.radius
+        return self.weight * float(excess.clamp_min(0).square().sum())
+
+    def join(
+        self, normal: NormalEquations, shape: CellShape, theta: torch.Tensor
+    ) -> NormalEquations:
+        """Normal equations with the penalty's: its residuals are sqrt(weight) (|pole| - radius).
+
+        The derivative of a pole is u^H dA v / (u^H v), with its left and right eigenvectors.
+        """
+        n = shape.n_states
+        values, right = torch.linalg.eig(shape.split(theta).f[:, :n])
+        radii = values.abs()
+        outside = radii > self.radius
+        if not bool(outside.any()):
+            return normal
+        left = torch.linalg.inv(right)  # rows are u^H / (u^H v)
+        slopes = left[outside][:, :, None] * right.T[outside][:, None, :]
+        phase = (values[outside].conj() / radii[outside])[:, None, None]
+        rows = theta.new_zeros(int(outside.sum()), shape.n_parameters)
+        of_f = rows[:, : shape.sizes[0]].view(len(rows), n, shape.n_next)
+        of_f[:, :, :n] = (phase * slopes).real
+        excess = radii[outside] - self.radius
+        return NormalEquations(
+            normal.cost + self.weight * float(excess.square().sum()),
+            normal.matrix + self.weight * rows.T @ rows,
+            normal.gradient + self.weight * rows.T @ excess,
+        )
+
+
+def pole_radii(shape: CellShape, theta: torch.Tensor) -> torch.Tensor:
+    """Absolute values of the eigenvalues of A, shape (n_states,)."""
+    poles: torch.Tensor = torch.linalg.eigvals(shape.split(theta).f[:, : shape.n_states])
+    return poles.abs()

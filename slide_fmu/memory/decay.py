@@ -1,0 +1,214 @@
+"""How fast a system forgets its initial state, and the window that follows from it.
+
+Two independent ways: from the equations linearized along a motion (paper, section "Computation of
+decay time in linearized multibody systems"), and measured, as the time in which two motions under
+the same input meet.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.window import Window
+from slide_fmu.memory.modes import UnstableModeError, slowest_rate, time_to_decay
+from slide_fmu.systems.base import State, System, simulate
+
+
+@dataclass(frozen=True, eq=False)
+class Decay:
+    """Decay of several motions, or at several instants of one.
+
+    Attributes:
+        rates: real part Re(v) in 1/s of each, shape (n,): of a motion the mean along it.
+        remaining_amplitude: fraction to which initial effects decay.
+    """
+
+    rates: FloatArray
+    remaining_amplitude: float
+
+    @property
+    def times(self) -> FloatArray:
+        """Decay time in s of each, shape (n,); infinite where nothing decays."""
+        return np.array([time_to_decay(rate, self.remaining_amplitude) for rate in self.rates])
+
+    @property
+    def mean(self) -> float:
+        """Decay time in s of the mean rate (paper, eq. eigenValuesSum)."""
+        return time_to_decay(float(np.mean(self.rates)), self.remaining_amplitude)
+
+    @property
+    def worst(self) -> float:
+        """The longest decay time in s."""
+        return float(np.max(self.times))
+
+
+def decay_along(
+    system: System, states: Sequence[State], remaining_amplitude: float = 0.01
+) -> Decay:
+    """Rates of the slowest mode at states that are evenly spread along a motion.
+
+    What was there at its start decays with the mean of these rates: exp(Re(v) h) at every state
+    after the other (paper, eq. eigenValuesSum). So a mode may grow for a moment.
+
+    Raises:
+        UnstableModeError: it grows in the mean; the message tells the rates.
+        ValueError: no state was given.
+    """
+    if not states:
+        raise ValueError("decay along a motion: no states; expected at least one")
+    rates = np.array([slowest_rate(system.linearize(state)) for state in states])
+    _refuse_growing_motion(rates)
+    return Decay(rates, remaining_amplitude)
+
+
+def decay_in_stretches(motions: Sequence[Decay], length: int) -> Decay:
+    """Mean rates over stretches of motions.
+
+    Args:
+        motions: each at its instants, as many in all of them.
+        length: least instants in a stretch; a motion that is shorter is one stretch.
+
+    Raises:
+        UnstableModeError: a mode grows in the mean over a stretch.
+    """
+    parts = [
+        part
+        for motion in motions
+        for part in np.array_split(motion.rates, max(1, len(motion.rates) // length))
+    ]
+    for part in parts:
+        _refuse_growing_motion(part)
+    means = np.array([np.mean(part) for part in parts])
+    return Decay(means, motions[0].remaining_amplitude)
+
+
+def measured_decay_time(
+    system: System,
+    inputs: FloatArray,
+    first: State,
+    second: State,
+    remaining_amplitude: float = 0.01,
+) -> float:
+    """Time in which the outputs from two initial states under the same inputs meet.
+
+    The energy that the difference still has ahead of it, E(t) = sum over t' >= t of |e(t')|^2,
+    falls like exp(2 Re(v) t) without the zero crossings of e itself. A line through log E, from
+    the start until E has fallen to the square of the remaining amplitude, gives Re(v).
+
+    Args:
+        inputs: shape (N, n_inputs); give it twice the expected decay time.
+        first: initial state of one motion.
+        second: initial state of the other.
+        remaining_amplitude: fraction of its start that the difference decays to.
+
+    Returns:
+        The decay time in s; infinite if the outputs have not met after three quarters of the
+        record (too short a record, or a motion that depends on its start for good).
+
+    Raises:
+        ValueError: the outputs never differ, or meet within two samples.
+        SimulationError: a motion could not be simulated.
+    """
+    return time_to_decay(
+        _measured_rate(system, inputs, first, second, remaining_amplitude), remaining_amplitude
+    )
+
+
+def measured_decay(
+    system: System,
+    inputs: Sequence[FloatArray],
+    rng: np.random.Generator,
+    remaining_amplitude: float = 0.01,
+) -> Decay:
+    """``measured_decay_time`` of each input record from a pair of random states of the system.
+
+    A nonlinear motion decays faster at some times than at others; the mean over several records
+    is what compares with the linearized equations. A record in which the outputs do not meet
+    counts with the rate 0 and has an infinite time.
+    """
+    if not inputs:
+        raise ValueError("measured decay: no inputs; expected at least one record")
+    rates = []
+    for record in inputs:
+        one, other = (system.random_state(rng, record[0]) for _ in range(2))
+        rates.append(_measured_rate(system, record, one, other, remaining_amplitude))
+    return Decay(np.array(rates), remaining_amplitude)
+
+
+def recommend_window(decay_time: float, step: float, n_out: int) -> Window:
+    """The shortest window whose truncated part (n_in - n_out) h is at least the decay time.
+
+    Args:
+        decay_time: t_d in s.
+        step: sample step h in s.
+        n_out: wanted number of output samples.
+
+    Raises:
+        ValueError: the decay time is not a finite number from 0.
+    """
+    return Window(step, n_out + _needed_samples(decay_time, step), n_out)
+
+
+def too_short(window: Window, decay_time: float) -> str | None:
+    """What is wrong with a window for a system of this decay time in s; None if it is fine."""
+    needed = _needed_samples(decay_time, window.step)
+    if window.n_truncated >= needed:
+        return None
+    return (
+        f"window: n_in - n_out = {window.n_in} - {window.n_out} = {window.n_truncated} samples "
+        f"({window.truncation_time:.4g} s) are truncated, but initial effects need {needed} "
+        f"samples ({decay_time:.4g} s) to decay: give n_in >= {window.n_out + needed}, a larger "
+        "step, or a larger remaining amplitude"
+    )
+
+
+def _needed_samples(decay_time: float, step: float) -> int:
+    """Whole steps that cover the decay time, one rounding error forgiven."""
+    if not 0.0 <= decay_time < math.inf:
+        raise ValueError(
+            f"decay time = {decay_time} s; expected a finite time: no window can hold a motion "
+            "that does not decay, so give the system damping"
+        )
+    return math.ceil(decay_time / step * (1.0 - 1e-12))
+
+
+def _measured_rate(
+    system: System, inputs: FloatArray, first: State, second: State, remaining_amplitude: float
+) -> float:
+    """Slope Re(v) in 1/s of the decaying difference of two motions, 0 if they do not meet."""
+    if system.hold == "ramp":  # both motions see the same input from the start
+        second = State(second.coordinates, second.velocities, first.last_input)
+    ranges = np.array([signal.high - signal.low for signal in system.outputs])
+    one = simulate(system, inputs, first).outputs
+    difference = (one - simulate(system, inputs, second).outputs) / ranges
+    ahead = np.cumsum(np.sum(difference[::-1] ** 2, axis=1))[::-1]
+    if ahead[0] == 0.0:
+        raise ValueError("measured decay: both initial states give the same outputs; expected two")
+    count = int(np.sum(ahead > remaining_amplitude**2 * ahead[0]))
+    if count < 3:
+        raise ValueError(
+            f"measured decay: the outputs meet within {count} samples of {system.step} s; "
+            "expected at least 3: sample the system more finely"
+        )
+    if count > 0.75 * len(ahead):
+        return 0.0
+    time = system.step * np.arange(count)
+    return 0.5 * float(np.polyfit(time, np.log(ahead[:count]), 1)[0])
+
+
+def _refuse_growing_motion(rates: FloatArray) -> None:
+    """Refuse a motion on which initial effects grow in the mean."""
+    mean = float(np.mean(rates))
+    if mean > 0.0:
+        raise UnstableModeError(
+            "initial effects grow along the motion: the slowest mode has Re(v) = "
+            f"{mean:.4g} 1/s in the mean over {len(rates)} instants ({np.min(rates):.4g} .. "
+            f"{np.max(rates):.4g}); expected a mean below 0: no window can hold such a "
+            "motion, so give the system more damping, check the signs of its control gains, or "
+            "excite it less (data.excitation)"
+        )

@@ -1,0 +1,228 @@
+"""Modes of a linearized, constrained system and the time each takes to decay.
+
+Paper, section "Computation of decay time in linearized multibody systems", with the corrections of
+its printed formulas: the nullspace of the constraint Jacobian G comes from the right singular
+vectors, and the eigenvalues from the generalized problem, which works with rigid-body modes too.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.systems.base import Linearization
+
+INSTANT = 1e6
+"""Eigenvalues above this multiple of the system's rate come from coordinates without mass."""
+UNSTABLE = 1e-6
+"""Re(v) above this fraction of |v| is growth; below it is rounding of an undamped mode."""
+
+
+class UnstableModeError(ValueError):
+    """A mode grows, so that the system never forgets its initial state."""
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A decaying mode; a conjugate pair of eigenvalues is one mode.
+
+    Attributes:
+        eigenvalue: v in 1/s, imaginary part not negative.
+        decay_time: time in s until the remaining amplitude; infinite for an undamped mode.
+    """
+
+    eigenvalue: complex
+    decay_time: float
+
+    @property
+    def natural_frequency(self) -> float:
+        """omega_0 = |v| in rad/s."""
+        return abs(self.eigenvalue)
+
+    @property
+    def damping_ratio(self) -> float:
+        """D = -Re(v) / |v|; 1 for an overdamped mode."""
+        return -self.eigenvalue.real / abs(self.eigenvalue)
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """All modes of a linearized system.
+
+    Attributes:
+        modes: decaying modes, the slowest first.
+        rigid: eigenvalues in 1/s of rigid-body modes, which neither decay nor swing: two for each
+            free direction, one if it is damped.
+        n_instant: infinite eigenvalues: coordinates without mass, which follow at once.
+    """
+
+    modes: tuple[Mode, ...]
+    rigid: tuple[complex, ...]
+    n_instant: int
+
+    @property
+    def decay_time(self) -> float:
+        """Decay time in s of the slowest mode, 0 without any; rigid-body modes do not count."""
+        return self.modes[0].decay_time if self.modes else 0.0
+
+
+def time_to_decay(rate: float, remaining_amplitude: float) -> float:
+    """t_d = ln(A_rel) / Re(v) in s, infinite for ``rate`` = Re(v) = 0 (paper, eq. dampingTimes).
+
+    Raises:
+        ValueError: the remaining amplitude is not between 0 and 1.
+    """
+    if not 0.0 < remaining_amplitude < 1.0:
+        raise ValueError(
+            f"remaining amplitude = {remaining_amplitude}; expected a fraction between 0 and 1, "
+            "for example 0.01"
+        )
+    return math.log(remaining_amplitude) / rate if rate < 0.0 else math.inf
+
+
+def nullspace(constraints: FloatArray, rank_tolerance: float = 1e-10) -> FloatArray:
+    """Orthonormal directions that the constraints leave free.
+
+    Args:
+        constraints: Jacobian G, shape (n_constraints, n); redundant rows are fine.
+        rank_tolerance: singular values below this fraction of the largest count as zero.
+
+    Returns:
+        N, shape (n, n_free), with G N = 0.
+    """
+    if len(constraints) == 0:
+        return np.eye(constraints.shape[1])
+    _, singular, right = scipy.linalg.svd(constraints)
+    rank = int(np.sum(singular > rank_tolerance * singular[0]))
+    return np.ascontiguousarray(right[rank:].T)
+
+
+def spectrum(
+    linearization: Linearization, remaining_amplitude: float = 0.01, uncertainty: float = 1e-10
+) -> Spectrum:
+    """Modes of a linearized system in the directions that its constraints leave free.
+
+    Args:
+        linearization: M, D, K, G at one state.
+        remaining_amplitude: fraction A_rel that initial effects decay to.
+        uncertainty: of the stiffness, relative to its norm: rounding and numerical
+            differentiation. A mode that this alone would explain is a rigid-body mode.
+
+    Raises:
+        UnstableModeError: a mode has Re(v) > 0.
+        ValueError: a matrix is not finite, or a free coordinate has neither mass nor force.
+    """
+    values, rigid, n_instant = _finite_eigenvalues(linearization, uncertainty)
+    _refuse_growth(values)
+    one_of_each_pair = values[values.imag >= 0.0].tolist()
+    slowest_first = sorted(one_of_each_pair, key=lambda v: (-v.real, v.imag))
+    modes = tuple(Mode(v, _mode_decay_time(v, remaining_amplitude)) for v in slowest_first)
+    return Spectrum(modes, tuple(rigid.tolist()), n_instant)
+
+
+def slowest_rate(linearization: Linearization, uncertainty: float = 1e-10) -> float:
+    """Re(v) in 1/s of the mode that decays most slowly, at one instant of a motion.
+
+    Positive if it grows: in motion it may for a while, as the equations change with the time.
+
+    Args:
+        linearization, uncertainty: as for ``spectrum``.
+
+    Returns:
+        0 for an undamped mode, minus infinity if all modes are those of rigid bodies.
+
+    Raises:
+        ValueError: as for ``spectrum``.
+    """
+    values, _, _ = _finite_eigenvalues(linearization, uncertainty)
+    undamped = np.abs(values.real) <= UNSTABLE * np.abs(values)
+    return float(np.max(np.where(undamped, 0.0, values.real), initial=-math.inf))
+
+
+def _finite_eigenvalues(
+    linearization: Linearization, uncertainty: float
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128], int]:
+    """Eigenvalues but for those of rigid-body modes, these, and the number of infinite ones."""
+    free = nullspace(linearization.constraints)
+    mass, damping, stiffness = (
+        free.T @ matrix @ free
+        for matrix in (linearization.mass, linearization.damping, linearization.stiffness)
+    )
+    values, shapes, n_instant = _eigenvalues(mass, damping, stiffness)
+    unresolved = uncertainty * float(np.linalg.norm(stiffness))
+    rigid = np.abs(values) <= _rigid_limits(mass, damping, unresolved, shapes)
+    return values[~rigid], values[rigid], n_instant
+
+
+def _rigid_limits(
+    mass: FloatArray, damping: FloatArray, stiffness: float, shapes: NDArray[np.complex128]
+) -> FloatArray:
+    """|v| up to which a small stiffness k alone explains a slow mode: v^2 m + v d + k = 0.
+
+    Args:
+        stiffness: k in N/m for shapes of unit length, not negative.
+        shapes: one column for each mode, shape (n, n_modes).
+    """
+    m, d = (np.abs(np.sum(shapes.conj() * (matrix @ shapes), 0)) for matrix in (mass, damping))
+    root = d + np.sqrt(d**2 + 4 * m * stiffness)
+    return np.asarray(np.divide(2 * stiffness, root, out=np.zeros_like(root), where=root > 0))
+
+
+def _eigenvalues(
+    mass: FloatArray, damping: FloatArray, stiffness: FloatArray
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128], int]:
+    """Finite eigenvalues v of v^2 M + v D + K, their shapes, and the number of infinite ones.
+
+    Solves A z = -v B z for z = [q, q'] with A = [[K, D], [0, -I]], B = [[0, M], [I, 0]]: the
+    paper's form with I for M in the second row, so that a singular M gives infinite eigenvalues
+    instead of undetermined ones. Time is scaled by the system's rate first: the larger of
+    sqrt(|K| / |M|) and |D| / |M|.
+    """
+    for name, matrix in (("mass", mass), ("damping", damping), ("stiffness", stiffness)):
+        if not np.isfinite(matrix).all():
+            raise ValueError(f"linearization: {name} matrix is not finite")
+    n = len(mass)
+    if n == 0:
+        nothing = np.zeros(0, dtype=np.complex128)
+        return nothing, nothing[:, None], 0
+    size, stiff, damped = (float(np.linalg.norm(m)) for m in (mass, stiffness, damping))
+    if size == 0.0:
+        raise ValueError("linearization: mass matrix is zero; expected mass in some coordinate")
+    rate = max(math.sqrt(stiff / size), damped / size) or 1.0
+    one, zero = np.eye(n), np.zeros((n, n))
+    a = np.block([[stiffness / (size * rate**2), damping / (size * rate)], [zero, -one]])
+    b = np.block([[zero, mass / size], [one, zero]])
+    (alpha, beta), vectors = scipy.linalg.eig(a, -b, homogeneous_eigvals=True)
+    scale = np.maximum(np.abs(alpha), np.abs(beta))
+    if np.any(scale < 1e-12):
+        raise ValueError(
+            "linearization: a free coordinate has neither mass nor stiffness nor damping; "
+            "expected one of them: fix it, or give it a constraint"
+        )
+    finite = np.abs(alpha) < INSTANT * np.abs(beta)
+    shapes = vectors[:n, finite]
+    shapes /= np.maximum(np.linalg.norm(shapes, axis=0), np.finfo(np.float64).tiny)
+    return rate * alpha[finite] / beta[finite], shapes, int(np.sum(~finite))
+
+
+def _refuse_growth(values: NDArray[np.complex128]) -> None:
+    """Name the fastest growing mode, if any grows."""
+    growing = values[values.real > UNSTABLE * np.abs(values)]
+    if len(growing):
+        worst = growing[np.argmax(growing.real)]
+        raise UnstableModeError(
+            f"mode with v = {worst:.6g} 1/s ({abs(worst) / (2 * math.pi):.4g} Hz) grows; expected "
+            "Re(v) <= 0: check signs of damping and control gains, and linearize at a state that "
+            "the system really takes (all spring offsets and set points of that instant)"
+        )
+
+
+def _mode_decay_time(eigenvalue: complex, remaining_amplitude: float) -> float:
+    """Decay time of a mode; rounding of an undamped one does not count as damping."""
+    undamped = abs(eigenvalue.real) <= UNSTABLE * abs(eigenvalue)
+    return time_to_decay(0.0 if undamped else eigenvalue.real, remaining_amplitude)

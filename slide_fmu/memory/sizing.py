@@ -1,0 +1,243 @@
+"""Window sizing for a recipe: decay along its own motions, linearized and measured."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.window import Window
+from slide_fmu.data.draws import Draw, Stream, draw, split_stream
+from slide_fmu.memory.decay import (
+    Decay,
+    decay_along,
+    decay_in_stretches,
+    measured_decay,
+    recommend_window,
+    too_short,
+)
+from slide_fmu.memory.modes import Spectrum, UnstableModeError, spectrum
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.systems.base import State, System
+
+MOTIONS = 40
+"""Pairs of motions, at most, that are measured."""
+LINEARIZED_MOTIONS = 20
+"""Motions, at most, along which is linearized."""
+WINDOWS_PER_MOTION = 10
+"""Length of these motions, at most, in input windows."""
+POINTS_PER_WINDOW = 8
+"""States in each of these windows at which is linearized."""
+MEASURED_DECAYS = 3.0
+"""Length of the measured motions, in decay times."""
+MEASURED_SAMPLES, LEAST_MEASURED = 20_000, 4
+"""Samples after which no more motions are measured, but at least so many motions: where the decay
+takes long, a few pairs tell what the window needs."""
+
+
+class ShortWindowError(ValueError):
+    """The recipe's window is too short for its system."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sizing:
+    """What the window of a recipe must hold, and what it holds.
+
+    Attributes:
+        window: the recipe's window.
+        remaining_amplitude: fraction to which initial effects shall decay.
+        modes: of the system at rest.
+        linearized: decay along stretches of the recipe's motions, each as long as the input
+            window, or as the mean decay time if that is longer.
+        local_worst: the longest decay time in s at an instant on the way; infinite where a mode
+            grows for a moment.
+        measured: decay times of the difference of two motions under the same input.
+    """
+
+    window: Window
+    remaining_amplitude: float
+    modes: Spectrum
+    linearized: Decay
+    local_worst: float
+    measured: Decay
+
+    @property
+    def problem(self) -> str | None:
+        """Why the window is too short; None if it is long enough."""
+        if not math.isfinite(self.measured.mean):
+            rigid = len(self.modes.rigid)
+            return (
+                f"motions from different initial states never meet in the outputs ({rigid} "
+                "eigenvalues of rigid-body modes at rest): no window can hold them; fix the free "
+                "direction, give the system damping, or choose outputs that it does not move"
+            )
+        return too_short(self.window, self.linearized.worst)
+
+    @property
+    def remark(self) -> str | None:
+        """Where the measured decay asks for more than a window that the eigenvalues accept."""
+        window, worst = self.window, self.measured.worst
+        if self.problem is not None or worst <= window.truncation_time:
+            return None
+        motions = f"the slowest of {len(self.measured.rates)} measured pairs of motions"
+        linearized = f"though the eigenvalues ask for {self.linearized.worst:.4g} s alone"
+        truncated = f"the window truncates {window.truncation_time:.4g} s"
+        if not math.isfinite(worst):
+            return (
+                f"{motions} never met in a record of several decay times; {truncated}, "
+                f"{linearized}. Raise window.n_in, excite less (data.excitation), or give the "
+                "system more damping"
+            )
+        needed = recommend_window(worst, window.step, window.n_out).n_in
+        return (
+            f"{motions} takes {worst:.4g} s to meet, but {truncated}, {linearized}. Raise "
+            f"window.n_in from {window.n_in} to {needed} to hold that one too"
+        )
+
+    def figures(self) -> dict[str, Any]:
+        """The figures as plain values, as written to JSON."""
+        recommended = recommend_window(self.linearized.worst, self.window.step, self.window.n_out)
+        return {
+            "remaining_amplitude": self.remaining_amplitude,
+            "decay_time_s": {
+                **_times(self.linearized),
+                "local_worst": _finite(self.local_worst),
+            },
+            "measured_decay_time_s": _times(self.measured),
+            "modes_at_rest": [
+                {
+                    "frequency_rad_s": mode.natural_frequency,
+                    "damping_ratio": mode.damping_ratio,
+                    "decay_time_s": _finite(mode.decay_time),
+                }
+                for mode in self.modes.modes
+            ],
+            "rigid_body_eigenvalues": len(self.modes.rigid),
+            "window": {
+                "step_s": self.window.step,
+                "n_in": self.window.n_in,
+                "n_out": self.window.n_out,
+                "truncation_time_s": self.window.truncation_time,
+            },
+            "recommended_n_in": recommended.n_in,
+            "sufficient": self.problem is None,
+            "remark": self.remark,
+        }
+
+
+def size_window(recipe: Recipe, system: System, seed: int | None = None) -> Sizing:
+    """Compute and measure the decay times of a recipe's system along its motions.
+
+    Args:
+        seed: of the motions; the recipe's data seed if None.
+
+    Raises:
+        UnstableModeError: a mode of the system linearized at rest grows, or the slowest mode
+            grows in the mean along a motion.
+        SimulationError: a motion could not be simulated.
+        ValueError: the system has no damping, so that its motions never meet.
+    """
+    amplitude = recipe.window.remaining_amplitude
+    window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
+    rest = system.rest_state(np.array([signal.start_value for signal in system.inputs]))
+    modes = spectrum(system.linearize(rest), amplitude)
+    training = split_stream(recipe, "train", 0)
+    entropy = recipe.data.seed if seed is None else seed
+    duration = min(training.duration, WINDOWS_PER_MOTION * window.n_in * window.step)
+    stream = Stream(training.number, entropy, (1.0, 1.0), duration)
+    followed = range(min(MOTIONS, LINEARIZED_MOTIONS))
+    draws = [draw(recipe, system, stream, index) for index in followed]
+    stride = -(-window.n_in // POINTS_PER_WINDOW)
+    along = _decay_along_motions(system, draws, stride, amplitude)
+    linearized = _decay_over_windows(along, window, stride)
+    recommend_window(linearized.worst, window.step, window.n_out)  # refuses a lasting motion
+    count = max(window.n_in, int(np.ceil(MEASURED_DECAYS * linearized.worst / window.step)))
+    whole = replace(stream, duration=max(duration, count * window.step))
+    pairs = min(MOTIONS, max(LEAST_MEASURED, MEASURED_SAMPLES // count))
+    records = [draw(recipe, system, whole, index).inputs[:count] for index in range(pairs)]
+    rng = np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=(stream.number,)))
+    measured = measured_decay(system, records, rng, amplitude)
+    local_worst = max(decay.worst for decay in along)
+    return Sizing(window, amplitude, modes, linearized, local_worst, measured)
+
+
+def require_window(recipe: Recipe, sizing: Sizing) -> None:
+    """Refuse a recipe whose window is too short, unless it says ``allow_short``.
+
+    Raises:
+        ShortWindowError: with the numbers and the remedy.
+    """
+    if sizing.problem is not None and not recipe.window.allow_short:
+        raise ShortWindowError(
+            f"recipe {recipe.name!r}: {sizing.problem}; or set window.allow_short = true"
+        )
+
+
+def _decay_along_motions(
+    system: System, draws: list[Draw], stride: int, remaining_amplitude: float
+) -> list[Decay]:
+    """Decay along each of the motions, at every ``stride``-th sample."""
+    along = []
+    for index, drawn in enumerate(draws):
+        states = _states_along(system, drawn.initial, drawn.inputs, stride)
+        try:
+            along.append(decay_along(system, states, remaining_amplitude))
+        except UnstableModeError as error:
+            raise UnstableModeError(f"motion {index} of {len(draws)}: {error}") from error
+    return along
+
+
+def _decay_over_windows(along: list[Decay], window: Window, stride: int) -> Decay:
+    """Decay over stretches of the motions in which initial effects decay.
+
+    A stretch is as long as the input window, as in the paper, but not shorter than the decay
+    takes in the mean: rates at single instants tell little where it takes many windows.
+    """
+    decay_time = Decay(
+        np.concatenate([decay.rates for decay in along]), along[0].remaining_amplitude
+    ).mean
+    recommend_window(decay_time, window.step, window.n_out)  # refuses a lasting motion
+    samples = max(window.n_in, decay_time / window.step)
+    return decay_in_stretches(along, math.ceil(samples / stride))
+
+
+def _states_along(system: System, initial: State, inputs: FloatArray, stride: int) -> list[State]:
+    """States at every ``stride``-th sample of a motion."""
+    system.set_state(initial)
+    states = []
+    for k, row in enumerate(inputs):
+        system.advance(row)
+        if (k + 1) % stride == 0:
+            states.append(system.get_state())
+    return states
+
+
+def decay_rows(figures: dict[str, Any]) -> list[tuple[str, str, str, str]]:
+    """The decay times of ``Sizing.figures`` as people read them, the headings first.
+
+    Measured times are those of whole motions: they have none at an instant.
+    """
+    linearized, measured = figures["decay_time_s"], figures["measured_decay_time_s"]
+    local = seconds(linearized["local_worst"])
+    return [
+        ("decay time", "mean", "worst", "at the worst instant"),
+        ("linearized", seconds(linearized["mean"]), seconds(linearized["worst"]), local),
+        ("measured", seconds(measured["mean"]), seconds(measured["worst"]), ""),
+    ]
+
+
+def seconds(value: float | None) -> str:
+    """A decay time as people read it."""
+    return "without end" if value is None else f"{value:.4g} s"
+
+
+def _times(decay: Decay) -> dict[str, float | None]:
+    return {"mean": _finite(decay.mean), "worst": _finite(decay.worst)}
+
+
+def _finite(value: float) -> float | None:
+    """A number for JSON, which knows no infinity: a motion that never decays has no time."""
+    return value if math.isfinite(value) else None

@@ -1,0 +1,126 @@
+"""Networks as data: what is left of a trained network, evaluated with numpy.
+
+The interface and the feed-forward family; the other family is in ``state_space.py``. A family is
+a final class of ``Network``, its reader and writer in ``network_bytes.py``, and its kernel in the
+C runtime.
+"""
+
+from __future__ import annotations
+
+import abc
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.features.feature_map import FeatureMap
+
+Float32Array = NDArray[np.float32]
+
+BATCH = 4096
+"""Windows evaluated at once: bounds the memory of a long prediction."""
+
+
+class Network(abc.ABC):
+    """A pure function from a sequence of scaled inputs to scaled values. Interface.
+
+    Scaled inputs come as float64: a family may form their differences before it rounds.
+
+    Attributes:
+        features: what it sees of the inputs.
+        n_samples: length of the input sequence.
+        n_channels: number of input channels.
+        n_values: number of values it gives.
+        n_needed: number of newest inputs before which it has forgotten: those it sees; for a
+            network that runs along them, those behind the oldest sample of the output window.
+    """
+
+    features: FeatureMap
+    n_samples: int
+    n_needed: int
+    n_channels: int
+    n_values: int
+
+    @abc.abstractmethod
+    def evaluate(self, sequences: NDArray[Any]) -> Float32Array:
+        """Evaluate a batch.
+
+        Args:
+            sequences: scaled inputs, shape (B, n_samples, n_channels), oldest sample first.
+
+        Returns:
+            Scaled values, shape (B, n_values), float32.
+        """
+
+    @abc.abstractmethod
+    def block(self, sequences: NDArray[Any], n_out: int) -> Float32Array:
+        """The output windows of a batch of input windows.
+
+        Args:
+            sequences: scaled inputs, shape (B, n_in, n_channels), oldest sample first.
+            n_out: samples of an output window, the newest that of ``evaluate``.
+
+        Returns:
+            Scaled values sample by sample, shape (B, n_out, n_outputs), float32.
+        """
+
+    @abc.abstractmethod
+    def stream(self, records: NDArray[Any]) -> Float32Array:
+        """Values at every sample of long records, as the FMU gives them.
+
+        Args:
+            records: scaled inputs, shape (B, N, n_channels), N >= 1; the first input of each
+                counts as held for ever before.
+
+        Returns:
+            Scaled values, shape (B, N, n_values), float32.
+        """
+
+    @abc.abstractmethod
+    def stepper(self) -> Stepper:
+        """Start a record that is taken in sample by sample: ``stream``, step by step."""
+
+    @property
+    @abc.abstractmethod
+    def is_affine(self) -> bool:
+        """Whether the values are an affine function of the sequence."""
+
+    @abc.abstractmethod
+    def count_parameters(self) -> int:
+        """Number of weights and biases."""
+
+
+class Stepper(abc.ABC):
+    """A network along a record, one sample after the other. Interface."""
+
+    @abc.abstractmethod
+    def step(self, row: NDArray[Any]) -> Float32Array:
+        """Take in one sample.
+
+        Args:
+            row: scaled inputs, shape (n_channels,); the first counts as held for ever before.
+
+        Returns:
+            Scaled values, shape (n_values,), float32.
+        """
+
+    @property
+    @abc.abstractmethod
+    def truncation_error(self) -> Float32Array | None:
+        """What a finite memory was last found to cost, shape (n_values,), scaled.
+
+        None before the first step, and for families that do not measure it.
+        """
+
+
+def check_sequences(network: Network, sequences: NDArray[Any]) -> None:
+    """Refuse sequences that a network does not take.
+
+    Raises:
+        ValueError: with the shape found and the shape expected.
+    """
+    expected = (network.n_samples, network.n_channels)
+    if sequences.ndim != 3 or sequences.shape[1:] != expected:
+        raise ValueError(
+            f"sequences of shape {sequences.shape}; expected (B, {expected[0]}, {expected[1]})"
+        )

@@ -1,0 +1,209 @@
+"""The feed-forward family of networks: layers on a window of features."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.features.base import BEFORE
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.network.activations import ACTIVATIONS
+from slide_fmu.network.base import BATCH, Float32Array, Network, Stepper
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """One layer y = a(W x + b) (paper, section on feed-forward networks).
+
+    Attributes:
+        weights: W, shape (n_out, n_in), float32.
+        bias: b, shape (n_out,), float32.
+        activation: key of ``ACTIVATIONS``.
+
+    Raises:
+        ValueError: shapes differ, values are not finite, or the activation is unknown.
+    """
+
+    weights: Float32Array
+    bias: Float32Array
+    activation: str
+
+    def __post_init__(self) -> None:
+        if self.weights.ndim != 2 or self.bias.shape != self.weights.shape[:1]:
+            raise ValueError(
+                f"layer: weights of shape {self.weights.shape}, bias of shape "
+                f"{self.bias.shape}; expected (n_out, n_in) and (n_out,)"
+            )
+        if self.activation not in ACTIVATIONS:
+            raise ValueError(
+                f"layer: activation {self.activation!r}; expected one of {list(ACTIVATIONS)}"
+            )
+        if not (np.all(np.isfinite(self.weights)) and np.all(np.isfinite(self.bias))):
+            raise ValueError("layer: a weight or bias is not finite; was the training stable?")
+
+
+class FeedForward(Network):
+    """Feed-forward network on the flattened features (time first, then feature). Final.
+
+    Args:
+        layers: at least one; the output of each fits the next.
+        n_samples: length of the input sequence.
+        features: what it sees of the inputs at each sample.
+        skip: optional linear path from the flattened features to the output,
+            shape (n_values, n_seen * n_features).
+        ages: of the n_seen samples that it looks at, 0 the newest, falling from n_samples - 1;
+            empty: all n_samples.
+        half: the weights, not the biases, are numbers of float16, and stored as such.
+
+    Raises:
+        ValueError: sizes do not fit, or a weight is no number of float16 though ``half`` says so.
+    """
+
+    def __init__(
+        self,
+        layers: tuple[Layer, ...],
+        n_samples: int,
+        features: FeatureMap,
+        skip: Float32Array | None = None,
+        ages: tuple[int, ...] = (),
+        half: bool = False,
+    ) -> None:
+        if not layers:
+            raise ValueError("feed-forward network without layers; expected at least one")
+        if n_samples < 1:
+            raise ValueError(f"network on {n_samples} samples; expected at least one")
+        check_ages(ages, n_samples)
+        width = n_first = (len(ages) or n_samples) * features.n_signals
+        for index, layer in enumerate(layers):
+            if layer.weights.shape[1] != width:
+                raise ValueError(
+                    f"layer {index} takes {layer.weights.shape[1]} values; expected {width}"
+                )
+            width = layer.weights.shape[0]
+        if skip is not None and skip.shape != (width, n_first):
+            raise ValueError(f"linear skip of shape {skip.shape}; expected {(width, n_first)}")
+        if skip is not None and not np.all(np.isfinite(skip)):
+            raise ValueError("linear skip: a weight is not finite; was the training stable?")
+        weights = [layer.weights for layer in layers] + ([] if skip is None else [skip])
+        if half and not all(np.array_equal(matrix, rounded_to_half(matrix)) for matrix in weights):
+            raise ValueError("network of float16: a weight is no number of float16; round it")
+        self.layers = layers
+        self.skip = skip
+        self.half = half
+        self.features = features
+        self.ages = ages
+        self.n_samples = self.n_needed = n_samples
+        self.n_channels = features.n_channels
+        self.n_values = width
+
+    def evaluate(self, sequences: NDArray[Any]) -> Float32Array:
+        return self.evaluate_features(self.features.along(sequences))
+
+    def evaluate_features(self, features: Float32Array) -> Float32Array:
+        """Evaluate on features of windows: (B, n_samples, n_features) to (B, n_values)."""
+        if self.ages:
+            features = features[:, [self.n_samples - 1 - age for age in self.ages]]
+        flat = np.asarray(features, dtype=np.float32).reshape(len(features), -1)
+        hidden = flat
+        for layer in self.layers:
+            hidden = ACTIVATIONS[layer.activation](hidden @ layer.weights.T + layer.bias)
+        if self.skip is not None:
+            hidden = hidden + flat @ self.skip.T
+        return np.asarray(hidden, dtype=np.float32)
+
+    def block(self, sequences: NDArray[Any], n_out: int) -> Float32Array:
+        """One evaluation that gives a block of samples, or one at each of n_out positions."""
+        features = self.features.along(sequences)
+        if features.shape[1] == self.n_samples:
+            return self.evaluate_features(features).reshape(len(features), n_out, -1)
+        views = np.lib.stride_tricks.sliding_window_view(features, self.n_samples, axis=1)
+        windows = np.moveaxis(views[:, :n_out], -1, 2)
+        flat = windows.reshape(-1, self.n_samples, self.features.n_signals)
+        return self.evaluate_features(flat).reshape(len(sequences), n_out, -1)
+
+    def stream(self, records: NDArray[Any]) -> Float32Array:
+        lead = self.n_samples - 1
+        padded = np.pad(np.asarray(records), ((0, 0), (lead, 0), (0, 0)), mode="edge")
+        return np.stack([self._slide_over(row) for row in self.features.along(padded)])
+
+    def _slide_over(self, padded: Float32Array) -> Float32Array:
+        """Values at the end of every window of features: (N + n_samples - 1, q) to (N, p)."""
+        count, columns = len(padded) - self.n_samples + 1, np.arange(self.n_samples)
+        starts = [np.arange(s, min(s + BATCH, count)) for s in range(0, count, BATCH)]
+        parts = [self.evaluate_features(padded[s[:, None] + columns]) for s in starts]
+        return np.concatenate(parts)
+
+    def stepper(self) -> SlidingWindow:
+        return SlidingWindow(self)
+
+    @property
+    def is_affine(self) -> bool:
+        affine = all(layer.activation == "identity" for layer in self.layers)
+        return affine and isinstance(self.features.features, Differences)
+
+    def count_parameters(self) -> int:
+        count = sum(layer.weights.size + layer.bias.size for layer in self.layers)
+        return count + (0 if self.skip is None else self.skip.size)
+
+
+def rounded_to_half(weights: Float32Array) -> Float32Array:
+    """The nearest numbers of float16, as float32.
+
+    Raises:
+        ValueError: a weight is larger than float16 can be.
+    """
+    largest = float(np.finfo(np.float16).max)
+    found = float(np.max(np.abs(weights), initial=0.0))
+    if found > largest:
+        raise ValueError(f"a weight of {found:g}; expected at most {largest:g} for float16")
+    return weights.astype(np.float16).astype(np.float32)
+
+
+def check_ages(ages: tuple[int, ...], n_samples: int) -> None:
+    """Refuse ages of samples that do not fall from n_samples - 1.
+
+    Raises:
+        ValueError: with the ages.
+    """
+    falling = all(older > newer for older, newer in itertools.pairwise(ages))
+    if ages and not (falling and ages[0] == n_samples - 1 and ages[-1] >= 0):
+        raise ValueError(
+            f"network on samples of the ages {list(ages)}; expected them to fall from "
+            f"{n_samples - 1}, one less than its {n_samples} samples, to 0 at least"
+        )
+
+
+class SlidingWindow(Stepper):
+    """A feed-forward network on the newest n_samples inputs. Final."""
+
+    def __init__(self, network: FeedForward) -> None:
+        self._network = network
+        self._recent: NDArray[np.float64] | None = None
+        self._window: Float32Array | None = None
+
+    def step(self, row: NDArray[Any]) -> Float32Array:
+        network, newest = self._network, np.asarray(row, dtype=np.float64)[None]
+        if self._recent is None or self._window is None:
+            self._recent = np.repeat(newest, BEFORE + 1, axis=0)
+            seen = network.features.along(self._recent[None])[0, -1:]
+            self._window = np.repeat(seen, network.n_samples, axis=0)
+        else:
+            self._recent = np.concatenate([self._recent[1:], newest])
+            seen = network.features.along(self._recent[None])[0, -1:]
+            self._window = np.concatenate([self._window[1:], seen])
+        return network.evaluate_features(self._window[None]).reshape(-1)
+
+    @property
+    def newest(self) -> Float32Array:
+        """Features of the newest sample, shape (n_features,); after the first step."""
+        assert self._window is not None
+        return np.asarray(self._window[-1])
+
+    @property
+    def truncation_error(self) -> Float32Array | None:
+        return None

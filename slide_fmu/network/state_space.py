@@ -1,0 +1,297 @@
+"""State-space networks: one small cell, run along the inputs, evaluated in three ways.
+
+The cell, with features of the scaled inputs in several roles (``slide_fmu.features``): the drive
+f, the static part w, the factors r:
+
+    x_{k+1} = A x_k + B f_k + T_k E h_k
+    y_{k+1} = sum over r in [1, r_k] of r (C_r x_{k+1} + D_r w_k + d_r)
+    h_k     = act(W [x_k, f_k, 1]),  or gated:  tanh(W [s_k, 1]) * (V [T_k' x_k, g_k])
+
+Gated units are linear in the state; the schedule s says how. T turns the first pairs of states
+from the frame in which gated units act into the fixed one. Without factors, r has no entries; in
+the simplest case f = w are the inputs.
+
+- Window: n_samples cells from x = 0; the values are a pure function of the window.
+- Recursive: one cell per sample, never restarted; it forgets by contraction alone.
+- Ping-pong: two states, restarted in turn, one cell each per sample. Memory is strictly finite
+  and a step still costs two cells, whatever the window: the way of the FMU.
+
+They differ by what the cell has not forgotten. The ping-pong measures that between its restarts:
+the truncation error, see ``StateSpace.ping_pong``. (With changes among the features, windows of
+long records also differ in their first samples: alone, a window counts its first input as held
+before it; within a record, the inputs before it are known.)
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.features.base import BEFORE
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.network.activations import ACTIVATIONS
+from slide_fmu.network.base import Float32Array, Network, Stepper, check_sequences
+from slide_fmu.network.cell import Cell, check_roles
+from slide_fmu.network.roles import Roles
+
+CHUNK = 1 << 16
+"""Samples evaluated at once: bounds the memory of a long prediction."""
+
+
+class StateSpace(Network):
+    """A cell along a sequence of scaled inputs. Final.
+
+    Inputs before a sequence count as equal to its first.
+
+    Args:
+        cell: the weights.
+        n_samples: inputs that a state sees before it counts: n_in of the window.
+        n_out: samples over which the ping-pong fades to its younger state: n_out of the window.
+        features: what it sees of the inputs.
+        roles: what the features are for; all are drive and static part if not given.
+        turned: pairs of states, the first ones, that gated units see in the turned frame.
+
+    Raises:
+        ValueError: sizes do not fit.
+    """
+
+    def __init__(
+        self,
+        cell: Cell,
+        n_samples: int,
+        n_out: int,
+        features: FeatureMap,
+        roles: Roles | None = None,
+        turned: int = 0,
+    ) -> None:
+        if not 1 <= n_out <= n_samples:
+            raise ValueError(
+                f"state-space network: n_samples = {n_samples}, n_out = {n_out}; "
+                "expected 1 <= n_out <= n_samples"
+            )
+        every = tuple(range(features.n_signals))
+        self.roles = Roles(drive=every, static=every) if roles is None else roles
+        check_roles(cell, self.roles, features.n_signals, turned)
+        self.cell = cell
+        self.features = features
+        self.turned = turned
+        self.n_samples = n_samples
+        self.n_needed = n_samples - n_out + 1
+        self.n_out = n_out
+        self.n_channels = features.n_channels
+        self.n_values = len(cell.c) // (1 + len(self.roles.readout))
+
+    @property
+    def is_affine(self) -> bool:
+        plain = isinstance(self.features.features, Differences) and not self.roles.readout
+        return len(self.cell.w) == 0 and plain
+
+    def count_parameters(self) -> int:
+        return self.cell.count_parameters()
+
+    def evaluate(self, sequences: NDArray[Any]) -> Float32Array:
+        return self.block(sequences, 1)[:, 0]
+
+    def block(self, sequences: NDArray[Any], n_out: int) -> Float32Array:
+        """The last values of one run over each window; see ``Network.block``.
+
+        The oldest of them has seen n_samples - n_out + 1 inputs.
+        """
+        check_sequences(self, sequences)
+        rows = max(1, CHUNK // self.n_samples)
+        parts = [
+            self.run(self.features.along(sequences[first : first + rows]))[0][:, -n_out:]
+            for first in range(0, len(sequences), rows)
+        ]
+        return np.concatenate(parts)
+
+    def stream(self, records: NDArray[Any]) -> Float32Array:
+        return self.ping_pong(records)[0]
+
+    def ping_pong(self, records: NDArray[Any]) -> tuple[Float32Array, Float32Array]:
+        """Values at every sample of long records, by two states that are restarted in turn.
+
+        The older state has seen between n_samples and 2 n_samples inputs. When the younger has
+        seen n_samples, it becomes the older and a new one starts from x = 0. Until then the
+        values fade from the older to the younger over the last n_out samples: no jump. What the
+        younger changes in the values is what its shorter memory costs: the truncation error is
+        the largest of that between two hand-overs, kept until the next one. The first input
+        counts as held for ever before: the first sample is a hand-over after 2 n_samples of it.
+
+        Args:
+            records: scaled inputs, shape (B, N, n_channels), N >= 1.
+
+        Returns:
+            Values and truncation errors, shape (B, N, n_values) each.
+        """
+        rows = max(1, CHUNK // (records.shape[1] + 2 * self.n_samples))
+        parts = [
+            self._ping_pong(records[first : first + rows])
+            for first in range(0, len(records), rows)
+        ]
+        values, errors = zip(*parts, strict=True)
+        return np.concatenate(values), np.concatenate(errors)
+
+    def _ping_pong(self, records: NDArray[Any]) -> tuple[Float32Array, Float32Array]:
+        """All segments of n_samples between hand-overs at once, each from x = 0."""
+        n, (count, length, _) = self.n_samples, records.shape
+        segments = 2 + -(-(length - 1) // n)
+        lead, tail = 2 * n - 1, (segments - 2) * n - (length - 1)
+        padded = np.pad(records, ((0, 0), (lead, tail), (0, 0)), mode="edge")
+        features = self.features.along(padded).reshape(count, segments, n, -1)
+        rows = features.reshape(count * segments, n, -1)
+        younger, states = self.run(rows)
+        states = states.reshape(count, segments, -1)[:, :-1].reshape(-1, states.shape[-1])
+        older, _ = self.run(features[:, 1:].reshape(count * (segments - 1), n, -1), states)
+        younger = younger.reshape(count, segments, n, -1)[:, 1:]
+        older = older.reshape(younger.shape)
+        faded = self.fade()[:, None] * (younger - older)
+        values = older + faded
+        errors = np.repeat(np.abs(faded).max(axis=2), n, axis=1)
+        shown = slice(n - 1, n - 1 + length)
+        kept = errors[:, :length]  # of the hand-over at or before each sample
+        return values.reshape(count, -1, self.n_values)[:, shown], kept
+
+    def fade(self) -> Float32Array:
+        """Weight of the younger state at its ages 1 to n_samples, shape (n_samples,)."""
+        ages = np.arange(1, self.n_samples + 1) - (self.n_samples - self.n_out)
+        return (np.maximum(ages, 0) / self.n_out).astype(np.float32)
+
+    def recursive(self, records: NDArray[Any]) -> Float32Array:
+        """Values at every sample by one state that is never restarted.
+
+        Args:
+            records: as for ``ping_pong``; the first input counts as held for n_samples.
+
+        Returns:
+            Values, shape (B, N, n_values).
+        """
+        padded = np.pad(records, ((0, 0), (self.n_samples - 1, 0), (0, 0)), mode="edge")
+        return self.run(self.features.along(padded))[0][:, self.n_samples - 1 :]
+
+    def stepper(self) -> PingPong:
+        return PingPong(self)
+
+    def run(
+        self, features: Float32Array, states: Float32Array | None = None
+    ) -> tuple[Float32Array, Float32Array]:
+        """One cell after the other along sequences of features.
+
+        Args:
+            features: shape (B, N, q).
+            states: x before the first of them, shape (B, n); zero if not given.
+
+        Returns:
+            Values after each, shape (B, N, n_values), and x after the last, shape (B, n).
+        """
+        x = np.zeros((len(features), len(self.cell.a)), np.float32) if states is None else states
+        by_sample = np.moveaxis(features, 1, 0)
+        run = self._run_gated if self.cell.gated else self._run_plain
+        states_after, x = run(by_sample, x)
+        values = self._values(states_after, by_sample)
+        return np.ascontiguousarray(np.moveaxis(values, 0, 1)), x
+
+    def _run_plain(
+        self, features: Float32Array, x: Float32Array
+    ) -> tuple[Float32Array, Float32Array]:
+        """States (N, B, n) after features (N, B, q), and the last of them."""
+        cell, act, n = self.cell, ACTIVATIONS[self.cell.activation], len(self.cell.a)
+        of_states = np.ascontiguousarray(np.concatenate([cell.w[:, :n], cell.a]).T)
+        of_drive = np.concatenate([cell.w[:, n:-1], cell.b]).T
+        constant = np.concatenate([cell.w[:, -1], np.zeros(n, np.float32)])
+        driven = features[:, :, list(self.roles.drive)] @ of_drive + constant
+        units, states = len(cell.w), np.empty((*features.shape[:2], n), np.float32)
+        for row, state in zip(driven, states, strict=True):
+            total = x @ of_states + row
+            x = total[:, units:] + act(total[:, :units]) @ cell.e.T
+            state[:] = x
+        return states, x
+
+    def _run_gated(
+        self, features: Float32Array, x: Float32Array
+    ) -> tuple[Float32Array, Float32Array]:
+        """As ``_run_plain``, with gated units."""
+        cell, roles, n = self.cell, self.roles, len(self.cell.a)
+        assert cell.v is not None
+        driven = features[:, :, list(roles.drive)] @ cell.b.T
+        gates = np.tanh(features[:, :, list(roles.schedule)] @ cell.w[:, :-1].T + cell.w[:, -1])
+        offered = features[:, :, list(roles.gated)] @ cell.v[:, n:].T
+        turn = features[:, :, list(roles.turn)]
+        states = np.empty((*features.shape[:2], n), np.float32)
+        for k, state in enumerate(states):
+            seen = _turned(x, turn[k] * _BACK[: turn.shape[2]], self.turned)
+            units = gates[k] * (seen @ cell.v[:, :n].T + offered[k])
+            x = x @ cell.a.T + driven[k] + _turned(units @ cell.e.T, turn[k], self.turned)
+            state[:] = x
+        return states, x
+
+    def _values(self, states: Float32Array, features: Float32Array) -> Float32Array:
+        """Values (N, B, p) of states (N, B, n) and the features before them."""
+        cell, roles = self.cell, self.roles
+        parts = states @ cell.c.T + features[:, :, list(roles.static)] @ cell.d.T + cell.d0
+        if not roles.readout:
+            return np.asarray(parts)
+        factors = features[:, :, list(roles.readout)]
+        shares = parts.reshape(*parts.shape[:2], self.n_values, -1)
+        return np.asarray(shares[..., 0] + (shares[..., 1:] * factors[:, :, None]).sum(3))
+
+
+_BACK = np.array([1, -1], np.float32)
+"""Factors on cosine and sine that make the opposite turn."""
+
+
+def _turned(vectors: Float32Array, turn: Float32Array, pairs: int) -> Float32Array:
+    """Vectors (B, n) whose first pairs are turned by an angle with cosine and sine (B, 2)."""
+    if pairs == 0:
+        return vectors
+    c, s, result = turn[:, :1], turn[:, 1:], vectors.copy()
+    x, y = vectors[:, 0 : 2 * pairs : 2], vectors[:, 1 : 2 * pairs : 2]
+    result[:, 0 : 2 * pairs : 2], result[:, 1 : 2 * pairs : 2] = c * x - s * y, s * x + c * y
+    return result
+
+
+class PingPong(Stepper):
+    """The ping-pong of ``StateSpace.ping_pong``, step by step. Final."""
+
+    def __init__(self, network: StateSpace) -> None:
+        self._network = network
+        self._fade = network.fade()
+        self._recent: NDArray[np.float64] | None = None
+        self._states = np.zeros((2, len(network.cell.a)), np.float32)
+        self._age = 0
+        self._largest = np.zeros(network.n_values, np.float32)
+        self._error: Float32Array | None = None
+
+    def step(self, row: NDArray[Any]) -> Float32Array:
+        newest = np.asarray(row, dtype=np.float64)
+        if self._recent is None:
+            self._recent = np.repeat(newest[None], BEFORE + 1, axis=0)
+            for _ in range(2 * self._network.n_samples):
+                values = self._advance()
+            return values
+        self._recent = np.concatenate([self._recent[1:], newest[None]])
+        return self._advance()
+
+    def _advance(self) -> Float32Array:
+        """Take the newest input into both states; older first."""
+        network = self._network
+        assert self._recent is not None
+        features = network.features.along(self._recent[None])[:, -1:]
+        pairs, self._states = network.run(np.repeat(features, 2, axis=0), self._states)
+        older, younger = pairs[:, 0]
+        faded = self._fade[self._age] * (younger - older)
+        values = older + faded
+        self._largest = np.maximum(self._largest, np.abs(faded))
+        self._age += 1
+        if self._age == network.n_samples:
+            self._error, self._largest = self._largest, np.zeros_like(self._largest)
+            self._states = np.stack([self._states[1], np.zeros_like(self._states[1])])
+            self._age = 0
+        return np.asarray(values, dtype=np.float32)
+
+    @property
+    def truncation_error(self) -> Float32Array | None:
+        return self._error

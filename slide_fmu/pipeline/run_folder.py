@@ -1,0 +1,146 @@
+"""Where the work on a recipe lies on disk: one folder per recipe, resumable stage by stage."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ValidationError
+
+from slide_fmu.core.files import write_whole
+from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.surrogate.surrogate import Surrogate
+
+if TYPE_CHECKING:
+    from slide_fmu.learn.training import History
+
+
+class StageError(ValueError):
+    """A stage is asked for before the one it builds on."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trained:
+    """A trained surrogate as the run folder keeps it.
+
+    Attributes:
+        surrogate: with its error estimator, if it has one.
+        histories: course of the trainings, by stage.
+        versions: of the packages that trained it.
+    """
+
+    surrogate: Surrogate
+    histories: dict[str, Any]
+    versions: dict[str, str]
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """Files of one recipe's run.
+
+    Attributes:
+        path: ``runs/<name>``.
+    """
+
+    path: Path
+
+    @property
+    def store(self) -> Path:
+        """The trajectories."""
+        return self.path / "data.zarr"
+
+    @property
+    def checkpoints(self) -> Path:
+        """States of interrupted trainings."""
+        return self.path / "checkpoints"
+
+    @property
+    def surrogate(self) -> Path:
+        """The trained surrogate."""
+        return self.path / "surrogate.slide"
+
+    @property
+    def training(self) -> Path:
+        """What the surrogate was trained from, and how that went."""
+        return self.path / "training.json"
+
+    def fmu(self, recipe: Recipe) -> Path:
+        """The FMU."""
+        return self.path / f"{recipe.name}.fmu"
+
+    def save_surrogate(
+        self,
+        surrogate: Surrogate,
+        recipe: Recipe,
+        histories: dict[str, History],
+        versions: dict[str, str],
+    ) -> None:
+        """Keep a trained surrogate and where it comes from."""
+        data = surrogate.to_bytes()
+        record = {
+            "surrogate": hashlib.sha256(data).hexdigest(),
+            "recipe": recipe.model_dump(mode="json"),
+            "versions": versions,
+            "histories": {stage: asdict(history) for stage, history in histories.items()},
+        }
+        write_whole(self.surrogate, data)
+        write_whole(self.training, json.dumps(record).encode("utf-8"))
+
+    def load_surrogate(self, recipe: Recipe) -> Trained:
+        """The trained surrogate of a recipe.
+
+        Raises:
+            StageError: nothing was trained here, or it was trained from another recipe.
+        """
+        if not (self.surrogate.exists() and self.training.exists()):
+            raise StageError(
+                f"no trained surrogate in {self.path}; train it first (slide-fmu train RECIPE)"
+            )
+        record = json.loads(self.training.read_text(encoding="utf-8"))
+        if not _same_learning(record["recipe"], recipe):
+            raise StageError(
+                f"{self.surrogate} was trained from other values than recipe {recipe.name!r} "
+                "holds now; train again (slide-fmu train RECIPE) or restore the recipe"
+            )
+        data = self.surrogate.read_bytes()
+        if record["surrogate"] != hashlib.sha256(data).hexdigest():
+            raise StageError(
+                f"{self.surrogate} and {self.training.name} do not belong together, a training "
+                "was broken off between them; train again (slide-fmu train RECIPE)"
+            )
+        return Trained(Surrogate.from_bytes(data), record["histories"], record["versions"])
+
+
+def _same_learning(record: dict[str, Any], recipe: Recipe) -> bool:
+    """Whether a recorded recipe, with today's defaults for keys it lacks, says the same."""
+    try:
+        recorded = Recipe.model_validate(record)
+    except ValidationError:
+        return False
+    return _learnt(recorded.model_dump(mode="json")) == _learnt(recipe.model_dump(mode="json"))
+
+
+def _learnt(recipe: dict[str, Any]) -> dict[str, Any]:
+    """What a recipe says about learning: not how the result is tested and measured."""
+    learnt = {k: v for k, v in recipe.items() if k not in ("stability", "validation")}
+    learnt["system"] = {k: v for k, v in recipe["system"].items() if k != "reference"}
+    return learnt
+
+
+def recipe_of_provenance(provenance: dict[str, Any] | None, source: str) -> Recipe:
+    """The recipe that a released FMU carries.
+
+    Raises:
+        StageError: it carries none.
+        RecipeError: it is no valid recipe.
+    """
+    if not provenance or not isinstance(provenance.get("recipe"), str):
+        raise StageError(
+            f"{source} carries no recipe, so its reference system is unknown; expected an FMU "
+            "made by slide-fmu run or slide-fmu export"
+        )
+    return parse_recipe(provenance["recipe"], f"recipe in {source}")

@@ -1,0 +1,122 @@
+"""FMUs of PythonFMU: how they are written, and what PythonFMU 0.7 leaves out."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import sys
+import tempfile
+import zipfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement
+
+from pythonfmu import FmuBuilder
+
+from slide_fmu.core.files import write_zip
+from slide_fmu.core.signals import Signal
+from slide_fmu.core.units import BASE_UNITS
+
+_SPARE_REFERENCES: list[dict[str, Any]] = []
+
+
+def write_python_fmu(
+    class_name: str, script: str, path: Path, resources: Mapping[str, bytes] | None = None
+) -> Path:
+    """Write a script with one slave class as FMI 2.0 co-simulation FMU.
+
+    The same arguments give the same bytes, where the slave ``complete``s its model description.
+
+    Args:
+        class_name: the slave class, which becomes the model identifier.
+        script: Python source that defines it.
+        path: file to write, ending in ``.fmu``; replaced as a whole when it is there.
+        resources: files beside the script, by name.
+
+    Returns:
+        The path.
+
+    Raises:
+        OSError: the file cannot be written.
+        ValueError: the path does not end in ``.fmu``.
+    """
+    if path.suffix != ".fmu":
+        raise ValueError(f"FMU {str(path)!r}; expected a name ending in .fmu")
+    files = dict(resources or {})
+    content = script.encode() + b"".join(files[name] for name in sorted(files))
+    # Python keeps modules by name: two FMUs in one process need different ones
+    module_name = f"{class_name.lower()}_{hashlib.sha256(content).hexdigest()[:12]}"
+    with tempfile.TemporaryDirectory() as folder:
+        script_file = Path(folder) / f"{module_name}.py"
+        script_file.write_text(script, encoding="utf-8")
+        for name, data in files.items():
+            (Path(folder) / name).write_bytes(data)
+        importlib.invalidate_caches()
+        try:
+            built = FmuBuilder.build_FMU(
+                script_file,
+                dest=Path(folder) / "built.fmu",
+                project_files=[Path(folder) / name for name in files],
+                needsExecutionTool="true",
+            )
+        finally:
+            sys.modules.pop(module_name, None)
+            sys.path[:] = [entry for entry in sys.path if str(entry) != folder]
+        with zipfile.ZipFile(built) as archive:
+            write_zip(path, {name: archive.read(name) for name in archive.namelist()})
+    return path
+
+
+def keep_module_of(slave_class: type) -> None:
+    """Hold one more reference to the names of the module that defines a slave class.
+
+    The library of PythonFMU 0.7 gives back one reference too many per instance (its issue 228);
+    without a spare one for each, the second instance in a process finds an emptied module.
+    """
+    _SPARE_REFERENCES.append(vars(sys.modules[slave_class.__module__]))
+
+
+def complete(root: Element, signals: Sequence[Signal]) -> None:
+    """Add units, ranges, start values and initial unknowns to a model description.
+
+    The date goes: the same FMU is the same file on another day.
+
+    Args:
+        root: as ``Fmi2Slave.to_xml`` gives it.
+        signals: inputs and outputs.
+    """
+    root.attrib.pop("generationDateAndTime", None)
+    slave = child(root, "CoSimulation")
+    units = Element("UnitDefinitions")
+    for name in sorted({signal.unit for signal in signals}):
+        unit = SubElement(units, "Unit", name=name)
+        if name in BASE_UNITS:
+            SubElement(unit, "BaseUnit", BASE_UNITS[name])
+    root.insert(list(root).index(slave) + 1, units)
+    by_name = {variable.get("name"): variable for variable in child(root, "ModelVariables")}
+    for signal in signals:
+        _set_range(child(by_name[signal.name], "Real"), signal)
+    structure = child(root, "ModelStructure")
+    unknowns = SubElement(structure, "InitialUnknowns")
+    for unknown in child(structure, "Outputs"):
+        SubElement(unknowns, "Unknown", index=unknown.attrib["index"])
+
+
+def child(parent: Element, tag: str) -> Element:
+    """A child that PythonFMU always writes.
+
+    Raises:
+        RuntimeError: it is not there.
+    """
+    found = parent.find(tag)
+    if found is None:
+        raise RuntimeError(f"model description: no {tag} in {parent.tag}; expected PythonFMU 0.7")
+    return found
+
+
+def _set_range(real: Element, signal: Signal) -> None:
+    """Unit, range and, of an input, start of a signal, as attributes of its ``Real`` element."""
+    real.attrib.update(unit=signal.unit, min=repr(signal.low), max=repr(signal.high))
+    if "start" in real.attrib:
+        real.set("start", repr(signal.start_value))  # with all digits, so within the range

@@ -1,0 +1,94 @@
+"""The features that a recipe's networks name: found without data, refused before any are made."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slide_fmu.core.scaling import Affine, range_scaling
+from slide_fmu.features.base import Features
+from slide_fmu.features.chain_motion import ChainMotion
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.director import Director
+from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.systems.base import System
+
+
+def feature_set(names: tuple[str, ...], system: System, scaling: Affine) -> Features:
+    """The set that all names belong to, on the inputs of a system.
+
+    Args:
+        scaling: of the inputs.
+
+    Raises:
+        ValueError: names are unknown or of several sets, or the system has not what the set needs.
+    """
+    offered = {
+        "differences": Differences.NAMES,
+        "director": tuple(Director.blocks),
+        "chain motion": tuple(ChainMotion.WIDTHS),
+    }
+    found = [kind for kind, names_of in offered.items() if set(names) <= set(names_of)]
+    if not found:
+        lists = "; ".join(f"{', '.join(known)} ({kind})" for kind, known in offered.items())
+        raise ValueError(f"features {list(names)}; expected names of one set: {lists}")
+    n_inputs = len(system.inputs)
+    if found[0] == "differences":
+        return Differences(n_inputs, max(Differences.NAMES.index(name) for name in names))
+    if found[0] == "director":
+        centred = np.allclose(scaling.offset, 0) and np.ptp(scaling.scale) == 0
+        if n_inputs != Director.n_channels or not centred:
+            raise ValueError(
+                f"features {list(names)} of {n_inputs} inputs; expected two, the cosine and sine "
+                "of an angle, with the same range about 0"
+            )
+        return Director()
+    if system.chain is None:
+        raise ValueError(
+            f"features {list(names)} need the system's serial chain (System.chain); this system "
+            "has none: give it one, or use other features"
+        )
+    return ChainMotion(system.chain, scaling.offset, scaling.scale, system.step)
+
+
+def require_features(recipe: Recipe, system: System) -> None:
+    """Refuse networks that see what the system has not, or turn more states than they have.
+
+    Raises:
+        RecipeError: with the table, and what is wrong in it.
+    """
+    tables: dict[str, FeedForwardRecipe | StateSpaceRecipe] = {"network": recipe.network}
+    if recipe.estimator is not None:
+        tables["estimator.network"] = recipe.estimator.network
+    for place, table in tables.items():
+        try:
+            features = feature_set(table.feature_names(), system, range_scaling(system.inputs))
+            if isinstance(table, StateSpaceRecipe) and table.turned_pairs:
+                drives = len(features.indices(table.drive))
+                require_turned_pairs(table.turned_pairs, table.order, drives, len(system.outputs))
+        except ValueError as error:
+            raise RecipeError(f"recipe {recipe.name!r}: {place}: {error}") from error
+
+
+def require_turned_pairs(pairs: int, order: int | str, n_drive: int, n_outputs: int) -> None:
+    """Refuse to turn more pairs of states than there are, or what is no vector.
+
+    Args:
+        pairs: of states that turn, at least one.
+        order: number of states, or "auto".
+        n_drive: number of signals that move them.
+        n_outputs: number of outputs.
+
+    Raises:
+        ValueError: with the remedy.
+    """
+    if isinstance(order, int) and 2 * pairs > order:
+        raise ValueError(
+            f"network.turned_pairs = {pairs} with an order of {order}; expected two states "
+            "for each pair: set network.order, or turn fewer pairs"
+        )
+    if n_drive % 3 or n_outputs % 3:
+        raise ValueError(
+            f"network.turned_pairs = {pairs} with {n_drive} drives and {n_outputs} outputs; "
+            "expected vectors (x, y, z) of both: set turned_pairs = 0, or choose another drive"
+        )

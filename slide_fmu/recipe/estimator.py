@@ -1,0 +1,81 @@
+"""The recipe's table about the error estimator."""
+
+from __future__ import annotations
+
+import itertools
+
+from pydantic import Field, model_validator
+
+from slide_fmu.excitation.base import PositiveRange
+from slide_fmu.recipe.learning import (
+    FeedForwardRecipe,
+    NonNegativeInt,
+    PositiveInt,
+    Table,
+    TrainingRecipe,
+)
+
+ROUNDING = 1e-9
+"""Added before a share of a number is cut to whole trajectories: a tenth of ten is one."""
+
+
+class EstimatorRecipe(Table):
+    """The error estimator.
+
+    Attributes:
+        network: its network; ``time_invariant`` here means the root of the mean square of one
+            network's estimates at the last ``span`` samples, else it estimates directly the
+            error over the output window, from the whole window.
+        pretraining: of a time-invariant network, at single positions, where it learns mean and
+            spread of the error by maximum likelihood.
+        pretrained_beyond: whether it learns that from the trajectories beyond the range too;
+            false where the system has several lasting responses there, so that errors are
+            orders of magnitude larger.
+        training: its training on the error over the span.
+        span: samples over which the error is estimated, as the root of the mean square; those of
+            the output window if not given.
+        lags: the samples that a time-invariant network sees at each position, by their age, 0 the
+            newest, rising; all that the window holds before its oldest output if not given.
+        amplitude_factor: range of the factor on the excitation beyond the trained range.
+        in_range: fraction of its trajectories with factor 1.
+        resolution: errors below this fraction of the output's scale are not told apart.
+    """
+
+    network: FeedForwardRecipe
+    pretraining: TrainingRecipe | None = None
+    pretrained_beyond: bool = True
+    training: TrainingRecipe
+    span: PositiveInt | None = None
+    lags: tuple[NonNegativeInt, ...] | None = Field(default=None, min_length=1)
+    amplitude_factor: PositiveRange = (1.0, 3.0)
+    in_range: float = Field(0.5, ge=0, le=1)
+    resolution: float = Field(1e-3, gt=0, lt=1)
+
+    def draws_beyond(self, index: int) -> bool:
+        """Whether trajectory ``index`` is drawn with ``amplitude_factor``.
+
+        Those in range and those beyond take turns, the first one in range if any is: more
+        trajectories leave the first ones as they are.
+        """
+        share = 1.0 - self.in_range
+        return int((index + 1) * share + ROUNDING) > int(index * share + ROUNDING)
+
+    @model_validator(mode="after")
+    def _parts_fit(self) -> EstimatorRecipe:
+        if not self.network.time_invariant and (self.span or self.lags or self.pretraining):
+            raise ValueError(
+                "span, lags or pretraining of an estimator whose network sees the whole window; "
+                "expected none of them, or estimator.network.time_invariant = true"
+            )
+        if not (self.pretrained_beyond or (self.pretraining and not self.draws_beyond(0))):
+            raise ValueError(
+                f"pretrained_beyond = false with in_range = {self.in_range:g} and "
+                f"{'a' if self.pretraining else 'no'} pretraining; expected a pretraining, and "
+                "trajectories in range to learn from"
+            )
+        if not all(newer < older for newer, older in itertools.pairwise(self.lags or ())):
+            raise ValueError(
+                f"lags = {list(self.lags or ())}; expected ages of samples, 0 the newest, each "
+                "larger than the one before it"
+            )
+        return self

@@ -1,0 +1,235 @@
+"""The recipe's tables about learning: network families and how they are trained."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, model_validator
+
+from slide_fmu.features.differences import Differences
+
+PositiveInt = Annotated[int, Field(gt=0)]
+NonNegativeInt = Annotated[int, Field(ge=0)]
+FeatureNames = Annotated[tuple[str, ...], Field(min_length=1)]
+PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class Table(BaseModel):
+    """A table of the recipe: unknown keys are mistakes, values do not change."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def _require_odd(names: tuple[str, ...], readout: tuple[str, ...] = ()) -> None:
+    """Refuse to leave out the biases of a network that is not odd without them either."""
+    others = [name for name in names if name not in Differences.NAMES]
+    if others or readout:
+        more = f" and readout = {list(readout)}" if readout else ""
+        raise ValueError(
+            f"bias = false with the features {list(names)}{more}; expected true, or features "
+            f"out of {', '.join(Differences.NAMES)} without a readout: only then does the network "
+            "answer -u with -y"
+        )
+
+
+class FeedForwardRecipe(Table):
+    """The paper's feed-forward network.
+
+    Attributes:
+        family: names the network family.
+        hidden: widths of the hidden layers; empty for one affine map.
+        activation: activation of the hidden layers.
+        bias: whether layers have biases; without, odd activations give an odd network: for
+            features that change their sign with the inputs.
+        linear_skip: whether a linear path leads from the inputs to the outputs.
+        time_invariant: one network for every position of the output window, which sees the
+            n_in - n_out + 1 inputs before it; else one network gives the whole block.
+        features: names of the features that it sees (``slide_fmu.features.base``).
+    """
+
+    family: Literal["feed_forward"]
+    hidden: tuple[PositiveInt, ...]
+    activation: Literal["identity", "relu", "elu", "tanh", "gelu", "cubic"] = "relu"
+    bias: bool = True
+    linear_skip: bool = False
+    time_invariant: bool = False
+    features: FeatureNames = ("inputs",)
+
+    @model_validator(mode="after")
+    def _odd_without_bias(self) -> FeedForwardRecipe:
+        if not self.bias:
+            _require_odd(self.features)
+        return self
+
+    def feature_names(self) -> tuple[str, ...]:
+        """Names of all features that it uses."""
+        return self.features
+
+
+def _size_from(least: int) -> Callable[[Any], Any]:
+    """Check of a size that may also be found automatically."""
+
+    def check(value: Any) -> Any:
+        number = isinstance(value, int) and not isinstance(value, bool) and value >= least
+        if not (number or value == "auto"):
+            raise ValueError(f"expected a whole number from {least}, or 'auto'")
+        return value
+
+    return check
+
+
+class StateSpaceRecipe(Table):
+    """The nonlinear state-space network, run from zero state over the window.
+
+    Attributes:
+        family: names the network family.
+        order: number of states that carry the response; ``"auto"``: from the eigenvalues of the
+            linearized system in the excited band (else from impulse responses), raised while the
+            validation error falls.
+        hidden: number of units; 0 for a linear network; ``"auto"``: raised likewise.
+        padding: states that are added to the order for the units' use.
+        units: activation. Cubic units suit polynomial springs, but have no bound: they may grow
+            without end beyond the trained range. Gated units make the response linear with
+            coefficients that follow a schedule: for mechanisms whose inertia depends on their
+            configuration.
+        bias: whether there are constant terms; without, the network answers -u with -y: for
+            features that change their sign with the inputs, and no readout.
+        drive: names of the features that move the states (``slide_fmu.features.base``).
+        static: names of those that the outputs follow at once; as the drive if not given.
+        gated: names of those that gated units multiply beside the states; as the drive if not
+            given.
+        schedule: names of those that open and close gated units.
+        readout: names of factors of the outputs, as the lever arm of a rotation.
+        turned_pairs: pairs of states that gated units see in the turned frame of the features.
+    """
+
+    family: Literal["state_space"] = "state_space"
+    order: Annotated[int | Literal["auto"], PlainValidator(_size_from(1))] = "auto"
+    hidden: Annotated[int | Literal["auto"], PlainValidator(_size_from(0))] = "auto"
+    padding: int = Field(default=2, ge=0)
+    units: Literal["tanh", "cubic", "gated"] = "tanh"
+    bias: bool = True
+    drive: FeatureNames = ("inputs",)
+    static: FeatureNames | None = None
+    gated: FeatureNames | None = None
+    schedule: tuple[str, ...] = ()
+    readout: tuple[str, ...] = ()
+    turned_pairs: int = Field(default=0, ge=0)
+
+    @model_validator(mode="after")
+    def _gated_units_have_a_schedule(self) -> StateSpaceRecipe:
+        gated = self.units == "gated"
+        if gated != bool(self.schedule):
+            raise ValueError(
+                f"units = {self.units!r} with schedule = {list(self.schedule)}; expected a "
+                "schedule for gated units, and for them alone"
+            )
+        if not gated and (self.gated is not None or self.turned_pairs):
+            seen = None if self.gated is None else list(self.gated)
+            raise ValueError(
+                f"units = {self.units!r} with gated = {seen}, turned_pairs = "
+                f"{self.turned_pairs}; expected neither without gated units"
+            )
+        if gated and not self.bias:
+            raise ValueError("bias = false with gated units; expected true")
+        if not self.bias:
+            _require_odd(self.feature_names(), self.readout)
+        return self
+
+    def roles(self) -> dict[str, tuple[str, ...]]:
+        """Names of the features in each of the ``slide_fmu.features.base.Roles``."""
+        gated = self.units == "gated"
+        return {
+            "drive": self.drive,
+            "static": self.drive if self.static is None else self.static,
+            "gated": (self.drive if self.gated is None else self.gated) if gated else (),
+            "schedule": self.schedule,
+            "readout": self.readout,
+            "turn": ("frame",) if self.turned_pairs else (),
+        }
+
+    def feature_names(self) -> tuple[str, ...]:
+        """Names of all features that it uses, each once."""
+        return tuple(dict.fromkeys(name for names in self.roles().values() for name in names))
+
+
+class LeastSquaresRecipe(Table):
+    """Levenberg-Marquardt from several starts with successive halving.
+
+    Attributes:
+        method: names the training method.
+        seed: of the starts.
+        segment: scored samples of a segment of a trajectory, about.
+        part: every ``part``-th segment makes the data of the starts.
+        starts: number of random starts.
+        start_iterations: iterations of each.
+        kept: best starts by validation that go on.
+        kept_iterations: iterations of each of them, on the same data.
+        iterations: iterations of the best of them, on all data.
+        dense_limit: largest number of parameters for which normal equations are solved in every
+            iteration; a larger network is widened from the best start of half that size and
+            refined on all data by preconditioned gradient steps.
+        stretches: of those refinements, 80 steps each.
+        beyond_weight: factor on the residuals of trajectories beyond the range.
+        flip_signs: add every segment with both signs, for systems that answer -u with -y.
+        even_out: give segments that move more than usual lower weights.
+        precision: floating point format of the training.
+    """
+
+    method: Literal["levenberg_marquardt"] = "levenberg_marquardt"
+    seed: int = Field(default=0, ge=0, lt=2**31)
+    segment: PositiveInt = 256
+    part: PositiveInt = 5
+    starts: PositiveInt = 8
+    start_iterations: PositiveInt = 20
+    kept: PositiveInt = 3
+    kept_iterations: PositiveInt = 40
+    iterations: PositiveInt = 60
+    dense_limit: PositiveInt = 3000
+    stretches: PositiveInt = 60
+    beyond_weight: PositiveFloat = 0.1
+    flip_signs: bool = False
+    even_out: bool = False
+    precision: Literal["float32", "float64"] = "float64"
+
+
+class TrainingRecipe(Table):
+    """Adam with a warm-up and a cosine schedule.
+
+    Attributes:
+        method: names the training method.
+        newest_weight: weight of the newest output sample in the loss of a block, relative to the
+            oldest; rises linearly in between.
+        seed: of initialisation and of the order of the windows.
+        steps: optimizer steps.
+        batch: windows per step.
+        learning_rate: highest learning rate.
+        final_learning_rate: fraction of ``learning_rate`` that is left at the end.
+        warm_up: fraction of the steps in which the learning rate rises.
+        weight_decay: decoupled weight decay.
+        gradient_clip: largest norm of the gradient; longer ones are shortened to it.
+        flip_signs: show windows with both signs, for systems that answer -u with -y.
+        input_jitter: standard deviation of noise on the features, as scaled for the network.
+        validate_every: steps between validations and checkpoints.
+        precision: floating point format of the training.
+    """
+
+    method: Literal["adam"] = "adam"
+    seed: int = Field(default=0, ge=0, lt=2**31)
+    steps: PositiveInt
+    batch: PositiveInt
+    learning_rate: PositiveFloat
+    final_learning_rate: float = Field(0.0, ge=0, le=1)
+    warm_up: float = Field(0.05, ge=0, lt=1)
+    weight_decay: float = Field(0.0, ge=0, allow_inf_nan=False)
+    gradient_clip: PositiveFloat | None = None
+    flip_signs: bool = False
+    input_jitter: float = Field(0.0, ge=0, allow_inf_nan=False)
+    newest_weight: PositiveFloat = 1.0
+    validate_every: PositiveInt = 500
+    precision: Literal["float32", "float64"] = "float32"
+
+
+METHODS = {"feed_forward": "adam", "state_space": "levenberg_marquardt"}
+"""Training method of each network family."""

@@ -1,0 +1,93 @@
+"""Reads recipes from TOML; every mistake is named with its key, its value and its remedy."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from slide_fmu.recipe.learning import (
+    METHODS,
+)
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+
+
+def parse_recipe(text: str, source: str) -> Recipe:
+    """Read a recipe from TOML text.
+
+    Args:
+        source: what the text is called in messages.
+
+    Raises:
+        RecipeError: the text is no TOML or no recipe; one line per mistake.
+    """
+    try:
+        return Recipe.model_validate(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise RecipeError(f"{source}: not valid TOML: {error}") from error
+    except ValidationError as error:
+        raise RecipeError(mistakes(error, source)) from error
+
+
+def mistakes(error: ValidationError, source: str, whole: str = "recipe") -> str:
+    """What is wrong in a TOML file, one line per mistake.
+
+    Args:
+        source: what the file is called.
+        whole: what it is, for mistakes that belong to no single key.
+    """
+    lines = [f"{source}: {_describe(item, whole)}" for item in error.errors() if _is_cause(item)]
+    return "\n".join(lines)
+
+
+def load_recipe(path: Path) -> Recipe:
+    """Read a recipe file.
+
+    Raises:
+        RecipeError: the file cannot be read or is no recipe.
+    """
+    return parse_recipe(read_recipe_text(path), str(path))
+
+
+def read_recipe_text(path: Path) -> str:
+    """The text of a recipe file.
+
+    Raises:
+        RecipeError: the file cannot be read.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise RecipeError(
+            f"recipe {str(path)!r} cannot be read ({error}); expected a TOML file such as "
+            "training/duffing.toml"
+        ) from error
+
+
+def _is_cause(item: Any) -> bool:
+    """Whether it is a mistake of its own; a list left empty by mistakes in its items is none."""
+    return not (item["type"] == "too_short" and item["input"])
+
+
+def _describe(item: Any, whole: str) -> str:
+    parts = [str(part) for part in item["loc"]]
+    if parts[:1] in (["network"], ["training"]):  # the union's choice is not part of the key
+        parts[1:2] = [part for part in parts[1:2] if part not in (*METHODS, *METHODS.values())]
+    place = ".".join(parts) or whole
+    if item["type"] == "union_tag_not_found":
+        key = item["ctx"]["discriminator"].strip("'")
+        return f"{place}.{key} is missing"
+    if item["type"] == "union_tag_invalid":
+        context = item["ctx"]
+        key = context["discriminator"].strip("'")
+        return f"{place}.{key} = {context['tag']!r}; expected one of {context['expected_tags']}"
+    if item["type"] == "missing":
+        return f"{place} is missing"
+    if item["type"] == "extra_forbidden":
+        return f"{place} is not a known key; remove it or correct its spelling"
+    message = item["msg"].removeprefix("Value error, ")
+    if isinstance(item["input"], dict):  # a whole table: the message names its values
+        return f"{place}: {message}"
+    return f"{place} = {item['input']!r}: {message}"

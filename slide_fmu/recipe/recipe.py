@@ -1,0 +1,256 @@
+"""Typed recipes: what to simulate, learn and release, read from a TOML file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Field, model_validator
+
+from slide_fmu.excitation.base import PositiveRange
+from slide_fmu.excitation.mix import Excitation
+from slide_fmu.recipe.estimator import EstimatorRecipe
+from slide_fmu.recipe.learning import (
+    METHODS,
+    FeedForwardRecipe,
+    LeastSquaresRecipe,
+    PositiveFloat,
+    PositiveInt,
+    StateSpaceRecipe,
+    Table,
+    TrainingRecipe,
+)
+
+SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond")
+"""Trajectories that are kept. Test trajectories are drawn anew for every validation."""
+
+
+class RecipeError(ValueError):
+    """A recipe cannot be used; the message holds one line per mistake."""
+
+
+class SystemRecipe(Table):
+    """The reference system.
+
+    Attributes:
+        model: ``"module:Class"`` of a ``slide_fmu.systems.base.System``.
+        parameters: keyword arguments of the class beside ``step``.
+        reference: those that are other when an FMU is measured: a finer model may be the
+            reference of what a faster one has taught. Empty: the same model.
+        picture: ``"module:function"`` that draws the reference system in motion, for the model
+            card: it takes the system and gives the bytes of a PNG file. None: no picture.
+    """
+
+    model: str = Field(pattern=r"^[\w.]+:\w+$")
+    parameters: dict[str, float | int | str | bool] = Field(default={})
+    reference: dict[str, float | int | str | bool] = Field(default={})
+    picture: str | None = Field(default=None, pattern=r"^[\w.]+:\w+$")
+
+
+class WindowRecipe(Table):
+    """The window.
+
+    Attributes:
+        step: sample step h in s.
+        n_in: number of input samples.
+        n_out: number of output samples.
+        remaining_amplitude: initial effects must have decayed to this fraction.
+        allow_short: accept a window that is too short for the system.
+    """
+
+    step: PositiveFloat
+    n_in: PositiveInt
+    n_out: PositiveInt
+    remaining_amplitude: float = Field(0.01, gt=0, lt=1)
+    allow_short: bool = False
+
+    @model_validator(mode="after")
+    def _fits(self) -> WindowRecipe:
+        if self.n_out > self.n_in:
+            raise ValueError(f"n_out = {self.n_out}; expected at most n_in = {self.n_in}")
+        return self
+
+
+class DataRecipe(Table):
+    """Trajectories and their excitation.
+
+    Attributes:
+        seed: entropy of every trajectory's own seed.
+        duration: length of a trajectory in s, after the burn-in.
+        burn_in: time in s that a random initial state is given to decay; not stored.
+        train, validation, estimator, estimator_validation: numbers of trajectories.
+        beyond: number of trajectories beyond the range; a state-space network learns from them
+            too, with a low weight, so that it stays sensible there.
+        beyond_factor: range of the factor on their excitation.
+        excitation: kinds of excitation with their weights.
+    """
+
+    seed: int = Field(ge=0)
+    duration: PositiveFloat
+    burn_in: float = Field(ge=0, allow_inf_nan=False)
+    train: PositiveInt
+    validation: PositiveInt
+    estimator: int = Field(0, ge=0)
+    estimator_validation: int = Field(0, ge=0)
+    beyond: int = Field(default=0, ge=0)
+    beyond_factor: PositiveRange = (1.0, 3.0)
+    excitation: tuple[Excitation, ...] = Field(min_length=1)
+
+
+class ValidationRecipe(Table):
+    """Unseen trajectories on which an FMU is measured.
+
+    Attributes:
+        trajectories: their number.
+        duration: length of each in s, after the burn-in; as in the training data if not given.
+    """
+
+    trajectories: PositiveInt = 50
+    duration: PositiveFloat | None = None
+
+
+class StabilityRecipe(Table):
+    """What a state-space network must keep to before it is exported.
+
+    Attributes:
+        amplitudes: factors on the trained amplitude at which it is tested.
+        growth: largest deviation of an output from its mean allowed, relative to the largest one
+            at the trained amplitude times the factor.
+        contraction: largest difference allowed between two runs from different states, after the
+            inputs of one window, relative to the output's standard deviation.
+        contraction_beyond: the same beyond the trained amplitude, for the median run: systems
+            may have several lasting responses there.
+        allow_unstable: export all the same.
+    """
+
+    amplitudes: tuple[PositiveFloat, ...] = Field(default=(1.0, 2.0, 4.0, 10.0), min_length=1)
+    growth: PositiveFloat = 10.0
+    contraction: PositiveFloat = 0.02
+    contraction_beyond: PositiveFloat = 0.5
+    allow_unstable: bool = False
+
+
+class Recipe(Table):
+    """Everything that makes a surrogate.
+
+    Attributes:
+        name: C identifier; names the run, the surrogate and the FMU.
+        description: one line for people.
+        equations: equations of motion and parameters, for the card.
+    """
+
+    name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
+    description: str
+    equations: str = ""
+    system: SystemRecipe
+    window: WindowRecipe
+    data: DataRecipe
+    network: Annotated[FeedForwardRecipe | StateSpaceRecipe, Field(discriminator="family")] = (
+        StateSpaceRecipe()
+    )
+    training: Annotated[TrainingRecipe | LeastSquaresRecipe, Field(discriminator="method")] = (
+        LeastSquaresRecipe()
+    )
+    estimator: EstimatorRecipe | None = None
+    stability: StabilityRecipe = StabilityRecipe()
+    validation: ValidationRecipe = ValidationRecipe()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _methods_follow_families(cls, values: Any) -> Any:
+        """``network = "state_space"`` is short for its table; each family has its method."""
+        if not isinstance(values, dict):
+            return values
+        network, training = values.get("network", {}), values.get("training", {})
+        if isinstance(network, str):
+            network = {"family": network}
+        if not isinstance(network, dict):  # one mistake, not those of the training too
+            return {**values, "training": LeastSquaresRecipe()}
+        if not isinstance(training, dict):
+            return {**values, "network": {"family": "state_space", **network}}
+        network = {"family": "state_space", **network}
+        method = METHODS.get(str(network["family"]))
+        if method is None:
+            return {**values, "network": network, "training": LeastSquaresRecipe()}
+        given = training.get("method", method)
+        if given != method:
+            raise ValueError(
+                f"training.method = {given!r}; expected {method!r} for network.family = "
+                f"{network['family']!r}"
+            )
+        return {**values, "network": network, "training": {"method": method, **training}}
+
+    @model_validator(mode="after")
+    def _beyond_is_learnt(self) -> Recipe:
+        if self.data.beyond and not isinstance(self.network, StateSpaceRecipe):
+            raise ValueError(
+                f"data.beyond = {self.data.beyond}; expected 0 for network.family = "
+                f"{self.network.family!r}: state-space networks alone learn from them"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _estimator_has_data(self) -> Recipe:
+        counts = (self.data.estimator, self.data.estimator_validation)
+        if self.estimator is not None and min(counts) < 1:
+            raise ValueError(
+                f"data.estimator = {counts[0]}, data.estimator_validation = {counts[1]}; "
+                "the error estimator needs trajectories of its own, at least one each"
+            )
+        return self
+
+    def count(self, split: str) -> int:
+        """Number of trajectories of a split; without [estimator] there are none for it."""
+        if split.startswith("estimator") and self.estimator is None:
+            return 0
+        return int(getattr(self.data, split))
+
+    def trainings(self) -> tuple[TrainingRecipe | LeastSquaresRecipe, ...]:
+        """All trainings of the recipe: of the surrogate, then of its error estimator."""
+        if self.estimator is None:
+            return (self.training,)
+        first = self.estimator.pretraining
+        return (self.training, *([] if first is None else [first]), self.estimator.training)
+
+    def shortest_validation(self) -> float:
+        """Least duration in s of a trajectory on which an FMU can be measured.
+
+        Scored are samples after the burn-in whose inputs were all set, and error estimates whose
+        whole span is scored.
+        """
+        window, burn_in = self.window, round(self.data.burn_in / self.window.step)
+        network = self.network
+        whole = isinstance(network, FeedForwardRecipe) and not network.time_invariant
+        seen = window.n_in if whole else window.n_in - window.n_out + 1
+        first = max(burn_in + 1, seen)
+        scored = 1 if self.estimator is None else self.estimator.span or window.n_out
+        return (first + scored - 1 - burn_in) * window.step
+
+    @model_validator(mode="after")
+    def _estimator_stays_in_the_window(self) -> Recipe:
+        lags = (self.estimator and self.estimator.lags) or (0,)
+        if lags[-1] > self.window.n_in - self.window.n_out:
+            raise ValueError(
+                f"estimator.lags end with {lags[-1]}; expected at most n_in - n_out = "
+                f"{self.window.n_in - self.window.n_out}, the age of the oldest input that the "
+                "oldest output of the window has seen"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _trajectories_are_long_enough(self) -> Recipe:
+        window, data = self.window, self.data
+        span = 0 if self.estimator is None else self.estimator.span or 0
+        longest = max(window.n_in, window.n_in - window.n_out + span)
+        validation = self.validation.duration or data.duration
+        whole = {
+            "data.duration": (data.duration, longest * window.step),
+            "validation.duration": (validation, self.shortest_validation()),
+        }
+        for name, (duration, needed) in whole.items():
+            if duration < needed - 0.5 * window.step:
+                also = f" and estimator.span = {span}" if span else ""
+                raise ValueError(
+                    f"{name} = {duration:g} s; expected at least {needed:g} s for a window of "
+                    f"n_in = {window.n_in}, n_out = {window.n_out} samples{also}"
+                )
+        return self

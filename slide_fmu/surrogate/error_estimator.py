@@ -1,0 +1,106 @@
+"""The second network: what the first one's error is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.core.scaling import LogError
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.window import MAX_WINDOW
+from slide_fmu.network.base import Float32Array
+from slide_fmu.network.feed_forward import FeedForward
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorEstimator:
+    """The second network: estimates the RMSE of the surrogate over its last samples.
+
+    Attributes:
+        network: gives the logarithmic error eps of every output, in one or several positions;
+            or first the expected error mu of every output, relative to the spread around it,
+            then the eps of that spread.
+        log_error: map between eps and the error relative to the scale of the output.
+        positions: number of consecutive evaluations whose mean square is taken; 1 if the network
+            estimates the error of an output window directly.
+        ranges: least and largest value of every feature that the network knows, shape
+            (2, n_features).
+    """
+
+    network: FeedForward
+    log_error: LogError
+    positions: int
+    ranges: Float32Array
+
+    def require_outputs(self, n_outputs: int) -> None:
+        """Refuse an error estimator that does not fit.
+
+        Raises:
+            ValueError: wrong number of values, samples or positions, or ranges that are none.
+        """
+        network = self.network
+        if network.n_values not in (n_outputs, 2 * n_outputs):
+            raise ValueError(
+                f"estimator gives {network.n_values} values; expected {n_outputs} or "
+                f"{2 * n_outputs}"
+            )
+        if not 1 <= self.positions <= MAX_WINDOW or network.n_samples > MAX_WINDOW:
+            raise ValueError(
+                f"estimator sees {network.n_samples} samples at {self.positions} positions; "
+                f"expected 1 to {MAX_WINDOW} of both"
+            )
+        if self.ranges.shape != (2, network.features.n_signals):
+            raise ValueError(
+                f"estimator with ranges of shape {self.ranges.shape}; expected least and largest "
+                f"value of {network.features.n_signals} features"
+            )
+        for index, (least, largest) in enumerate(self.ranges.T.tolist()):
+            if not -math.inf < least <= largest < math.inf:
+                raise ValueError(
+                    f"estimator whose feature {index} lies in {least:g} .. {largest:g}; expected "
+                    "finite numbers, the smaller one first"
+                )
+
+    @property
+    def reach(self) -> int:
+        """Number of newest samples that an estimate depends on."""
+        return self.network.n_needed + self.positions - 1
+
+    def knows(self, newest: Float32Array) -> NDArray[np.bool_]:
+        """Whether the training has seen such features: (N, n_features) to (N,)."""
+        return np.asarray(((newest >= self.ranges[0]) & (newest <= self.ranges[1])).all(axis=1))
+
+    def along(self, scaled: FloatArray, n_outputs: int) -> FloatArray:
+        """Squared errors at every sample of a record, relative to the outputs' scales.
+
+        Args:
+            scaled: inputs, shape (N, n_inputs); the first counts as held for ever before.
+
+        Returns:
+            Shape (N, n_outputs).
+        """
+        values = self.network.stream(scaled[None])[0].astype(np.float64)
+        return self.squares(values, self.network.features.along(scaled[None])[0], n_outputs)
+
+    def squares(self, values: FloatArray, newest: Float32Array, n_outputs: int) -> FloatArray:
+        """Squared errors, relative to the outputs' scales, from what the network gives.
+
+        Args:
+            values: shape (N, n_outputs) or (N, 2 n_outputs).
+            newest: features of the newest sample that it saw, shape (N, n_features).
+
+        Returns:
+            Shape (N, n_outputs): e^2 (1 + mu^2), with mu = 0 where the network gives eps alone;
+            at most the square of the largest error that the map knows, and that too where the
+            network gives no finite value, or has not seen such features in its training.
+        """
+        eps, mean = values[:, -n_outputs:], values[:, :-n_outputs]
+        squares = self.log_error.invert(np.minimum(eps, 1.0)) ** 2
+        squares = squares * (1 + mean**2) if mean.size else squares
+        largest = self.log_error.invert(np.array(1.0)) ** 2
+        known = np.isfinite(values).reshape(len(values), -1, n_outputs).all(axis=1)
+        known &= self.knows(newest)[:, None]
+        return np.where(known, np.minimum(squares, largest), largest)

@@ -1,0 +1,90 @@
+"""Gradients of a surrogate's outputs with respect to its whole input window, batched.
+
+For trajectory optimisation: outputs of windows by all inputs behind them, in reverse mode and
+float64; needs numpy alone. An FMU gives the derivative by the newest inputs only
+(``fmu/runtime/derivative/derivative.h``).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.features.gradient import PullBack, pull_back_features
+from slide_fmu.network.gradient import pull_back_block
+from slide_fmu.surrogate.surrogate import Surrogate
+
+
+def gradient(surrogate: Surrogate, windows: NDArray[Any], weights: NDArray[Any]) -> FloatArray:
+    """Gradient of a weighted sum of the outputs (vector-Jacobian product).
+
+    Args:
+        surrogate: of either family, with any features.
+        windows: physical inputs, shape (B, n_in, n_inputs), oldest sample first.
+        weights: of the outputs of ``Surrogate.predict_windows``, shape (B, n_out, n_outputs).
+
+    Returns:
+        Derivative of sum(weights * outputs) of each window by its inputs, shape
+        (B, n_in, n_inputs); in weight times output unit per input unit.
+
+    Raises:
+        ValueError: wrong shapes, or values that are not finite.
+    """
+    window = surrogate.window
+    checked = _checked("weights", weights, (window.n_out, len(surrogate.outputs)))
+    pull_back = _pull_back(surrogate, windows)
+    if len(checked) != len(windows):
+        raise ValueError(f"weights of {len(checked)} windows; expected those of {len(windows)}")
+    return pull_back(checked)
+
+
+def jacobian(surrogate: Surrogate, windows: NDArray[Any]) -> FloatArray:
+    """All derivatives of the outputs by the inputs behind them.
+
+    Args:
+        surrogate, windows: as for ``gradient``.
+
+    Returns:
+        Derivative of output sample i, channel j of a window by input sample k, channel l of it,
+        shape (B, n_out, n_outputs, n_in, n_inputs); in output unit per input unit.
+
+    Raises:
+        ValueError: as for ``gradient``.
+    """
+    pull_back = _pull_back(surrogate, windows)
+    n_out, n_outputs = surrogate.window.n_out, len(surrogate.outputs)
+    result = np.empty((len(windows), n_out, n_outputs, *np.shape(windows)[1:]))
+    for i, j in np.ndindex(n_out, n_outputs):
+        weights = np.zeros((len(windows), n_out, n_outputs))
+        weights[:, i, j] = 1.0
+        result[:, i, j] = pull_back(weights)
+    return result
+
+
+def _pull_back(surrogate: Surrogate, windows: NDArray[Any]) -> PullBack:
+    """From weights (B, n_out, n_outputs) to the gradient (B, n_in, n_inputs)."""
+    window, network = surrogate.window, surrogate.network
+    checked = _checked("windows", windows, (window.n_in, len(surrogate.inputs)))
+    if len(checked) == 0:
+        return lambda _weights: np.zeros(checked.shape)
+    scaled = surrogate.input_scaling.apply(checked)
+    of_features = pull_back_features(network.features, scaled)
+    of_values = pull_back_block(network, network.features.along(scaled), window.n_out)
+
+    def pull_back(weights: FloatArray) -> FloatArray:
+        of_scaled = of_features(of_values(weights * surrogate.output_scaling.scale))
+        return np.asarray(of_scaled / surrogate.input_scaling.scale)
+
+    return pull_back
+
+
+def _checked(name: str, values: NDArray[Any], shape: tuple[int, int]) -> FloatArray:
+    array = np.asarray(values, dtype=np.float64)
+    if array.ndim != 3 or array.shape[1:] != shape:
+        raise ValueError(f"{name} of shape {array.shape}; expected (B, {shape[0]}, {shape[1]})")
+    if not np.all(np.isfinite(array)):
+        raise ValueError(f"{name}: a value is not finite; expected numbers")
+    return array

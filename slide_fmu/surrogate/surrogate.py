@@ -1,0 +1,405 @@
+"""The surrogate: the only thing that crosses from learning to export. Needs numpy alone."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.core.scaling import Affine
+from slide_fmu.core.signals import FloatArray, Hold, Signal
+from slide_fmu.core.window import Window
+from slide_fmu.features.director import Director
+from slide_fmu.network.base import BATCH, Network, Stepper
+from slide_fmu.network.feed_forward import SlidingWindow
+from slide_fmu.surrogate.error_estimator import ErrorEstimator
+from slide_fmu.surrogate.payload import (
+    Payload,
+    PayloadError,
+    check_block_sizes,
+    check_starts,
+    decode,
+    encode,
+)
+
+RANGE_SLACK = 1e-6
+"""Scaled inputs have the range -1 to 1; how far outside they still count as inside: rounding."""
+
+LENGTH_SLACK = 0.01
+"""How far the length of a director, which was 1 in the training, may be from that."""
+
+
+@dataclass(frozen=True, eq=False)
+class Surrogate:
+    """A trained stand-in for a system: window, scalings, network, error estimator.
+
+    Attributes:
+        name: C identifier; name of the FMU.
+        window: the index law.
+        inputs: input signals, in channel order; their ranges are those of the training, and their
+            start values lie in offset -+ scale of the scaling.
+        outputs: output signals, in channel order.
+        hold: how an input acts between samples, as in the training data.
+        input_scaling: physical inputs to network inputs.
+        output_scaling: physical outputs to network outputs.
+        network: scaled input window to scaled outputs.
+        estimator: error estimator, or None.
+
+    Raises:
+        ValueError: the parts do not fit together.
+    """
+
+    name: str
+    window: Window
+    inputs: tuple[Signal, ...]
+    outputs: tuple[Signal, ...]
+    hold: Hold
+    input_scaling: Affine
+    output_scaling: Affine
+    network: Network
+    estimator: ErrorEstimator | None = None
+
+    def __post_init__(self) -> None:
+        if not (self.name.isascii() and self.name.isidentifier()):
+            raise ValueError(
+                f"surrogate name {self.name!r}; expected letters, digits and underscores, "
+                "not beginning with a digit (it becomes the FMU's model identifier)"
+            )
+        if self.hold not in get_args(Hold):
+            raise ValueError(
+                f"surrogate hold {self.hold!r}; expected one of {list(get_args(Hold))}"
+            )
+        self._check_channels()
+        check_starts(self.input_scaling, self.starts)
+        check_block_sizes(self.window, self.network, len(self.outputs))
+        if self.estimator is not None:
+            self.estimator.require_outputs(len(self.outputs))
+
+    def _check_channels(self) -> None:
+        networks = [self.network, *([] if self.estimator is None else [self.estimator.network])]
+        inputs = {len(self.input_scaling.scale), *(network.n_channels for network in networks)}
+        if inputs != {len(self.inputs)} or len(self.output_scaling.scale) != len(self.outputs):
+            raise ValueError(
+                f"{len(self.inputs)} inputs and {len(self.outputs)} outputs, but networks and "
+                f"scaling for {sorted(inputs)} inputs and {len(self.output_scaling.scale)} outputs"
+            )
+
+    @property
+    def starts(self) -> FloatArray:
+        """Inputs before anybody sets them, shape (n_inputs,)."""
+        return np.array([signal.start_value for signal in self.inputs], dtype=np.float64)
+
+    @property
+    def estimated_samples(self) -> int:
+        """Samples over which the error is estimated; of the output window without estimator."""
+        if self.estimator is None:
+            return self.window.n_out
+        whole = self.estimator.network.n_samples == self.window.n_in
+        return (
+            self.window.n_out
+            if whole and self.estimator.positions == 1
+            else (self.estimator.positions)
+        )
+
+    @property
+    def gives_blocks(self) -> bool:
+        """Whether one evaluation gives the whole output window (else one sample)."""
+        return self.network.n_values != len(self.outputs)
+
+    def predict_windows(self, windows: NDArray[Any]) -> FloatArray:
+        """Outputs of single windows.
+
+        Args:
+            windows: physical inputs, shape (B, n_in, n_inputs).
+
+        Returns:
+            Outputs, shape (B, n_out, n_outputs), in the outputs' units.
+        """
+        values = self.network.block(self.input_scaling.apply(windows), self.window.n_out)
+        return self.output_scaling.invert(values.astype(np.float64))
+
+    def predict(self, inputs: NDArray[Any]) -> FloatArray:
+        """Predict over a long record in blocks of n_out samples (paper: stride n_out).
+
+        Before the record the first input is taken as held.
+
+        Args:
+            inputs: shape (N, n_inputs), N >= 1, in the inputs' units.
+
+        Returns:
+            Outputs at samples 1 .. N, shape (N, n_outputs).
+
+        Raises:
+            ValueError: wrong number of channels, no samples, or values that are not finite.
+        """
+        checked = self._checked(inputs)
+        n_out, count = self.window.n_out, len(checked)
+        blocks = -(-count // n_out)
+        lead = blocks * n_out - count
+        prehistory = np.repeat(checked[:1], lead + self.window.n_truncated, axis=0)
+        padded = np.concatenate([prehistory, checked])
+        starts = np.arange(blocks) * n_out
+        parts = [
+            self.predict_windows(padded[self.window.input_indices(part)])
+            for part in _batches(starts)
+        ]
+        return np.concatenate(parts).reshape(blocks * n_out, -1)[lead:]
+
+    def predict_newest(self, inputs: NDArray[Any]) -> FloatArray:
+        """Predict a long record as a co-simulation does: the newest output of every step.
+
+        Args:
+            inputs: as for ``predict``.
+
+        Returns:
+            Outputs at samples 1 .. N, shape (N, n_outputs).
+
+        Raises:
+            ValueError: as for ``predict``.
+        """
+        return np.asarray(self.predict_newest_batch(self._checked(inputs)[None])[0])
+
+    def predict_newest_batch(self, inputs: NDArray[Any]) -> FloatArray:
+        """``predict_newest`` of many records of the same length at once.
+
+        Args:
+            inputs: shape (B, N, n_inputs), N >= 1, in the inputs' units.
+
+        Returns:
+            Outputs at samples 1 .. N of each, shape (B, N, n_outputs).
+
+        Raises:
+            ValueError: as for ``predict``.
+        """
+        checked = self._checked(inputs, "records, ")
+        values = self.network.stream(self.input_scaling.apply(checked))
+        newest = values[:, :, -len(self.outputs) :].astype(np.float64)
+        return self.output_scaling.invert(newest)
+
+    def estimate_error(self, inputs: NDArray[Any]) -> FloatArray:
+        """Estimated RMSE over the ``estimated_samples`` that end at each sample.
+
+        Args:
+            inputs: shape (N, n_inputs), N >= 1, in the inputs' units.
+
+        Returns:
+            Estimates at samples 1 .. N, shape (N, n_outputs), in the outputs' units.
+
+        Raises:
+            ValueError: there is no estimator, or bad inputs as in ``predict``.
+        """
+        if self.estimator is None:
+            raise ValueError(f"surrogate {self.name!r} has no error estimator; train one")
+        estimator, checked = self.estimator, self._checked(inputs)
+        squares = estimator.along(self.input_scaling.apply(checked), len(self.outputs))
+        squares = np.concatenate([np.repeat(squares[:1], estimator.positions - 1, 0), squares])
+        views = np.lib.stride_tricks.sliding_window_view(squares, estimator.positions, axis=0)
+        return np.asarray(np.sqrt(views.mean(axis=-1)) * self.output_scaling.scale)
+
+    def inputs_in_range(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
+        """Whether all inputs behind the outputs lie where the training had them, at each sample.
+
+        The last ``network.n_needed`` inputs lie in their ranges; of a director, its length is
+        about 1. With an estimator, its features of the samples that an estimate depends on lie in
+        their ranges too.
+
+        Args:
+            inputs: shape (N, n_inputs), N >= 1, in the inputs' units; the first counts as held
+                for ever before.
+
+        Returns:
+            Shape (N,).
+
+        Raises:
+            ValueError: as for ``predict``.
+        """
+        scaled = self.input_scaling.apply(self._checked(inputs))
+        inside = _inside_throughout(self.covers(scaled), self.network.n_needed)
+        if self.estimator is not None:
+            newest = self.estimator.network.features.along(scaled[None])[0]
+            inside &= _inside_throughout(self.estimator.knows(newest), self.estimator.reach)
+        return inside
+
+    def covers(self, scaled: NDArray[Any]) -> NDArray[np.bool_]:
+        """Whether single inputs lie in their ranges: scaled ones (N, n_inputs) to (N,)."""
+        if isinstance(self.network.features.features, Director):
+            lengths = np.hypot(scaled[:, 0], scaled[:, 1])
+            return np.asarray(np.abs(lengths - 1) <= LENGTH_SLACK)
+        return np.asarray((np.abs(scaled) <= 1 + RANGE_SLACK).all(axis=1))
+
+    def stream(self) -> Stream:
+        """Start a step-by-step evaluation, as in a co-simulation."""
+        return Stream(self)
+
+    def _checked(self, inputs: NDArray[Any], leading: str = "") -> FloatArray:
+        """Inputs of shape (samples, n_inputs), or (records, samples, n_inputs)."""
+        array = np.asarray(inputs, dtype=np.float64)
+        axes = 3 if leading else 2
+        if array.ndim != axes or array.shape[-1] != len(self.inputs) or array.size == 0:
+            names = [signal.name for signal in self.inputs]
+            raise ValueError(
+                f"inputs of shape {array.shape}; expected ({leading}samples, {len(names)}) for "
+                f"{names}, at least one sample"
+            )
+        if not np.all(np.isfinite(array)):
+            where = tuple(np.argwhere(~np.isfinite(array))[0])
+            raise ValueError(
+                f"input {self.inputs[where[-1]].name!r} at sample {where[-2]} is {array[where]}; "
+                "expected finite values"
+            )
+        return array
+
+    def to_bytes(self) -> bytes:
+        """The surrogate file (``payload.py``); the same surrogate gives the same bytes."""
+        metadata = {
+            "name": self.name,
+            "inputs": [asdict(signal) for signal in self.inputs],
+            "outputs": [asdict(signal) for signal in self.outputs],
+        }
+        return encode(
+            Payload(
+                self.window,
+                self.hold,
+                self.input_scaling,
+                self.starts,
+                self.output_scaling,
+                self.network,
+                self.estimator,
+                json.dumps(metadata, sort_keys=True, ensure_ascii=False),
+            )
+        )
+
+    @staticmethod
+    def from_bytes(data: bytes) -> Surrogate:
+        """Read a surrogate file's bytes.
+
+        Raises:
+            PayloadError: the bytes are damaged or of another version.
+        """
+        payload = decode(data)
+        try:
+            metadata = json.loads(payload.metadata)
+            surrogate = Surrogate(
+                metadata["name"],
+                payload.window,
+                tuple(Signal(**signal) for signal in metadata["inputs"]),
+                tuple(Signal(**signal) for signal in metadata["outputs"]),
+                payload.hold,
+                payload.input_scaling,
+                payload.output_scaling,
+                payload.network,
+                payload.estimator,
+            )
+        except RecursionError as error:
+            raise PayloadError("surrogate file: metadata is nested too deeply") from error
+        except (AttributeError, KeyError, OverflowError, TypeError, ValueError) as error:
+            raise PayloadError(f"surrogate file: metadata is damaged: {error!r}") from error
+        if not np.array_equal(surrogate.starts, payload.starts):
+            raise PayloadError(
+                f"surrogate file: by its metadata, inputs start at {surrogate.starts.tolist()}; "
+                f"expected {payload.starts.tolist()}"
+            )
+        return surrogate
+
+    def save(self, path: Path) -> None:
+        """Write the surrogate file."""
+        path.write_bytes(self.to_bytes())
+
+    @staticmethod
+    def load(path: Path) -> Surrogate:
+        """Read a surrogate file.
+
+        Raises:
+            PayloadError: the file is damaged or of another version.
+            OSError: the file cannot be read.
+        """
+        return Surrogate.from_bytes(path.read_bytes())
+
+
+class Stream:
+    """Step-by-step evaluation of a surrogate: newest output only, as the FMU does. Final."""
+
+    def __init__(self, surrogate: Surrogate) -> None:
+        self.surrogate = surrogate
+        estimator = surrogate.estimator
+        self._predictor: Stepper = surrogate.network.stepper()
+        self._estimator = None if estimator is None else SlidingWindow(estimator.network)
+        self._squares: FloatArray | None = None
+        self._inside = [math.inf, math.inf]  # newest samples in range: inputs, features
+
+    def step(self, inputs: NDArray[Any]) -> tuple[FloatArray, FloatArray | None]:
+        """Take the input of one communication step.
+
+        Args:
+            inputs: shape (n_inputs,), in the inputs' units.
+
+        Returns:
+            Outputs at the end of the step, shape (n_outputs,), and the error estimate of the
+            same shape, or None without an estimator.
+
+        Raises:
+            ValueError: wrong number of inputs or values that are not finite.
+        """
+        surrogate = self.surrogate
+        row = surrogate._checked(np.asarray(inputs, dtype=np.float64)[None, :])[0]
+        scaled = surrogate.input_scaling.apply(row)
+        values = self._predictor.step(scaled)[-len(surrogate.outputs) :]
+        estimates = self._estimate(scaled)
+        self._watch_ranges(scaled)
+        return surrogate.output_scaling.invert(values.astype(np.float64)), estimates
+
+    @property
+    def inputs_in_range(self) -> bool:
+        """``Surrogate.inputs_in_range`` at the last sample."""
+        estimator = self.surrogate.estimator
+        inputs, features = self._inside
+        inside = inputs >= self.surrogate.network.n_needed
+        return inside and (estimator is None or features >= estimator.reach)
+
+    def _watch_ranges(self, scaled: FloatArray) -> None:
+        estimator, covered = self.surrogate.estimator, self.surrogate.covers(scaled[None])[0]
+        known = True
+        if estimator is not None and self._estimator is not None:
+            known = estimator.knows(self._estimator.newest[None])[0]
+        for place, inside in enumerate((covered, known)):
+            self._inside[place] = self._inside[place] + 1 if inside else 0
+
+    @property
+    def truncation_error(self) -> FloatArray | None:
+        """Last measured truncation error of every output, shape (n_outputs,), in their units.
+
+        None before the first step, and for networks that do not measure it.
+        """
+        error = self._predictor.truncation_error
+        scale = self.surrogate.output_scaling.scale
+        return None if error is None else np.asarray(error.astype(np.float64) * scale)
+
+    def _estimate(self, scaled: FloatArray) -> FloatArray | None:
+        estimator = self.surrogate.estimator
+        if estimator is None or self._estimator is None:
+            return None
+        values = self._estimator.step(scaled)[None].astype(np.float64)
+        newest = self._estimator.newest
+        square = estimator.squares(values, newest[None], len(self.surrogate.outputs))
+        if self._squares is None:
+            self._squares = np.repeat(square, estimator.positions, axis=0)
+        else:
+            self._squares = np.concatenate([self._squares[1:], square])
+        scale = self.surrogate.output_scaling.scale
+        return np.asarray(np.sqrt(self._squares.mean(axis=0)) * scale)
+
+
+def _inside_throughout(inside: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
+    """Whether the newest ``count`` samples are all inside, the first held before: (N,) to (N,)."""
+    samples = np.arange(len(inside))
+    strayed = np.maximum.accumulate(np.where(inside, -count, samples))
+    return np.asarray(samples - strayed >= count)
+
+
+def _batches(starts: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+    return [starts[first : first + BATCH] for first in range(0, len(starts), BATCH)]

@@ -1,1 +1,0 @@
-"""FMUs that carry a scripted or exported torch module and need Python where they run."""

@@ -1,0 +1,198 @@
+"""What a validation measures, and the figures that follow from it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.core.measures import relative_deviation, rms
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.excitation.mix import names_of
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.surrogate.surrogate import Surrogate
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is to be validated.
+
+    Attributes:
+        seed: entropy of the trajectories; no training, tuning or selection uses their stream.
+        trajectories: number of unseen trajectories; the recipe's if None.
+        amplitude: range of the factor on the excitation's amplitude; (1, 1) is in range.
+        duration: length of a trajectory in s; the recipe's if None.
+    """
+
+    seed: int
+    trajectories: int | None = None
+    amplitude: tuple[float, float] = (1.0, 1.0)
+    duration: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.trajectories is not None and self.trajectories < 1:
+            raise ValueError(f"trajectories = {self.trajectories}; expected at least 1")
+        if self.duration is not None and not 0 < self.duration < math.inf:
+            raise ValueError(f"duration = {self.duration} s; expected a positive, finite time")
+        if not 0 < self.amplitude[0] <= self.amplitude[1] < math.inf:
+            raise ValueError(
+                f"amplitude = {self.amplitude}; expected two positive factors, smaller one first"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """One trajectory, both FMUs.
+
+    Attributes:
+        kind: index of the excitation in the recipe.
+        time: of the samples that are scored, in s, shape (N,).
+        inputs: that led to them, shape (N, n_inputs).
+        reference: outputs of the reference FMU, shape (N, n_outputs).
+        surrogate: outputs of the surrogate FMU, same shape.
+        estimate: its error estimates, same shape, or None.
+        true_error: RMSE over the samples up to each one that the estimate is about, same shape;
+            NaN where they reach before the first scored sample.
+        step_seconds: wall time per step of surrogate and reference, shapes (steps,).
+        model: outputs of the model that made the data, shape (N, n_outputs), or None where the
+            reference is the same model.
+    """
+
+    kind: int
+    time: FloatArray
+    inputs: FloatArray
+    reference: FloatArray
+    surrogate: FloatArray
+    estimate: FloatArray | None
+    true_error: FloatArray
+    step_seconds: tuple[FloatArray, FloatArray]
+    model: FloatArray | None
+
+    @property
+    def error(self) -> FloatArray:
+        """Surrogate minus reference, shape (N, n_outputs)."""
+        return self.surrogate - self.reference
+
+
+@dataclass(frozen=True, eq=False)
+class Validation:
+    """All compared trajectories of one task."""
+
+    task: Task
+    surrogate: Surrogate
+    recipe: Recipe
+    comparisons: tuple[Comparison, ...]
+
+    def figures(self) -> dict[str, Any]:
+        """The figures as plain values, as written to JSON."""
+        return {
+            "fmu": self.surrogate.name,
+            "trajectories": len(self.comparisons),
+            "seed": self.task.seed,
+            "amplitude": list(self.task.amplitude),
+            "outputs": [self._output(index) for index in range(len(self.surrogate.outputs))],
+            "excitations": self._excitations(),
+            "error_estimate": self._estimate(),
+            "timing": self._timing(),
+        }
+
+    def relative_deviations(self, euclidean: bool = False) -> FloatArray:
+        """Relative deviations of the error estimates, all samples and outputs in one vector.
+
+        Args:
+            euclidean: of the norm of the errors of all outputs, in their common unit.
+        """
+        assert self.recipe.estimator is not None
+        resolution = self.recipe.estimator.resolution * self.surrogate.output_scaling.scale
+        parts = []
+        for c in self.comparisons:
+            if c.estimate is not None:
+                scored = ~np.isnan(c.true_error).any(axis=1)
+                values = [c.estimate[scored], c.true_error[scored], resolution[None]]
+                if euclidean:
+                    values = [np.linalg.norm(value, axis=1) for value in values]
+                parts.append(relative_deviation(*values).ravel())
+        return np.concatenate(parts)
+
+    def _output(self, index: int) -> dict[str, Any]:
+        signal = self.surrogate.outputs[index]
+        reference = np.concatenate([c.reference for c in self.comparisons])
+        error = np.concatenate([c.error for c in self.comparisons])
+        single = [float(rms(c.error)[index] / _rms(c.reference, index)) for c in self.comparisons]
+        figures = {
+            "name": signal.name,
+            "unit": signal.unit,
+            "rms_reference": float(rms(reference)[index]),
+            "rmse": float(rms(error)[index]),
+            "relative_rmse": float(rms(error)[index] / _rms(reference, index)),
+            "max_error": float(np.max(np.abs(error[:, index]))),
+            "relative_rmse_of_trajectories": _quantiles(single),
+        }
+        differences = [c.model - c.reference for c in self.comparisons if c.model is not None]
+        if differences:
+            model_error = rms(np.concatenate(differences))[index]
+            figures["model_relative_rmse"] = float(model_error / _rms(reference, index))
+        return figures
+
+    def _excitations(self) -> list[dict[str, Any]]:
+        rows = []
+        for index, name in enumerate(names_of(self.recipe.data.excitation)):
+            chosen = [c for c in self.comparisons if c.kind == index]
+            if chosen:
+                reference = np.concatenate([c.reference for c in chosen])
+                error = np.concatenate([c.error for c in chosen])
+                relative = [
+                    float(rms(error)[i] / _rms(reference, i)) for i in range(error.shape[1])
+                ]
+                rows.append(
+                    {
+                        "name": name,
+                        "kind": self.recipe.data.excitation[index].kind,
+                        "trajectories": len(chosen),
+                        "relative_rmse": relative,
+                    }
+                )
+        return rows
+
+    def _estimate(self) -> dict[str, Any] | None:
+        if self.surrogate.estimator is None:
+            return None
+        units = {signal.unit for signal in self.surrogate.outputs}
+        several = len(self.surrogate.outputs) > 1 and len(units) == 1
+        found: dict[str, Any] = {
+            **_deviation(self.relative_deviations()),
+            "span_samples": self.surrogate.estimated_samples,
+        }
+        if several:
+            found["euclidean"] = _deviation(self.relative_deviations(euclidean=True))
+        return found
+
+    def _timing(self) -> dict[str, float]:
+        fmu, reference = (
+            float(np.median(np.concatenate([c.step_seconds[i] for c in self.comparisons])))
+            for i in (0, 1)
+        )
+        return {
+            "fmu_step_us": 1e6 * fmu,
+            "reference_step_us": 1e6 * reference,
+            "speedup": reference / fmu,
+        }
+
+
+def _rms(values: FloatArray, index: int) -> float:
+    """RMS of one channel; a channel that is zero throughout counts as tiny, not as zero."""
+    return max(float(rms(values)[index]), np.finfo(np.float64).tiny)
+
+
+def _deviation(values: FloatArray) -> dict[str, float]:
+    return {
+        "mean_relative_deviation": float(np.mean(values)),
+        "p95_relative_deviation": float(np.quantile(values, 0.95)),
+    }
+
+
+def _quantiles(values: list[float]) -> dict[str, float]:
+    median, low, high = np.quantile(values, [0.5, 0.1, 0.9])
+    return {"median": float(median), "p10": float(low), "p90": float(high)}

@@ -1,0 +1,74 @@
+"""The card of a released FMU: what it is, how wrong it is, how it was made."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jinja2
+
+from slide_fmu.excitation.mix import names_of
+from slide_fmu.fmu.description.fmi2 import Variable, fmu_variables
+from slide_fmu.memory.sizing import seconds
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.surrogate.surrogate import Surrogate
+
+UNUSABLE = 0.2
+"""Relative RMSE beyond the range from which on the card warns."""
+
+
+def card(
+    surrogate: Surrogate,
+    recipe: Recipe,
+    measured: dict[str, Any],
+    picture: str,
+    mechanism: str | None = None,
+) -> str:
+    """Write the card as Markdown.
+
+    Args:
+        measured: the figures of the report.
+        picture: file name of the picture beside the card.
+        mechanism: file name of a picture of the system, beside the card; None if there is none.
+    """
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("slide_fmu.validation"),
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters["percent"] = lambda value: f"{100 * value:.3g} %"
+    environment.filters["seconds"] = seconds
+    return environment.get_template("card.md").render(
+        variables=variable_table(surrogate),
+        surrogate=surrogate,
+        recipe=recipe,
+        measured=measured,
+        names=names_of(recipe.data.excitation),
+        useless=[v for v in measured["validation"].values() if _is_useless(v)],
+        picture=picture,
+        mechanism=mechanism,
+    )
+
+
+def variable_table(surrogate: Surrogate) -> str:
+    """All variables of the FMU, in the order of their value references, as Markdown table."""
+    rows = [
+        f"| `{v.name}` | {v.causality} | {v.unit} | {_range_of(v)} | {v.description} |"
+        for v in fmu_variables(surrogate)
+    ]
+    return "\n".join(
+        ["| variable | causality | unit | range | |", "| --- | --- | --- | --- | --- |", *rows]
+    )
+
+
+def _range_of(variable: Variable) -> str:
+    if variable.low is None or variable.high is None:
+        return ""
+    return f"{variable.low:.4g} .. {variable.high:.4g}"
+
+
+def _is_useless(validation: dict[str, Any]) -> bool:
+    """Whether the surrogate must not be used at these amplitudes, beyond the range."""
+    errors = [output["relative_rmse"] for output in validation["outputs"]]
+    return bool(validation["amplitude"][1] > 1.0 and max(errors) > UNUSABLE)

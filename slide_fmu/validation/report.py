@@ -1,0 +1,252 @@
+"""The report of a surrogate: figures as JSON, pictures and tables as one HTML file."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.memory.sizing import Sizing, decay_rows
+from slide_fmu.memory.stability import AmplitudeTest
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import System
+from slide_fmu.validation import figures
+from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_figures
+
+MODEL_TEXT = (
+    " The reference is a finer model than the one that made the data; what that one errs on the "
+    "same inputs stands beside the surrogate's error."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """One part of a report.
+
+    Attributes:
+        title: heading.
+        text: what is seen here and how to read it.
+        rows: table, first row is the heading; may be empty.
+        pictures: PNG bytes.
+    """
+
+    title: str
+    text: str
+    rows: Sequence[Sequence[str]] = ()
+    pictures: Sequence[bytes] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """A report: what the FMU is, its figures, and the sections that show them."""
+
+    title: str
+    summary: str
+    data: dict[str, Any]
+    sections: list[Section] = field(default_factory=list)
+
+    def html(self) -> str:
+        """The whole report as one self-contained page."""
+        environment = jinja2.Environment(
+            loader=jinja2.PackageLoader("slide_fmu.validation"), autoescape=True, trim_blocks=True
+        )
+        pictures = [
+            [base64.b64encode(picture).decode("ascii") for picture in section.pictures]
+            for section in self.sections
+        ]
+        template = environment.get_template("report.html")
+        return template.render(report=self, sections=zip(self.sections, pictures, strict=True))
+
+    def write(self, folder: Path) -> Path:
+        """Write ``report.html`` and ``report.json``; gives the path of the page."""
+        folder.mkdir(parents=True, exist_ok=True)
+        text = json.dumps(self.data, indent=2)
+        (folder / "report.json").write_text(text + "\n", encoding="utf-8")
+        path = folder / "report.html"
+        path.write_text(self.html(), encoding="utf-8")
+        return path
+
+
+def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
+    """Sections on the accuracy; the first validation is the one in range."""
+    main = next(iter(validations.values()))
+    pictures = [figures.side_by_side(main, index) for index in range(len(main.surrogate.outputs))]
+    sections = [
+        Section(
+            "Side by side with the reference",
+            f"{len(main.comparisons)} trajectories that no training saw (seed "
+            f"{main.task.seed}), the FMU and the reference FMU run by the same master."
+            + (MODEL_TEXT if main.recipe.system.reference else ""),
+            _accuracy_rows(validations),
+            pictures,
+        ),
+        Section(
+            "By kind of excitation",
+            "Relative RMSE: RMSE of the FMU over the RMS of the reference.",
+            (),
+            [figures.excitation_bars(main)],
+        ),
+    ]
+    if main.surrogate.estimator is not None:
+        sections.append(_estimate_section(validations))
+    sections.append(_timing_section(main))
+    return sections
+
+
+def sizing_section(sizing: Sizing) -> Section:
+    """How long the system remembers its initial state, and what the window truncates."""
+    window = sizing.window
+    text = (
+        f"Time until initial effects have decayed to {sizing.remaining_amplitude:g} of their "
+        "amplitude: from the eigenvalues of the equations linearized along motions, by their mean "
+        "rate over stretches of the motions, and measured as the time in which two motions under "
+        "the same input meet. At an instant on the way the slowest mode may decay more slowly, "
+        "or grow (without end): what counts is the mean. The window truncates "
+        f"{window.n_in} - {window.n_out} samples, {window.truncation_time:.4g} s."
+    )
+    if sizing.remark is not None:
+        text += f" Remark: {sizing.remark}."
+    picture = figures.decay_times(sizing.linearized, sizing.measured, window.truncation_time)
+    return Section("Window", text, decay_rows(sizing.figures()), [picture])
+
+
+def stability_section(tests: Sequence[AmplitudeTest], step: float) -> Section:
+    """Whether the network forgets its state and stays bounded beyond its trained amplitude."""
+    rows = [("amplitude", "median difference", "largest difference", "growth", "test")]
+    for test in tests:
+        gaps = np.median(test.differences), np.max(test.differences)
+        verdict = "passed" if test.problem is None else test.problem
+        rows.append(
+            (f"{test.amplitude:g} x", _e(gaps[0]), _e(gaps[1]), f"{test.growth:.3g}", verdict)
+        )
+    return Section(
+        "Contraction and growth",
+        "Two runs from different states under the same inputs, after one window, relative to the "
+        "output's standard deviation; and the largest output, relative to that at the trained "
+        "amplitude times "
+        "the factor. Beyond the trained amplitude systems may have several lasting responses: "
+        "there the median pair counts.",
+        rows,
+        [figures.stability_tests(tests, step)],
+    )
+
+
+def training_section(histories: Mapping[str, Mapping[str, Sequence[float]]]) -> Section:
+    """How the trainings went."""
+    rows = [("stage", "steps or iterations", "best validation error, scaled")]
+    for stage, history in histories.items():
+        best = min(history["validation_error"])
+        rows.append((stage, str(history["step"][-1]), f"{best:.4g}"))
+    return Section(
+        "Training",
+        "The weights of the best validation are kept. Errors are RMSE in scaled units; of the "
+        "estimator at single samples, where it learns by likelihood, a mean standard deviation, "
+        "and then the mean deviation of its scaled logarithm.",
+        rows,
+        [figures.training_history(histories)],
+    )
+
+
+def response_section(surrogate: Surrogate, system: System) -> tuple[Section, dict[str, Any]]:
+    """The learnt response matrix of an affine surrogate against the exact one."""
+    learnt, exact = learnt_matrix(surrogate), exact_matrix(system, surrogate.window)
+    data = matrix_figures(learnt, exact)
+    rows = [
+        ("figure", "value"),
+        ("largest deviation, relative to the largest entry", _e(data["max_deviation_relative"])),
+        ("largest entry above the diagonal, absolute", _e(data["max_above_diagonal"])),
+        ("the same, relative to the largest entry", _e(data["max_above_diagonal_relative"])),
+    ]
+    text = (
+        "Every row is one output sample of the window, every column one input sample. Entries "
+        "above the diagonal would mean that an output answers to a later input."
+    )
+    return Section("Response matrix", text, rows, [_matrix_picture(learnt, exact)]), data
+
+
+def _matrix_picture(learnt: FloatArray, exact: FloatArray) -> bytes:
+    return figures.response_matrices(learnt, exact)
+
+
+def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]:
+    with_model = any(validation.recipe.system.reference for validation in validations.values())
+    rows: list[Sequence[str]] = [
+        (
+            "inputs",
+            "output",
+            "RMS of the reference",
+            "RMSE",
+            "relative RMSE",
+            "median of trajectories (10 % .. 90 %)",
+            "largest error",
+            *(["relative RMSE of the data's model"] if with_model else []),
+        )
+    ]
+    for name, validation in validations.items():
+        for output in validation.figures()["outputs"]:
+            unit, spread = output["unit"], output["relative_rmse_of_trajectories"]
+            rows.append(
+                (
+                    name,
+                    output["name"],
+                    f"{output['rms_reference']:.4g} {unit}",
+                    f"{output['rmse']:.4g} {unit}",
+                    _percent(output["relative_rmse"]),
+                    f"{_percent(spread['median'])} ({_percent(spread['p10'])} .. "
+                    f"{_percent(spread['p90'])})",
+                    f"{output['max_error']:.4g} {unit}",
+                    *([_percent(output["model_relative_rmse"])] if with_model else []),
+                )
+            )
+    return rows
+
+
+def _estimate_section(validations: Mapping[str, Validation]) -> Section:
+    rows: list[Sequence[str]] = [("inputs", "mean relative deviation", "95 % are within")]
+    for name, validation in validations.items():
+        data = validation.figures()["error_estimate"]
+        rows.append(_deviation_row(name, data))
+        if "euclidean" in data:
+            rows.append(_deviation_row(f"{name}, norm of the outputs", data["euclidean"]))
+    first = next(iter(validations.values()))
+    assert first.recipe.estimator is not None
+    text = (
+        "The FMU estimates the RMSE of its outputs over the last "
+        f"{first.surrogate.estimated_samples} samples. Here the estimate is held against the true "
+        "error; the band holds deviations up to 37.5 %. Errors below "
+        f"{first.recipe.estimator.resolution:g} of the output's scale are not told apart: where "
+        "both lie there, they do not deviate."
+    )
+    return Section("Error estimate", text, rows, [figures.estimate_scatter(validations)])
+
+
+def _deviation_row(name: str, data: Mapping[str, float]) -> Sequence[str]:
+    mean, most = data["mean_relative_deviation"], data["p95_relative_deviation"]
+    return name, _percent(mean), _percent(most)
+
+
+def _timing_section(validation: Validation) -> Section:
+    data = validation.figures()["timing"]
+    rows = [
+        ("set, doStep and get through fmpy, median", "per step"),
+        ("FMU", f"{data['fmu_step_us']:.3g} us"),
+        ("reference FMU", f"{data['reference_step_us']:.3g} us"),
+        ("ratio", f"{data['speedup']:.3g}"),
+    ]
+    return Section("Time per step", "Both measured in one run on one machine.", rows)
+
+
+def _percent(value: float) -> str:
+    return f"{100 * value:.3g} %"
+
+
+def _e(value: float) -> str:
+    return f"{value:.2e}"

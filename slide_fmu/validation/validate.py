@@ -1,0 +1,196 @@
+"""Run a surrogate FMU beside its reference FMU on unseen inputs and measure the error."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from collections.abc import Callable
+from concurrent.futures import as_completed
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from slide_fmu.core.measures import moving_rms
+from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
+from slide_fmu.data.draws import TEST, Draw, Stream, draw
+from slide_fmu.data.pool import process_pool
+from slide_fmu.python_fmu.reference import write_reference_fmu
+from slide_fmu.python_fmu.reference_slave import FROM_STATE
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system, reference_parameters, reference_system
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import System, simulate
+from slide_fmu.validation.comparison import Comparison, Task, Validation
+
+Progress = Callable[[int, int], None]
+"""Called with the number of trajectories done and to do."""
+WORTH_PROCESSES = 20.0
+"""Work in s from which on worker processes, which take seconds to start, do the rest."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Bench:
+    """What every trajectory is measured with; it goes to worker processes."""
+
+    fmu: UnpackedFmu
+    reference: UnpackedFmu
+    surrogate: Surrogate
+    recipe: Recipe
+    stream: Stream
+
+
+class _Models:
+    """The models of a recipe, made anew in every process: the reference, and the data's."""
+
+    def __init__(self, recipe: Recipe) -> None:
+        self.reference = reference_system(recipe)
+        self.data = recipe_system(recipe) if recipe.system.reference else None
+
+
+def validate(
+    fmu: Path,
+    surrogate: Surrogate,
+    recipe: Recipe,
+    task: Task,
+    progress: Progress,
+    workers: int | None = 1,
+) -> Validation:
+    """Run an FMU and the reference FMU of its recipe side by side on unseen trajectories.
+
+    Samples are scored from the end of the burn-in on, and not before the input window is filled
+    with inputs of the trajectory. Where the estimate is scored, its span is filled too.
+    Where the recipe has a reference of its own, the model that made the data is simulated on the
+    same inputs, to tell its error from that of the surrogate.
+
+    Args:
+        fmu: the surrogate FMU.
+        surrogate: what is in it.
+        recipe: what it was made from.
+        workers: processes that measure when there is much to do, one per core if None. Both FMUs
+            of a trajectory run in one process, one after the other.
+
+    Raises:
+        CoSimulationError: an FMU reports an error.
+        LoadError: the reference system is not installed here.
+        SimulationError: the model that made the data could not be simulated.
+        ValueError: the trajectories are too short to score anything.
+    """
+    models = _Models(recipe)
+    count = task.trajectories or recipe.validation.trajectories
+    duration = task.duration or recipe.validation.duration or recipe.data.duration
+    stream = Stream(TEST, task.seed, task.amplitude, duration)
+    needed = recipe.shortest_validation()
+    if duration < needed - 0.5 * recipe.window.step:
+        raise ValueError(
+            f"duration = {duration} s; expected at least {needed:g} s, so that the FMU's windows "
+            "are filled and outputs are left to score"
+        )
+    progress(0, count)
+    with tempfile.TemporaryDirectory() as folder:
+        reference_path = Path(folder) / "reference.fmu"
+        write_reference_fmu(recipe.system.model, reference_parameters(recipe), reference_path)
+        with unpacked(fmu) as fmu_files, unpacked(reference_path) as reference_files:
+            bench = _Bench(fmu_files, reference_files, surrogate, recipe, stream)
+            comparisons = _measure_all(bench, models, count, workers, progress)
+    return Validation(task, surrogate, recipe, tuple(comparisons))
+
+
+def _measure_all(
+    bench: _Bench, models: _Models, count: int, workers: int | None, progress: Progress
+) -> list[Comparison]:
+    """All trajectories in order; by worker processes if the first one took long."""
+    begin = time.perf_counter()
+    found = [_measure(bench, models, 0)]
+    seconds = time.perf_counter() - begin
+    progress(1, count)
+    workers = min(workers or os.cpu_count() or 1, count - 1)
+    if workers > 1 and seconds * (count - 1) > WORTH_PROCESSES:
+        return found + _measure_by_processes(bench, count, workers, progress)
+    for index in range(1, count):
+        found.append(_measure(bench, models, index))
+        progress(index + 1, count)
+    return found
+
+
+def _measure_by_processes(
+    bench: _Bench, count: int, workers: int, progress: Progress
+) -> list[Comparison]:
+    """All trajectories but the first, in order."""
+    with process_pool(workers, _set_up, (bench,)) as pool:
+        futures = [pool.submit(_measure_here, index) for index in range(1, count)]
+        try:
+            for done, future in enumerate(as_completed(futures), start=2):
+                future.result()
+                progress(done, count)
+        finally:
+            for future in futures:
+                future.cancel()
+    return [future.result() for future in futures]
+
+
+_here: list[tuple[_Bench, _Models]] = []
+"""What a worker process measures with."""
+
+
+def _set_up(bench: _Bench) -> None:
+    _here[:] = [(bench, _Models(bench.recipe))]
+
+
+def _measure_here(index: int) -> Comparison:
+    return _measure(*_here[0], index)
+
+
+def _measure(bench: _Bench, models: _Models, index: int) -> Comparison:
+    """Draw a trajectory and run everything on it."""
+    drawn = draw(bench.recipe, models.reference, bench.stream, index)
+    found = compare(bench.fmu, bench.reference, bench.surrogate, models.reference, drawn)
+    if models.data is None:
+        return found
+    own = draw(bench.recipe, models.data, bench.stream, index)
+    outputs = simulate(models.data, own.inputs, own.initial).outputs
+    return replace(found, model=outputs[len(outputs) - len(found.reference) :])
+
+
+def compare(
+    fmu: UnpackedFmu, reference: UnpackedFmu, surrogate: Surrogate, system: System, drawn: Draw
+) -> Comparison:
+    """Run both FMUs on one drawn trajectory.
+
+    Raises:
+        CoSimulationError: an FMU reports an error.
+    """
+    names = [signal.name for signal in surrogate.outputs]
+    inputs = {s.name: drawn.inputs[:, i] for i, s in enumerate(surrogate.inputs)}
+    step, span = surrogate.window.step, surrogate.estimated_samples
+    true = run_fmu(reference, inputs, names, _initial_parameters(system, drawn), step)
+    estimates = [] if surrogate.estimator is None else [f"{n}_error_estimate" for n in names]
+    own = run_fmu(fmu, inputs, [*names, *estimates], step=step)
+    first = max(drawn.burn_in + 1, surrogate.network.n_needed)
+    error = own.values[first:, : len(names)] - true.values[first:]
+    true_error = np.full_like(error, np.nan)
+    if len(error) >= span:
+        true_error[span - 1 :] = moving_rms(error, span)
+    return Comparison(
+        drawn.kind,
+        step * np.arange(first, len(true.values), dtype=np.float64),
+        drawn.inputs[first - 1 :],
+        true.values[first:],
+        own.values[first:, : len(names)],
+        own.values[first:, len(names) :] if estimates else None,
+        true_error,
+        (own.seconds, true.seconds),
+        None,
+    )
+
+
+def _initial_parameters(system: System, drawn: Draw) -> dict[str, float | bool]:
+    """Parameters that start the reference FMU in the drawn state."""
+    parts = {"coordinates": drawn.initial.coordinates, "velocities": drawn.initial.velocities}
+    if system.hold == "ramp":
+        parts["last_input"] = drawn.initial.last_input
+    values: dict[str, float | bool] = {FROM_STATE: True}
+    for part, vector in parts.items():
+        values.update({f"initial_{part}[{i}]": float(v) for i, v in enumerate(vector)})
+    return values

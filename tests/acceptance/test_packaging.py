@@ -1,0 +1,35 @@
+"""The wheel: both packages, the compiled runtime and the templates, and nothing else."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from slide_fmu.fmu.libraries.build import STAMP, TARGETS
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.slow
+def test_wheel_holds_the_compiled_runtime(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    assert wheel.name.endswith("-py3-none-any.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+    assert {
+        "slide_fmu/fmu/runtime/source/resource.c",
+        "slide_fmu/validation/templates/report.html",
+        "slide_fmu/validation/templates/card.md",
+        "mbs_models/oscillators/oscillators.py",
+    } <= names
+    folder = "slide_fmu/fmu/binaries/"
+    binaries = {name.removeprefix(folder) for name in names if name.startswith(folder)}
+    assert binaries == {*TARGETS, STAMP}
+    tops = {name.split("/")[0] for name in names}
+    assert tops == {"slide_fmu", "mbs_models", *(t for t in tops if t.endswith(".dist-info"))}

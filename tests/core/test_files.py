@@ -1,0 +1,91 @@
+"""Files that are written as a whole, and archives that are the same every time."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from slide_fmu.core.files import write_whole, write_zip
+from tests.limits import largest_file
+
+
+def test_a_file_that_cannot_be_written_stays_as_it_was(tmp_path: Path) -> None:
+    path = tmp_path / "a.bin"
+    write_whole(path, b"old")
+    with largest_file(1000), pytest.raises(OSError, match="File too large") as caught:
+        write_whole(path, bytes(5000))
+    assert caught.value.filename == str(path)
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.skipif(
+    not Path("/proc/self").exists(), reason="needs /proc, where nothing is written"
+)
+def test_a_place_that_cannot_be_written_to_is_named() -> None:
+    path = Path("/proc/a.bin")
+    with pytest.raises(OSError, match="/proc/a") as caught:
+        write_whole(path, b"new")
+    assert caught.value.filename == str(path)
+
+
+WRITER = """
+import sys, time
+from pathlib import Path
+from slide_fmu.core.files import write_whole
+write_whole(Path(sys.argv[1]), bytes(500_000_000))
+time.sleep(60)
+"""
+
+
+def test_nothing_is_left_where_a_program_is_ended(tmp_path: Path) -> None:
+    path = tmp_path / "a.bin"
+    write_whole(path, b"old")
+    with subprocess.Popen([sys.executable, "-c", WRITER, str(path)]) as program:
+        while len(list(tmp_path.iterdir())) < 2 and program.poll() is None:
+            time.sleep(1e-4)
+        program.terminate()
+        assert program.wait(60) == -signal.SIGTERM
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_who_asks_for_sigterm_goes_on_getting_it(tmp_path: Path) -> None:
+    def asked(number: int, frame: object) -> None:
+        """Of the program that writes."""
+
+    before = signal.signal(signal.SIGTERM, asked)
+    try:
+        write_whole(tmp_path / "a.bin", b"new")
+        assert signal.getsignal(signal.SIGTERM) is asked
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def test_a_folder_stays_a_folder(tmp_path: Path) -> None:
+    path = tmp_path / "a.zip"
+    path.mkdir()
+    with pytest.raises(IsADirectoryError) as caught:
+        write_zip(path, {"a": b"1"})
+    assert caught.value.filename == str(path)
+    assert list(tmp_path.rglob("*")) == [path]
+
+
+def test_the_same_members_give_the_same_bytes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one, two = tmp_path / "new" / "one.zip", tmp_path / "two.zip"
+    write_zip(one, {"b/c": b"1", "a": b"2"})
+    monkeypatch.setattr(time, "time", lambda: 2e9)
+    write_zip(two, {"a": b"2", "b/c": b"1"})
+    assert one.read_bytes() == two.read_bytes()
+    with zipfile.ZipFile(two) as archive:
+        assert {name: archive.read(name) for name in archive.namelist()} == {
+            "a": b"2",
+            "b/c": b"1",
+        }

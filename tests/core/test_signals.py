@@ -1,0 +1,62 @@
+"""Signals and trajectories refuse what cannot be meant."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.signals import Signal, Trajectory
+
+
+@pytest.mark.parametrize("name", ["", "two words", "tab\there", " "])
+def test_signal_needs_a_name_without_white_space(name: str) -> None:
+    with pytest.raises(ValueError, match="without white space") as caught:
+        Signal(name, "N", 0.0, 1.0)
+    assert repr(name) in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [(1.0, 1.0), (2.0, 1.0), (math.nan, 1.0), (0.0, math.inf), (-math.inf, 0.0)]
+)
+def test_signal_needs_a_finite_range(low: float, high: float) -> None:
+    with pytest.raises(ValueError, match=r"signal 'force': range \[.*\] N; expected two finite"):
+        Signal("force", "N", low, high)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "start", "value"),
+    [
+        (-1.0, 2.0, None, 0.0),
+        (1.0, 2.0, None, 1.0),
+        (-3.0, -2.0, None, -2.0),
+        (-1.0, 2.0, 2.0, 2.0),
+        (1.0, 2.0, 1.5, 1.5),
+    ],
+)
+def test_start_is_what_is_given_or_nearest_to_zero(
+    low: float, high: float, start: float | None, value: float
+) -> None:
+    assert Signal("force", "N", low, high, start=start).start_value == value
+
+
+@pytest.mark.parametrize("start", [-0.1, 1.1, math.nan, math.inf])
+def test_start_lies_in_the_range(start: float) -> None:
+    with pytest.raises(ValueError, match=rf"signal 'force': start {start}; expected a value"):
+        Signal("force", "N", 0.0, 1.0, start=start)
+
+
+def test_trajectory_has_one_output_more_than_inputs() -> None:
+    trajectory = Trajectory(0.25, np.zeros((4, 2)), np.zeros((5, 1)))
+    assert trajectory.time.tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
+    for count in (4, 6):
+        with pytest.raises(ValueError, match=f"4 inputs and {count} outputs"):
+            Trajectory(0.25, np.zeros((4, 2)), np.zeros((count, 1)))
+
+
+def test_trajectory_has_two_axes() -> None:
+    with pytest.raises(ValueError, match=r"inputs of shape \(4,\)"):
+        Trajectory(0.25, np.zeros(4), np.zeros((5, 1)))
+    with pytest.raises(ValueError, match=r"outputs of shape \(5,\)"):
+        Trajectory(0.25, np.zeros((4, 1)), np.zeros(5))

@@ -1,0 +1,87 @@
+"""The index law: which inputs and outputs belong together."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slide_fmu.core.window import Window
+from tests.strategies import windows
+
+
+def test_the_law_in_one_example() -> None:
+    """n_in = 4, n_out = 2, s = 3: inputs u[3..6] give outputs y[6], y[7]."""
+    window = Window(0.1, 4, 2)
+    assert window.input_indices(np.array([3])).tolist() == [[3, 4, 5, 6]]
+    assert window.output_indices(np.array([3])).tolist() == [[6, 7]]
+    assert (window.n_truncated, window.receptive_field) == (2, 3)
+    assert window.truncation_time == pytest.approx(0.2)
+
+
+@given(windows(), st.integers(0, 30), st.integers(1, 4))
+def test_cut_is_the_explicit_loop(window: Window, extra: int, stride: int) -> None:
+    count = window.n_in + extra
+    inputs, outputs = np.arange(count)[:, None] * 1.0, 1000.0 + np.arange(count + 1)[:, None]
+    starts = window.starts(count, stride)
+    cut_inputs, cut_outputs = window.cut(inputs, outputs, starts)
+    assert cut_inputs.shape == (len(starts), window.n_in, 1)
+    assert cut_outputs.shape == (len(starts), window.n_out, 1)
+    s, row = 0, 0
+    while s + window.n_in <= count:
+        for i in range(window.n_in):
+            assert cut_inputs[row, i, 0] == s + i
+        for j in range(window.n_out):
+            assert cut_outputs[row, j, 0] == 1000 + s + window.n_in - window.n_out + 1 + j
+        s, row = s + stride, row + 1
+    assert row == len(starts)
+
+
+@given(windows(), st.integers(0, 50))
+def test_outputs_come_after_inputs_that_lead_to_them(window: Window, start: int) -> None:
+    """Output k rests on inputs up to k - 1; the newest output on the newest input."""
+    starts = np.array([start])
+    inputs, outputs = window.input_indices(starts)[0], window.output_indices(starts)[0]
+    assert outputs[-1] == inputs[-1] + 1
+    for output in outputs:
+        before = inputs[inputs < output]
+        assert before[-1] == output - 1
+        assert len(before) >= window.receptive_field
+    assert np.sum(inputs < outputs[0]) == window.receptive_field
+
+
+@given(windows(), st.integers(0, 40))
+def test_stride_n_out_covers_every_sample_once(window: Window, extra: int) -> None:
+    starts = window.starts(window.n_in + extra, window.n_out)
+    covered = window.output_indices(starts).ravel()
+    first = window.n_truncated + 1
+    assert covered.tolist() == list(range(first, first + len(starts) * window.n_out))
+    assert window.n_in + extra - covered[-1] < window.n_out
+
+
+def test_no_window_fits_into_a_shorter_record() -> None:
+    assert len(Window(0.1, 4, 2).starts(3)) == 0
+
+
+def test_cut_beyond_the_trajectory_is_an_error() -> None:
+    window, inputs, outputs = Window(0.1, 4, 2), np.zeros((6, 1)), np.zeros((7, 1))
+    window.cut(inputs, outputs, np.array([2]))
+    with pytest.raises(IndexError):
+        window.cut(inputs, outputs, np.array([3]))
+    with pytest.raises(IndexError):
+        window.cut(inputs, outputs, np.array([-1]))
+
+
+@pytest.mark.parametrize("step", [0.0, -0.1, math.nan, math.inf])
+def test_step_is_positive(step: float) -> None:
+    with pytest.raises(ValueError, match="window step"):
+        Window(step, 4, 2)
+
+
+@pytest.mark.parametrize(("n_in", "n_out"), [(4, 5), (4, 0), (0, 0), (-1, -1)])
+def test_lengths_fit(n_in: int, n_out: int) -> None:
+    with pytest.raises(ValueError, match=f"n_in = {n_in}, n_out = {n_out}"):
+        Window(0.1, n_in, n_out)

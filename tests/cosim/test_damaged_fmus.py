@@ -1,0 +1,158 @@
+"""FMU files that are damaged: a message each, never a traceback."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from slide_fmu.cli import app
+from slide_fmu.fmu.export import FmuError, export_fmu, read_fmu
+from slide_fmu.fmu.libraries.platforms import FmiVersion
+from tests.cosim.damage import (
+    Members,
+    description_damages,
+    members_of,
+    named_damages,
+    packed,
+    random_damage,
+)
+from tests.fmu.samples import random_surrogate
+from tests.fmu.small_shapes import SMALL
+
+HARMLESS = {
+    "member outside",  # nothing unpacks it outside
+    "huge size of a member",  # its content says where it ends
+    "provenance: not a number",
+    "provenance: other types",
+    "metadata: description ''",  # as it was
+    "model description: utf-16",
+}
+"""Damages that leave the FMU usable."""
+
+SEEDS = 40
+"""Random damages of an FMU of each standard."""
+FEW = range(10)
+"""Of them those that the verbs that take longer are given."""
+
+LINEAR = Path(__file__).parents[2] / "fmus" / "linear" / "linear.fmu"
+
+both_standards = pytest.mark.parametrize("fmi", [2, 3])
+
+
+def _members(folder: Path, fmi: FmiVersion) -> Members:
+    surrogate = random_surrogate(SMALL)
+    provenance: dict[str, object] = {"recipe": "sample", "errors": {"y0": 0.1}, "seed": 3}
+    return members_of(export_fmu(surrogate, folder / "whole.fmu", fmi=fmi, provenance=provenance))
+
+
+def _readers(folder: Path) -> list[list[str]]:
+    """Verbs that read FMUs, with their options."""
+    return [["check"], ["info"], ["export", "-o", str(folder / "again.fmu")]]
+
+
+def _runners(folder: Path) -> list[list[str]]:
+    """Verbs that run FMUs, or pass them on to masters that do."""
+    return [
+        ["ssp", "-o", str(folder / "beside.ssp"), "--duration", "1"],
+        ["validate", "--trajectories", "1", "--duration", "10", "--report", str(folder)],
+        ["bench", "--rounds", "1", "--steps", "1"],
+    ]
+
+
+def _refusals(path: Path, what: str, verbs: list[list[str]] | None = None) -> dict[str, str]:
+    """What verbs, the readers if none are given, say when they refuse; nothing else may happen."""
+    said = {}
+    for verb, *more in verbs or _readers(path.parent):
+        result = CliRunner().invoke(app, [verb, str(path), *more])
+        refused = isinstance(result.exception, SystemExit)
+        assert result.exception is None or refused, (what, verb, result.exception)
+        assert result.output.strip(), (what, verb)
+        if result.exit_code:
+            said[verb] = result.output
+    return said
+
+
+def _check_all(folder: Path, damages: Iterable[tuple[str, bytes]]) -> None:
+    path = folder / "damaged.fmu"
+    for what, content in damages:
+        path.write_bytes(content)
+        said = _refusals(path, what)
+        assert ("check" in said) == (what not in HARMLESS), (what, said)
+
+
+def test_damaged_archives_and_surrogates(tmp_path: Path) -> None:
+    _check_all(tmp_path, named_damages(_members(tmp_path, 2)))
+
+
+@both_standards
+def test_damaged_model_descriptions(tmp_path: Path, fmi: FmiVersion) -> None:
+    _check_all(tmp_path, description_damages(_members(tmp_path, fmi)))
+
+
+@both_standards
+def test_random_damages(tmp_path: Path, fmi: FmiVersion) -> None:
+    members, path = _members(tmp_path, fmi), tmp_path / "damaged.fmu"
+    refused = 0
+    for seed in range(SEEDS):
+        path.write_bytes(random_damage(members, np.random.default_rng(seed)))
+        refused += "check" in _refusals(path, f"seed {seed}")
+    assert SEEDS / 2 < refused < SEEDS
+
+
+@both_standards
+def test_verbs_that_run_fmus(tmp_path: Path, fmi: FmiVersion) -> None:
+    """An FMU that comes as far: its recipe names a reference system."""
+    surrogate, provenance = read_fmu(LINEAR)
+    whole = export_fmu(surrogate, tmp_path / "whole.fmu", fmi=fmi, provenance=provenance)
+    assert _refusals(whole, "whole", _runners(tmp_path)) == {}
+    members, path = members_of(whole), tmp_path / "damaged.fmu"
+    damages = [*description_damages(members)]
+    damages += [(f"seed {k}", random_damage(members, np.random.default_rng(k))) for k in FEW]
+    before, refused = list(sys.path), set()
+    for what, content in damages:
+        path.write_bytes(content)
+        refused |= set(_refusals(path, what, _runners(tmp_path)))
+        sys.path[:] = before  # PythonFMU leaves the folder of every instance there
+    assert refused == {"ssp", "validate", "bench"}
+
+
+@pytest.mark.parametrize("verb", range(3), ids=["ssp", "validate", "bench"])
+def test_verbs_that_run_fmus_name_the_file(tmp_path: Path, verb: int) -> None:
+    members, path = members_of(LINEAR), tmp_path / "damaged.fmu"
+    path.write_bytes(packed({**members, "modelDescription.xml": b"<"}))
+    (said,) = _refusals(path, "no XML", [_runners(tmp_path)[verb]]).values()
+    assert f"{path} is not an FMU that can be read: ".replace(" ", "") in "".join(said.split())
+
+
+def test_the_reader_raises_one_kind_of_error(tmp_path: Path) -> None:
+    """From Python: FmuError, with the path."""
+    path, said = tmp_path / "damaged.fmu", []
+    for _, content in named_damages(_members(tmp_path, 2)):
+        path.write_bytes(content)
+        try:
+            read_fmu(path)
+        except FmuError as error:
+            said.append(str(error))
+    assert len(said) > 30
+    assert all("damaged.fmu" in text for text in said)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("modelDescription.xml", b"<a/>", "modelDescription.xml begins with <a>"),
+        ("modelDescription.xml", b"<", "modelDescription.xml is no XML"),
+        ("/outside", b"", "the FMU cannot be unpacked"),
+        ("resources/provenance.json", b"[" * 100_000, "provenance.json is no JSON"),
+        ("resources/provenance.json", b'{"a": "\\ud800"}', "provenance.json is no JSON"),
+    ],
+)
+def test_what_is_said(tmp_path: Path, name: str, content: bytes, message: str) -> None:
+    path = tmp_path / "damaged.fmu"
+    path.write_bytes(packed({**_members(tmp_path, 2), name: content}))
+    assert message in _refusals(path, name)["check"].replace("\n", " ")

@@ -1,0 +1,202 @@
+"""Every kind of excitation is what its name says."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from pydantic import TypeAdapter, ValidationError
+
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.excitation.mix import Excitation, choose_kind, draw_inputs
+
+STEP = 0.01
+TIME = STEP * np.arange(4000)
+FORCE = Signal("force", "N", -2.0, 2.0)
+SHIFTED = Signal("temperature", "K", 280.0, 300.0)
+
+TABLES = {
+    "held_random": {},
+    "moving_average_random": {"coefficients": [0.5, 0.3, 0.2]},
+    "harmonic": {"angular_frequency": [5.0, 20.0]},
+    "sweep": {"angular_frequency": [5.0, 60.0]},
+    "multisine": {"angular_frequency": [5.0, 60.0]},
+    "steps": {"duration": [0.3, 0.5]},
+    "rest": {"duration": [0.3, 0.5]},
+}
+DRAWN = {
+    "held_random": (1.28885499, 290.590784652, 0.775495966),
+    "moving_average_random": (-0.20126041, 282.360778815, 0.007079944),
+    "harmonic": (-0.928812107, 288.574654995, 0.670445743),
+    "sweep": (1.496348912, 297.630994378, 0.670445743),
+    "multisine": (-0.928874621, 287.36934394, 0.691773264),
+    "steps": (-1.042990384, 279.203493922, 0.106851274),
+    "rest": (-1.616877881, 290.0, 0.007079944),
+}
+"""Values that released data were drawn with: two of the signals, and the next random number."""
+BOUNDED = sorted(TABLES.keys() - {"multisine"})
+
+
+def kind_of(name: str, **extra: object) -> Excitation:
+    table = {"kind": name, "weight": 1.0, **TABLES[name], **extra}
+    return TypeAdapter(Excitation).validate_python(table)
+
+
+def signal(name: str, seed: int, **extra: object) -> FloatArray:
+    return kind_of(name, **extra).signal(TIME, np.random.default_rng(seed))
+
+
+def runs(values: FloatArray) -> list[int]:
+    """Lengths of runs of equal values, without the first and the last."""
+    edges = np.flatnonzero(np.diff(values)) + 1
+    return [int(b - a) for a, b in pairwise(edges)]
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_drawn_inputs_are_reproducible_and_independent_by_channel(name: str) -> None:
+    signals = (FORCE, SHIFTED, FORCE)
+
+    def drawn(seed: int) -> FloatArray:
+        rng = np.random.default_rng(seed)
+        return draw_inputs(kind_of(name), signals, TIME, 1.0, rng)
+
+    inputs = drawn(1)
+    assert inputs.shape == (len(TIME), 3)
+    assert np.array_equal(inputs, drawn(1))
+    assert not np.array_equal(inputs, drawn(2))
+    # correlations of independent channels, mean over seeds: harmonics of one frequency correlate
+    parts = [np.corrcoef(drawn(seed).T)[np.triu_indices(3, 1)] for seed in range(30)]
+    assert np.max(np.abs(np.mean(parts, axis=0))) < 0.3
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_draws_stay_those_of_released_data(name: str) -> None:
+    rng, kind = np.random.default_rng(12), kind_of(name, amplitude=[0.5, 1.0])
+    inputs = draw_inputs(kind, (FORCE, SHIFTED), TIME[:50], 1.3, rng)
+    assert (inputs[7, 0], inputs[49, 1], rng.random()) == pytest.approx(DRAWN[name], abs=1e-8)
+
+
+@pytest.mark.parametrize("name", BOUNDED)
+@pytest.mark.parametrize("factor", [1.0, 2.5])
+def test_values_fill_the_range_times_amplitude_and_factor(name: str, factor: float) -> None:
+    rng = np.random.default_rng(3)
+    kind = kind_of(name, amplitude=[0.4, 0.6])
+    largest = []
+    for _ in range(20):
+        inputs = draw_inputs(kind, (SHIFTED,), TIME, factor, rng)
+        largest.append(float(np.max(np.abs(inputs - 290.0))) / (10.0 * factor))
+    assert max(largest) <= 0.6
+    assert min(largest) < 0.5 < max(largest)
+
+
+def test_harmonic_is_one_sine_of_the_range() -> None:
+    bin_width = 2 * np.pi / (STEP * len(TIME))
+    found = []
+    for seed in range(20):
+        values = signal("harmonic", seed)
+        spectrum = np.abs(np.fft.rfft(values * np.hanning(len(values))))
+        frequency = bin_width * np.argmax(spectrum)
+        assert 5.0 - bin_width <= frequency <= 20.0 + bin_width
+        ahead, here = values[2:] + values[:-2], values[1:-1]
+        twice_cosine = float(ahead @ here / (here @ here))
+        assert np.max(np.abs(ahead - twice_cosine * here)) < 1e-9  # only one sine obeys this
+        assert np.arccos(twice_cosine / 2) / STEP == pytest.approx(frequency, abs=bin_width)
+        found.append(frequency)
+    assert min(found) < 9.0
+    assert max(found) > 16.0
+
+
+def test_multisine_has_its_frequencies_and_unit_rms() -> None:
+    squares = []
+    for seed in range(40):
+        values = signal("multisine", seed)
+        squares.append(np.mean(values**2))
+        spectrum = np.abs(np.fft.rfft(values * np.hanning(len(values)))) ** 2
+        frequency = 2 * np.pi / (STEP * len(TIME)) * np.arange(len(spectrum))
+        inside = (frequency > 4.5) & (frequency < 60.5)
+        assert spectrum[~inside].sum() < 1e-3 * spectrum.sum()
+        assert np.sum(spectrum > 0.01 * spectrum.max()) > 8  # not one line
+    assert np.sqrt(np.mean(squares)) == pytest.approx(1.0, abs=0.05)  # sines may beat
+
+
+def test_sweep_crosses_its_range_in_both_directions() -> None:
+    rising, fine = 0, STEP / 10 * np.arange(10 * len(TIME))
+    for seed in range(20):
+        values = kind_of("sweep").signal(fine, np.random.default_rng(seed))
+        crossings = fine[np.flatnonzero(np.diff(np.signbit(values)))]
+        frequency = np.pi / np.diff(crossings)
+        low, high = sorted([frequency[0], frequency[-1]])
+        assert 5.0 < low < 6.3  # of one half wave, in which the frequency moves by up to 1 rad/s
+        assert high == pytest.approx(60.0, rel=0.03)
+        middle = np.interp(20.0, crossings[1:], frequency)
+        assert middle == pytest.approx(32.5, rel=0.03)  # linear in time
+        rising += frequency[0] < frequency[-1]
+    assert 4 <= rising <= 16
+
+
+def test_steps_hold_their_durations() -> None:
+    lengths = [length for seed in range(5) for length in runs(signal("steps", seed))]
+    assert len(lengths) > 5 * 70
+    assert 29 <= min(lengths) <= 32
+    assert 48 <= max(lengths) <= 51
+    assert len(np.unique(signal("steps", 0))) > 70
+
+
+def test_rest_has_rests_between_random_values() -> None:
+    values = signal("rest", 0)
+    resting = values == 0.0
+    lengths = runs(resting.astype(float))
+    assert min(lengths) >= 29
+    assert max(lengths) <= 51
+    assert np.mean(resting) == pytest.approx(0.5, abs=0.1)
+    assert len(np.unique(values[~resting])) == np.sum(~resting)
+    assert not resting[0]
+
+
+def test_held_random_holds_every_value_for_its_samples() -> None:
+    assert len(np.unique(signal("held_random", 0))) == len(TIME)
+    assert set(runs(signal("held_random", 0, samples=[3, 5]))) == {3, 4, 5}
+    values = signal("held_random", 1)
+    assert np.var(values) == pytest.approx(1 / 3, rel=0.05)
+    assert abs(np.mean(values)) < 0.05
+
+
+def test_moving_average_weighs_the_newest_value_by_its_first_coefficient() -> None:
+    """Value k is 0.75 r[k] + 0.25 r[k-1], with r drawn in the order of time."""
+    found = signal("moving_average_random", 4, coefficients=[0.75, 0.25])
+    drawn = np.random.default_rng(4).uniform(-1, 1, len(TIME) + 1)
+    assert found == pytest.approx(0.75 * drawn[1:] + 0.25 * drawn[:-1], abs=1e-15)
+
+
+def test_kinds_are_chosen_by_their_weights() -> None:
+    kinds = tuple(kind_of("held_random", weight=weight) for weight in (1.0, 2.0, 5.0))
+    rng = np.random.default_rng(0)
+    chosen = np.bincount([choose_kind(kinds, rng) for _ in range(4000)], minlength=3) / 4000
+    assert chosen == pytest.approx([0.125, 0.25, 0.625], abs=0.03)  # 4 standard deviations
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_a_single_sample_can_be_drawn(name: str) -> None:
+    assert kind_of(name).signal(TIME[:1], np.random.default_rng(0)).shape == (1,)
+
+
+@pytest.mark.parametrize(
+    ("name", "extra"),
+    [
+        ("harmonic", {"angular_frequency": [20.0, 5.0]}),
+        ("harmonic", {"angular_frequency": [0.0, 5.0]}),
+        ("harmonic", {"angular_frequency": [1.0, float("inf")]}),
+        ("held_random", {"samples": [0, 1]}),
+        ("held_random", {"samples": [2, 1]}),
+        ("held_random", {"amplitude": [-0.1, 1.0]}),
+        ("held_random", {"amplitude": [0.0, float("nan")]}),
+        ("multisine", {"components": [5, 4]}),
+        ("moving_average_random", {"coefficients": []}),
+        ("steps", {"duration": [0.0, 1.0]}),
+        ("rest", {"length": [0.3, 0.5]}),
+    ],
+)
+def test_ranges_that_make_no_sense_are_refused(name: str, extra: dict[str, object]) -> None:
+    with pytest.raises(ValidationError, match=next(iter(extra))):
+        kind_of(name, **extra)

@@ -1,0 +1,192 @@
+"""Decay along motions, measured decay, and the windows that follow."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from mbs_models.oscillators.oscillators import (
+    DuffingBaseMotion,
+    DuffingOscillator,
+    LinearOscillator,
+)
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.window import Window
+from slide_fmu.memory.decay import (
+    Decay,
+    decay_along,
+    decay_in_stretches,
+    measured_decay,
+    measured_decay_time,
+    recommend_window,
+    too_short,
+)
+from slide_fmu.memory.modes import UnstableModeError
+from slide_fmu.systems.base import Linearization, State, System
+
+PAPER = math.log(100) / 4
+"""1.151 s to 1 %: m = 1 kg, d = 8 N s/m."""
+
+
+class Rates(System):
+    """Unit mass whose damping is 2 times its coordinate: Re(v) = -q. Linearizes, nothing else."""
+
+    def __init__(self) -> None:
+        self.step, self.hold = 0.1, "held"
+        self.inputs = self.outputs = (Signal("x", "m", -1.0, 1.0),)
+
+    def random_state(
+        self, rng: np.random.Generator, first_input: FloatArray | None = None
+    ) -> State:
+        raise NotImplementedError
+
+    def rest_state(self, held_input: FloatArray) -> State:
+        return State(np.array([1.0]), np.zeros(1), np.zeros(1))
+
+    def set_state(self, state: State) -> None:
+        raise NotImplementedError
+
+    def get_state(self) -> State:
+        raise NotImplementedError
+
+    def output(self) -> FloatArray:
+        raise NotImplementedError
+
+    def advance(self, inputs: FloatArray) -> FloatArray:
+        raise NotImplementedError
+
+    def linearize(self, state: State) -> Linearization:
+        damping = 2.0 * state.coordinates[:, None]
+        return Linearization(np.eye(1), damping, np.array([[1e4]]), np.zeros((0, 1)))
+
+
+def states(*coordinates: float) -> list[State]:
+    return [State(np.array([q]), np.zeros(1), np.zeros(1)) for q in coordinates]
+
+
+def test_mean_is_the_decay_time_of_the_mean_real_part() -> None:
+    found = decay_along(Rates(), states(1.0, 2.0, 6.0), 0.01)
+    assert found.times == pytest.approx(math.log(100) / np.array([1.0, 2.0, 6.0]))
+    assert found.worst == pytest.approx(math.log(100))
+    assert found.mean == pytest.approx(math.log(100) / 3.0)
+
+
+def test_a_mode_may_grow_for_a_moment() -> None:
+    found = decay_along(Rates(), states(1.0, -0.5, 2.5), 0.01)
+    assert found.rates == pytest.approx([-1.0, 0.5, -2.5], rel=1e-3)
+    assert found.worst == math.inf
+    assert found.mean == pytest.approx(math.log(100) / 1.0, rel=1e-3)
+
+
+def test_decay_along_refuses_a_motion_that_grows_in_the_mean() -> None:
+    message = (
+        r"grow along the motion: .* Re\(v\) = 0\.5 1/s in the mean over 3 instants "
+        r"\(-0\.5 \.\. 1\.5\); .* give the system more damping"
+    )
+    with pytest.raises(UnstableModeError, match=message):
+        decay_along(Rates(), states(-1.5, -0.5, 0.5))
+    with pytest.raises(ValueError, match="no states"):
+        decay_along(Rates(), [])
+
+
+def test_an_undamped_mode_decays_without_end() -> None:
+    found = decay_along(Rates(), states(0.0, 0.0))
+    assert found.rates.tolist() == [0.0, 0.0]
+    assert found.mean == math.inf
+
+
+def test_stretches_have_the_mean_rates_of_their_instants() -> None:
+    one, other = (Decay(np.array(rates), 0.01) for rates in ([-1, -3, -5, 1, -4], [-7.0]))
+    found = decay_in_stretches([one, other], 2)
+    assert found.rates == pytest.approx([-3.0, -1.5, -7.0])
+    assert found.worst == pytest.approx(math.log(100) / 1.5)
+    whole = decay_in_stretches([one, other], 9)
+    assert whole.rates == pytest.approx([-2.4, -7.0])
+    with pytest.raises(UnstableModeError, match=r"Re\(v\) = 1 1/s in the mean over 1 instants"):
+        decay_in_stretches([one], 1)
+
+
+@pytest.mark.parametrize("make", [LinearOscillator, DuffingOscillator, DuffingBaseMotion])
+def test_measured_agrees_with_linearized(make: type[System]) -> None:
+    system = make()
+    rng = np.random.default_rng(5)
+    signal, count = system.inputs[0], round(6.0 / system.step)
+    inputs = [rng.uniform(signal.low, signal.high, (count, 1)) for _ in range(20)]
+    motion = []
+    system.set_state(system.random_state(rng))
+    for row in inputs[0][:100]:
+        system.advance(row)
+        motion.append(system.get_state())
+    linearized = decay_along(system, motion)
+    assert linearized.mean == pytest.approx(PAPER, rel=1e-4)
+    assert measured_decay(system, inputs, rng).mean == pytest.approx(linearized.mean, rel=0.15)
+
+
+@pytest.mark.parametrize("amplitude", [0.1, 0.01, 1e-4])
+def test_measured_decay_of_the_linear_oscillator_is_exact(amplitude: float) -> None:
+    system = LinearOscillator()
+    start = system.rest_state(np.array([800.0]))
+    inputs = np.random.default_rng(0).uniform(-2000, 2000, (400, 1))
+    found = measured_decay_time(system, inputs, start, system.rest_state(np.zeros(1)), amplitude)
+    assert found == pytest.approx(-math.log(amplitude) / 4, rel=0.02)
+
+
+def test_two_motions_of_a_bistable_duffing_never_meet() -> None:
+    """Above its resonance a harmonic force has two lasting responses, large and small."""
+    system = DuffingOscillator()
+    inputs = 1000.0 * np.sin(55.0 * system.step * np.arange(600))[:, None]
+    start = [State(np.array([x]), np.zeros(1), np.zeros(1)) for x in np.linspace(-2, 2, 9)]
+    times = [measured_decay_time(system, inputs, start[0], other) for other in start[1:]]
+    assert math.inf in times
+    assert min(times) < 3.0
+
+
+def test_measured_decay_needs_two_motions_and_enough_samples() -> None:
+    system = LinearOscillator()
+    same = system.rest_state(np.zeros(1))
+    with pytest.raises(ValueError, match="same outputs"):
+        measured_decay_time(system, np.zeros((100, 1)), same, same)
+    coarse = LinearOscillator(step=1.0, substeps=400)
+    with pytest.raises(ValueError, match="sample the system more finely"):
+        measured_decay_time(
+            coarse, np.zeros((100, 1)), same, coarse.rest_state(np.array([900.0])), 0.2
+        )
+    with pytest.raises(ValueError, match="no inputs"):
+        measured_decay(system, [], np.random.default_rng(0))
+
+
+def test_too_short_a_record_gives_no_time() -> None:
+    system = LinearOscillator()
+    first, second = system.rest_state(np.zeros(1)), system.rest_state(np.array([900.0]))
+    assert measured_decay_time(system, np.zeros((50, 1)), first, second) == math.inf
+
+
+@pytest.mark.parametrize(
+    ("decay_time", "step", "n_out", "n_in"),
+    [(PAPER, 1 / 64, 32, 106), (PAPER, 0.03, 53, 92), (0.0, 0.1, 4, 4), (0.3, 0.1, 5, 8)],
+)
+def test_recommended_window_just_fits(
+    decay_time: float, step: float, n_out: int, n_in: int
+) -> None:
+    window = recommend_window(decay_time, step, n_out)
+    assert window == Window(step, n_in, n_out)
+    assert too_short(window, decay_time) is None
+    if n_in > n_out:
+        assert too_short(Window(step, n_in - 1, n_out), decay_time) is not None
+
+
+def test_too_short_tells_the_numbers() -> None:
+    message = too_short(Window(0.03, 80, 53), PAPER)
+    assert message is not None
+    for part in ("80 - 53 = 27 samples", "0.81 s", "39 samples", "1.151 s", "n_in >= 92"):
+        assert part in message
+
+
+@pytest.mark.parametrize("decay_time", [math.inf, math.nan, -1.0])
+def test_no_window_for_a_system_that_does_not_forget(decay_time: float) -> None:
+    with pytest.raises(ValueError, match="decay time"):
+        recommend_window(decay_time, 0.1, 5)
+    with pytest.raises(ValueError, match="decay time"):
+        too_short(Window(0.1, 10, 5), decay_time)

@@ -1,0 +1,239 @@
+"""The window that a recipe needs, computed and measured, and the refusal of a shorter one."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from mbs_models.oscillators.oscillators import LinearOscillator
+from slide_fmu.cli import app
+from slide_fmu.memory import sizing
+from slide_fmu.memory.modes import UnstableModeError
+from slide_fmu.memory.sizing import ShortWindowError, decay_rows, require_window, size_window
+from slide_fmu.pipeline import preparation
+from slide_fmu.recipe.reading import load_recipe
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.systems.base import Linearization, State
+from slide_fmu.validation.report import sizing_section
+from tests.recipes import TINY, tiny_recipe
+
+DECAY = 1.1513
+"""s to 1 %, for m = 1 kg and d = 8 N s/m: ln(100) / 4."""
+RATE = 4.0
+"""Of that decay in 1/s: d / 2m."""
+
+AGREEMENT = 0.15
+"""Between linearized and measured: the most that the two may differ on the oscillators."""
+
+
+CLOSE = 0.02
+"""The same for a linear system, where only the samples and zero crossings blur it."""
+
+DUFFING = Path(__file__).parents[2] / "training" / "duffing.toml"
+
+
+@pytest.fixture
+def few_motions(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sizing, "MOTIONS", 10)
+
+
+def duffing() -> Recipe:
+    """The released recipe with its own excitations, but short trajectories."""
+    recipe = load_recipe(DUFFING)
+    return recipe.model_copy(update={"data": recipe.data.model_copy(update={"duration": 8.0})})
+
+
+def oscillator(model: str, **window: Any) -> Recipe:
+    return tiny_recipe(
+        system={"model": f"mbs_models.oscillators:{model}", "parameters": {"damping": 8.0}},
+        data={"duration": 4.0},
+        window={"step": 0.03, "n_in": 92, "n_out": 53, **window},
+    )
+
+
+@pytest.mark.parametrize(
+    ("recipe", "agreement"),
+    [
+        (oscillator("LinearOscillator"), CLOSE),
+        (oscillator("DuffingBaseMotion"), AGREEMENT),
+        (duffing(), AGREEMENT),
+    ],
+    ids=["linear", "base_motion", "duffing"],
+)
+def test_measured_and_linearized_agree(recipe: Recipe, agreement: float) -> None:
+    found = size_window(recipe, recipe_system(recipe))
+    expected = -math.log(recipe.window.remaining_amplitude) / RATE
+    assert found.linearized.mean == pytest.approx(expected, rel=1e-3)
+    assert found.linearized.worst == pytest.approx(expected, rel=1e-3)
+    assert found.measured.mean == pytest.approx(found.linearized.mean, rel=agreement)
+    assert found.problem is None
+    require_window(recipe, found)
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_figures() -> None:
+    recipe = oscillator("LinearOscillator")
+    found = size_window(recipe, recipe_system(recipe))
+    assert len(found.linearized.times) == 10  # motions of 4.25 s, shorter than two windows
+    assert len(found.measured.times) == 10
+    figures = json.loads(json.dumps(found.figures()))
+    assert figures["decay_time_s"] == pytest.approx(
+        {"mean": DECAY, "worst": DECAY, "local_worst": DECAY}, rel=1e-3
+    )
+    assert figures["recommended_n_in"] == 92
+    assert figures["sufficient"]
+    assert figures["modes_at_rest"][0]["decay_time_s"] == pytest.approx(DECAY, rel=1e-3)
+    assert figures["modes_at_rest"][0]["frequency_rad_s"] == pytest.approx(40.0, rel=1e-3)
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_motions_depend_on_the_seed() -> None:
+    recipe = oscillator("DuffingOscillator")
+    system = recipe_system(recipe)
+    first, again, other = (size_window(recipe, system, seed) for seed in (None, 7, 8))
+    assert first.figures() == again.figures()  # 7 is the recipe's own
+    assert first.measured.mean != other.measured.mean
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_smaller_remaining_amplitude_needs_a_longer_window() -> None:
+    recipe = oscillator("LinearOscillator", remaining_amplitude=1e-4)
+    found = size_window(recipe, recipe_system(recipe))
+    assert found.linearized.mean == pytest.approx(2 * math.log(100) / 4, rel=1e-3)
+    assert found.measured.mean == pytest.approx(found.linearized.mean, rel=CLOSE)
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_too_short_window_is_refused_with_the_numbers() -> None:
+    recipe = oscillator("LinearOscillator", n_in=80)
+    found = size_window(recipe, recipe_system(recipe))
+    with pytest.raises(ShortWindowError) as caught:
+        require_window(recipe, found)
+    parts = ("'tiny'", "80 - 53 = 27 samples", "0.81 s", "39 samples", "1.151 s", "n_in >= 92")
+    for part in (*parts, "window.allow_short = true"):
+        assert part in str(caught.value)
+    assert not found.figures()["sufficient"]
+
+
+REMARK = (
+    r"^the slowest of 10 measured pairs of motions takes {} s to meet, but the window truncates "
+    r"1\.17 s, though the eigenvalues ask for 1\.151 s alone\. Raise window\.n_in from 92 to {} "
+    r"to hold that one too$"
+)
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_longer_measured_decay_is_a_remark(tmp_path: Path) -> None:
+    """The eigenvalues fit: it is no mistake, but it is said wherever the decay times are."""
+    recipe = oscillator("LinearOscillator")
+    found = size_window(recipe, recipe_system(recipe))
+    shorter = replace(found, measured=replace(found.measured, rates=np.full(10, -5.0)))
+    assert shorter.remark is None
+    assert shorter.figures()["remark"] is None
+    assert "Remark" not in sizing_section(shorter).text
+    rates = np.array([-2.0, *np.full(9, -4.0)])
+    longer = replace(found, measured=replace(found.measured, rates=rates))
+    require_window(recipe, longer)
+    assert longer.problem is None
+    assert longer.remark is not None
+    assert re.search(REMARK.format(r"2\.303", 53 + 77), longer.remark)
+    assert longer.figures()["remark"] == longer.remark
+    assert longer.figures()["sufficient"]
+    assert sizing_section(longer).text.endswith(f" Remark: {longer.remark}.")
+    never = replace(found, measured=replace(found.measured, rates=np.array([0.0, *rates[1:]])))
+    assert never.remark is not None
+    assert "10 measured pairs of motions never met in a record" in never.remark
+    assert json.dumps(never.figures(), allow_nan=False)
+    short = replace(longer, window=replace(found.window, n_in=80))
+    assert short.problem is not None
+    assert short.remark is None  # that it is too short is enough
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_window_prints_the_remark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    recipe = oscillator("LinearOscillator")
+    found = size_window(recipe, recipe_system(recipe))
+    longer = replace(found, measured=replace(found.measured, rates=np.full(10, -2.0)))
+    monkeypatch.setattr(preparation, "size_recipe", lambda job, seed: longer)
+    place = tmp_path / "tiny.toml"
+    place.write_text(TINY, encoding="utf-8")
+    result = CliRunner().invoke(app, ["window", str(place), "--json", "-"])
+    assert result.exit_code == 0
+    assert f"remark: {longer.remark}" in " ".join(result.output.split())
+    assert json.loads(result.stdout)["remark"] == longer.remark
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_allow_short_accepts_it() -> None:
+    recipe = oscillator("LinearOscillator", n_in=80, allow_short=True)
+    found = size_window(recipe, recipe_system(recipe))
+    assert found.problem is not None
+    require_window(recipe, found)
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_motion_that_never_ends_is_told() -> None:
+    recipe = tiny_recipe(system={"parameters": {"damping": 0.0}})
+    with pytest.raises(ValueError, match=r"decay time = inf s; .* give the system damping"):
+        size_window(recipe, recipe_system(recipe))
+
+
+class Swaying(LinearOscillator):
+    """Decays with 4 1/s in the mean, but every other instant it seems to grow with 12 1/s."""
+
+    def linearize(self, state: State) -> Linearization:
+        found, self.instants = super().linearize(state), getattr(self, "instants", -1) + 1
+        factor = -3.0 if self.instants % 2 else 5.0
+        return Linearization(
+            found.mass, factor * found.damping, found.stiffness, found.constraints
+        )
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_growth_for_a_moment_is_accepted_and_told() -> None:
+    """The first instant is the state at rest."""
+    recipe = oscillator("LinearOscillator", n_in=96)
+    found = size_window(recipe, Swaying(damping=8.0, step=0.03))
+    figures = found.figures()
+    assert figures["decay_time_s"]["local_worst"] is None
+    assert figures["decay_time_s"]["mean"] == pytest.approx(DECAY, rel=0.3)
+    assert figures["decay_time_s"]["worst"] is not None
+    assert decay_rows(figures)[1][-1] == "without end"
+
+
+class Pushed(LinearOscillator):
+    """At rest only it decays."""
+
+    def linearize(self, state: State) -> Linearization:
+        found, sign = super().linearize(state), -1.0 if np.any(state.velocities) else 1.0
+        return Linearization(found.mass, sign * found.damping, found.stiffness, found.constraints)
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_growth_in_the_mean_is_refused_with_the_motion() -> None:
+    message = r"motion 0 of 10: initial effects grow along the motion: .* Re\(v\) = 4 1/s in the"
+    with pytest.raises(UnstableModeError, match=message):
+        size_window(oscillator("LinearOscillator"), Pushed(damping=8.0, step=0.03))
+
+
+class Unstable(LinearOscillator):
+    """Grows at rest."""
+
+    def linearize(self, state: State) -> Linearization:
+        found = super().linearize(state)
+        return Linearization(found.mass, -found.damping, found.stiffness, found.constraints)
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_growth_at_rest_is_refused() -> None:
+    with pytest.raises(UnstableModeError, match=r"mode with v = .* grows; .* signs of damping"):
+        size_window(oscillator("LinearOscillator"), Unstable(damping=8.0, step=0.03))

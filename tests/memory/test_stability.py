@@ -1,0 +1,337 @@
+"""Networks that explode or do not forget are refused, in words; others pass."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.scaling import range_scaling
+from slide_fmu.core.signals import Signal
+from slide_fmu.core.window import Window
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.memory.stability import (
+    NEWEST,
+    RECORDS,
+    AmplitudeTest,
+    UnstableSurrogateError,
+    check_stability,
+    require_stability,
+    stability_figures,
+)
+from slide_fmu.network.base import Network
+from slide_fmu.network.cell import Cell
+from slide_fmu.network.feed_forward import FeedForward, Layer
+from slide_fmu.network.roles import Roles
+from slide_fmu.network.state_space import StateSpace
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.figures import stability_tests
+from tests.fmu.samples import CellShape, random_cell
+from tests.recipes import TINY, merged, tiny_recipe
+
+MEAN_OF_RECORDS = 0.02
+"""Of the outputs, relative to the largest: deviations from it are what grows."""
+ROUNDED = 1e-3
+"""Float32 in outputs a hundred times as large as their motion."""
+AMPLITUDES = (1.0, 2.0, 4.0, 10.0)
+
+
+def recipe_of(**stability: Any) -> Recipe:
+    """The tiny recipe with a state-space network and limits of its own."""
+    tables = tomllib.loads(TINY)
+    del tables["network"], tables["training"]
+    return Recipe.model_validate(merged(tables, {"stability": stability}))
+
+
+RECIPE = recipe_of()
+SYSTEM = recipe_system(RECIPE)
+
+
+INPUTS = FeatureMap(Differences(1))
+"""Features that are the input."""
+
+
+def surrogate_of(network: Network, outputs: tuple[Signal, ...] = SYSTEM.outputs) -> Surrogate:
+    window = Window(*(getattr(RECIPE.window, name) for name in ("step", "n_in", "n_out")))
+    return Surrogate(
+        "tiny", window, SYSTEM.inputs, outputs, SYSTEM.hold,
+        range_scaling(SYSTEM.inputs), range_scaling(outputs), network,
+    )  # fmt: skip
+
+
+def network_of(cell: Cell) -> StateSpace:
+    return StateSpace(cell, RECIPE.window.n_in, RECIPE.window.n_out, INPUTS)
+
+
+def scalar_cell(
+    pole: float, gain: float = 1.0, effect: float = 0.0, units: str = "tanh", weight: float = 1.0
+) -> Cell:
+    """x -> pole x + gain u + effect act(weight x), y = x."""
+
+    def matrix(*values: float) -> np.ndarray:
+        return np.array([values], np.float32)
+
+    zero = np.zeros(1, np.float32)
+    row = matrix(weight, 0.0, 0.0)
+    return Cell(
+        matrix(pole), matrix(gain), matrix(effect), row, matrix(1.0), matrix(0.0), zero, units
+    )
+
+
+def examine(cell: Cell, recipe: Recipe = RECIPE) -> tuple[AmplitudeTest, ...]:
+    return check_stability(surrogate_of(network_of(cell)), recipe, SYSTEM)
+
+
+def refusal(tests: tuple[AmplitudeTest, ...], recipe: Recipe = RECIPE) -> str:
+    with pytest.raises(UnstableSurrogateError) as caught:
+        require_stability(tests, recipe, "runs/tiny/stability.png")
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("shape", [CellShape(), CellShape(units=0), CellShape(6, 20)])
+def test_random_network_that_contracts_passes(seed: int, shape: CellShape) -> None:
+    tests = examine(random_cell(shape, 1, 1, seed))
+    assert [test.amplitude for test in tests] == list(AMPLITUDES)
+    assert all(test.problem is None for test in tests)
+    assert tests[0].growth == pytest.approx(1.0)
+    assert all(test.differences.shape == (RECORDS,) for test in tests)
+    assert all(test.pair.shape == (2, RECIPE.window.n_in, 1) for test in tests)
+    require_stability(tests, RECIPE, "nowhere.png")
+
+
+def test_linear_network_grows_as_its_inputs_do() -> None:
+    for test in examine(scalar_cell(0.8)):
+        assert test.growth == pytest.approx(1.0, rel=MEAN_OF_RECORDS)
+
+
+def test_difference_is_what_a_pole_leaves() -> None:
+    """Two runs of a linear cell differ by pole^n of what they differed before."""
+    first, other = (examine(scalar_cell(pole))[0].differences for pole in (0.95, 0.9))
+    n = RECIPE.window.n_in - (NEWEST - 1) / 2
+    assert np.max(first) / np.max(other) == pytest.approx((0.95 / 0.9) ** n, rel=1.0)
+    assert 0.1 * 0.95**n < np.median(first) < 10 * 0.95**n
+
+
+@pytest.mark.parametrize("factor", [1.5, 3.0, 1e3])
+def test_network_that_explodes_is_refused(factor: float) -> None:
+    """Scaled so that it grows at once, with and without an overflow."""
+    cell = random_cell(CellShape(), 1, 1, 0)
+    scale = np.float32(factor / np.max(np.abs(np.linalg.eigvals(cell.a))))
+    tests = examine(replace(cell, a=cell.a * scale))
+    assert all(test.problem is not None for test in tests)
+    message = refusal(tests)
+    assert message.startswith("surrogate 'tiny' is not exported: at 1 times the trained amplitude")
+    assert "see runs/tiny/stability.png" in message
+    assert "stability.allow_unstable = true" in message
+    assert ("grow inf times as fast" in message) == (factor > 2)
+    assert ("still differ by" in message) == (factor < 2)
+    assert stability_tests(tests, 0.1).startswith(b"\x89PNG")
+
+
+def test_cubic_units_that_blow_up_beyond_the_range_are_refused() -> None:
+    tests = examine(scalar_cell(0.5, 0.3, 0.05, "cubic"))
+    assert [test.problem is None for test in tests][:2] == [True, True]
+    assert tests[-1].problem is not None
+    message = refusal(tests)
+    assert "at 1 times" not in message
+    assert "at 10 times the trained amplitude outputs grow inf times as fast" in message
+    assert "expected at most 10 times" in message
+    assert "tanh units" in message
+    assert stability_tests(tests, 0.1).startswith(b"\x89PNG")
+    bounded = examine(scalar_cell(0.5, 0.3, 0.05, "tanh"))
+    assert all(test.problem is None for test in bounded)
+
+
+def test_network_that_does_not_forget_is_refused() -> None:
+    tests = examine(scalar_cell(0.9999))
+    assert tests[0].problem is not None
+    largest = float(np.max(tests[0].differences))
+    assert largest > RECIPE.stability.contraction
+    message = refusal(tests)
+    assert (
+        f"at 1 times the trained amplitude two runs from different states still differ by "
+        f"{largest:.3g} of the output's standard deviation after one window (the worst pair); "
+        "expected at most 0.02"
+    ) in message
+    remedies = "another training.seed, fewer units, tanh units (network.units), trajectories"
+    assert (
+        f"Train with {remedies} beyond the range (data.beyond) or a longer window, or" in message
+    )
+
+
+def constant_too(cell: Cell, value: float) -> Cell:
+    """The cell with a constant in its output."""
+    return replace(cell, d0=np.full_like(cell.d0, value))
+
+
+@pytest.mark.parametrize("value", [-100.0, 3.0, 100.0])
+def test_large_constant_output_hides_nothing(value: float) -> None:
+    """Neither that a network does not forget, nor its growth; nor does it make a fault."""
+    for pole in (0.8, 0.9999):
+        plain, tests = examine(scalar_cell(pole)), examine(constant_too(scalar_cell(pole), value))
+        for one, other in zip(plain, tests, strict=True):
+            assert other.growth == pytest.approx(one.growth, rel=ROUNDED)
+            assert other.differences == pytest.approx(one.differences, rel=ROUNDED, abs=1e-3)
+        assert all((test.problem is None) == (pole == 0.8) for test in tests)
+    bounded, cubic = (
+        examine(constant_too(scalar_cell(0.5, 0.3, 0.05, units), value))
+        for units in ("tanh", "cubic")
+    )
+    assert all(test.problem is None for test in bounded)
+    assert "outputs grow inf times as fast" in str(cubic[-1].problem)
+
+
+def two_outputs(poles: tuple[float, float], sizes: tuple[float, float]) -> Cell:
+    """Two states side by side, and an output of each."""
+    zero = np.zeros((2, 0), np.float32)
+    return Cell(
+        np.diag(poles).astype(np.float32), np.ones((2, 1), np.float32), zero,
+        np.zeros((0, 4), np.float32), np.diag(sizes).astype(np.float32),
+        np.zeros((2, 1), np.float32), np.zeros(2, np.float32),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("sizes", [(1e3, 1e-3), (1.0, 1.0), (1e-3, 1e3)])
+def test_worst_output_counts_however_small_it_is(sizes: tuple[float, float]) -> None:
+    """The second output does not forget; what the first does, which forgets, hides nothing."""
+    (position,) = SYSTEM.outputs
+    outputs = (position, replace(position, name="other"))
+
+    def examine_two(poles: tuple[float, float]) -> tuple[AmplitudeTest, ...]:
+        surrogate = surrogate_of(network_of(two_outputs(poles, sizes)), outputs)
+        return check_stability(surrogate, RECIPE, SYSTEM)
+
+    alone = examine(scalar_cell(0.9999))
+    for one, both in zip(alone, examine_two((0.5, 0.9999)), strict=True):
+        assert both.problem is not None
+        assert both.differences == pytest.approx(one.differences, rel=ROUNDED)
+        assert both.growth == pytest.approx(max(one.growth, 1.0), rel=MEAN_OF_RECORDS)
+    assert all(test.problem is None for test in examine_two((0.5, 0.8)))
+
+
+@pytest.mark.parametrize("constant", [0.0, 3.0])
+def test_network_that_answers_nothing_forgets_and_does_not_grow(constant: float) -> None:
+    """No quotient of zeros; that it is wrong, its error tells."""
+    for cell in (scalar_cell(0.0, 0.0), scalar_cell(0.5, 0.0)):
+        tests = examine(constant_too(cell, constant))
+        assert all(test.problem is None for test in tests)
+        assert all(test.growth == 0 and not test.differences.any() for test in tests)
+        json.dumps(stability_figures(tests), allow_nan=False)
+        assert stability_tests(tests, 0.1).startswith(b"\x89PNG")
+
+
+def test_two_lasting_responses_are_judged_by_the_worst_pair_in_range_the_median_beyond() -> None:
+    """x -> 0.5 x + 0.6 tanh(x) + u: left and right of zero; large inputs drive it across."""
+    tests = examine(scalar_cell(0.5, 0.03, 0.6))
+    assert "(the worst pair); expected at most 0.02" in str(tests[0].problem)
+    assert "(the median pair); expected at most 0.5" in str(tests[1].problem)
+    assert np.median(tests[1].differences) > 0.5
+    # at ten times the amplitude most pairs meet, and some do not
+    assert np.median(tests[3].differences) < 0.5 < np.max(tests[3].differences)
+    assert tests[3].problem is None
+
+
+def gated_cell(pole: float, effect: float, factor: float = 0.0) -> StateSpace:
+    """x -> (pole + effect tanh(u)) x + u, y = (1 + factor u) x."""
+    one, zero = np.ones((1, 1), np.float32), np.zeros((1, 1), np.float32)
+    cell = Cell(
+        pole * one, one, effect * one, np.array([[1.0, 0.0]], np.float32),
+        np.array([[1.0], [factor]], np.float32), np.zeros((2, 1), np.float32),
+        np.zeros(2, np.float32), "gated", np.concatenate([one, zero], 1),
+    )  # fmt: skip
+    roles = Roles((0,), (0,), (0,), (0,), (0,))
+    return StateSpace(cell, RECIPE.window.n_in, RECIPE.window.n_out, INPUTS, roles)
+
+
+def test_gated_units_that_open_too_far_beyond_the_range_are_refused() -> None:
+    """Half open they contract; wide open, as large inputs hold them, they grow without bound."""
+    fine, wild = (
+        check_stability(surrogate_of(gated_cell(0.5, effect)), RECIPE, SYSTEM)
+        for effect in (0.3, 1.2)
+    )
+    assert all(test.problem is None for test in fine)
+    assert "outputs grow" in str(wild[-1].problem)
+    assert stability_tests(wild, 0.1).startswith(b"\x89PNG")
+
+
+def test_factors_let_outputs_grow_faster_than_the_inputs() -> None:
+    """With a factor that follows the input, as its square."""
+    tests = check_stability(surrogate_of(gated_cell(0.5, 0.0, factor=1e3)), RECIPE, SYSTEM)
+    for test in tests:
+        assert test.growth == pytest.approx(test.amplitude, rel=0.3)
+
+
+def test_records_are_seen_through_the_features() -> None:
+    """A network that sees changes alone, divided by a scale, answers as one that forms them."""
+    cell = scalar_cell(0.8)
+    window = RECIPE.window
+    changes = FeatureMap(Differences(1, 1), (1,), scale=np.array([0.25]))
+    network = StateSpace(cell, window.n_in, window.n_out, changes)
+    both = FeatureMap(Differences(1, 1))
+    column = np.zeros((1, 1), np.float32)
+    wide = replace(
+        cell,
+        b=np.concatenate([column, 4 * cell.b], 1),
+        w=np.insert(cell.w, 2, 0, axis=1),
+        d=np.concatenate([cell.d, column], 1),
+    )
+    other = StateSpace(wide, window.n_in, window.n_out, both)
+    found, expected = (
+        check_stability(surrogate_of(one), RECIPE, SYSTEM) for one in (network, other)
+    )
+    for one, two in zip(found, expected, strict=True):
+        assert one.growth == pytest.approx(two.growth, rel=ROUNDED)
+        assert one.differences == pytest.approx(two.differences, rel=ROUNDED, abs=1e-6)
+
+
+def test_unstable_network_may_be_allowed() -> None:
+    recipe = recipe_of(allow_unstable=True)
+    tests = examine(scalar_cell(1.5), recipe)
+    assert all(test.problem is not None for test in tests)
+    require_stability(tests, recipe, "nowhere.png")
+
+
+def test_limits_are_those_of_the_recipe() -> None:
+    cell = scalar_cell(0.97)
+    recipe = recipe_of(amplitudes=(1.0, 3.0), contraction=0.9, contraction_beyond=0.95)
+    assert [test.amplitude for test in examine(cell, recipe)] == [1.0, 3.0]
+    assert all(test.problem is None for test in examine(cell, recipe))
+    strict = recipe_of(contraction=1e-4, contraction_beyond=1e-4)
+    assert all(test.problem is not None for test in examine(cell, strict))
+    narrow = recipe_of(growth=0.5)
+    for test in examine(cell, narrow):
+        grown = rf"outputs grow {test.growth:.3g} times as fast .* at most 0\.5 times"
+        assert re.search(grown, str(test.problem))
+        assert test.growth == pytest.approx(1.0, rel=2 * MEAN_OF_RECORDS)
+
+
+def test_figures_are_plain_numbers() -> None:
+    fine, wild = (stability_figures(examine(scalar_cell(pole))) for pole in (0.8, 1e3))
+    json.dumps([fine, wild], allow_nan=False)
+    assert [row["amplitude"] for row in fine] == list(AMPLITUDES)
+    assert all(row["passed"] and row["largest_difference"] >= row["median_difference"] >= 0
+               for row in fine)  # fmt: skip
+    assert all(not row["passed"] and row["growth"] is None for row in wild)
+
+
+def test_tests_repeat_themselves() -> None:
+    one, other = (examine(scalar_cell(0.9)) for _ in range(2))
+    for a, b in zip(one, other, strict=True):
+        assert np.array_equal(a.differences, b.differences)
+        assert a.growth == b.growth
+
+
+def test_networks_with_a_window_for_their_memory_are_not_tested() -> None:
+    layer = Layer(np.ones((8, 48), np.float32), np.zeros(8, np.float32), "identity")
+    surrogate = surrogate_of(FeedForward((layer,), 48, INPUTS))
+    assert check_stability(surrogate, tiny_recipe(), SYSTEM) == ()
+    require_stability((), tiny_recipe(), "nowhere.png")

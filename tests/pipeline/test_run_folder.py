@@ -1,0 +1,56 @@
+"""A trained surrogate belongs to the recipe that it was learnt from."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from slide_fmu.pipeline.run_folder import RunFolder, StageError
+from tests.fmu.samples import sum_surrogate
+from tests.recipes import tiny_recipe
+
+RECIPE = tiny_recipe()
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> RunFolder:
+    """One in which a surrogate was trained."""
+    found = RunFolder(tmp_path)
+    found.save_surrogate(sum_surrogate(), RECIPE, {}, {})
+    return found
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"system": {"reference": {"substeps": 24}}},
+        {"validation": {"trajectories": 3}},
+        {"stability": {"growth": 5.0}},
+    ],
+)
+def test_how_it_is_measured_changes_no_surrogate(
+    folder: RunFolder, changes: dict[str, Any]
+) -> None:
+    changed = tiny_recipe(**changes)
+    assert folder.load_surrogate(changed).surrogate.to_bytes() == sum_surrogate().to_bytes()
+
+
+def test_records_from_before_there_were_references_stay_valid(folder: RunFolder) -> None:
+    record = json.loads(folder.training.read_text(encoding="utf-8"))
+    del record["recipe"]["system"]["reference"]
+    folder.training.write_text(json.dumps(record), encoding="utf-8")
+    folder.load_surrogate(RECIPE)
+    folder.load_surrogate(tiny_recipe(system={"reference": {"substeps": 24}}))
+
+
+@pytest.mark.parametrize(
+    "changes", [{"system": {"parameters": {"substeps": 24}}}, {"training": {"steps": 41}}]
+)
+def test_another_system_or_training_needs_another_surrogate(
+    folder: RunFolder, changes: dict[str, Any]
+) -> None:
+    with pytest.raises(StageError, match="was trained from other values"):
+        folder.load_surrogate(tiny_recipe(**changes))

@@ -1,0 +1,236 @@
+"""A reference FMU is the system it names."""
+
+from __future__ import annotations
+
+import sys
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
+from fmpy.validation import validate_fmu
+
+from slide_fmu.core.files import OLDEST
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.python_fmu.reference import write_reference_fmu
+from slide_fmu.systems.base import State, System, simulate
+from slide_fmu.systems.loading import LoadError, load_system
+from tests.limits import largest_file
+
+SAME = 1e-12
+"""In m: the FMU calls the same code with the same numbers."""
+MODELS = ["LinearOscillator", "DuffingOscillator", "DuffingBaseMotion"]
+
+
+def dotted(name: str) -> str:
+    return f"mbs_models.oscillators:{name}"
+
+
+@pytest.fixture(autouse=True)
+def unchanged_path() -> Iterator[None]:
+    """PythonFMU leaves the folder of every instance on Python's search path."""
+    before = list(sys.path)
+    yield
+    sys.path[:] = before
+
+
+@contextmanager
+def instance(path: Path, start: dict[str, float], from_state: bool = False) -> Iterator[FMU2Slave]:
+    """An initialized instance of an FMU, with start values by name."""
+    description = fmpy.read_model_description(path)
+    references = {v.name: v.valueReference for v in description.modelVariables}
+    slave = FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=str(fmpy.extract(path)),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="test",
+    )
+    slave.instantiate(loggingOn=True)
+    slave.setupExperiment(startTime=0.0)
+    slave.setBoolean([references["start_from_state"]], [from_state])
+    slave.setReal([references[name] for name in start], list(start.values()))
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    yield slave
+    slave.terminate()
+    slave.freeInstance()
+
+
+def run(slave: FMU2Slave, inputs: FloatArray, step: float) -> FloatArray:
+    """Outputs, shape (N + 1, 1); the input has value reference 0, the output 1."""
+    outputs = [slave.getReal([1])]
+    for k, row in enumerate(inputs):
+        slave.setReal([0], list(row))
+        slave.doStep(k * step, step)
+        outputs.append(slave.getReal([1]))
+    return np.array(outputs)
+
+
+def parts_of(system: System, state: State) -> dict[str, float]:
+    parts = {
+        "initial_coordinates[0]": state.coordinates[0],
+        "initial_velocities[0]": state.velocities[0],
+    }
+    return parts | (
+        {"initial_last_input[0]": state.last_input[0]} if system.hold == "ramp" else {}
+    )
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_reference_fmu_equals_the_model(name: str, tmp_path: Path) -> None:
+    system = load_system(dotted(name), {"damping": 5.0})
+    path = write_reference_fmu(dotted(name), {"damping": 5.0}, tmp_path / "reference.fmu")
+    assert validate_fmu(str(path)) == []
+    rng = np.random.default_rng(2)
+    for _ in range(3):
+        signal = system.inputs[0]
+        inputs = rng.uniform(signal.low, signal.high, (40, 1))
+        start = system.random_state(rng)
+        expected = simulate(system, inputs, start).outputs
+        with instance(path, parts_of(system, start), from_state=True) as slave:
+            assert np.max(np.abs(run(slave, inputs, system.step) - expected)) < SAME
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_it_starts_at_rest_under_the_first_input(name: str, tmp_path: Path) -> None:
+    system = load_system(dotted(name), {})
+    path = write_reference_fmu(dotted(name), {}, tmp_path / "reference.fmu")
+    first = 0.5 * system.inputs[0].high
+    with instance(path, {system.inputs[0].name: first}) as slave:
+        found = run(slave, np.full((20, 1), first), system.step)
+    expected = system.rest_state(np.array([first])).coordinates
+    assert np.max(np.abs(found - expected)) < SAME
+
+
+def test_master_of_fmpy_runs_it(tmp_path: Path) -> None:
+    system = load_system(dotted("DuffingOscillator"), {})
+    path = write_reference_fmu(dotted("DuffingOscillator"), {}, tmp_path / "reference.fmu")
+    inputs = np.random.default_rng(0).uniform(-1000, 1000, (30, 1))
+    columns = np.zeros(30, dtype=[("time", float), ("force", float)])
+    columns["time"], columns["force"] = system.step * np.arange(30), inputs[:, 0]
+    result = fmpy.simulate_fmu(
+        str(path),
+        stop_time=30 * system.step,
+        output_interval=system.step,
+        input=columns,
+        output=["position"],
+        start_values={"start_from_state": True, "initial_coordinates[0]": 0.4},
+    )
+    start = State(np.array([0.4]), np.zeros(1), np.zeros(1))
+    expected = simulate(system, inputs, start).outputs[:, 0]
+    assert np.max(np.abs(result["position"] - expected)) < SAME
+
+
+def test_model_description_carries_units_ranges_and_step(tmp_path: Path) -> None:
+    path = write_reference_fmu(dotted("DuffingOscillator"), {}, tmp_path / "reference.fmu")
+    description = fmpy.read_model_description(path)
+    force, position = description.modelVariables[:2]
+    assert (force.name, force.causality, force.unit, force.min) == (
+        "force",
+        "input",
+        "N",
+        "-1000.0",
+    )
+    assert (position.name, position.causality, position.unit) == ("position", "output", "m")
+    assert float(description.defaultExperiment.stepSize) == 0.03
+    assert not description.coSimulation.canHandleVariableCommunicationStepSize
+    again = write_reference_fmu(dotted("DuffingOscillator"), {}, tmp_path / "again.fmu")
+    assert fmpy.read_model_description(again).guid == description.guid
+
+
+def test_inputs_start_where_their_signals_say(tmp_path: Path) -> None:
+    model = "mbs_models.slider_crank:SliderCrank"
+    path = write_reference_fmu(model, {}, tmp_path / "reference.fmu")
+    inputs = fmpy.read_model_description(path).modelVariables[:2]
+    assert [float(variable.start) for variable in inputs] == [1.0, 0.0]
+    assert validate_fmu(str(path)) == []
+
+
+@pytest.mark.parametrize("step", [0.02, 0.06, 0.0301])
+def test_other_communication_steps_are_refused(
+    step: float, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = write_reference_fmu(dotted("DuffingOscillator"), {}, tmp_path / "reference.fmu")
+    with instance(path, {}) as slave:
+        with pytest.raises(FMICallException):
+            slave.doStep(0.0, step)
+        slave.doStep(0.0, 0.03)
+    assert "expected the sample step 0.03 s" in capfd.readouterr().out
+
+
+def test_steps_in_nanoseconds_are_taken(tmp_path: Path) -> None:
+    path = write_reference_fmu(
+        dotted("DuffingOscillator"), {"step": 1 / 60}, tmp_path / "reference.fmu"
+    )
+    with instance(path, {"force": 10.0}) as slave:
+        slave.doStep(0.0, 1e-9 * round(1e9 / 60))
+
+
+def test_input_that_is_not_a_number_is_refused(tmp_path: Path) -> None:
+    path = write_reference_fmu(dotted("DuffingOscillator"), {}, tmp_path / "reference.fmu")
+    with instance(path, {}) as slave:
+        slave.setReal([0], [np.nan])
+        with pytest.raises(FMICallException):
+            slave.doStep(0.0, 0.03)
+
+
+def test_several_instances_of_several_fmus(tmp_path: Path) -> None:
+    """Needs the spare references that ``SystemSlave`` keeps for PythonFMU."""
+    paths = [write_reference_fmu(dotted(name), {}, tmp_path / f"{name}.fmu") for name in MODELS]
+    for _ in range(3):
+        with instance(paths[0], {}) as linear, instance(paths[1], {}) as duffing:
+            linear.setReal([0], [100.0])
+            for k in range(3):
+                linear.doStep(k / 64, 1 / 64)
+                duffing.doStep(k * 0.03, 0.03)
+            assert linear.getReal([1])[0] > 0.0
+            assert duffing.getReal([1])[0] == 0.0
+
+
+def test_mistakes_are_named_before_anything_is_written(tmp_path: Path) -> None:
+    with pytest.raises(LoadError, match="Missing"):
+        write_reference_fmu(dotted("Missing"), {}, tmp_path / "reference.fmu")
+    with pytest.raises(ValueError, match=r"ending in \.fmu"):
+        write_reference_fmu(dotted("LinearOscillator"), {}, tmp_path / "reference.zip")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_it_is_the_same_file_every_time(tmp_path: Path) -> None:
+    paths = [write_reference_fmu(dotted(MODELS[0]), {}, tmp_path / f"{k}.fmu") for k in range(2)]
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+    with zipfile.ZipFile(paths[0]) as archive:
+        assert {info.date_time for info in archive.infolist()} == {OLDEST}
+        assert b"generationDateAndTime" not in archive.read("modelDescription.xml")
+
+
+def test_an_fmu_that_cannot_be_written_stays_as_it_was(tmp_path: Path) -> None:
+    path = write_reference_fmu(dotted(MODELS[0]), {}, tmp_path / "reference.fmu")
+    before = path.read_bytes()
+    with largest_file(len(before) // 2), pytest.raises(OSError, match="File too large"):
+        write_reference_fmu(dotted(MODELS[1]), {}, path)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_folder_is_no_fmu(tmp_path: Path) -> None:
+    folder = tmp_path / "d.fmu"
+    folder.mkdir()
+    with pytest.raises(IsADirectoryError):
+        write_reference_fmu(dotted(MODELS[0]), {}, folder)
+    assert list(tmp_path.rglob("*")) == [folder]
+
+
+def test_reset_starts_anew(tmp_path: Path) -> None:
+    path = write_reference_fmu(dotted("DuffingOscillator"), {}, tmp_path / "reference.fmu")
+    with instance(path, {}) as slave:
+        first = run(slave, np.full((5, 1), 500.0), 0.03)
+        slave.reset()
+        slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+        slave.exitInitializationMode()
+        assert np.array_equal(run(slave, np.full((5, 1), 500.0), 0.03), first)

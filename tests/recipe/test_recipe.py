@@ -1,0 +1,252 @@
+"""Recipes: the ones of the project load, and every mistake gives one clear line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from slide_fmu.recipe.reading import load_recipe, parse_recipe
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.recipe.systems import recipe_system, reference_parameters, system_parameters
+from tests.recipes import ESTIMATOR, TINY, tiny_recipe
+
+TRAINING = Path(__file__).parents[2] / "training"
+
+
+@pytest.mark.parametrize("path", sorted(TRAINING.glob("*.toml")), ids=lambda path: path.stem)
+def test_recipe_of_the_project_loads(path: Path) -> None:
+    recipe = load_recipe(path)
+    assert recipe.name == path.stem
+    assert recipe_system(recipe).step == recipe.window.step
+    assert Recipe.model_validate_json(recipe.model_dump_json()) == recipe
+
+
+def test_there_are_recipes() -> None:
+    assert {"duffing", "linear"} <= {path.stem for path in TRAINING.glob("*.toml")}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        ("n_in = 48", "n_in = 48\nn_inn = 3", "window.n_inn is not a known key"),
+        ("[data]", "[date]\nx = 1\n[data]", "date is not a known key"),
+        ("n_in = 48\n", "", "window.n_in is missing"),
+        ("seed = 7\n", "", "data.seed is missing"),
+        ("n_in = 48", 'n_in = "many"', "window.n_in = 'many': Input should be a valid integer"),
+        ("n_in = 48", "n_in = 4.5", "window.n_in = 4.5: Input should be a valid integer"),
+        ("n_in = 48", "n_in = -48", "window.n_in = -48: Input should be greater than 0"),
+        ("step = 0.015625", "step = 0.0", "window.step = 0.0: Input should be greater than 0"),
+        ("step = 0.015625", "step = inf", "window.step = inf: Input should be a finite number"),
+        ("duration = 2.0", "duration = nan", "data.duration = nan: Input should be "),
+        ("n_out = 8", "n_out = 49", "window: n_out = 49; expected at most n_in = 48"),
+        ("train = 4", "train = 0", "data.train = 0: Input should be greater than 0"),
+        ("steps = 40", "steps = 40\nseed = 4294967296", "training.seed = 4294967296: Input"),
+        ('name = "tiny"', 'name = "ti ny"', "name = 'ti ny': String should match"),
+        (":LinearOscillator", "/LinearOscillator", "system.model = 'mbs_models.oscillators/Lin"),
+        ("hidden = []", "hidden = [8, 0]", "network.hidden.1 = 0: Input should be greater"),
+        (
+            '"feed_forward"',
+            '"transformer"',
+            "network.family = 'transformer'; expected one of 'feed_forward', 'state_space'",
+        ),
+        ("weight = 1.0", "weight = 0.0", "data.excitation.0.held_random.weight = 0.0: Input"),
+        ("weight = 1.0", "weight = inf", "data.excitation.0.held_random.weight = inf: Input"),
+        (
+            "weight = 1.0",
+            "weight = 1.0\namplitude = [0.5, 0.1]",
+            "data.excitation.0.held_random.amplitude = [0.5, 0.1]: expected two numbers, not neg",
+        ),
+        (
+            "weight = 1.0",
+            "weight = 1.0\nsamples = [3, 1]",
+            "data.excitation.0.held_random.samples = [3, 1]: expected two numbers, the smaller",
+        ),
+        (
+            'kind = "held_random"',
+            'kind = "noise"',
+            "data.excitation.0.kind = 'noise'; expected one of 'held_random', 'moving_average_ran",
+        ),
+        ('kind = "held_random"\n', "", "data.excitation.0.kind is missing"),
+        (
+            '[[data.excitation]]\nkind = "held_random"\nweight = 1.0',
+            "excitation = []",
+            "data.excitation = []: ",
+        ),
+    ],
+)
+def test_each_mistake_gives_one_line_with_key_and_value(old: str, new: str, line: str) -> None:
+    text = TINY.replace(old, new, 1)
+    assert text != TINY
+    with pytest.raises(RecipeError) as caught:
+        parse_recipe(text, "mine.toml")
+    message = str(caught.value)
+    assert message.count("\n") == 0
+    assert message.startswith(f"mine.toml: {line}")
+    assert len(message) < 250
+
+
+def test_reference_may_have_parameters_of_its_own() -> None:
+    text = TINY.replace("substeps = 6 }", "substeps = 6 }\nreference = { substeps = 48 }")
+    recipe = parse_recipe(text, "mine.toml")
+    assert recipe.system.reference == {"substeps": 48}
+    assert reference_parameters(recipe) == {"damping": 40.0, "substeps": 48, "step": 0.015625}
+    assert system_parameters(recipe) == {"damping": 40.0, "substeps": 6, "step": 0.015625}
+    assert Recipe.model_validate_json(recipe.model_dump_json()) == recipe
+    assert parse_recipe(TINY, "mine.toml").system.reference == {}
+    with pytest.raises(RecipeError, match=r"system\.reference = 48: Input should be a valid dict"):
+        parse_recipe(text.replace("{ substeps = 48 }", "48"), "mine.toml")
+
+
+MOTIONS = """
+[[data.excitation]]
+kind = "speed_ramps"
+weight = 1.0
+speed = 8.0
+acceleration = 20.0
+
+[[data.excitation]]
+kind = "point_to_point"
+weight = 2.0
+duration = [0.6, 2.0]
+ramp = [0.15, 0.5]
+speed = [1.4, 1.3]
+acceleration = [8.0, 10.0]
+dwell = 0.4
+"""
+
+
+def test_motions_are_kinds_of_excitation() -> None:
+    recipe = parse_recipe(TINY + MOTIONS, "mine.toml")
+    assert [kind.kind for kind in recipe.data.excitation[1:]] == ["speed_ramps", "point_to_point"]
+    assert Recipe.model_validate_json(recipe.model_dump_json()) == recipe
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        (
+            "ramp = [0.15, 0.5]",
+            "ramp = [0.15, 0.6]",
+            "data.excitation.2.point_to_point.ramp = [0.15, 0.6]: expected at most 0.5",
+        ),
+        (
+            "dwell = 0.4",
+            "keep = 0.7\nsingle = 0.4",
+            "data.excitation.2.point_to_point: keep = 0.7, single = 0.4; expected shares of",
+        ),
+        (
+            "acceleration = 20.0\n",
+            "",
+            "data.excitation.1.speed_ramps.acceleration is missing",
+        ),
+    ],
+)
+def test_mistakes_in_motions_give_one_line(old: str, new: str, line: str) -> None:
+    with pytest.raises(RecipeError) as caught:
+        parse_recipe(TINY + MOTIONS.replace(old, new, 1), "mine.toml")
+    assert str(caught.value).startswith(f"mine.toml: {line}")
+    assert "\n" not in str(caught.value)
+
+
+def test_several_mistakes_give_several_lines() -> None:
+    text = TINY.replace("n_in = 48\n", "").replace("steps = 40", "steps = 0\nstop = 1")
+    with pytest.raises(RecipeError) as caught:
+        parse_recipe(text, "mine.toml")
+    lines = str(caught.value).splitlines()
+    assert sorted(line.split(" ")[1] for line in lines) == [
+        "training.steps",
+        "training.stop",
+        "window.n_in",
+    ]
+
+
+@pytest.mark.parametrize("counts", [{}, {"estimator": 3}, {"estimator_validation": 3}])
+def test_estimator_needs_trajectories_of_its_own(counts: dict[str, int]) -> None:
+    text = TINY.replace(
+        "train = 4", "\n".join(f"{k} = {v}" for k, v in counts.items()) + "\ntrain = 4"
+    )
+    text += """
+[estimator.network]
+family = "feed_forward"
+hidden = [8]
+[estimator.training]
+steps = 1
+batch = 1
+learning_rate = 1.0
+"""
+    with pytest.raises(RecipeError) as caught:
+        parse_recipe(text, "mine.toml")
+    numbers = (counts.get("estimator", 0), counts.get("estimator_validation", 0))
+    assert str(caught.value) == (
+        f"mine.toml: recipe: data.estimator = {numbers[0]}, data.estimator_validation = "
+        f"{numbers[1]}; the error estimator needs trajectories of its own, at least one each"
+    )
+
+
+@pytest.mark.parametrize("factors", [(3.0, 1.0), (0.0, 1.0), (1.0, float("inf"))])
+def test_amplitude_factors_are_ordered_positive_and_finite(factors: Any) -> None:
+    data = {"estimator": 2, "estimator_validation": 1}
+    estimator = {**ESTIMATOR, "amplitude_factor": factors}
+    with pytest.raises(ValueError, match="amplitude_factor"):
+        tiny_recipe(data=data, estimator=estimator)
+    tiny_recipe(data=data, estimator={**ESTIMATOR, "amplitude_factor": (1.0, 1.0)})
+
+
+def test_broken_toml_names_line_and_source() -> None:
+    with pytest.raises(RecipeError, match=r"^mine.toml: not valid TOML: .*line 2"):
+        parse_recipe("name = 'x'\nstep = =", "mine.toml")
+
+
+def test_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    for path in (tmp_path / "none.toml", tmp_path):
+        with pytest.raises(RecipeError, match=r"recipe '.*' cannot be read") as caught:
+            load_recipe(path)
+        assert str(path) in str(caught.value)
+    latin = tmp_path / "latin.toml"
+    latin.write_bytes("# ü".encode("latin-1"))
+    with pytest.raises(RecipeError, match=r"latin.toml' cannot be read"):
+        load_recipe(latin)
+
+
+def test_values_keep_their_types() -> None:
+    parameters = tiny_recipe(system={"parameters": {"a": True, "b": 2, "c": 2.0, "d": "2"}})
+    again = Recipe.model_validate_json(parameters.model_dump_json())
+    for recipe in (parameters, again):
+        found = recipe.system.parameters
+        kinds = {key: type(found[key]) for key in "abcd"}
+        assert kinds == {"a": bool, "b": int, "c": float, "d": str}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"lags": (0, 2, 2)},
+            r"lags = \[0, 2, 2\]; expected ages of samples, 0 the newest, each ",
+        ),
+        ({"lags": (0, 41)}, r"estimator\.lags end with 41; expected at most n_in - n_out = 40"),
+        ({"lags": ()}, "at least 1 item"),
+        ({"lags": (-1, 2)}, "greater than or equal to 0"),
+        ({"span": 0}, "greater than 0"),
+        ({"span": 89}, r"data\.duration = 2 s; expected at least 2.015"),
+        ({"pretrained_beyond": False}, "with in_range = 0.5 and no pretraining; expected a pretr"),
+        ({"span": 9, "network": {"time_invariant": False}}, "network sees the whole window"),
+    ],
+)
+def test_span_and_lags_fit(changes: dict[str, Any], message: str) -> None:
+    data = {"estimator": 2, "estimator_validation": 1}
+    network = {**ESTIMATOR["network"], "time_invariant": True, **changes.pop("network", {})}
+    with pytest.raises(ValidationError, match=message):
+        tiny_recipe(data=data, estimator={**ESTIMATOR, "network": network, **changes})
+    tiny_recipe(
+        data=data,
+        estimator={
+            **ESTIMATOR,
+            "network": {**network, "time_invariant": True},
+            "lags": (0, 1, 40),
+            "span": 88,
+        },
+    )

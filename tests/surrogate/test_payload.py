@@ -1,0 +1,297 @@
+"""The byte contract: round trips, and damaged files that end in PayloadError or nothing else."""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+import zlib
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from slide_fmu.features.chain_motion import ChainMotion
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.network.base import Network
+from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.state_space import StateSpace
+from slide_fmu.surrogate.payload import PayloadError, decode, encode
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.samples import CellShape, Shape, random_surrogate
+from tests.strategies import all_shapes
+
+SMALL = random_surrogate(
+    Shape(n_in=3, n_out=2, n_inputs=2, hidden=(2,), activation="gelu", skip=True, positions=2)
+).to_bytes()
+"""About a thousand bytes with every kind of section, so that each of them can be damaged."""
+
+CELLS = random_surrogate(
+    Shape(n_in=3, n_out=2, positions=2, differences=1, cell=CellShape(2, 3))
+).to_bytes()
+"""The same with a state-space surrogate."""
+
+GATED = random_surrogate(
+    Shape(
+        n_in=3,
+        n_out=2,
+        n_inputs=2,
+        features="chain",
+        cell=CellShape(2, 2, "gated", turned=1, factors=1),
+    )
+).to_bytes()
+"""Gated units, with roles and the longest of the sets of features."""
+
+HALVES = random_surrogate(
+    Shape(n_in=3, n_out=1, hidden=(3,), activation="elu", skip=True, positions=2, half=True)
+).to_bytes()
+"""Weights of float16, an odd number of them in each matrix."""
+
+both_files = pytest.mark.parametrize(
+    "data", [SMALL, CELLS, GATED, HALVES], ids=["feed_forward", "cells", "gated", "halves"]
+)
+
+
+def with_checksum(body: bytes) -> bytes:
+    return body + struct.pack("<I", zlib.crc32(body))
+
+
+def refused_or_read(data: bytes) -> bool:
+    """Whether a file is refused; any exception but PayloadError fails the test."""
+    try:
+        Surrogate.from_bytes(data)
+    except PayloadError:
+        return True
+    return False
+
+
+def features_of(features: FeatureMap) -> list[object]:
+    """All that makes features."""
+    normalised = [features.chosen, features.offset, features.scale]
+    if not isinstance(features.features, ChainMotion):
+        return [*normalised, *vars(features.features).values(), features.features.blocks]
+    own = dict(vars(features.features))
+    return [*normalised, *vars(own.pop("chain")).values(), *own.values()]
+
+
+def arrays_of(network: Network) -> list[object]:
+    """All that makes a network, sizes and names among arrays."""
+    sizes: list[object] = [network.n_samples, network.n_channels, network.n_values]
+    assert isinstance(network, StateSpace | FeedForward)
+    sizes += features_of(network.features)
+    sizes += [network.half] if isinstance(network, FeedForward) else []
+    if isinstance(network, StateSpace):
+        rest = [network.n_out, network.turned, *vars(network.roles).values()]
+        return [*sizes, *rest, *vars(network.cell).values()]
+    layers = [value for layer in network.layers for value in vars(layer).values()]
+    return [*sizes, network.skip is None, *layers, 0 if network.skip is None else network.skip]
+
+
+def same_network(one: Network, other: Network) -> bool:
+    pairs = zip(arrays_of(one), arrays_of(other), strict=True)
+    return type(one) is type(other) and all(np.array_equal(a, b) for a, b in pairs)  # type: ignore[arg-type]
+
+
+@given(all_shapes())
+def test_round_trip(shape: Shape) -> None:
+    surrogate = random_surrogate(shape)
+    data = surrogate.to_bytes()
+    assert encode(decode(data)) == data
+    again = Surrogate.from_bytes(data)
+    assert again.to_bytes() == data
+    for name in ("name", "window", "inputs", "outputs", "hold"):
+        assert getattr(again, name) == getattr(surrogate, name)
+    assert same_network(again.network, surrogate.network)
+    assert (again.estimator is None) == (surrogate.estimator is None)
+    if again.estimator is not None and surrogate.estimator is not None:
+        assert again.estimator.log_error == surrogate.estimator.log_error
+        assert again.estimator.positions == surrogate.estimator.positions
+        assert same_network(again.estimator.network, surrogate.estimator.network)
+
+
+@both_files
+def test_every_truncation_is_refused(data: bytes) -> None:
+    for length in range(len(data)):
+        assert refused_or_read(data[:length]), length
+    for length in range(len(data) - 4):
+        assert refused_or_read(with_checksum(data[:length])), length
+
+
+def single_byte_damages(data: bytes) -> Iterator[bytearray]:
+    for place in range(len(data) - 4):
+        for flip in (1, 2, 4, 8, 16, 32, 64, 128, 255):
+            damaged = bytearray(data[:-4])
+            damaged[place] ^= flip
+            yield damaged
+
+
+def test_every_flipped_byte_is_refused() -> None:
+    for damaged in single_byte_damages(SMALL):
+        assert refused_or_read(bytes(damaged) + SMALL[-4:])
+    for place in range(len(SMALL) - 4, len(SMALL)):
+        damaged = bytearray(SMALL)
+        damaged[place] ^= 1
+        assert refused_or_read(bytes(damaged))
+
+
+@both_files
+def test_flipped_bytes_with_a_right_checksum_are_refused_or_read(data: bytes) -> None:
+    """Weights may change unseen, sizes and tags may not."""
+    damages = single_byte_damages(data)
+    refused = [refused_or_read(with_checksum(bytes(body))) for body in damages]
+    assert any(refused)
+    assert not all(refused)
+
+
+@both_files
+@pytest.mark.parametrize("value", [0, 1, 2**30 + 1, 2**31 - 1, 2**31, 2**32 - 1])
+def test_no_size_is_believed(data: bytes, value: int) -> None:
+    """Every aligned number in turn, also products that overflow 32 and 64 bits."""
+    for place in range(12, len(data) - 4, 4):
+        body = data[:place] + struct.pack("<I", value) + data[place + 4 : -4]
+        refused_or_read(with_checksum(body))
+
+
+def refused_because(data: bytes, changes: list[tuple[int, int | float, str]], start: int) -> None:
+    """Each word from a place on, changed on its own, is refused with its message."""
+    for word, value, message in changes:
+        place = start + 4 * word
+        number = struct.pack("<I" if isinstance(value, int) else "<d", value)
+        body = data[:place] + number + data[place + len(number) : -4]
+        with pytest.raises(PayloadError, match=message):
+            decode(with_checksum(body))
+
+
+def test_features_are_checked() -> None:
+    """Words: kind; set, order; count, signals 0 to 3; f64 offset[4]; f64 scale[4]."""
+    wrong: list[tuple[int, int | float, str]] = [
+        (0, 4, "network of kind 4"),
+        (1, 0, "features of set 0; expected 1, 2 or 3"),
+        (1, 2, "director of 1 inputs; expected 2"),
+        (2, 3, "differences = 3"),
+        (3, 0, "chosen features .*; expected at least one"),
+        (4, 2, "chosen features .* from 0 to 1"),
+        (3, 2**32 - 1, "bytes expected"),
+        (8, math.nan, "finite numbers"),
+        (16, math.inf, "finite numbers"),
+        (22, 0.0, "expected positive numbers"),
+        (22, -1.0, "expected positive numbers"),
+    ]
+    refused_because(CELLS, wrong, CELLS.index(b"PRED") + 8)
+
+
+def test_sizes_of_a_cell_are_named() -> None:
+    """Words after the features: n_samples, n_out, n, H, p, units, turned, roles."""
+    start = CELLS.index(b"PRED") + 8 + 4 * 24
+    wrong: list[tuple[int, int | float, str]] = [
+        (0, 4, "n_samples, n_out, n_values"),
+        (1, 1, "n_samples, n_out, n_values"),
+        (1, 0, "expected 1 <= n_out"),
+        (2, 0, "0 states"),
+        (4, 0, "0 values"),
+        (5, 2, "units 2 of a cell"),
+        (5, 7, "units 7 of a cell"),
+        (6, 1, "1 turned pairs"),
+        (8, 4, "role of feature 4; there are 4"),
+        (2, 2**32 - 1, "bytes expected"),
+        (3, 2**32 - 1, "bytes expected"),
+        (7, 2**32 - 1, "bytes expected"),
+    ]
+    refused_because(CELLS, wrong, start)
+
+
+def test_chains_are_checked() -> None:
+    """f64 step, then finite numbers; 8 joints would not fit."""
+    start = GATED.index(b"PRED") + 8 + 8
+    step = "expected a positive, finite step"
+    wrong: list[tuple[int, int | float, str]] = [
+        *((0, value, step) for value in (0.0, -1.0, math.nan, math.inf)),
+        (2, math.nan, "middle or half range"),
+        (8, math.inf, "middle or half range"),
+        (10, math.nan, "serial chain: a "),
+        (40, math.inf, "serial chain: inertias"),
+    ]
+    refused_because(GATED, wrong, start)
+
+
+def test_starts_are_checked() -> None:
+    """Of every input three numbers of 8 bytes: offset, scale, start."""
+    outside = "input 1 starts at .*, but its scaling covers"
+    begin = SMALL.index(b"SCIN") + 8
+    offset, scale, _ = struct.unpack_from("<ddd", SMALL, begin + 24)
+    ends = [offset - scale, offset + scale]
+    wrong: list[tuple[int, int | float, str]] = [
+        (0, value, outside)
+        for value in (math.nan, math.inf, -math.inf, ends[0] - 1e-6, ends[1] + 1e-6)
+    ]
+    refused_because(SMALL, wrong, begin + 24 + 16)
+    for end in (*ends, np.nextafter(ends[1], math.inf)):  # rounding is none of it
+        body = SMALL[: begin + 40] + struct.pack("<d", end) + SMALL[begin + 48 : -4]
+        assert decode(with_checksum(body)).starts[1] == end
+
+
+def test_starts_of_file_and_metadata_are_the_same() -> None:
+    place = SMALL.index(b"SCIN") + 8 + 16
+    (start,) = struct.unpack_from("<d", SMALL, place)
+    body = SMALL[:place] + struct.pack("<d", start + 1e-6) + SMALL[place + 8 : -4]
+    decode(with_checksum(body))
+    with pytest.raises(PayloadError, match="by its metadata, inputs start at"):
+        Surrogate.from_bytes(with_checksum(body))
+
+
+def test_hold_is_checked() -> None:
+    place = SMALL.index(b"WIND") + 8 + 24
+    body = SMALL[:place] + struct.pack("<I", 2) + SMALL[place + 4 : -4]
+    with pytest.raises(PayloadError, match="hold 2; expected less than 2"):
+        decode(with_checksum(body))
+
+
+def test_huge_layer_is_refused_before_it_is_allocated() -> None:
+    place = SMALL.index(b"PRED") + 8 + 12 + 4 * (1 + 2) + 16 * 2 + 4
+    sizes = struct.pack("<II", 2**32 - 1, 2**32 - 1)
+    with pytest.raises(PayloadError, match="bytes expected"):
+        decode(with_checksum(SMALL[:place] + sizes + SMALL[place + 8 : -4]))
+
+
+def test_messages_name_what_is_wrong() -> None:
+    with pytest.raises(PayloadError, match="expected it to begin with 'SLIDEFMU'"):
+        decode(b"PK\x03\x04" + bytes(100))
+    with pytest.raises(PayloadError, match="version 2; expected version 4"):
+        decode(with_checksum(SMALL[:8] + struct.pack("<I", 2) + SMALL[12:-4]))
+    with pytest.raises(PayloadError, match="checksum does not match"):
+        decode(SMALL[:-4] + bytes(4))
+    with pytest.raises(PayloadError, match="unexpected bytes"):
+        decode(with_checksum(SMALL[:-4] + bytes(4)))
+    with pytest.raises(PayloadError, match=r"near byte \d+: section b'XXXX'; expected b'SCIN'"):
+        decode(with_checksum(SMALL[:-4].replace(b"SCIN", b"XXXX")))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"name": 5},
+        {"name": "2nd"},
+        {"inputs": []},
+        {"inputs": 3},
+        {"outputs": [{"name": "y0", "unit": "m", "low": 1, "high": 0}]},
+        {"outputs": [{"name": "y0", "unit": "m", "low": 0, "high": 1, "start": "now"}]},
+        {"outputs": [{"name": "y0", "unit": "m", "low": 0, "high": 10**400}]},
+    ],
+    ids=["name", "identifier", "no_inputs", "inputs", "range", "start", "overflow"],
+)
+def test_damaged_metadata_is_refused(change: dict[str, object]) -> None:
+    place = SMALL.index(b"META")
+    metadata = json.loads(SMALL[place + 8 : -4])
+    content = json.dumps({**metadata, **change}).encode()
+    content += b" " * (-len(content) % 4)
+    body = SMALL[:place] + b"META" + struct.pack("<I", len(content)) + content
+    assert refused_or_read(with_checksum(body))
+
+
+@pytest.mark.parametrize("text", ["[]", "3", "{", "null", '"x"', "{}"])
+def test_metadata_of_another_kind_is_refused(text: str) -> None:
+    place = SMALL.index(b"META")
+    content = text.ljust(8).encode()
+    body = SMALL[:place] + b"META" + struct.pack("<I", len(content)) + content
+    assert refused_or_read(with_checksum(body))

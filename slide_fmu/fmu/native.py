@@ -30,7 +30,7 @@ MESSAGE = 400
 
 
 class Part(enum.IntEnum):
-    """A part of a communication step that can be repeated and timed; see ``runtime/native/native.h``."""
+    """A part of a communication step, repeated and timed; see ``runtime/native/native.h``."""
 
     NETWORK = 0
     FEATURES = 1

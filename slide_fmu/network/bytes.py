@@ -1,7 +1,7 @@
 """The byte contract of a network and its features inside a surrogate file (``payload.py``).
 
-The second reader is the C runtime, ``slide_fmu/fmu/runtime/bytes/network_view.c`` with the files it
-includes; both reject the same bytes. All numbers are little-endian.
+The second reader is the C runtime, ``slide_fmu/fmu/runtime/bytes/network_view.c`` with the files
+it includes; both reject the same bytes. All numbers are little-endian.
 
     network  := u32 kind (1)  features  u32 n_samples  u32 n_layers  ages  layer*
                 u32 has_skip  [f32 skip[n_values][n_first]]

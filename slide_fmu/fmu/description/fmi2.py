@@ -1,7 +1,8 @@
 """The modelDescription.xml (FMI 2.0.4) of a surrogate's FMU.
 
-Value references, which ``runtime/calls/variables.h`` counts in the same way: inputs, outputs, error
-estimates, ``window_filled``, ``error_estimate_filled``, truncation errors, ``inputs_in_range``;
+Value references, which ``runtime/calls/variables.h`` counts in the same way: inputs, outputs,
+error estimates, ``window_filled``, ``error_estimate_filled``, truncation errors,
+``inputs_in_range``;
 then the parameters ``prehistory_known`` and ``initial_<input>``. Estimates and their filled part
 only with an estimator, truncation errors only of a state-space network.
 

@@ -21,7 +21,7 @@ from slide_fmu.fmu.export import read_fmu, read_member
 from slide_fmu.network.cell import Cell
 from slide_fmu.network.state_space import StateSpace
 from slide_fmu.pipeline.job import Job, open_job, provenance, versions
-from slide_fmu.pipeline.trained import STABILITY_PICTURE
+from slide_fmu.pipeline.stability import STABILITY_PICTURE
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.acceptance.conftest import SMALL_DUFFING, SMALL_LINEAR, Finished, invoke
@@ -155,7 +155,7 @@ def test_training_refuses_data_of_a_model_that_has_changed(tmp_path: Path) -> No
     recipe.write_text(text, encoding="utf-8")
 
     def slide_fmu(verb: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "slide_fmu.cli", verb, str(recipe), "--runs", str(runs)]
+        command = [sys.executable, "-m", "slide_fmu", verb, str(recipe), "--runs", str(runs)]
         return subprocess.run(command, capture_output=True, text=True, timeout=120)
 
     model.write_text(SOFTENED.format(1600.0), encoding="utf-8")

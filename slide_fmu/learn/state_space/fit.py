@@ -19,8 +19,8 @@ from slide_fmu.learn.state_space.multi_start import (
 from slide_fmu.learn.state_space.normal_equations import sum_of_squares
 from slide_fmu.learn.state_space.segments import Segments, cut_segments
 from slide_fmu.learn.training import History, TrainingError, TrainingProgress
-from slide_fmu.network.cell import Cell
 from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.cell import Cell
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 SEARCH_STARTS = 3

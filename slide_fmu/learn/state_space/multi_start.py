@@ -39,7 +39,7 @@ from slide_fmu.learn.state_space.pole_penalty import PolePenalty, pole_radii
 from slide_fmu.learn.state_space.preconditioned_descent import Descent
 from slide_fmu.learn.state_space.segments import Segments
 from slide_fmu.learn.training import TrainingProgress
-from slide_fmu.network.roles import Roles
+from slide_fmu.network.state_space.roles import Roles
 from slide_fmu.recipe.against_system import require_turned_pairs
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 

@@ -21,7 +21,7 @@ from slide_fmu.cli.options import (
     TrainingSeedOption,
     TrajectoriesOption,
 )
-from slide_fmu.cli.tables import show_remark, show_rounding, show_validation
+from slide_fmu.cli.tables import show_remark, show_validation
 from slide_fmu.cosim.synthetic import SYNTHETIC, Effort
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -42,10 +42,6 @@ def export(
     fmi: Annotated[
         int, typer.Option("--fmi", min=2, max=3, help="Version of the standard: 2 or 3.")
     ] = 2,
-    weights: Annotated[
-        str | None,
-        typer.Option(help="float32 or float16 for feed-forward layers; as they are if not given."),
-    ] = None,
     sources: Annotated[
         bool, typer.Option("--source", help="With C sources, for targets of your own compiler.")
     ] = False,
@@ -70,15 +66,12 @@ def export(
     from slide_fmu.pipeline.form import Form
 
     with progress_bars() as bar:
-        form = Form(checked_version(fmi), sources, weights)
+        form = Form(checked_version(fmi), sources)
         python = backend == Backend.python
         request = Request(source, output, form, python, description, seed, data_seed, runs)
-        written = write(request, bar)
-        write_json(json_path, {"fmu": str(written.path), "rounding": written.rounding})
-    if written.rounding is not None:
-        show_rounding(written.rounding)
-    show_remark(written.remark)
-    console.print(f"FMU     {written.path}")
+        path = write(request, bar)
+        write_json(json_path, {"fmu": str(path)})
+    console.print(f"FMU     {path}")
 
 
 @app.command()

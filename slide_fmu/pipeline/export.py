@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from slide_fmu.core.progress import Bar
-from slide_fmu.pipeline.form import Form, Written, export_again
+from slide_fmu.pipeline.form import Form, export_again
 from slide_fmu.python_fmu.torch_files import is_module
 
 RUNS = Path("runs")
@@ -39,7 +39,7 @@ class Request:
     runs: Path | None = None
 
 
-def export(request: Request, bar: Bar) -> Written:
+def export(request: Request, bar: Bar) -> Path:
     """Write the FMU of a recipe, of an FMU, or of a torch module.
 
     Each kind imports what it needs: an FMU is written again without the packages of the training.
@@ -47,6 +47,9 @@ def export(request: Request, bar: Bar) -> Written:
     Args:
         request: what is to become an FMU.
         bar: opens progress bars.
+
+    Returns:
+        The FMU that was written.
 
     Raises:
         FmuError: the source is no FMU of slide-fmu.
@@ -66,15 +69,15 @@ def export(request: Request, bar: Bar) -> Written:
     return export_again(request.source, request.path, request.form)
 
 
-def _export_module(request: Request) -> Written:
+def _export_module(request: Request) -> Path:
     from slide_fmu.pipeline.modules import export_torch, require_module_export
 
     require_module_export(request.source, request.python, request.form)
     _refuse_options_of_recipes(request)
-    return Written(export_torch(request.source, request.description, request.path))
+    return export_torch(request.source, request.description, request.path)
 
 
-def _export_recipe(request: Request, bar: Bar) -> Written:
+def _export_recipe(request: Request, bar: Bar) -> Path:
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.trained import export_recipe
 

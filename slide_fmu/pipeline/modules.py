@@ -33,7 +33,7 @@ def require_module_export(source: Path, python: bool, form: Form) -> None:
     if form != Form():
         raise ModuleError(
             f"{source}: the python backend writes the module as it is, as FMI 2.0; leave out "
-            "--fmi 3, --source and --weights, which are for native FMUs"
+            "--fmi 3 and --source, which are for native FMUs"
         )
 
 

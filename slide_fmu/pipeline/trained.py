@@ -6,7 +6,7 @@ from pathlib import Path
 
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.memory.stability import AmplitudeTest, check_stability, require_stability
-from slide_fmu.pipeline.form import Form, Written, export_again, write_form
+from slide_fmu.pipeline.form import Form, export_again, write_form
 from slide_fmu.pipeline.job import Job, provenance
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -30,7 +30,7 @@ def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ..
     return tests
 
 
-def export_recipe(job: Job, path: Path | None, form: Form) -> Written:
+def export_recipe(job: Job, path: Path | None, form: Form) -> Path:
     """Write the FMU of a trained recipe.
 
     An FMU of the same surrogate that ``run`` has finished keeps its report and measured error.

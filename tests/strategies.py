@@ -64,7 +64,6 @@ def surrogate_shapes(draw: st.DrawFn) -> Shape:
         block=draw(st.booleans()),
         skip=draw(st.booleans()),
         **draw(estimators()),
-        half=draw(st.booleans()),
         seed=draw(st.integers(0, 1000)),
         **draw(seen_features()),
     )

@@ -10,7 +10,6 @@ it includes; both reject the same bytes. All numbers are little-endian.
                 f32 A[n_states][n_states]  f32 B[n_states][n_drive]  f32 E[n_states][n_units]
                 f32 W[n_units][n_arguments]  f32 V[n_units][n_products]
                 f32 C[n_rows][n_states]  f32 D[n_rows][n_static]  f32 d0[n_rows]
-              | u32 kind (3)  as kind 1, weights and skip of f16
     layer    := u32 n_in  u32 n_out  u32 activation  f32 weights[n_out][n_in]  f32 bias[n_out]
     ages     := u32 count  u32 age[count]
     role     := u32 count  u32 feature[count]     drive, static, gated, schedule, readout, turn
@@ -27,8 +26,7 @@ The signals of the sets and their order: ``slide_fmu/features/base.py``.
 Kind 1, feed-forward: the first layer takes the features of some of the newest n_samples inputs,
 all of a sample together: those of the ages, 0 the newest, which fall from n_samples - 1; of all
 n_samples, oldest first, where the count of the ages is 0.
-Kind 3, the same with weights of IEEE 754 binary16: an odd number of them is followed by two bytes
-of padding.
+Kind 3 was kind 1 with weights of float16; it is no longer written, and refused.
 Kind 2, state space (state_space.py): n_states, n_values >= 1; units 3 tanh, 5 cubic, 6 gated.
 n_arguments = n_states + n_drive + 1, of gated units n_schedule + 1; n_products = n_states +
 n_gated of gated units, else V is absent and n_gated = n_schedule = 0; n_rows = n_values (1 +
@@ -58,7 +56,7 @@ from slide_fmu.network.state_space import StateSpace
 from slide_fmu.network.state_space.cell import CELL_ACTIVATIONS, GATED, Cell
 from slide_fmu.network.state_space.roles import Roles
 
-KIND_FEED_FORWARD, KIND_STATE_SPACE, KIND_FEED_FORWARD_HALF = 1, 2, 3
+KIND_FEED_FORWARD, KIND_STATE_SPACE, KIND_FLOAT16 = 1, 2, 3
 SET_DIFFERENCES, SET_DIRECTOR, SET_CHAIN_MOTION = 1, 2, 3
 UNITS = (*ACTIVATIONS, GATED)
 """Units of cells; their order is their number."""
@@ -116,26 +114,19 @@ def _encode_set(features: Features) -> bytes:
 
 
 def _encode_feed_forward(network: FeedForward) -> bytes:
-    kind = KIND_FEED_FORWARD_HALF if network.half else KIND_FEED_FORWARD
-    parts = [struct.pack("<I", kind), _encode_features(network.features)]
+    parts = [struct.pack("<I", KIND_FEED_FORWARD), _encode_features(network.features)]
     parts.append(struct.pack("<II", network.n_samples, len(network.layers)))
     parts.append(_encode_indices(network.ages))
     names = list(ACTIVATIONS)
     for layer in network.layers:
         n_out, n_in = layer.weights.shape
         parts.append(struct.pack("<III", n_in, n_out, names.index(layer.activation)))
-        parts.append(_encode_weights(layer.weights, network.half))
+        parts.append(layer.weights.astype("<f4").tobytes())
         parts.append(layer.bias.astype("<f4").tobytes())
     parts.append(struct.pack("<I", network.skip is not None))
     if network.skip is not None:
-        parts.append(_encode_weights(network.skip, network.half))
+        parts.append(network.skip.astype("<f4").tobytes())
     return b"".join(parts)
-
-
-def _encode_weights(weights: Float32Array, half: bool) -> bytes:
-    if not half:
-        return weights.astype("<f4").tobytes()
-    return weights.astype("<f2").tobytes() + bytes(2 * (weights.size % 2))
 
 
 class Reader:
@@ -161,11 +152,6 @@ class Reader:
         flat = np.frombuffer(self.take(4 * int(np.prod(shape, dtype=object))), dtype="<f4")
         return flat.astype(np.float32).reshape(shape)
 
-    def f16(self, *shape: int) -> Float32Array:
-        count = int(np.prod(shape, dtype=object))
-        flat = np.frombuffer(self.take(2 * (count + count % 2)), dtype="<f2")[:count]
-        return flat.astype(np.float32).reshape(shape)
-
     def section(self, tag: bytes) -> Reader:
         found = self.take(4)
         if found != tag:
@@ -184,14 +170,17 @@ def decode_network(section: Reader, n_inputs: int) -> Network:
         ValueError: the bytes are no network on so many inputs.
     """
     kind = section.u32()
-    if kind in (KIND_FEED_FORWARD, KIND_FEED_FORWARD_HALF):
-        return _decode_feed_forward(section, n_inputs, kind == KIND_FEED_FORWARD_HALF)
+    if kind == KIND_FEED_FORWARD:
+        return _decode_feed_forward(section, n_inputs)
     if kind == KIND_STATE_SPACE:
         return _decode_state_space(section, n_inputs)
-    raise ValueError(
-        f"network of kind {kind}; expected {KIND_FEED_FORWARD} (feed-forward), "
-        f"{KIND_STATE_SPACE} (state space) or {KIND_FEED_FORWARD_HALF} (feed-forward, float16)"
-    )
+    expected = f"expected {KIND_FEED_FORWARD} (feed-forward) or {KIND_STATE_SPACE} (state space)"
+    if kind == KIND_FLOAT16:
+        raise ValueError(
+            f"network of kind {kind}, with weights of float16, which are no longer read; "
+            f"{expected}: export it again with slide-fmu export from its recipe or its float32 FMU"
+        )
+    raise ValueError(f"network of kind {kind}; {expected}")
 
 
 def _decode_features(section: Reader, n_inputs: int) -> FeatureMap:
@@ -256,22 +245,21 @@ def _decode_state_space(section: Reader, n_inputs: int) -> StateSpace:
     return StateSpace(cell, n_samples, n_out, features, roles, turned)
 
 
-def _decode_feed_forward(section: Reader, n_inputs: int, half: bool) -> FeedForward:
+def _decode_feed_forward(section: Reader, n_inputs: int) -> FeedForward:
     features = _decode_features(section, n_inputs)
     n_samples, n_layers = section.u32(), section.u32()
     ages = _decode_indices(section)
     names = list(ACTIVATIONS)
-    weights = section.f16 if half else section.f32
     layers: list[Layer] = []
     for _ in range(n_layers):
         n_in, n_out, activation = section.u32(), section.u32(), section.u32()
         if activation >= len(names):
             raise ValueError(f"activation {activation}; expected less than {len(names)}")
-        layers.append(Layer(weights(n_out, n_in), section.f32(n_out), names[activation]))
+        layers.append(Layer(section.f32(n_out, n_in), section.f32(n_out), names[activation]))
     has_skip = section.u32()
     if has_skip > 1:
         raise ValueError(f"skip flag {has_skip}; expected 0 or 1")
     n_values = len(layers[-1].bias) if layers else 0
     n_first = (len(ages) or n_samples) * features.n_signals
-    skip = weights(n_values, n_first) if has_skip else None
-    return FeedForward(tuple(layers), n_samples, features, skip, ages, half)
+    skip = section.f32(n_values, n_first) if has_skip else None
+    return FeedForward(tuple(layers), n_samples, features, skip, ages)

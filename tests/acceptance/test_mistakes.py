@@ -274,16 +274,6 @@ def test_a_description_means_nothing_for_a_recipe(duffing: Finished) -> None:
     assert "--description x.toml is for torch modules" in " ".join(result.output.split())
 
 
-def test_precision_that_was_lost_does_not_come_back(duffing: Finished, tmp_path: Path) -> None:
-    half, whole = tmp_path / "half.fmu", tmp_path / "whole.fmu"
-    assert invoke("export", duffing.fmu, "--weights", "float16", "-o", half).exit_code == 0
-    for source, said in ((duffing.fmu, False), (half, True)):
-        result = invoke("export", source, "--weights", "float32", "-o", whole)
-        assert result.exit_code == 0
-        message = "weights were rounded to float16 before and stay rounded"
-        assert (message in " ".join(result.output.split())) is said
-
-
 def test_other_fmus_may_log_after_a_run(duffing: Finished) -> None:
     """fmpy keeps one logger for the whole process: ours must not stay in it when it is gone."""
     script = """

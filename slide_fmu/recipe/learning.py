@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, model_validator
 
-from slide_fmu.features.differences import Differences
+from slide_fmu.features.sets import LINEAR_NAMES
 
 PositiveInt = Annotated[int, Field(gt=0)]
 NonNegativeInt = Annotated[int, Field(ge=0)]
@@ -23,12 +23,12 @@ class Table(BaseModel):
 
 def _require_odd(names: tuple[str, ...], readout: tuple[str, ...] = ()) -> None:
     """Refuse to leave out the biases of a network that is not odd without them either."""
-    others = [name for name in names if name not in Differences.NAMES]
+    others = [name for name in names if name not in LINEAR_NAMES]
     if others or readout:
         more = f" and readout = {list(readout)}" if readout else ""
         raise ValueError(
             f"bias = false with the features {list(names)}{more}; expected true, or features "
-            f"out of {', '.join(Differences.NAMES)} without a readout: only then does the network "
+            f"out of {', '.join(LINEAR_NAMES)} without a readout: only then does the network "
             "answer -u with -y"
         )
 

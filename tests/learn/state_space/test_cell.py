@@ -10,8 +10,7 @@ import torch
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from slide_fmu.learn.state_space.cell import ACTIVATIONS, CellShape, opposite, simulate, turned
-from slide_fmu.network.state_space.cell import CELL_ACTIVATIONS
+from slide_fmu.learn.state_space.cell import CellShape, simulate
 from tests.learn.state_space.cells import (
     FACTORS,
     GATED_SHAPES,
@@ -29,18 +28,6 @@ ROUNDING = 1e-5
 """Float32 sums of some ten terms of order 1, in a cell that contracts."""
 SAME = 1e-12
 """Roundings of float64 in sums of some ten terms of order 1."""
-
-
-def test_every_activation_of_the_network_can_be_learnt() -> None:
-    assert set(ACTIVATIONS) == set(CELL_ACTIVATIONS)
-
-
-@pytest.mark.parametrize("units", ACTIVATIONS)
-def test_units_know_their_derivative(units: str) -> None:
-    values = random(50).requires_grad_()
-    result, slope = ACTIVATIONS[units](values)
-    (expected,) = torch.autograd.grad(result.sum(), values)
-    torch.testing.assert_close(slope, expected, rtol=1e-12, atol=1e-12)
 
 
 @example(FACTORS, 30, 4, 0)
@@ -157,19 +144,6 @@ def test_gated_units_are_linear_in_drive_and_gated_features(shape: CellShape) ->
         features[:, :, held] = one[:, :, held]
     states = [simulate(shape, theta, features)[1] for features in (one, other, both)]
     torch.testing.assert_close(states[0] + states[1], states[2], rtol=0, atol=SAME)
-
-
-def test_turns_act_on_the_first_pairs() -> None:
-    vectors = random(3, 7)
-    angles = torch.tensor([0.0, 0.5 * torch.pi, 2.0], dtype=torch.float64)
-    turn = torch.stack([angles.cos(), angles.sin()], 1)
-    found = turned(vectors, turn, 2)
-    assert torch.equal(found[:, 4:], vectors[:, 4:])
-    torch.testing.assert_close(found[0], vectors[0])
-    quarter = torch.stack([-vectors[1, 1], vectors[1, 0], -vectors[1, 3], vectors[1, 2]])
-    torch.testing.assert_close(found[1, :4], quarter)
-    torch.testing.assert_close(turned(found, opposite(turn), 2), vectors)
-    assert turned(vectors, turn[:, :0], 0) is vectors
 
 
 def test_linear_model_has_no_statics_and_no_factors() -> None:

@@ -1,0 +1,76 @@
+"""The network families, each registered in one row.
+
+A family joins with a package beside ``feed_forward`` and ``state_space`` (its final class of
+``Network``, its byte layout, its gradient) and one row of ``FAMILIES``. Its fit joins in
+``slide_fmu.learn.family``, its recipe's tables in ``slide_fmu.recipe.learning``, its C in
+``slide_fmu/fmu/runtime``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from slide_fmu.core.byte_reader import Reader
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.features.base import PullBack
+from slide_fmu.network.base import Network
+from slide_fmu.network.feed_forward.bytes import (
+    decode_feed_forward,
+    decode_feed_forward_half,
+    encode_feed_forward,
+)
+from slide_fmu.network.feed_forward.gradient import pull_back_layers
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.bytes import decode_state_space, encode_state_space
+from slide_fmu.network.state_space.gradient import pull_back_cells
+from slide_fmu.network.state_space.network import StateSpace
+
+
+@dataclass(frozen=True)
+class Family:
+    """What the package has to know of a network family.
+
+    Attributes:
+        name: for people.
+        kinds: numbers in surrogate files, each with the reader of what follows it: of the bytes
+            and the number of input channels.
+        network: the final class.
+        encode: the bytes of a network, which begin with one of the kinds.
+        pull_back: reverse mode, as ``network.gradient.pull_back_block``, of float64 features.
+    """
+
+    name: str
+    kinds: dict[int, Callable[[Reader, int], Network]]
+    network: type[Network]
+    encode: Callable[[Any], bytes]
+    pull_back: Callable[[Any, FloatArray, int], PullBack]
+
+
+FAMILIES = (
+    Family(
+        "feed-forward",
+        {1: decode_feed_forward, 3: decode_feed_forward_half},
+        FeedForward,
+        encode_feed_forward,
+        pull_back_layers,
+    ),
+    Family(
+        "state space", {2: decode_state_space}, StateSpace, encode_state_space, pull_back_cells
+    ),
+)
+"""All families."""
+
+
+def family_of(network: Network) -> Family:
+    """The family that a network belongs to.
+
+    Raises:
+        TypeError: it belongs to none that is registered.
+    """
+    for family in FAMILIES:
+        if type(network) is family.network:
+            return family
+    names = [family.network.__name__ for family in FAMILIES]
+    raise TypeError(f"network of type {type(network).__name__}; expected one of {names}")

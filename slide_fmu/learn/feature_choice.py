@@ -10,7 +10,7 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.sets import LINEAR_NAMES
 from slide_fmu.network.state_space.roles import Roles
 from slide_fmu.recipe.against_system import feature_set
-from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.systems.base import System
 
 STILL = 1e-9
@@ -88,7 +88,7 @@ def roles_of(network: StateSpaceRecipe, features: FeatureMap) -> Roles:
 
 
 def feature_map(
-    network: FeedForwardRecipe | StateSpaceRecipe,
+    network: NetworkTable,
     system: System,
     scaling: Affine,
     inputs: FloatArray,

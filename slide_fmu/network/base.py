@@ -79,6 +79,15 @@ class Network(abc.ABC):
     def stepper(self) -> Stepper:
         """Start a record that is taken in sample by sample: ``stream``, step by step."""
 
+    @abc.abstractmethod
+    def block_length(self, n_outputs: int) -> int:
+        """Samples of the outputs that it knows at a time, of so many outputs."""
+
+    @property
+    @abc.abstractmethod
+    def measures_truncation(self) -> bool:
+        """Whether its steppers say what their finite memory costs: ``truncation_error``."""
+
     @property
     @abc.abstractmethod
     def is_affine(self) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.features.base import Features, Offered
 from slide_fmu.features.sets import feature_set as set_of_names
-from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.systems.base import System
 
@@ -29,7 +29,7 @@ def require_features(recipe: Recipe, system: System) -> None:
     Raises:
         RecipeError: with the table, and what is wrong in it.
     """
-    tables: dict[str, FeedForwardRecipe | StateSpaceRecipe] = {"network": recipe.network}
+    tables: dict[str, NetworkTable] = {"network": recipe.network}
     if recipe.estimator is not None:
         tables["estimator.network"] = recipe.estimator.network
     for place, table in tables.items():

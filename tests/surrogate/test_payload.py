@@ -167,7 +167,7 @@ def test_features_are_checked() -> None:
     """Words: kind; set, order; count, signals 0 to 3; f64 offset[4]; f64 scale[4]."""
     wrong: list[tuple[int, int | float, str]] = [
         (0, 4, "network of kind 4"),
-        (1, 0, "features of set 0; expected 1, 2 or 3"),
+        (1, 0, "features of set 0; expected one of .1, 2, 3."),
         (1, 2, "director of 1 inputs; expected 2"),
         (2, 3, "differences = 3"),
         (3, 0, "chosen features .*; expected at least one"),

@@ -141,6 +141,15 @@ class FeedForward(Network):
     def stepper(self) -> SlidingWindow:
         return SlidingWindow(self)
 
+    def block_length(self, n_outputs: int) -> int:
+        """Those of one evaluation."""
+        return self.n_values // n_outputs
+
+    @property
+    def measures_truncation(self) -> bool:
+        """False: the memory is the window."""
+        return False
+
     @property
     def is_affine(self) -> bool:
         affine = all(layer.activation == "identity" for layer in self.layers)

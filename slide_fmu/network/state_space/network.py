@@ -74,6 +74,15 @@ class StateSpace(Network):
         self.n_channels = features.n_channels
         self.n_values = len(cell.c) // (1 + len(self.roles.readout))
 
+    def block_length(self, n_outputs: int) -> int:
+        """Those of the output window, along which the cell runs."""
+        return self.n_out
+
+    @property
+    def measures_truncation(self) -> bool:
+        """True: by what the younger state of the ping-pong changes."""
+        return True
+
     @property
     def is_affine(self) -> bool:
         plain = self.features.features.linear and not self.roles.readout

@@ -162,7 +162,7 @@ def test_features_are_checked() -> None:
     wrong: list[tuple[int, int | float, str]] = [
         (0, 4, "network of kind 4"),
         (0, 3, "network of kind 3, with weights of float16.*export it again"),
-        (1, 0, "features of set 0; expected 1, 2 or 3"),
+        (1, 0, "features of set 0; expected one of .1, 2, 3."),
         (1, 2, "director of 1 inputs; expected 2"),
         (2, 3, "differences = 3"),
         (3, 0, "chosen features .*; expected at least one"),

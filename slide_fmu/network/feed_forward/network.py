@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.features.base import BEFORE
-from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.activations import ACTIVATIONS
 from slide_fmu.network.base import BATCH, Float32Array, Network, Stepper
@@ -105,7 +104,8 @@ class FeedForward(Network):
         flat = np.asarray(features, dtype=np.float32).reshape(len(features), -1)
         hidden = flat
         for layer in self.layers:
-            hidden = ACTIVATIONS[layer.activation](hidden @ layer.weights.T + layer.bias)
+            arguments = hidden @ layer.weights.T + layer.bias
+            hidden = ACTIVATIONS[layer.activation].value(arguments, np)
         if self.skip is not None:
             hidden = hidden + flat @ self.skip.T
         return np.asarray(hidden, dtype=np.float32)
@@ -135,10 +135,19 @@ class FeedForward(Network):
     def stepper(self) -> SlidingWindow:
         return SlidingWindow(self)
 
+    def block_length(self, n_outputs: int) -> int:
+        """Those of one evaluation."""
+        return self.n_values // n_outputs
+
+    @property
+    def measures_truncation(self) -> bool:
+        """False: the memory is the window."""
+        return False
+
     @property
     def is_affine(self) -> bool:
         affine = all(layer.activation == "identity" for layer in self.layers)
-        return affine and isinstance(self.features.features, Differences)
+        return affine and self.features.features.linear
 
     def count_parameters(self) -> int:
         count = sum(layer.weights.size + layer.bias.size for layer in self.layers)

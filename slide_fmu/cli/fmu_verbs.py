@@ -209,7 +209,10 @@ def _describe(surrogate: Surrogate, provenance: dict[str, Any] | None) -> dict[s
     return {
         "name": surrogate.name,
         "inputs": [vars(signal) for signal in surrogate.inputs],
-        "outputs": [vars(signal) for signal in surrogate.outputs],
+        "outputs": [
+            {name: value for name, value in vars(signal).items() if name not in ("hold", "angle")}
+            for signal in surrogate.outputs
+        ],
         "hold": surrogate.hold,
         "window": vars(surrogate.window),
         "parameters": surrogate.network.count_parameters(),

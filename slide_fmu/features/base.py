@@ -27,12 +27,14 @@ class Features(abc.ABC):
         blocks: names of the signals in their order, with the number of each.
         centred: names of those whose mean is removed before they are scaled.
         bounded: names of those that lie within -1 and 1 anyway and are left as they are.
+        of_angle: whether the channels must be the cosine and sine of an angle.
     """
 
     n_channels: int
     blocks: dict[str, int]
     centred: frozenset[str] = frozenset()
     bounded: frozenset[str] = frozenset()
+    of_angle: bool = False
 
     @abc.abstractmethod
     def of(self, inputs: FloatArray) -> FloatArray:

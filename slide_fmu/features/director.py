@@ -16,6 +16,7 @@ class Director(Features):
     """
 
     n_channels = 2
+    of_angle = True
     bounded = frozenset({"direction"})
     blocks = {"direction": 2, "turn": 1, "turn_change": 1}  # noqa: RUF012 (final, never changed)
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from slide_fmu.core.scaling import Affine, range_scaling
+from slide_fmu.core.signals import cosines_of
 from slide_fmu.features.base import Features
 from slide_fmu.features.chain_motion import ChainMotion
 from slide_fmu.features.differences import Differences
@@ -36,11 +35,12 @@ def feature_set(names: tuple[str, ...], system: System, scaling: Affine) -> Feat
     if found[0] == "differences":
         return Differences(n_inputs, max(Differences.NAMES.index(name) for name in names))
     if found[0] == "director":
-        centred = np.allclose(scaling.offset, 0) and np.ptp(scaling.scale) == 0
-        if n_inputs != Director.n_channels or not centred:
+        if n_inputs != Director.n_channels or cosines_of(system.inputs) != (0,):
             raise ValueError(
-                f"features {list(names)} of {n_inputs} inputs; expected two, the cosine and sine "
-                "of an angle, with the same range about 0"
+                f"features {list(names)} of {n_inputs} inputs "
+                f"{[signal.name for signal in system.inputs]}; expected two, the cosine and sine "
+                'of an angle: say so with angle = "cosine" and angle = "sine" in the system\'s '
+                "signals, or use other features"
             )
         return Director()
     if system.chain is None:

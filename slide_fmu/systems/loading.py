@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from types import ModuleType
 from typing import cast
 
+from slide_fmu.core.signals import check_inputs
 from slide_fmu.systems.base import System
 
 Parameter = float | int | str | bool
@@ -26,7 +27,8 @@ def load_system(model: str, parameters: Mapping[str, Parameter]) -> System:
         parameters: keyword arguments of the class.
 
     Raises:
-        LoadError: module or class is not there, or the parameters do not fit.
+        LoadError: module or class is not there, the parameters do not fit, or the inputs do not
+            belong together (``check_inputs``).
     """
     system_class = _find_class(model)
     accepted = inspect.signature(system_class).parameters
@@ -37,7 +39,9 @@ def load_system(model: str, parameters: Mapping[str, Parameter]) -> System:
             f"{sorted(accepted)}: correct or remove them"
         )
     try:
-        return system_class(**parameters)
+        system = system_class(**parameters)
+        check_inputs(system.inputs)
+        return system
     except (TypeError, ValueError) as error:
         raise LoadError(f"system {model!r} with {dict(parameters)}: {error}") from error
 

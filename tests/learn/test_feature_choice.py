@@ -204,8 +204,8 @@ EXPECTED = (
             ("direction",),
             1,
             None,
-            r"^features \['direction'\] of 1 inputs \['u0'\]; expected two, the cosine and sine of "
-            "an angle: say so with angle = ",
+            r"^features \['direction'\] of 1 inputs \['u0'\]; expected two, the cosine and sine "
+            "of an angle: say so with angle = ",
         ),
         (("direction",), 3, None, r"^features \['direction'\] of 3 inputs .*; expected two"),
         (("rates",), 3, ARM, "chain of 2 joints with 3 inputs; expected one input per joint"),

@@ -106,7 +106,7 @@ def state_space_shapes(draw: st.DrawFn) -> Shape:
         hidden=(4,),
         **draw(estimators()),
         seed=draw(st.integers(0, 1000)),
-        hold=draw(st.sampled_from(["held", "ramp"])),
+        hold=draw(st.sampled_from(["zero_order", "first_order"])),
         cell=draw(cell_shapes()),
         **draw(seen_features()),
     )

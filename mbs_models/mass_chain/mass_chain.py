@@ -54,7 +54,7 @@ class MassChain(PlantSystem[MassChainPlant]):
     ) -> None:
         super().__init__(n_coordinates=MASSES, n_inputs=len(LOADED))
         self._chain = Chain(mass, CubicSpring(stiffness, damping, alpha), drag, step, substeps)
-        self.step, self.hold = step, "held"
+        self.step = step
         self.inputs = tuple(_force_signal(index, force_limit) for index in LOADED)
         limit = REACH * float(np.max(self._chain.equilibrium(np.full(len(LOADED), force_limit))))
         self.outputs = tuple(_position_signal(index, limit) for index in OBSERVED)

@@ -12,25 +12,30 @@ import numpy as np
 from mbs_models.oscillators.oscillator_plant import Oscillator, OscillatorPlant
 from mbs_models.plants.cubic_spring import CubicSpring
 from mbs_models.plants.plant_system import PlantSystem, finite_vector
-from slide_fmu.core.signals import FloatArray, Hold, Signal
+from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.systems.base import Linearization, State
 
 
 class _OscillatorSystem(PlantSystem[OscillatorPlant]):
     """What the oscillators share; interface, never instantiated."""
 
-    def __init__(self, oscillator: Oscillator, hold: Hold, signal: Signal, limit: float) -> None:
+    def __init__(self, oscillator: Oscillator, signal: Signal, limit: float) -> None:
         super().__init__(n_coordinates=1, n_inputs=1)
         position = Signal("position", "m", -limit, limit, "position of the mass")
-        self.step, self.hold = oscillator.step, hold
+        self.step = oscillator.step
         self.inputs, self.outputs = (signal,), (position,)
         self._oscillator = oscillator
 
+    @property
+    def _moves(self) -> bool:
+        """Whether the input is the motion of the base."""
+        return hold_of(self.inputs) == "first_order"
+
     def _build(self) -> OscillatorPlant:
-        return OscillatorPlant(self._oscillator, moving_base=self.hold == "ramp")
+        return OscillatorPlant(self._oscillator, moving_base=self._moves)
 
     def _apply(self, model: OscillatorPlant, inputs: FloatArray) -> None:
-        if self.hold == "ramp":
+        if self._moves:
             rate = (inputs[0] - self._last_input[0]) / self.step
             model.set_base(self._last_input[0], rate)
         else:
@@ -42,7 +47,7 @@ class _OscillatorSystem(PlantSystem[OscillatorPlant]):
 
     def linearize(self, state: State) -> Linearization:
         """M, D, K at a state (1 x 1 each, no constraints); the current state stays."""
-        if self.hold == "ramp":
+        if self._moves:
             self._model().set_base(float(state.last_input[0]), 0.0)
         return super().linearize(state)
 
@@ -72,7 +77,7 @@ class LinearOscillator(_OscillatorSystem):
         position_limit: float = 8.0,
     ) -> None:
         oscillator = Oscillator(mass, CubicSpring(stiffness, damping, 0.0), step, substeps)
-        super().__init__(oscillator, "held", _force_signal(force_limit), position_limit)
+        super().__init__(oscillator, _force_signal(force_limit), position_limit)
 
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None
@@ -112,7 +117,7 @@ class DuffingOscillator(_OscillatorSystem):
         position_limit: float = 2.5,
     ) -> None:
         oscillator = Oscillator(mass, CubicSpring(stiffness, damping, alpha), step, substeps)
-        super().__init__(oscillator, "held", _force_signal(force_limit), position_limit)
+        super().__init__(oscillator, _force_signal(force_limit), position_limit)
 
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None
@@ -155,8 +160,9 @@ class DuffingBaseMotion(_OscillatorSystem):
         position_limit: float = 2.0,
     ) -> None:
         oscillator = Oscillator(mass, CubicSpring(stiffness, damping, alpha), step, substeps)
-        base = Signal("base", "m", -base_limit, base_limit, "position of the base at step end")
-        super().__init__(oscillator, "ramp", base, position_limit)
+        meaning = "position of the base at step end"
+        base = Signal("base", "m", -base_limit, base_limit, meaning, hold="first_order")
+        super().__init__(oscillator, base, position_limit)
 
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None

@@ -48,7 +48,7 @@ class PlantSystem(System, Generic[M]):
     """A system that exudyn integrates; interface, never instantiated.
 
     The exudyn system is built on first use and left out when pickled; a copy goes on from the
-    same state. Subclasses set ``step``, ``hold``, ``inputs`` and ``outputs``.
+    same state. Subclasses set ``step``, ``inputs`` and ``outputs``.
     """
 
     def __init__(self, n_coordinates: int, n_inputs: int) -> None:

@@ -108,7 +108,7 @@ class Robot6R(PlantSystem[ManipulatorPlant]):
         super().__init__(self._manipulator.coordinates + JOINTS, n_inputs=JOINTS)
         self._rotation = rotation
         self._exact: ManipulatorPlant | None = None
-        self.step, self.hold = step, "ramp"
+        self.step = step
         self.inputs = tuple(_joint_signal(index) for index in range(JOINTS))
         self.outputs = _deviation_signals(deviation_limit)
         if rotation:
@@ -211,7 +211,7 @@ def _drives(authors_gains: bool) -> Drives:
 
 def _joint_signal(index: int) -> Signal:
     limit, meaning = float(LIMITS[index]), f"desired angle of joint {index + 1} at step end"
-    return Signal(f"joint_{index + 1}", "rad", -limit, limit, meaning)
+    return Signal(f"joint_{index + 1}", "rad", -limit, limit, meaning, hold="first_order")
 
 
 def _deviation_signals(limit: float) -> tuple[Signal, ...]:

@@ -13,7 +13,7 @@ import numpy as np
 from mbs_models.plants.cubic_spring import expect_positive
 from mbs_models.plants.plant_system import PlantSystem
 from mbs_models.slider_crank.slider_crank_plant import CRANK_LENGTH, Mechanism, SliderCrankPlant
-from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.signals import Angle, FloatArray, Signal
 from slide_fmu.systems.base import State
 
 _SHORTEST_DIRECTOR = 1e-6
@@ -68,7 +68,7 @@ class SliderCrank(PlantSystem[SliderCrankPlant]):
         expect_positive(speed_limit=speed_limit)
         self._speed_limit = speed_limit
         self._last_input = director(0.0)
-        self.step, self.hold = step, "ramp"
+        self.step = step
         self.inputs = (_director_signal("x", "cosine"), _director_signal("y", "sine"))
         meaning = "distance of the rod's middle from the line between its ends, positive left"
         self.outputs = (Signal("deflection", "m", -deflection_limit, deflection_limit, meaning),)
@@ -159,6 +159,7 @@ def angle_of(values: FloatArray) -> float:
     return math.atan2(values[1], values[0])
 
 
-def _director_signal(axis: str, function: str) -> Signal:
-    meaning = f"{function} of the desired crank angle at step end"
-    return Signal(f"director_{axis}", "1", -1.0, 1.0, meaning, 1.0 if axis == "x" else 0.0)
+def _director_signal(axis: str, angle: Angle) -> Signal:
+    meaning = f"{angle} of the desired crank angle at step end"
+    start = 1.0 if angle == "cosine" else 0.0
+    return Signal(f"director_{axis}", "1", -1.0, 1.0, meaning, start, "first_order", angle)

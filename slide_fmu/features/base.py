@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.scaling import Affine
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.features.serial_chain import SerialChain
 
 BEFORE = 3
@@ -33,13 +33,13 @@ class Offered:
     """What a system offers to the sets of features.
 
     Attributes:
-        n_inputs: number of input channels.
+        inputs: the input signals, in channel order.
         scaling: of the inputs.
         step: sample step h in s.
         chain: geometry and masses of the serial chain whose joint angles the inputs are; or None.
     """
 
-    n_inputs: int
+    inputs: tuple[Signal, ...]
     scaling: Affine
     step: float
     chain: SerialChain | None
@@ -60,6 +60,7 @@ class Features(abc.ABC):
         blocks: names of the signals in their order, with the number of each.
         centred: names of those whose mean is removed before they are scaled.
         bounded: names of those that lie within -1 and 1 anyway and are left as they are.
+        of_angle: whether the channels must be the cosine and sine of an angle.
     """
 
     TITLE: ClassVar[str]
@@ -72,6 +73,7 @@ class Features(abc.ABC):
     blocks: dict[str, int]
     centred: frozenset[str] = frozenset()
     bounded: frozenset[str] = frozenset()
+    of_angle: bool = False
 
     @classmethod
     @abc.abstractmethod

@@ -44,7 +44,7 @@ class Differences(Features):
     @classmethod
     def of_system(cls, names: tuple[str, ...], offered: Offered) -> Differences:
         """Up to the highest order that is named."""
-        return cls(offered.n_inputs, max(cls.NAMES.index(name) for name in names))
+        return cls(len(offered.inputs), max(cls.NAMES.index(name) for name in names))
 
     @classmethod
     def read(cls, section: Reader, n_inputs: int) -> Differences:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slide_fmu.core.byte_reader import Reader
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, cosines_of
 from slide_fmu.features.base import BEFORE, Features, Offered, PullBack
 from slide_fmu.features.differences import add_differences
 
@@ -22,18 +22,19 @@ class Director(Features):
     NAMES = ("direction", "turn", "turn_change")
     n_before = 2
     n_channels = 2
+    of_angle = True
     bounded = frozenset({"direction"})
     blocks = {"direction": 2, "turn": 1, "turn_change": 1}  # noqa: RUF012 (final, never changed)
 
     @classmethod
     def of_system(cls, names: tuple[str, ...], offered: Offered) -> Director:
-        """On cosine and sine, which are the only two inputs and have the same range about 0."""
-        scaling = offered.scaling
-        centred = np.allclose(scaling.offset, 0) and np.ptp(scaling.scale) == 0
-        if offered.n_inputs != cls.n_channels or not centred:
+        """On the cosine and the sine of an angle, which must be the only two inputs."""
+        if cosines_of(offered.inputs) != (0,) or len(offered.inputs) != cls.n_channels:
             raise ValueError(
-                f"features {list(names)} of {offered.n_inputs} inputs; expected two, the cosine "
-                "and sine of an angle, with the same range about 0"
+                f"features {list(names)} of {len(offered.inputs)} inputs "
+                f"{[signal.name for signal in offered.inputs]}; expected two, the cosine and sine "
+                'of an angle: say so with angle = "cosine" and angle = "sine" in the system\'s '
+                "signals, or use other features"
             )
         return cls()
 

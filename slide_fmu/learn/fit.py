@@ -223,9 +223,7 @@ def _assemble(
     scalings: tuple[Affine, Affine],
     network: Network,
 ) -> Surrogate:
-    return Surrogate(
-        recipe.name, window, system.inputs, system.outputs, system.hold, *scalings, network
-    )
+    return Surrogate(recipe.name, window, system.inputs, system.outputs, *scalings, network)
 
 
 def _content(split: Split) -> str:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.core.window import Window
 from slide_fmu.memory.modes import UnstableModeError, slowest_rate, time_to_decay
 from slide_fmu.systems.base import State, System, simulate
@@ -181,7 +181,7 @@ def _measured_rate(
     system: System, inputs: FloatArray, first: State, second: State, remaining_amplitude: float
 ) -> float:
     """Slope Re(v) in 1/s of the decaying difference of two motions, 0 if they do not meet."""
-    if system.hold == "ramp":  # both motions see the same input from the start
+    if hold_of(system.inputs) == "first_order":  # both motions see the same input from the start
         second = State(second.coordinates, second.velocities, first.last_input)
     ranges = np.array([signal.high - signal.low for signal in system.outputs])
     one = simulate(system, inputs, first).outputs

@@ -19,7 +19,7 @@ def feature_set(names: tuple[str, ...], system: System, scaling: Affine) -> Feat
     Raises:
         ValueError: names are unknown or of several sets, or the system has not what the set needs.
     """
-    offered = Offered(len(system.inputs), scaling, system.step, system.chain)
+    offered = Offered(system.inputs, scaling, system.step, system.chain)
     return set_of_names(names, offered)
 
 

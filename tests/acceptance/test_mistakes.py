@@ -36,7 +36,7 @@ class Cart(System):
     """A mass that a damper brakes and nothing holds: where it is depends on its past for ever."""
 
     def __init__(self, *, step):
-        self.step, self.hold = step, "held"
+        self.step = step
         self.inputs = (Signal("force", "N", -1, 1),)
         self.outputs = (Signal("position", "m", -10, 10),)
         self.state = State(np.zeros(1), np.zeros(1), np.zeros(1))
@@ -313,7 +313,7 @@ def surrogate_of(job: Job, pole: float = NEVER_FORGETS) -> Surrogate:
     system, table = recipe_system(job.recipe), job.recipe.window
     scaling = Affine.of_channels([0.0], [1.0])
     window = Window(table.step, table.n_in, table.n_out)
-    signals = system.inputs, system.outputs, system.hold
+    signals = system.inputs, system.outputs
     network = StateSpace(cell, table.n_in, table.n_out, FeatureMap(Differences(1)))
     return Surrogate(job.recipe.name, window, *signals, scaling, scaling, network)
 

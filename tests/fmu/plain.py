@@ -123,11 +123,13 @@ def plain_moved(
     surrogate: Surrogate, inputs: FloatArray, rates: FloatArray, time: float
 ) -> FloatArray:
     """Inputs a time after these, by their derivatives; a director stays on its circle."""
-    if not isinstance(surrogate.network.features.features, Director):  # type: ignore[attr-defined]
-        return np.asarray(inputs + rates * time)
-    z = complex(*inputs)
-    z *= np.exp(complex(*rates) / z * time)
-    return np.array([z.real, z.imag])
+    moved = inputs + rates * time
+    for i, signal in enumerate(surrogate.inputs):
+        if signal.angle == "cosine":
+            z = complex(*inputs[i : i + 2])
+            z *= np.exp(complex(*rates[i : i + 2]) / z * time)
+            moved[i : i + 2] = z.real, z.imag
+    return np.asarray(moved)
 
 
 class Resampling:
@@ -147,14 +149,17 @@ class Resampling:
     def input_from(self, begin: float) -> FloatArray:
         """The sample that acts for one h from a time on; the first step begins at 0."""
         step, ends = self.surrogate.window.step, np.cumsum(self.lengths)
-        if self.surrogate.hold == "held":
+        if self.surrogate.hold == "zero_order":
             started = np.nonzero(ends - self.lengths <= begin + SLACK * step)[0]
             return self.inputs[started[-1] if len(started) else 0]
         rows = np.array([self.inputs[0], *self.inputs])
         times = [0.0, *ends]
-        if isinstance(self.surrogate.network.features.features, Director):  # type: ignore[attr-defined]
-            return plain_arc(begin + step, np.array(times), rows)
-        return np.array([np.interp(begin + step, times, column) for column in rows.T])
+        reached = np.array([np.interp(begin + step, times, column) for column in rows.T])
+        for i, signal in enumerate(self.surrogate.inputs):
+            if signal.angle == "cosine":
+                pair = slice(i, i + 2)
+                reached[pair] = plain_arc(begin + step, np.array(times), rows[:, pair])
+        return reached
 
     def _move(self, length: float, inputs: FloatArray, rates: FloatArray) -> None:
         """A step whose inputs move: held ones in parts of at most h, by the middle of each."""
@@ -162,7 +167,7 @@ class Resampling:
             self.lengths.append(self.surrogate.window.step)
             self.inputs.append(inputs)
         parts, times = [length], [length]
-        if self.surrogate.hold == "held":
+        if self.surrogate.hold == "zero_order":
             count = math.ceil(length / self.surrogate.window.step - SLACK)
             further = [self.surrogate.window.step] * (count - 1)
             parts = [length - sum(further), *further]

@@ -116,7 +116,7 @@ def test_derivatives_are_those_of_plain_loops(load: Load, seen: str, family: str
         np.testing.assert_allclose(found, expected, rtol=SINGLE, atol=allowed)
 
 
-@pytest.mark.parametrize("hold", ["held", "ramp"])
+@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
 @pytest.mark.parametrize(("seen", "family"), CASES, ids=map(" ".join, CASES))
 def test_derivatives_are_those_of_the_fmu(load: Load, seen: str, family: str, hold: str) -> None:
     """Finite differences by rollback, over steps of all lengths; inputs set later do not count."""
@@ -171,7 +171,7 @@ def test_before_the_first_step(load: Load, family: str) -> None:
 
 
 def test_derivatives_are_linear_and_belong_to_the_state(load: Load) -> None:
-    surrogate = surrogate_of("chain", "gated cell", hold="ramp")
+    surrogate = surrogate_of("chain", "gated cell", hold="first_order")
     loaded = load(surrogate)
     native, other = loaded.instance().start(), loaded.instance()
     for row in inputs_for(surrogate, 12):

@@ -38,8 +38,10 @@ same order and fused products; another mathematical library or an older processo
 
 FAMILIES = {
     "layers": Shape(activation="elu", positions=3),
-    "tanh layers": Shape(activation="tanh", n_inputs=2, n_outputs=2, hold="ramp", means=True),
-    "cells": Shape(n_inputs=2, positions=3, hold="ramp", cell=CellShape(9, 17)),
+    "tanh layers": Shape(
+        activation="tanh", n_inputs=2, n_outputs=2, hold="first_order", means=True
+    ),
+    "cells": Shape(n_inputs=2, positions=3, hold="first_order", cell=CellShape(9, 17)),
     "chain": Shape(
         n_inputs=2,
         n_outputs=2,
@@ -47,7 +49,9 @@ FAMILIES = {
         positions=2,
         cell=CellShape(8, 11, "gated", turned=2, factors=2),
     ),
-    "director": Shape(n_inputs=2, features="director", hold="ramp", cell=CellShape(5, 9, "gated")),
+    "director": Shape(
+        n_inputs=2, features="director", hold="first_order", cell=CellShape(5, 9, "gated")
+    ),
 }
 
 

@@ -27,9 +27,12 @@ from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 
 SHAPES = {
     "layers": Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3),
-    "cell": Shape(n_outputs=2, positions=3, hold="ramp", cell=CellShape()),
+    "cell": Shape(n_outputs=2, positions=3, hold="first_order", cell=CellShape()),
     "chain": Shape(
-        n_inputs=6, features="chain", hold="ramp", cell=CellShape(activation="gated", turned=1)
+        n_inputs=6,
+        features="chain",
+        hold="first_order",
+        cell=CellShape(activation="gated", turned=1),
     ),
 }
 SHARED = ("-shared", "-Wl,--no-as-needed", "-lm")

@@ -209,11 +209,12 @@ def test_parts_that_do_not_fit_are_refused() -> None:
     estimator = surrogate.estimator
     assert estimator is not None
     two = random_surrogate(Shape(n_inputs=2))
+    moving = random_surrogate(Shape(hold="first_order")).inputs
     nothing = np.array([[0.0], [1.0]], np.float32)
     changes = [
         ({"name": "2nd"}, "surrogate name '2nd'"),
         ({"name": "ü"}, "surrogate name 'ü'"),
-        ({"hold": "later"}, "hold 'later'"),
+        ({"outputs": moving}, "output 'u0' with hold 'first_order'"),
         ({"window": dataclasses.replace(surrogate.window, n_in=13)}, "maps 12 samples to 4"),
         ({"inputs": two.inputs}, "2 inputs and 1 outputs"),
         ({"inputs": two.inputs, "input_scaling": two.input_scaling}, "2 inputs and 1 outputs"),

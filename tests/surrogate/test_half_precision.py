@@ -12,11 +12,11 @@ from typer.testing import CliRunner
 from slide_fmu.cli import app
 from slide_fmu.cosim.check import check_fmu
 from slide_fmu.fmu.export import export_fmu, read_fmu
-from slide_fmu.fmu.libraries.build import build_all
 from slide_fmu.network.feed_forward import FeedForward, Layer, rounded_to_half
 from slide_fmu.surrogate.half_precision import rounding_loss, with_weights
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import CellShape, Shape, random_surrogate
+from tests.libraries import build_libraries
 
 LAYERS = Shape(n_inputs=2, n_outputs=2, hidden=(40,), activation="elu", skip=True, positions=2)
 
@@ -71,7 +71,7 @@ def test_weights_that_are_no_halves_are_refused() -> None:
 
 
 def test_export_says_what_rounding_costs(tmp_path: Path) -> None:
-    build_all()
+    build_libraries()
     source = export_fmu(random_surrogate(LAYERS), tmp_path / "source.fmu")
     target = tmp_path / "half.fmu"
     arguments = ["export", str(source), "--weights", "float16", "-o", str(target), "--json", "-"]
@@ -86,7 +86,7 @@ def test_export_says_what_rounding_costs(tmp_path: Path) -> None:
 
 
 def test_export_refuses_other_precisions(tmp_path: Path) -> None:
-    build_all()
+    build_libraries()
     source = export_fmu(random_surrogate(LAYERS), tmp_path / "source.fmu")
     arguments = ["export", str(source), "--weights", "int8", "-o", str(tmp_path / "x.fmu")]
     result = CliRunner().invoke(app, arguments)

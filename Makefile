@@ -45,7 +45,7 @@ test-all: setup
 	$(PYTEST)
 
 mutation: setup
-	$(BIN)/python tests/mutation/run.py
+	$(BIN)/python -m tests.mutation.run
 
 lint: setup
 	$(BIN)/ruff format --check .

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -127,22 +126,3 @@ def test_estimates_are_those_of_the_fmu_at_the_scored_samples(measured: Measured
     middle = 10**-1.0 * surrogate.output_scaling.scale[0]
     assert found.estimate.shape == found.reference.shape
     assert found.estimate == pytest.approx(middle, rel=1e-5)
-
-
-def comparison(error: list[float], true_error: list[float], **more: Any) -> Comparison:
-    """A comparison whose reference is 2 throughout."""
-    count = len(error)
-    values = np.array(error)[:, None]
-    reference = np.full((count, 1), 2.0)
-    plain = Comparison(
-        0,
-        np.arange(count) * 1.0,
-        np.zeros((count, 1)),
-        reference,
-        reference + values,
-        np.full((count, 1), 0.5),
-        np.array(true_error)[:, None],
-        (np.array([2e-6, 4e-6, 9e-6]), np.array([8e-6, 8e-6, 8e-6])),
-        None,
-    )
-    return replace(plain, **more)

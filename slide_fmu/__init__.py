@@ -1,0 +1,76 @@
+"""Fast, trustworthy stand-ins for slow multibody models, as FMUs that load anywhere.
+
+This is the public face of the package. Whatever ``__all__`` lists is kept working from one release
+to the next; what lies in the rooms below may move. A name is imported when it is first used, so
+that ``import slide_fmu`` is quick and loads neither torch nor exudyn.
+
+    import slide_fmu as slide
+
+    surrogate = slide.load("fmus/duffing/duffing.fmu")
+    outputs = surrogate.predict(inputs)  # (samples, inputs) to (samples, outputs)
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from slide_fmu.core.signals import Signal
+    from slide_fmu.core.window import Window
+    from slide_fmu.fmu.export import FmuError, export_fmu
+    from slide_fmu.fmu.loading import load
+    from slide_fmu.fmu.native import NativeSurrogate
+    from slide_fmu.recipe.reading import load_recipe
+    from slide_fmu.recipe.recipe import Recipe, RecipeError
+    from slide_fmu.surrogate.gradient import gradient, jacobian
+    from slide_fmu.surrogate.surrogate import Surrogate
+    from slide_fmu.systems.base import Linearization, SimulationError, State, System
+
+__version__ = "0.5.0"
+
+__all__ = [
+    "FmuError",
+    "Linearization",
+    "NativeSurrogate",
+    "Recipe",
+    "RecipeError",
+    "Signal",
+    "SimulationError",
+    "State",
+    "Surrogate",
+    "System",
+    "Window",
+    "__version__",
+    "export_fmu",
+    "gradient",
+    "jacobian",
+    "load",
+    "load_recipe",
+]
+
+_HOMES = {
+    "slide_fmu.core.signals": ("Signal",),
+    "slide_fmu.core.window": ("Window",),
+    "slide_fmu.fmu.export": ("FmuError", "export_fmu"),
+    "slide_fmu.fmu.loading": ("load",),
+    "slide_fmu.fmu.native": ("NativeSurrogate",),
+    "slide_fmu.recipe.reading": ("load_recipe",),
+    "slide_fmu.recipe.recipe": ("Recipe", "RecipeError"),
+    "slide_fmu.surrogate.gradient": ("gradient", "jacobian"),
+    "slide_fmu.surrogate.surrogate": ("Surrogate",),
+    "slide_fmu.systems.base": ("Linearization", "SimulationError", "State", "System"),
+}
+"""The module that each public name is imported from at its first use (PEP 562)."""
+
+if not TYPE_CHECKING:  # type checkers read the imports above and refuse names that are not there
+
+    def __getattr__(name: str) -> object:
+        for module, names in _HOMES.items():
+            if name in names:
+                found = getattr(import_module(module), name)
+                globals()[name] = found  # the next use does not come here
+                return found
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,15 +1,9 @@
-"""The console script ``slide-fmu``: verbs only, no logic.
+"""The console script ``slide-fmu``: subcommands only, no logic.
 
-Verbs import their stages when they are called: who exports an FMU need not wait for what trains
-networks and draws figures.
+``commands`` holds one module for each subcommand, ``app`` the list of them. Nothing here computes
+anything or writes a file, beside the figures that ``--json`` asks for.
 """
 
-from slide_fmu.cli import fmu_verbs, recipe_verbs
-from slide_fmu.cli.app import app
+from slide_fmu.cli.app import app, main
 
-__all__ = ["app", "fmu_verbs", "main", "recipe_verbs"]
-
-
-def main() -> None:
-    """Entry point of the console script."""
-    app()
+__all__ = ["app", "main"]

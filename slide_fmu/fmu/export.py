@@ -30,7 +30,7 @@ class FmuError(ValueError):
 
 def export_fmu(
     surrogate: Surrogate,
-    path: Path,
+    path: str | Path,
     *,
     fmi: FmiVersion = 2,
     provenance: dict[str, object] | None = None,
@@ -56,6 +56,7 @@ def export_fmu(
         FileNotFoundError: the runtime has not been compiled.
         OSError: the file cannot be written.
     """
+    path = Path(path)
     if path.suffix != ".fmu":
         raise ValueError(f"FMU {str(path)!r}; expected a name ending in .fmu")
     payload = surrogate.to_bytes()

@@ -13,9 +13,8 @@ from slide_fmu.core.scaling import LogError
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.store import Split
-from slide_fmu.learn.family import seeded_generator
 from slide_fmu.learn.feature_choice import feature_map, require_odd
-from slide_fmu.learn.feed_forward import FeedForwardModule
+from slide_fmu.learn.feed_forward import FeedForwardModule, seeded_generator
 from slide_fmu.learn.training import History, Objective, ProgressOf, train
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.network.base import Float32Array

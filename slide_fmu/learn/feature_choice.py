@@ -6,23 +6,16 @@ import numpy as np
 
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.roles import Roles
+from slide_fmu.features.sets import LINEAR_NAMES
+from slide_fmu.network.state_space.roles import Roles
 from slide_fmu.recipe.against_system import feature_set
-from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.systems.base import System
 
 STILL = 1e-9
 """A feature whose spread is below this part of its size never changes: it is rounding. So is a
 change below this part of the spread of what changes."""
-CHANGES_OF = {
-    "changes": "inputs",
-    "second_changes": "inputs",
-    "wrench_change": "wrench",
-    "turned_wrench_change": "wrench",
-}
-"""What some features are the changes of, signal by signal."""
 
 
 def choose_features(
@@ -54,8 +47,9 @@ def choose_features(
         if name in features.bounded:
             continue
         spread, size = values[:, part].std(0), np.abs(values[:, part]).max(0)
-        if name in CHANGES_OF:
-            size = np.maximum(size, signals[:, features.indices((CHANGES_OF[name],))].std(0))
+        if name in features.CHANGES_OF:
+            changed = features.indices((features.CHANGES_OF[name],))
+            size = np.maximum(size, signals[:, changed].std(0))
         still = spread <= STILL * size
         if name in features.centred:
             offset[part] = values[:, part].mean(0)
@@ -75,11 +69,11 @@ def require_odd(features: FeatureMap) -> None:
     Raises:
         ValueError: with the names of the features.
     """
-    if not isinstance(features.features, Differences):
+    if not features.features.linear:
         raise ValueError(
             "flip_signs = true in a training of a network that sees "
             f"{list(features.features.blocks)}; flipping needs features that change their sign "
-            f"with the inputs: set flip_signs = false, or use {', '.join(Differences.NAMES)}"
+            f"with the inputs: set flip_signs = false, or use {', '.join(LINEAR_NAMES)}"
         )
 
 
@@ -94,7 +88,7 @@ def roles_of(network: StateSpaceRecipe, features: FeatureMap) -> Roles:
 
 
 def feature_map(
-    network: FeedForwardRecipe | StateSpaceRecipe,
+    network: NetworkTable,
     system: System,
     scaling: Affine,
     inputs: FloatArray,

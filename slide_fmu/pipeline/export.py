@@ -1,17 +1,41 @@
-"""Whatever can become an FMU, as FMU: a trained recipe, an FMU again, a torch module."""
+"""Whatever can become an FMU, as FMU: a trained recipe, an FMU again, a torch module.
+
+Each kind of source imports what it needs when it is exported: an FMU is written again without the
+packages of the training and of the figures.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from slide_fmu.core.progress import Bar
-from slide_fmu.pipeline.form import Form, Written, export_again
-from slide_fmu.python_fmu.torch_files import is_module
+from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
+from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.python_fmu.torch_files import SUFFIXES, is_module
+from slide_fmu.surrogate.surrogate import Surrogate
+
+if TYPE_CHECKING:
+    from slide_fmu.pipeline.job import Job
+
 
 RUNS = Path("runs")
 """Where trained recipes lie if nothing else is said."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """Which FMU of a surrogate is written.
+
+    Attributes:
+        fmi: version of the standard.
+        sources: with C sources.
+    """
+
+    fmi: FmiVersion = 2
+    sources: bool = False
 
 
 @dataclass(frozen=True)
@@ -39,7 +63,7 @@ class Request:
     runs: Path | None = None
 
 
-def export(request: Request, bar: Bar) -> Written:
+def export(request: Request, bar: Bar) -> Path:
     """Write the FMU of a recipe, of an FMU, or of a torch module.
 
     Each kind imports what it needs: an FMU is written again without the packages of the training.
@@ -47,6 +71,9 @@ def export(request: Request, bar: Bar) -> Written:
     Args:
         request: what is to become an FMU.
         bar: opens progress bars.
+
+    Returns:
+        The FMU that was written.
 
     Raises:
         FmuError: the source is no FMU of slide-fmu.
@@ -66,22 +93,117 @@ def export(request: Request, bar: Bar) -> Written:
     return export_again(request.source, request.path, request.form)
 
 
-def _export_module(request: Request) -> Written:
-    from slide_fmu.pipeline.modules import export_torch, require_module_export
-
-    require_module_export(request.source, request.python, request.form)
-    _refuse_options_of_recipes(request)
-    return Written(export_torch(request.source, request.description, request.path))
-
-
-def _export_recipe(request: Request, bar: Bar) -> Written:
+def _export_recipe(request: Request, bar: Bar) -> Path:
     from slide_fmu.pipeline.job import open_job
-    from slide_fmu.pipeline.trained import export_recipe
 
     _refuse_options_of_modules(request)
     runs = request.runs or RUNS
     job = open_job(request.source, runs, bar, request.training_seed, request.data_seed)
     return export_recipe(job, request.path, request.form)
+
+
+def export_recipe(job: Job, path: Path | None, form: Form) -> Path:
+    """Write the FMU of a trained recipe.
+
+    An FMU of the same surrogate that ``run`` has finished keeps its report and measured error.
+
+    Args:
+        path: the FMU to write; if None, that of the run folder.
+        form: which FMU is written.
+
+    Raises:
+        StageError: nothing was trained.
+    """
+    from slide_fmu.pipeline.job import provenance
+    from slide_fmu.pipeline.stability import examine_stability
+
+    trained = job.folder.load_surrogate(job.recipe)
+    surrogate, origin = trained.surrogate, provenance(job, trained.versions)
+    examine_stability(job, surrogate)
+    finished = job.folder.fmu(job.recipe)
+    path = path or finished
+    if finished.exists():
+        other, found = read_fmu(finished)
+        same = {key: value for key, value in (found or {}).items() if key in origin} == origin
+        if same and other.to_bytes() == surrogate.to_bytes():
+            return export_again(finished, path, form)
+    return write_form(surrogate, path, form, provenance=origin)
+
+
+def export_again(source: Path, path: Path, form: Form) -> Path:
+    """Write the surrogate of an FMU as FMU of either standard, with this version's runtime.
+
+    Args:
+        source: FMU of slide-fmu.
+        path: the FMU to write.
+        form: which FMU is written.
+
+    Raises:
+        FmuError: the source is no FMU of slide-fmu.
+    """
+    surrogate, found = read_fmu(source)
+    page = read_member(source, "documentation/index.html")
+    documentation = {} if page is None else {"index.html": page}
+    return write_form(surrogate, path, form, provenance=found, documentation=documentation)
+
+
+def write_form(
+    surrogate: Surrogate,
+    path: Path,
+    form: Form,
+    *,
+    provenance: dict[str, object] | None,
+    documentation: Mapping[str, bytes] | None = None,
+) -> Path:
+    """Write a surrogate as FMU of a form."""
+    return export_fmu(
+        surrogate,
+        path,
+        fmi=form.fmi,
+        provenance=provenance,
+        documentation=documentation,
+        sources=form.sources,
+    )
+
+
+def _export_module(request: Request) -> Path:
+    """Write a torch module as FMU that needs Python where it runs."""
+    from slide_fmu.python_fmu.torch_export import ModuleError, export_module
+
+    _require_module_export(request)
+    _refuse_options_of_recipes(request)
+    if request.description is None or request.path is None:
+        raise ModuleError(
+            f"{request.source}: what are its signals, and where to? give --description "
+            "signals.toml and -o PATH"
+        )
+    return export_module(request.source, request.description, request.path)
+
+
+def _require_module_export(request: Request) -> None:
+    """Refuse what the python backend cannot make, and torch modules without it.
+
+    Raises:
+        ModuleError: with what was asked for, and the remedy.
+    """
+    from slide_fmu.python_fmu.torch_export import ModuleError
+
+    source = request.source
+    if not is_module(source):
+        raise ModuleError(
+            f"{source}: the python backend takes a torch module, {' or '.join(SUFFIXES)}; the "
+            "native one runs what slide-fmu trains: leave out --backend python"
+        )
+    if not request.python:
+        raise ModuleError(
+            f"{source} is a torch module; the native runtime runs exactly what slide-fmu trains, "
+            "and nothing else: add --backend python for an FMU that needs Python where it runs"
+        )
+    if request.form != Form():
+        raise ModuleError(
+            f"{source}: the python backend writes the module as it is, as FMI 2.0; leave out "
+            "--fmi 3 and --source, which are for native FMUs"
+        )
 
 
 def _refuse_options_of_recipes(request: Request) -> None:

@@ -42,13 +42,19 @@ def mistakes(error: ValidationError, source: str, whole: str = "recipe") -> str:
     return "\n".join(lines)
 
 
-def load_recipe(path: Path) -> Recipe:
+def load_recipe(path: str | Path) -> Recipe:
     """Read a recipe file.
 
+    Args:
+        path: a TOML file such as ``training/duffing.toml``.
+
+    Returns:
+        The recipe, with the defaults of all keys that the file does not give.
+
     Raises:
-        RecipeError: the file cannot be read or is no recipe.
+        RecipeError: the file cannot be read, or it is no recipe; there is one line per mistake.
     """
-    return parse_recipe(read_recipe_text(path), str(path))
+    return parse_recipe(read_recipe_text(Path(path)), str(path))
 
 
 def read_recipe_text(path: Path) -> str:

@@ -13,7 +13,7 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
     ESTI     := f64 low  f64 high  u32 positions  network        the error estimator
                 f32 least[count]  f32 largest[count]             of its features
     META     := UTF-8 JSON, padded with spaces                   signals; the C runtime skips it
-    network  := see network_bytes.py
+    network  := see slide_fmu/network/bytes.py
 
 Inputs and outputs in SCIN and SCOU are those of the network. Hold (signals.Hold): 0 held, 1 ramp.
 Start: u before anybody sets it, finite and within offset -+ scale (``check_starts``).
@@ -40,11 +40,12 @@ from typing import get_args
 
 import numpy as np
 
+from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.scaling import Affine, LogError
 from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.core.window import MAX_WINDOW, Window
 from slide_fmu.network.base import Network
-from slide_fmu.network.bytes import Reader, decode_network, encode_network
+from slide_fmu.network.bytes import decode_network, encode_network
 from slide_fmu.network.feed_forward import FeedForward
 from slide_fmu.network.state_space import StateSpace
 from slide_fmu.surrogate.error_estimator import ErrorEstimator

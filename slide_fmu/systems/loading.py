@@ -1,45 +1,37 @@
-"""A reference system from its dotted name, as recipes and reference FMUs give it."""
+"""A reference system from its name, as recipes and reference FMUs give it, whatever its kind."""
 
 from __future__ import annotations
 
-import importlib
-import inspect
 from collections.abc import Callable, Mapping
-from types import ModuleType
 from typing import cast
 
 from slide_fmu.systems.base import System
+from slide_fmu.systems.naming import LoadError, Parameter, imported
+from slide_fmu.systems.python_class import system_of_class
 
-Parameter = float | int | str | bool
-"""Value of a constructor argument, as TOML and JSON know it."""
+__all__ = ["KINDS", "LoadError", "Parameter", "load_picture", "load_system"]
+
+Maker = Callable[[str, Mapping[str, Parameter]], System]
+"""Makes a system from its model and its parameters; raises ``LoadError`` where it cannot."""
+
+KINDS: dict[str, Maker] = {"class": system_of_class}
+"""Every kind of reference system, with what makes one: a kind is one module and one entry here."""
 
 
-class LoadError(ValueError):
-    """A reference system could not be made from its name and parameters."""
-
-
-def load_system(model: str, parameters: Mapping[str, Parameter]) -> System:
+def load_system(model: str, parameters: Mapping[str, Parameter], kind: str = "class") -> System:
     """Make a system.
 
     Args:
-        model: ``"package.module:Class"``, importable in this environment.
-        parameters: keyword arguments of the class.
+        model: what the kind makes a system from; of a class, ``"package.module:Class"``.
+        parameters: parameters of the system, its sample step among them.
+        kind: one of ``KINDS``.
 
     Raises:
-        LoadError: module or class is not there, or the parameters do not fit.
+        LoadError: there is no such kind or model, or the parameters do not fit.
     """
-    system_class = _find_class(model)
-    accepted = inspect.signature(system_class).parameters
-    unknown = sorted(set(parameters) - set(accepted))
-    if unknown:
-        raise LoadError(
-            f"system {model!r}: unknown parameters {unknown}; expected some of "
-            f"{sorted(accepted)}: correct or remove them"
-        )
-    try:
-        return system_class(**parameters)
-    except (TypeError, ValueError) as error:
-        raise LoadError(f"system {model!r} with {dict(parameters)}: {error}") from error
+    if kind not in KINDS:
+        raise LoadError(f"kind of system {kind!r}; expected one of {sorted(KINDS)}")
+    return KINDS[kind](model, parameters)
 
 
 def load_picture(name: str) -> Callable[[System], bytes]:
@@ -55,7 +47,7 @@ def load_picture(name: str) -> Callable[[System], bytes]:
         LoadError: the module cannot be imported, or has no such function.
     """
     module_name, _, function = name.partition(":")
-    module = _imported(f"picture {name!r}", module_name)
+    module = imported(f"picture {name!r}", module_name)
     found = getattr(module, function, None)
     if not callable(found):
         raise LoadError(
@@ -63,38 +55,3 @@ def load_picture(name: str) -> Callable[[System], bytes]:
             "takes the system and gives the bytes of a PNG file: correct system.picture"
         )
     return cast(Callable[[System], bytes], found)
-
-
-def _imported(what: str, module_name: str) -> ModuleType:
-    try:
-        return importlib.import_module(module_name)
-    except ImportError as error:
-        raise LoadError(
-            f"{what}: module {module_name!r} cannot be imported ({error}); expected an "
-            "installed module, or one in a folder on PYTHONPATH: check the name, or install what "
-            "it needs (the extra 'train' brings exudyn)"
-        ) from error
-
-
-def _find_class(model: str) -> type[System]:
-    """Import the class that a dotted name means."""
-    module_name, colon, class_name = model.partition(":")
-    if not (module_name and colon and class_name):
-        raise LoadError(
-            f"system {model!r}; expected 'package.module:Class', for example "
-            "'mbs_models.oscillators:DuffingOscillator'"
-        )
-    module = _imported(f"system {model!r}", module_name)
-    found = getattr(module, class_name, None)
-    if not _is_system(found):
-        offered = sorted(name for name, item in vars(module).items() if _is_system(item))
-        raise LoadError(
-            f"system {model!r}: {class_name!r} is not a reference system in {module_name!r}; "
-            f"expected one of {offered}"
-        )
-    return cast(type[System], found)
-
-
-def _is_system(item: object) -> bool:
-    """Whether it is a class of systems that can be made."""
-    return inspect.isclass(item) and issubclass(item, System) and not inspect.isabstract(item)

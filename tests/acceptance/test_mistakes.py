@@ -18,10 +18,10 @@ from slide_fmu.core.window import Window
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fmu.export import read_fmu, read_member
-from slide_fmu.network.cell import Cell
 from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.cell import Cell
 from slide_fmu.pipeline.job import Job, open_job, provenance, versions
-from slide_fmu.pipeline.trained import STABILITY_PICTURE
+from slide_fmu.pipeline.stability import STABILITY_PICTURE
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.acceptance.conftest import SMALL_DUFFING, SMALL_LINEAR, Finished, invoke
@@ -159,7 +159,7 @@ def test_training_refuses_data_of_a_model_that_has_changed(tmp_path: Path) -> No
     recipe.write_text(text, encoding="utf-8")
 
     def slide_fmu(verb: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "slide_fmu.cli", verb, str(recipe), "--runs", str(runs)]
+        command = [sys.executable, "-m", "slide_fmu", verb, str(recipe), "--runs", str(runs)]
         return subprocess.run(command, capture_output=True, text=True, timeout=120)
 
     model.write_text(SOFTENED.format(1600.0), encoding="utf-8")
@@ -276,16 +276,6 @@ def test_a_description_means_nothing_for_a_recipe(duffing: Finished) -> None:
     result = invoke("export", duffing.recipe, "--runs", duffing.runs, "--description", "x.toml")
     assert result.exit_code == 1
     assert "--description x.toml is for torch modules" in " ".join(result.output.split())
-
-
-def test_precision_that_was_lost_does_not_come_back(duffing: Finished, tmp_path: Path) -> None:
-    half, whole = tmp_path / "half.fmu", tmp_path / "whole.fmu"
-    assert invoke("export", duffing.fmu, "--weights", "float16", "-o", half).exit_code == 0
-    for source, said in ((duffing.fmu, False), (half, True)):
-        result = invoke("export", source, "--weights", "float32", "-o", whole)
-        assert result.exit_code == 0
-        message = "weights were rounded to float16 before and stay rounded"
-        assert (message in " ".join(result.output.split())) is said
 
 
 def test_other_fmus_may_log_after_a_run(duffing: Finished) -> None:

@@ -37,8 +37,9 @@ def test_files_that_are_named_exist() -> None:
 
 
 def test_python_examples_run() -> None:
-    """All but the first one check their shapes themselves."""
-    examples = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    """All but the first one of the README check their shapes themselves."""
+    api = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    examples = re.findall(r"```python\n(.*?)```", README + api, re.DOTALL)
     environment = {**os.environ, "PYTHONWARNINGS": "error"}
     said = []
     for example in examples:
@@ -51,7 +52,7 @@ def test_python_examples_run() -> None:
         )
         assert result.returncode == 0, result.stderr
         said.append(result.stdout)
-    assert len(said) == 3
+    assert len(said) == 4
     position, error = (float(word) for word in said[0].split(" +- "))
     # a held force of 200 N: k x (1 + alpha x^2) = F at 0.124 m
     assert abs(position - 0.124) < 0.02

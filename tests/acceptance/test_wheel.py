@@ -129,6 +129,6 @@ def test_export_is_the_same_there(environment: Environment, tmp_path: Path) -> N
     paths = [environment.folder / "there.fmu", tmp_path / "here.fmu"]
     there = environment.call("slide-fmu", "export", DUFFING, "-o", paths[0])
     assert there.returncode == 0, there.stderr
-    here = [sys.executable, "-m", "slide_fmu.cli", "export", DUFFING, "-o", paths[1]]
+    here = [sys.executable, "-m", "slide_fmu", "export", DUFFING, "-o", paths[1]]
     subprocess.run(here, check=True, capture_output=True)
     assert paths[0].read_bytes() == paths[1].read_bytes()

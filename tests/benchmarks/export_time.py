@@ -29,7 +29,7 @@ def seconds_of(*arguments: object) -> float:
     Raises:
         subprocess.CalledProcessError: it failed.
     """
-    command = [sys.executable, "-m", "slide_fmu.cli", *map(str, arguments)]
+    command = [sys.executable, "-m", "slide_fmu", *map(str, arguments)]
     begin = time.perf_counter()
     subprocess.run(command, check=True, capture_output=True)
     return time.perf_counter() - begin

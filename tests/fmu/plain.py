@@ -15,6 +15,7 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.feed_forward import FeedForward
 from slide_fmu.network.state_space import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.plain_cell import PlainCell
 
 SLACK = 1e-6
 """Times that differ by less, in sample steps, are the same."""
@@ -45,45 +46,15 @@ def plain_features(features: FeatureMap, records: FloatArray) -> FloatArray:
     return np.array(rows)
 
 
-def plain_turn(network: StateSpace, features: FloatArray) -> FloatArray:
-    """The matrix that turns states out of the frame of gated units."""
-    matrix = np.eye(len(network.cell.a))
-    for i in range(0, 2 * network.turned, 2):
-        c, s = features[list(network.roles.turn)]
-        matrix[i : i + 2, i : i + 2] = [[c, -s], [s, c]]
-    return matrix
-
-
-def plain_units(network: StateSpace, x: FloatArray, features: FloatArray) -> FloatArray:
-    """What the units add to the next state."""
-    cell, roles = network.cell, network.roles
-    if cell.v is None:
-        inner = cell.w @ np.concatenate([x, features[list(roles.drive)], [1.0]])
-        return np.asarray(cell.e @ (np.tanh(inner) if cell.activation == "tanh" else inner**3))
-    turn = plain_turn(network, features)
-    gates = np.tanh(cell.w @ np.append(features[list(roles.schedule)], 1.0))
-    offered = cell.v @ np.concatenate([turn.T @ x, features[list(roles.gated)]])
-    return np.asarray(turn @ cell.e @ (gates * offered))
-
-
-def plain_step(network: StateSpace, x: FloatArray, f: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """One cell: the next state and its values."""
-    cell, roles = network.cell, network.roles
-    x = cell.a @ x + cell.b @ f[list(roles.drive)] + plain_units(network, x, f)
-    rows = cell.c @ x + cell.d @ f[list(roles.static)] + cell.d0
-    factors = np.array([1.0, *f[list(roles.readout)]])
-    return x, rows.reshape(-1, len(factors)) @ factors
-
-
 def plain_pair(network: StateSpace, features: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Two states from zero, restarted in turn: values and truncation errors, (N, n_values)."""
-    n = network.n_samples
+    n, cell = network.n_samples, PlainCell.of(network)
     older = younger = np.zeros(len(network.cell.a))
     age, error, values, errors = 0, np.zeros(network.n_values), [], []
     largest = np.zeros(network.n_values)  # of what the younger changes, since the last hand-over
     for f in features:
-        older, y_old = plain_step(network, older, f)
-        younger, y_young = plain_step(network, younger, f)
+        older, y_old = cell.step(older, f)
+        younger, y_young = cell.step(younger, f)
         age += 1
         weight = max(0.0, (age - (n - network.n_out)) / network.n_out)
         values.append((1 - weight) * y_old + weight * y_young)
@@ -122,10 +93,7 @@ def plain_outputs(surrogate: Surrogate, window: FloatArray) -> FloatArray:
     features = plain_features(network.features, surrogate.input_scaling.apply(window))
     values = []
     if isinstance(network, StateSpace):
-        x = np.zeros(len(network.cell.a))
-        for f in features:
-            x, y = plain_step(network, x, f)
-            values.append(y)
+        values.extend(PlainCell.of(network).run(features)[0])
     else:
         for first in range(len(features) - network.n_samples + 1):
             values.append(plain_layers(network, features[first : first + network.n_samples]))

@@ -18,12 +18,11 @@ from slide_fmu.features.director import Director
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.network.base import Float32Array, Network
-from slide_fmu.network.cell import GATED, Cell
 from slide_fmu.network.feed_forward import FeedForward, Layer
-from slide_fmu.network.roles import Roles
 from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.cell import GATED, Cell
+from slide_fmu.network.state_space.roles import Roles
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
-from slide_fmu.surrogate.half_precision import with_weights
 from slide_fmu.surrogate.surrogate import Surrogate
 
 STEP = 0.005
@@ -67,7 +66,6 @@ class Shape:
     seed: int = 0
     hold: Hold = "held"
     cell: CellShape | None = None
-    half: bool = False  # layers with weights of float16
 
 
 def random_chain(n: int, seed: int) -> SerialChain:
@@ -224,11 +222,6 @@ def _ranges(shape: Shape, network: FeedForward) -> Float32Array:
 
 def random_surrogate(shape: Shape) -> Surrogate:
     """A surrogate of this shape; its estimator is there when positions > 0."""
-    surrogate = _random_surrogate(shape)
-    return with_weights(surrogate, "float16") if shape.half else surrogate
-
-
-def _random_surrogate(shape: Shape) -> Surrogate:
     rng = np.random.default_rng(shape.seed + 1000)
     window = Window(STEP, shape.n_in, shape.n_out)
     offset = np.clip(rng.normal(size=shape.n_inputs), -2, 2)

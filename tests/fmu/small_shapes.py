@@ -37,7 +37,7 @@ DIRECTOR = Shape(
     hold="ramp",
     cell=CellShape(2, 2, "gated", turned=1),
 )
-HALVES = Shape(n_in=3, n_out=2, n_inputs=2, hidden=(3,), skip=True, positions=2, half=True)
+TWO_LAYERS = Shape(n_in=3, n_out=2, n_inputs=2, hidden=(3, 2), skip=True, positions=2, ages=2)
 ROLES = Shape(n_in=3, n_out=2, differences=2, cell=CellShape(9, 2, "cubic", roles=True, factors=1))
 RAMP = Shape(n_in=4, n_out=2, positions=2, hidden=(3,), hold="ramp", cell=CellShape(9, 9))
 BENT = Shape(
@@ -84,7 +84,7 @@ FUZZED = (
     CELLS,
     GATED,
     DIRECTOR,
-    HALVES,
+    TWO_LAYERS,
     ROLES,
     RAMP,
     BENT,

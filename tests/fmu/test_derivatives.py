@@ -40,7 +40,7 @@ FAMILIES = {
     "elu block": {"activation": "elu"},
     "tanh, skip": {"activation": "tanh", "skip": True, "block": False},
     "gelu, some ages": {"activation": "gelu", "ages": 4},
-    "elu of float16": {"activation": "elu", "skip": True, "half": True},
+    "elu, skip": {"activation": "elu", "skip": True},
     "tanh cell": {"cell": CellShape(4, 9, contraction=0.8)},
     "cubic cell": {"cell": CellShape(4, 9, "cubic", 0.8, roles=True, factors=1)},
     "gated cell": {"cell": CellShape(9, 9, "gated", 0.8, turned=2, factors=2)},

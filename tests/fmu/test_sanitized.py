@@ -21,7 +21,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.driver import build_driver, host_compilers, run_compiler, sanitizing_compiler
 from tests.fmu.native import Loaded
 from tests.fmu.samples import CellShape, Shape, random_surrogate
-from tests.fmu.small_shapes import CELLS, DIRECTOR, GATED, HALVES, ONE_SAMPLE, RAMP, ROLES, SMALL
+from tests.fmu.small_shapes import CELLS, DIRECTOR, GATED, ONE_SAMPLE, RAMP, ROLES, SMALL
 
 pytestmark = pytest.mark.extended
 
@@ -82,7 +82,7 @@ def _python_accepts(data: bytes) -> bool | None:
     return True
 
 
-@pytest.mark.parametrize("shape", [SMALL, ONE_SAMPLE, CELLS, RAMP, GATED, DIRECTOR, ROLES, HALVES])
+@pytest.mark.parametrize("shape", [SMALL, ONE_SAMPLE, CELLS, RAMP, GATED, DIRECTOR, ROLES])
 def test_damaged_payloads(driver: Path, tmp_path: Path, shape: Shape) -> None:
     rng = np.random.default_rng(5)
     contents = list(_damaged(random_surrogate(shape).to_bytes(), rng))
@@ -113,7 +113,7 @@ def test_kernels_are_accurate(driver: Path) -> None:
         assert special == "1", (kernel, what)
 
 
-@pytest.mark.parametrize("shape", [SMALL, CELLS, GATED, HALVES])
+@pytest.mark.parametrize("shape", [SMALL, CELLS, GATED])
 def test_calls(driver: Path, load: Callable[[Surrogate], Loaded], shape: Shape) -> None:
     loaded = load(random_surrogate(shape))
     _run(driver, "calls", loaded.uri, loaded.guid)

@@ -27,7 +27,6 @@ from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 
 SHAPES = {
     "layers": Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3),
-    "float16": Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3, half=True),
     "cell": Shape(n_outputs=2, positions=3, hold="ramp", cell=CellShape()),
     "chain": Shape(
         n_inputs=6, features="chain", hold="ramp", cell=CellShape(activation="gated", turned=1)

@@ -362,7 +362,7 @@ def test_backends_refuse_what_they_cannot_make(tmp_path: Path) -> None:
     assert other.exit_code == 1
     assert "takes a torch module" in other.output.replace("\n", " ")
     about = ("--backend", "python", "--description", description, "-o", tmp_path / "m.fmu")
-    for form in (("--fmi", 3), ("--source",), ("--weights", "float16")):
+    for form in (("--fmi", 3), ("--source",)):
         native = invoke("export", module, *about, *form)
         assert native.exit_code == 1
         assert "which are for native FMUs" in native.output.replace("\n", " ")

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import pytest
 
 from mbs_models.oscillators.oscillators import DuffingOscillator
-from slide_fmu.systems.loading import LoadError, load_system
+from slide_fmu.systems.base import System
+from slide_fmu.systems.loading import KINDS, LoadError, Parameter, load_system
 
 
 def test_load_by_name_with_parameters() -> None:
@@ -32,3 +35,22 @@ def test_load_by_name_with_parameters() -> None:
 def test_mistakes_are_named(model: str, parameters: dict[str, float], message: str) -> None:
     with pytest.raises(LoadError, match=message):
         load_system(model, parameters)
+
+
+def test_load_system_of_unknown_kind_lists_the_kinds() -> None:
+    with pytest.raises(LoadError, match=r"kind of system 'record'; expected one of \['class'\]"):
+        load_system("record.csv", {}, kind="record")
+
+
+def test_a_registered_kind_is_loaded_with_model_and_parameters(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked = []
+
+    def system_of_record(model: str, parameters: Mapping[str, Parameter]) -> System:
+        asked.append((model, dict(parameters)))
+        return DuffingOscillator(step=0.02)
+
+    monkeypatch.setitem(KINDS, "record", system_of_record)
+    system = load_system("record.csv", {"step": 0.02}, kind="record")
+    assert (system.step, asked) == (0.02, [("record.csv", {"step": 0.02})])

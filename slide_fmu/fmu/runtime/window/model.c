@@ -46,9 +46,8 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideAren
     model->output_scaling =
         place_scaling(payload->output_scaling, SLIDE_OUTPUT_ROW, payload->n_outputs, arena);
     model->starts = place_starts(payload, arena);
-    slide_network_place(&model->predictor, &payload->predictor, payload->n_outputs, model->kernel,
-                        arena);
-    slide_estimator_place(&model->estimator, payload, model->kernel, arena);
+    slide_network_place(&model->predictor, &payload->predictor, payload->n_outputs, arena);
+    slide_estimator_place(&model->estimator, payload, arena);
     shape_past(model, payload);
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
     model->part = slide_place(arena, payload->n_inputs, sizeof(double));
@@ -62,5 +61,5 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideAren
 void slide_model_place_block(SlideModel *model, const SlidePayload *payload, SlideArena *arena) {
     model->n_block = slide_network_block_size(&payload->predictor, payload->n_outputs);
     slide_network_place_block(&model->predictor, &payload->predictor, payload->n_outputs,
-                              model->kernel, arena);
+                              arena);
 }

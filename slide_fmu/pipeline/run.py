@@ -1,7 +1,8 @@
-"""The end of the way: an FMU that carries its report and its measured error."""
+"""The whole way: from a recipe to an FMU that carries its report and its measured error."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,10 @@ from slide_fmu.memory.sizing import Sizing
 from slide_fmu.memory.stability import AmplitudeTest, stability_figures
 from slide_fmu.pipeline.job import Job, provenance
 from slide_fmu.pipeline.measurement import IN_RANGE, tasks, validate_fmu_file
+from slide_fmu.pipeline.preparation import check_window, generate_data
 from slide_fmu.pipeline.run_folder import Trained
-from slide_fmu.pipeline.trained import examine_stability
+from slide_fmu.pipeline.stability import examine_stability
+from slide_fmu.pipeline.training import train_surrogate
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system, reference_system
 from slide_fmu.systems.loading import load_picture
@@ -28,17 +31,66 @@ MECHANISM_PICTURE = "mechanism.png"
 folder finds it on the card."""
 
 
-def finish(
-    job: Job, sizing: Sizing, seed: int, trajectories: int | None = None
-) -> tuple[Path, Path]:
+@dataclass(frozen=True)
+class Choices:
+    """What may be chosen about a run, beside the recipe.
+
+    Attributes:
+        seed: seed of the unseen trajectories that the FMU is measured on.
+        trajectories: their number; the recipe's if None.
+        workers: processes that make the training trajectories; one per core if None.
+        threads: threads of the training.
+        overwrite: whether data that were made from other values are made again.
+    """
+
+    seed: int
+    trajectories: int | None = None
+    workers: int | None = None
+    threads: int = 1
+    overwrite: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Finished:
+    """A finished run.
+
+    Attributes:
+        fmu: path of the FMU.
+        page: path of its report.
+        figures: what was measured, as in ``report.json``.
+    """
+
+    fmu: Path
+    page: Path
+    figures: dict[str, Any]
+
+
+def run_recipe(job: Job, choices: Choices) -> Finished:
+    """Go the whole way with a recipe; what is there from an earlier run is not made again.
+
+    Raises:
+        LoadError, RecipeError: the recipe's systems or networks cannot be made.
+        ShortWindowError: the window is too short for the system.
+        StoreError: the trajectories in the run folder were made from other values.
+        TrainingError: a training diverged.
+        UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
+    """
+    sizing = check_window(job)
+    generate_data(job, choices.workers, choices.overwrite)
+    train_surrogate(job, choices.threads)
+    return finish(job, sizing, choices.seed, choices.trajectories)
+
+
+def finish(job: Job, sizing: Sizing, seed: int, trajectories: int | None = None) -> Finished:
     """Export, validate, and write the FMU that carries its report and its measured error.
 
     Args:
         seed: of the unseen trajectories.
         trajectories: their number; the recipe's if None.
 
-    Returns:
-        Paths of the FMU and of the report.
+    Raises:
+        StageError: nothing was trained.
+        UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
     """
     recipe, fmu = job.recipe, job.folder.fmu(job.recipe)
     trained = job.folder.load_surrogate(recipe)
@@ -58,7 +110,7 @@ def finish(
     export_fmu(
         surrogate, fmu, provenance=released, documentation={"index.html": page.read_bytes()}
     )
-    return fmu, page
+    return Finished(fmu, page, report.data)
 
 
 def draw_mechanism(job: Job) -> str | None:

@@ -1,0 +1,21 @@
+"""``slide-fmu info``: what an FMU is."""
+
+from __future__ import annotations
+
+import json
+
+from rich.console import Console
+
+from slide_fmu.cli.console import errors, write_json
+from slide_fmu.cli.options import FmuArgument, JsonOption
+
+
+def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
+    """What an FMU is: signals, window, network, measured error, provenance."""
+    from slide_fmu.pipeline.info import describe_fmu
+
+    with errors():
+        figures = describe_fmu(fmu)
+        write_json(json_path, figures)
+    if json_path != "-":
+        Console().print_json(json.dumps(figures))

@@ -1,0 +1,103 @@
+"""How the values of state-space networks move with their features: reverse mode, in float64.
+
+Backpropagation through time along one run of the cell from x = 0 (Werbos, 1990). The run itself,
+its units and their slopes are those of ``equations.py``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.features.base import PullBack
+from slide_fmu.network.state_space.equations import ByRole, Equations, Weights, rows, turned
+from slide_fmu.network.state_space.network import StateSpace
+
+
+def pull_back_cells(network: StateSpace, features: FloatArray, n_out: int) -> PullBack:
+    """Reverse mode of ``StateSpace.block`` after its features; see ``network/gradient.py``."""
+    return _CellTape(network, features, n_out).pull_back
+
+
+def _in_double(weights: Weights) -> Weights:
+    found: dict[str, Any] = {
+        name: part.astype(np.float64)
+        for name, part in vars(weights).items()
+        if isinstance(part, np.ndarray)
+    }
+    return replace(weights, **found)
+
+
+class _CellTape:
+    """One run of a cell from x = 0 over windows, and its way back. Final."""
+
+    def __init__(self, network: StateSpace, features: FloatArray, n_out: int) -> None:
+        self._roles, self._n_out = network.roles, n_out
+        self._shape = features.shape
+        self._inputs = ByRole.of(network.roles, np.moveaxis(features, 1, 0))
+        self._weights = _in_double(network.cell.weights(network.turned))
+        self._equations = Equations(self._weights, self._inputs, np)
+        first = np.zeros((len(features), len(network.cell.a)))
+        self._states = np.concatenate([first[None], self._equations.run(first)])
+
+    def pull_back(self, weights: FloatArray) -> FloatArray:
+        """Weights (B, n_out, n_outputs) to the gradient of the features, (B, n_in, n_features)."""
+        batch, count, n_features = self._shape
+        gradient, of_x = np.zeros((count, batch, n_features)), np.zeros(self._states.shape[1:])
+        first = count - self._n_out
+        for k in reversed(range(count)):
+            if k >= first:
+                of_x = of_x + self._pull_back_values(k, weights[:, k - first], gradient[k])
+            of_x = self._pull_back_step(k, of_x, gradient[k])
+        return np.moveaxis(gradient, 0, 1)
+
+    def _add(self, gradient: FloatArray, role: str, values: FloatArray) -> None:
+        """Add to the gradient of the features of a role; some may serve twice."""
+        for place, feature in enumerate(getattr(self._roles, role)):
+            gradient[:, feature] += values[:, place]
+
+    def _pull_back_values(self, k: int, weights: FloatArray, gradient: FloatArray) -> FloatArray:
+        """What weights (B, n_outputs) of the values after an input give to the state after it."""
+        of, readout = self._weights, self._inputs.readout[k]
+        factors = np.concatenate([np.ones((len(readout), 1)), readout], axis=1)
+        parts = rows(of, self._states[k + 1], self._inputs.static[k]).reshape(*weights.shape, -1)
+        self._add(gradient, "readout", np.einsum("bp,bpr->br", weights, parts[:, :, 1:]))
+        of_rows = (weights[:, :, None] * factors[:, None]).reshape(len(readout), -1)
+        self._add(gradient, "static", of_rows @ of.d)
+        return np.asarray(of_rows @ of.c)
+
+    def _pull_back_step(self, k: int, of_next: FloatArray, gradient: FloatArray) -> FloatArray:
+        """From the state after an input to that before it."""
+        weights = self._weights
+        self._add(gradient, "drive", of_next @ weights.b)
+        if weights.v_x is not None:
+            return np.asarray(of_next @ weights.a + self._pull_back_gated(k, of_next, gradient))
+        units = self._equations.units_with_slopes(k, self._states[k])
+        of_arguments = of_next @ weights.e * units.slope
+        self._add(gradient, "drive", of_arguments @ weights.w_f)
+        return np.asarray(of_next @ weights.a + of_arguments @ weights.w_x)
+
+    def _pull_back_gated(self, k: int, of_next: FloatArray, gradient: FloatArray) -> FloatArray:
+        weights, x, turn = self._weights, self._states[k], self._inputs.turn[k]
+        units, pairs = self._equations.units_with_slopes(k, x), weights.turned
+        of_units = turned(of_next, turn, pairs, np, back=True) @ weights.e
+        of_products = of_units * units.gates
+        of_seen = of_products @ weights.v_x
+        self._add(gradient, "schedule", of_units * units.slope @ weights.w_f)
+        self._add(gradient, "gated", of_products @ weights.v_g)
+        if pairs > 0:
+            of_turn = _of_turn(of_next, units.values @ weights.e.T, pairs)
+            of_back = _of_turn(of_seen, x, pairs)
+            self._add(gradient, "turn", of_turn + of_back * [1.0, -1.0])  # sin(-a) = -sin(a)
+        return np.asarray(turned(of_seen, turn, pairs, np))
+
+
+def _of_turn(weights: FloatArray, vectors: FloatArray, pairs: int) -> FloatArray:
+    """Gradient of weights (B, n) times turned vectors, with respect to cosine and sine, (B, 2)."""
+    a, b, x, y = (
+        part[:, first : 2 * pairs : 2] for part in (weights, vectors) for first in (0, 1)
+    )
+    return np.stack([(a * x + b * y).sum(axis=1), (b * x - a * y).sum(axis=1)], axis=1)

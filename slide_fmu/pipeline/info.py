@@ -1,0 +1,35 @@
+"""What an FMU of slide-fmu is, as plain values."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from slide_fmu.fmu.export import read_fmu
+from slide_fmu.python_fmu.torch_files import module_figures
+
+
+def describe_fmu(fmu: Path) -> dict[str, Any]:
+    """Describe an FMU: its signals, window, size and provenance; of a torch module, its versions.
+
+    Raises:
+        FmuError: the file is no FMU of slide-fmu, or it is damaged.
+        OSError: the file cannot be read.
+    """
+    module = module_figures(fmu)
+    if module:
+        return module
+    surrogate, provenance = read_fmu(fmu)
+    estimator = surrogate.estimator
+    return {
+        "name": surrogate.name,
+        "inputs": [vars(signal) for signal in surrogate.inputs],
+        "outputs": [vars(signal) for signal in surrogate.outputs],
+        "hold": surrogate.hold,
+        "window": vars(surrogate.window),
+        "parameters": surrogate.network.count_parameters(),
+        "estimator_parameters": None
+        if estimator is None
+        else estimator.network.count_parameters(),
+        "provenance": provenance,
+    }

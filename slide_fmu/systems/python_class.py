@@ -1,0 +1,58 @@
+"""Reference systems of the kind "class": classes of Python, in mbs_models or of the user."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from typing import cast
+
+from slide_fmu.systems.base import System
+from slide_fmu.systems.naming import LoadError, Parameter, imported
+
+
+def system_of_class(model: str, parameters: Mapping[str, Parameter]) -> System:
+    """Make a system from the name of its class.
+
+    Args:
+        model: ``"package.module:Class"``, importable in this environment.
+        parameters: keyword arguments of the class.
+
+    Raises:
+        LoadError: module or class is not there, or the parameters do not fit.
+    """
+    system_class = _find_class(model)
+    accepted = inspect.signature(system_class).parameters
+    unknown = sorted(set(parameters) - set(accepted))
+    if unknown:
+        raise LoadError(
+            f"system {model!r}: unknown parameters {unknown}; expected some of "
+            f"{sorted(accepted)}: correct or remove them"
+        )
+    try:
+        return system_class(**parameters)
+    except (TypeError, ValueError) as error:
+        raise LoadError(f"system {model!r} with {dict(parameters)}: {error}") from error
+
+
+def _find_class(model: str) -> type[System]:
+    """Import the class that a dotted name means."""
+    module_name, colon, class_name = model.partition(":")
+    if not (module_name and colon and class_name):
+        raise LoadError(
+            f"system {model!r}; expected 'package.module:Class', for example "
+            "'mbs_models.oscillators:DuffingOscillator'"
+        )
+    module = imported(f"system {model!r}", module_name)
+    found = getattr(module, class_name, None)
+    if not _is_system(found):
+        offered = sorted(name for name, item in vars(module).items() if _is_system(item))
+        raise LoadError(
+            f"system {model!r}: {class_name!r} is not a reference system in {module_name!r}; "
+            f"expected one of {offered}"
+        )
+    return cast(type[System], found)
+
+
+def _is_system(item: object) -> bool:
+    """Whether it is a class of systems that can be made."""
+    return inspect.isclass(item) and issubclass(item, System) and not inspect.isabstract(item)

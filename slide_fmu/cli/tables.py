@@ -10,8 +10,9 @@ from slide_fmu.cli.console import console
 
 
 def show_validation(figures: dict[str, Any], title: str) -> None:
+    # Not as the table's title, which rich wraps to the width of the table.
+    console.print(f"{title}: {figures['trajectories']} trajectories, seed {figures['seed']}")
     table = Table("output", "RMS of the reference", "RMSE", "relative RMSE", "largest error")
-    table.title = f"{title}: {figures['trajectories']} trajectories, seed {figures['seed']}"
     for output in figures["outputs"]:
         unit = output["unit"]
         table.add_row(

@@ -25,6 +25,7 @@ from slide_fmu.pipeline.stability import STABILITY_PICTURE
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.acceptance.conftest import SMALL_DUFFING, SMALL_LINEAR, Finished, invoke
+from tests.marks import essential
 
 CART = '''
 import numpy as np
@@ -131,7 +132,9 @@ def test_training_refuses_a_window_that_was_made_too_short(
     assert (duffing.runs / duffing.name / "surrogate.slide").read_bytes() == before
 
 
-@pytest.mark.parametrize("table", ["training", "estimator.pretraining", "estimator.training"])
+@pytest.mark.parametrize(
+    "table", essential(["training", "estimator.pretraining", "estimator.training"], "training")
+)
 def test_flipped_signs_need_symmetric_ranges_in_every_training(tmp_path: Path, table: str) -> None:
     (tmp_path / "lopsided.py").write_text(LOPSIDED, encoding="utf-8")
     text = SMALL_DUFFING.replace("flip_signs = true\n", "")
@@ -148,6 +151,7 @@ def test_flipped_signs_need_symmetric_ranges_in_every_training(tmp_path: Path, t
     assert "the range of 'position' is -1.0 .. 3.0 m" in " ".join(result.output.split())
 
 
+@pytest.mark.extended
 def test_training_refuses_data_of_a_model_that_has_changed(tmp_path: Path) -> None:
     model = tmp_path / "softening.py"
     recipe, runs = tmp_path / "softening.toml", tmp_path / "runs"

@@ -14,6 +14,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import OK, Loaded, Native
 from tests.fmu.plain import Resampling
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
+from tests.marks import essential
 
 Load = Callable[[Surrogate], Loaded]
 
@@ -68,7 +69,7 @@ def go(native: Native, lengths: Iterable[float], inputs: FloatArray, first: int 
 
 
 @both_holds
-@pytest.mark.parametrize("pattern", PATTERNS)
+@pytest.mark.parametrize("pattern", essential(PATTERNS, "switching"))
 @pytest.mark.parametrize("shape", SHAPES, ids=NAMES)
 def test_any_step_is_resampling(load: Load, shape: Shape, pattern: str, hold: Hold) -> None:
     surrogate = random_surrogate(dataclasses.replace(shape, hold=hold))

@@ -28,6 +28,7 @@ from tests.fmu.test_any_step import (
     drawn,
 )
 from tests.fmu.test_derivatives import ROUNDED, derivative, inputs_for, surrogate_of
+from tests.marks import essential
 
 Load = Callable[[Surrogate], Loaded]
 
@@ -42,7 +43,7 @@ def rates_for(lengths: list[float], n_inputs: int) -> FloatArray:
 
 
 @both_holds
-@pytest.mark.parametrize("pattern", PATTERNS)
+@pytest.mark.parametrize("pattern", essential(PATTERNS, "switching"))
 @pytest.mark.parametrize("shape", SHAPES, ids=NAMES)
 def test_moving_inputs_are_resampled(load: Load, shape: Shape, pattern: str, hold: Hold) -> None:
     surrogate = random_surrogate(dataclasses.replace(shape, hold=hold))

@@ -28,6 +28,8 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.driver import run_compiler
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
+pytestmark = pytest.mark.extended
+
 MASTER = Path(__file__).parent / "c" / "master.c"
 STEPS = 60
 ARM_LIBRARIES = Path("/usr/aarch64-linux-gnu")
@@ -184,7 +186,6 @@ def _here(
     return _run(linux, 2, masters(linux), surrogate, folder, environment)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("name", "fmi"), RUNS, ids=str)
 @pytest.mark.parametrize("family", FAMILIES)
 def test_all_platforms_give_the_same(

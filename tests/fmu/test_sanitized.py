@@ -23,6 +23,8 @@ from tests.fmu.native import Loaded
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.fmu.small_shapes import CELLS, DIRECTOR, GATED, ONE_SAMPLE, RAMP, ROLES, SMALL
 
+pytestmark = pytest.mark.extended
+
 TELLING = [0, 1, 2, 3, 0x7F, 0x80000000, 0xFFFFFFFF, 0x7FC00000, 0x7F800000, 0x40000000, 1 << 20]
 """Words that hurt readers: off by one, signs, NaN, infinity, sizes that overflow."""
 

@@ -70,6 +70,7 @@ def run(native: Native, n_inputs: int, n_results: int) -> FloatArray:
     return np.array(rows)
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 def test_same_results_as_the_library(shape: Shape, tmp_path: Path) -> None:
     loaded = exported(random_surrogate(shape), tmp_path)
@@ -129,6 +130,7 @@ def test_no_file_is_opened(tmp_path: Path) -> None:
         assert not re.search(r"\b(fopen|_wfopen|fread|windows\.h)\b", text), path.name
 
 
+@pytest.mark.extended
 def test_wrong_guid_is_refused(tmp_path: Path) -> None:
     loaded = exported(random_surrogate(SHAPES["layers"]), tmp_path)
     library = ctypes.CDLL(str(compiled(loaded, tmp_path / "own.so", *SHARED)))
@@ -137,6 +139,7 @@ def test_wrong_guid_is_refused(tmp_path: Path) -> None:
     assert "GUID another" in refused.messages[0]
 
 
+@pytest.mark.extended
 def test_several_in_one_program(tmp_path: Path) -> None:
     """Their functions begin with their names."""
     names, parts = ("first", "second"), []
@@ -157,7 +160,7 @@ def test_several_in_one_program(tmp_path: Path) -> None:
     assert not hasattr(library, "fmi2GetVersion")
 
 
-@pytest.mark.slow
+@pytest.mark.extended
 @pytest.mark.skipif(
     shutil.which("cmake") is None, reason="fmpy compiles with cmake: not installed"
 )

@@ -45,7 +45,7 @@ def unbroken(tmp_path_factory: pytest.TempPathFactory) -> dict[str, torch.Tensor
     return weights
 
 
-@pytest.mark.slow
+@pytest.mark.extended
 def test_killed_training_ends_with_the_weights_of_an_unbroken_one(
     tmp_path: Path, unbroken: dict[str, torch.Tensor]
 ) -> None:

@@ -135,6 +135,7 @@ def test_every_flipped_byte_is_refused() -> None:
         assert refused_or_read(bytes(damaged))
 
 
+@pytest.mark.extended
 @both_files
 def test_flipped_bytes_with_a_right_checksum_are_refused_or_read(data: bytes) -> None:
     """Weights may change unseen, sizes and tags may not."""

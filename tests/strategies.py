@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from slide_fmu.core.scaling import Affine, LogError
 from slide_fmu.core.window import Window
 from slide_fmu.network.activations import ACTIVATIONS
-from slide_fmu.network.cell import CELL_ACTIVATIONS, GATED
+from slide_fmu.network.state_space.cell import CELL_ACTIVATIONS, GATED
 from tests.fmu.samples import CellShape, Shape
 
 numbers = st.floats(-1e6, 1e6)

@@ -14,8 +14,8 @@ from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.base import Float32Array
 from slide_fmu.network.feed_forward import FeedForward
-from slide_fmu.network.roles import Roles
 from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.roles import Roles
 from slide_fmu.python_fmu.writer import write_python_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 

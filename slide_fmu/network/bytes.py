@@ -53,10 +53,10 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.network.activations import ACTIVATIONS
 from slide_fmu.network.base import Float32Array, Network
-from slide_fmu.network.cell import CELL_ACTIVATIONS, GATED, Cell
 from slide_fmu.network.feed_forward import FeedForward, Layer
-from slide_fmu.network.roles import Roles
 from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.cell import CELL_ACTIVATIONS, GATED, Cell
+from slide_fmu.network.state_space.roles import Roles
 
 KIND_FEED_FORWARD, KIND_STATE_SPACE, KIND_FEED_FORWARD_HALF = 1, 2, 3
 SET_DIFFERENCES, SET_DIRECTOR, SET_CHAIN_MOTION = 1, 2, 3

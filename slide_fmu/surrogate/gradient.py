@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.gradient import PullBack, pull_back_features
-from slide_fmu.network.gradient import pull_back_block
+from slide_fmu.network.state_space.gradient import pull_back_block
 from slide_fmu.surrogate.surrogate import Surrogate
 
 

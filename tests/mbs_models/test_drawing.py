@@ -17,7 +17,7 @@ from mbs_models.pictures.robot_drawing import draw_robot
 from mbs_models.robot_6r.robot_6r import Robot6R
 from mbs_models.slider_crank.slider_crank import SliderCrank
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.pipeline import release
+from slide_fmu.pipeline import run as release
 from slide_fmu.pipeline.job import Job
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.systems.loading import LoadError

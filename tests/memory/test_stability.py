@@ -26,10 +26,10 @@ from slide_fmu.memory.stability import (
     stability_figures,
 )
 from slide_fmu.network.base import Network
-from slide_fmu.network.cell import Cell
 from slide_fmu.network.feed_forward import FeedForward, Layer
-from slide_fmu.network.roles import Roles
 from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.cell import Cell
+from slide_fmu.network.state_space.roles import Roles
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate

@@ -14,9 +14,9 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.base import BEFORE
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.cell import Cell
-from slide_fmu.network.roles import Roles
 from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.cell import Cell
+from slide_fmu.network.state_space.roles import Roles
 from tests.fmu.plain import plain_features, plain_pair
 from tests.fmu.samples import CellShape, Shape, random_cell, random_surrogate
 from tests.strategies import state_space_shapes

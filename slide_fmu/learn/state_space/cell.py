@@ -18,7 +18,7 @@ from dataclasses import dataclass, fields
 
 import torch
 
-from slide_fmu.network.roles import Roles
+from slide_fmu.network.state_space.roles import Roles
 
 
 def _tanh(values: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:

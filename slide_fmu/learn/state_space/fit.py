@@ -1,4 +1,4 @@
-"""The state-space family: choose sizes, hold the tournament, freeze the winner."""
+"""Fits a state-space network: chooses its size, runs the multi-start, freezes the winner."""
 
 from __future__ import annotations
 
@@ -10,12 +10,17 @@ import torch
 
 from slide_fmu.learn.feature_choice import roles_of
 from slide_fmu.learn.problem import Problem
+from slide_fmu.learn.state_space.multi_start import (
+    LINEAR_ITERATIONS,
+    Candidate,
+    FitData,
+    MultiStart,
+)
 from slide_fmu.learn.state_space.normal_equations import sum_of_squares
 from slide_fmu.learn.state_space.segments import Segments, cut_segments
-from slide_fmu.learn.state_space.tournament import LINEAR_ITERATIONS, Entrant, FitData, Tournament
 from slide_fmu.learn.training import History, TrainingError, TrainingProgress
-from slide_fmu.network.cell import Cell
 from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.cell import Cell
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 SEARCH_STARTS = 3
@@ -43,10 +48,10 @@ def fit_state_space(
         ValueError: trajectories are too short for the window, or the order is too high for it.
     """
     data = prepare(problem, network, training)
-    tournament = Tournament(problem, network, training, data, progress)
-    tournament.plan(2 * LINEAR_ITERATIONS + _iterations(training, training.iterations))
-    order, units = choose_sizes(tournament)
-    winner = compete(tournament, order, units)
+    multi_start = MultiStart(problem, network, training, data, progress)
+    multi_start.plan(2 * LINEAR_ITERATIONS + _iterations(training, training.iterations))
+    order, units = choose_sizes(multi_start)
+    winner = compete(multi_start, order, units)
     if not math.isfinite(winner.error):
         raise TrainingError(
             "training diverged: no start of the state-space network has a finite validation "
@@ -55,7 +60,7 @@ def fit_state_space(
     return freeze(winner, problem), _history(winner, data)
 
 
-def _history(winner: Entrant, data: FitData) -> History:
+def _history(winner: Candidate, data: FitData) -> History:
     """The winner's last run; with its start as step 0 where no step was better."""
     rows = winner.state.history
     if not rows or min(row[2] for row in rows) > winner.error:
@@ -95,63 +100,63 @@ def _stride(part: int, pieces: int, count: int) -> int:
     return fitting[0]
 
 
-def choose_sizes(tournament: Tournament) -> tuple[int, int]:
+def choose_sizes(multi_start: MultiStart) -> tuple[int, int]:
     """Order and number of units: as the recipe says, or raised while the error falls."""
-    order, units = tournament.network.order, tournament.network.hidden
-    first = tournament.first_order() if order == "auto" else order
+    order, units = multi_start.network.order, multi_start.network.hidden
+    first = multi_start.first_order() if order == "auto" else order
     found = first if order != "auto" else None
     if found is None:
         tried = 0 if units == 0 else FIRST_UNITS if units == "auto" else units
-        last = min(first + MORE_STATES, max(first, tournament.highest_order()))
+        last = min(first + MORE_STATES, max(first, multi_start.highest_order()))
         orders = range(first, last + 1, 2)
-        found = _largest_worthwhile(list(orders), lambda n: _judge(tournament, n, tried))
+        found = _largest_worthwhile(list(orders), lambda n: _judge(multi_start, n, tried))
     if units != "auto":
         return found, units
     numbers = [0]
     while (numbers[-1] or FIRST_UNITS // 2) < MOST_UNITS:
         numbers.append(2 * numbers[-1] or FIRST_UNITS)
-    return found, _largest_worthwhile(numbers, lambda h: _judge(tournament, found, h))
+    return found, _largest_worthwhile(numbers, lambda h: _judge(multi_start, found, h))
 
 
-def compete(tournament: Tournament, order: int, units: int) -> Entrant:
-    """The tournament of one size: the winner, refined on all data."""
-    training = tournament.training
-    linear = tournament.linear(order)
+def compete(multi_start: MultiStart, order: int, units: int) -> Candidate:
+    """Run the multi-start of one size and return its winner, refined on all data."""
+    training = multi_start.training
+    linear = multi_start.linear(order)
     if units == 0:
-        return tournament.refine(linear)
-    dense = _dense_units(tournament, order, units)
+        return multi_start.refine(linear)
+    dense = _dense_units(multi_start, order, units)
     last = training.iterations if dense == units else training.stretches
-    tournament.plan(_iterations(training, last))
-    starts = [tournament.start(linear, dense, number) for number in range(training.starts)]
-    winner = tournament.go_on(starts)[0]
-    return tournament.refine(winner) if dense == units else tournament.widened(winner, units)
+    multi_start.plan(_iterations(training, last))
+    starts = [multi_start.start(linear, dense, number) for number in range(training.starts)]
+    winner = multi_start.go_on(starts)[0]
+    return multi_start.refine(winner) if dense == units else multi_start.widened(winner, units)
 
 
 def _iterations(training: LeastSquaresRecipe, last: int) -> int:
-    """Iterations of one tournament after its linear models, at most, with the winner's last."""
+    """Most iterations of one multi-start after its linear models, with the winner's last ones."""
     first = training.starts * training.start_iterations
     return first + training.kept * training.kept_iterations + last
 
 
-def _dense_units(tournament: Tournament, order: int, units: int) -> int:
+def _dense_units(multi_start: MultiStart, order: int, units: int) -> int:
     """Units for which normal equations are solved: all, or those of half the largest size."""
-    limit = tournament.training.dense_limit
-    if tournament.shape(order, units).n_parameters <= limit:
+    limit = multi_start.training.dense_limit
+    if multi_start.shape(order, units).n_parameters <= limit:
         return units
-    while units > 1 and tournament.shape(order, units).n_parameters > limit // 2:
+    while units > 1 and multi_start.shape(order, units).n_parameters > limit // 2:
         units -= 1
     return units
 
 
-def _judge(tournament: Tournament, order: int, units: int) -> float:
+def _judge(multi_start: MultiStart, order: int, units: int) -> float:
     """Validation error that a size reaches in a few short runs."""
-    linear = tournament.linear(order)
+    linear = multi_start.linear(order)
     if units == 0:
         return linear.error
-    units = _dense_units(tournament, order, units)
-    judging = SEARCH_STARTS * tournament.training.start_iterations
-    tournament.plan(judging + _iterations(tournament.training, tournament.training.iterations))
-    starts = [tournament.start(linear, units, number) for number in range(SEARCH_STARTS)]
+    units = _dense_units(multi_start, order, units)
+    judging = SEARCH_STARTS * multi_start.training.start_iterations
+    multi_start.plan(judging + _iterations(multi_start.training, multi_start.training.iterations))
+    starts = [multi_start.start(linear, units, number) for number in range(SEARCH_STARTS)]
     return min(start.error for start in starts)
 
 
@@ -166,7 +171,7 @@ def _largest_worthwhile(sizes: list[int], judge: Callable[[int], float]) -> int:
     return chosen
 
 
-def freeze(winner: Entrant, problem: Problem) -> StateSpace:
+def freeze(winner: Candidate, problem: Problem) -> StateSpace:
     """The fitted network as data, in float32.
 
     Raises:

@@ -14,9 +14,9 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.learn.state_space.cell import CellShape, simulate
 from slide_fmu.learn.state_space.segments import Segments
 from slide_fmu.network.base import Float32Array
-from slide_fmu.network.cell import Cell
-from slide_fmu.network.roles import Roles
 from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.cell import Cell
+from slide_fmu.network.state_space.roles import Roles
 
 
 def random(*shape: int, seed: int = 0) -> torch.Tensor:

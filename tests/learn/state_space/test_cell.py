@@ -11,7 +11,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from slide_fmu.learn.state_space.cell import ACTIVATIONS, CellShape, opposite, simulate, turned
-from slide_fmu.network.cell import CELL_ACTIVATIONS
+from slide_fmu.network.state_space.cell import CELL_ACTIVATIONS
 from tests.learn.state_space.cells import (
     FACTORS,
     GATED_SHAPES,

@@ -13,9 +13,9 @@ import torch
 from slide_fmu.learn.state_space.cell import CellShape, simulate
 from slide_fmu.learn.state_space.fit import FEWEST, _stride, freeze, prepare
 from slide_fmu.learn.state_space.levenberg_marquardt import Iterate
-from slide_fmu.learn.state_space.tournament import Entrant
-from slide_fmu.network.roles import Roles
+from slide_fmu.learn.state_space.multi_start import Candidate
 from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.roles import Roles
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.learn.state_space.cells import numpy_network, random_theta
 from tests.learn.state_space.springs import (
@@ -83,7 +83,7 @@ def check_frozen(folder: Path, table: StateSpaceRecipe, turned: int = 0) -> Stat
     shape = CellShape(4, 5, 1, roles, table.units, table.bias, turned)
     theta = random_theta(shape)
     theta = 0.5 * theta if table.units == "cubic" else theta  # features are larger than inputs
-    network = freeze(Entrant(shape, Iterate(theta, theta, 0.0)), problem)
+    network = freeze(Candidate(shape, Iterate(theta, theta, 0.0)), problem)
     assert (network.roles, network.turned, network.features) == (roles, turned, problem.features)
     expected, _ = simulate(shape, theta, data.features.transpose(0, 1))
     found, _ = network.run(network.features.along(records[0].numpy()))

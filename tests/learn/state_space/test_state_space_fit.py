@@ -13,8 +13,8 @@ import torch
 from slide_fmu.core.window import Window
 from slide_fmu.learn.state_space import ledger, preconditioned_descent
 from slide_fmu.learn.state_space.fit import prepare
+from slide_fmu.learn.state_space.multi_start import SHORTEST_RESPONSE
 from slide_fmu.learn.state_space.preconditioned_descent import Descent
-from slide_fmu.learn.state_space.tournament import SHORTEST_RESPONSE
 from slide_fmu.learn.training import TrainingError
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.learn.state_space.cells import plain
@@ -173,7 +173,7 @@ def test_beyond_the_dense_limit_the_network_is_widened(
     quicken(monkeypatch)
     cell = widened.network.cell
     assert (len(cell.a), len(cell.w)) == (4, 12)
-    # from the best start of the same tournament, which is not refined first
+    # from the best start of the same multi_start, which is not refined first
     fewest = max(h for h in range(12) if plain(4, 1, h, 1).n_parameters <= 50)
     problem = problem_of(tmp_path)
     assert fit(problem, **WIDE).content == widened.content

@@ -14,7 +14,7 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space.cell import simulate
 from slide_fmu.learn.state_space.fit import prepare
-from slide_fmu.learn.state_space.tournament import Tournament
+from slide_fmu.learn.state_space.multi_start import MultiStart
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.learn.plants import ARM
 from tests.learn.state_space.springs import (
@@ -109,9 +109,9 @@ def test_turned_pairs_find_what_turns_with_a_chain(tmp_path: Path, eigenvalues: 
     assert not any("turned" in name for name in runs(plain))
 
 
-def tournament_of(problem: Problem, **changes: Any) -> Tournament:
+def tournament_of(problem: Problem, **changes: Any) -> MultiStart:
     table, training = StateSpaceRecipe(**TURNED | changes), LeastSquaresRecipe(**QUICK)
-    return Tournament(problem, table, training, prepare(problem, table, training), ignore)
+    return MultiStart(problem, table, training, prepare(problem, table, training), ignore)
 
 
 @pytest.mark.parametrize("number", [0, 1])
@@ -119,21 +119,21 @@ def test_starts_keep_the_coordinates_of_pairs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
 ) -> None:
     """The states of the linear model, neither scaled nor mixed; the unit acts on nothing yet."""
-    tournament = tournament_of(problem_in(tmp_path, EIGENVALUES))
-    linear, begun = tournament.linear(6), []
+    multi_start = tournament_of(problem_in(tmp_path, EIGENVALUES))
+    linear, begun = multi_start.linear(6), []
 
     def descend(name: str, shape: Any, theta: torch.Tensor, *others: Any) -> Any:
         begun.append((shape, theta))
         return linear
 
-    monkeypatch.setattr(tournament, "_descend", descend)
-    tournament.start(linear, 1, number)
+    monkeypatch.setattr(multi_start, "_descend", descend)
+    multi_start.start(linear, 1, number)
     ((shape, theta),) = begun
     assert (shape.turned, shape.n_units) == (2, 1)
     of_linear, of_start = linear.shape.split(linear.state.best), shape.split(theta)
     assert torch.equal(of_start.f[:, :-1], of_linear.f)
     assert torch.equal(of_start.c, of_linear.c)
-    features = tournament.data.part.features
+    features = multi_start.data.part.features
     for one, other in zip(
         simulate(shape, theta, features),
         simulate(linear.shape, linear.state.best, features),

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from slide_fmu.network.base import Float32Array
-from slide_fmu.network.roles import Roles
+from slide_fmu.network.state_space.roles import Roles
 
 GATED = "gated"
 CELL_ACTIVATIONS = ("tanh", "cubic", GATED)

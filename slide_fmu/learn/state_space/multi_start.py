@@ -1,4 +1,8 @@
-"""The runs that a state-space fit consists of: linear models, random starts, the best refined."""
+"""The runs of a state-space fit: multi-start with successive halving.
+
+Linear models come first; random starts of the units follow; the best of them go on, fewer in every
+round, and the last one is refined on all data.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +39,7 @@ from slide_fmu.learn.state_space.pole_penalty import PolePenalty, pole_radii
 from slide_fmu.learn.state_space.preconditioned_descent import Descent
 from slide_fmu.learn.state_space.segments import Segments
 from slide_fmu.learn.training import TrainingProgress
-from slide_fmu.network.roles import Roles
+from slide_fmu.network.state_space.roles import Roles
 from slide_fmu.recipe.against_system import require_turned_pairs
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
@@ -69,8 +73,8 @@ class FitData:
 
 
 @dataclass(frozen=True, eq=False)
-class Entrant:
-    """A network in the tournament and where its run stands."""
+class Candidate:
+    """A network in the multi-start, and where its run stands."""
 
     shape: CellShape
     state: Iterate | Descent
@@ -81,7 +85,7 @@ class Entrant:
         return self.state.best_error
 
 
-class Tournament:
+class MultiStart:
     """All runs of one fit, each named and stored in the ledger. Final.
 
     Args:
@@ -143,7 +147,7 @@ class Tournament:
         taps, p, q = self._impulse_responses().shape
         return taps // 2 * min(p, q)
 
-    def linear(self, order: int) -> Entrant:
+    def linear(self, order: int) -> Candidate:
         """The best linear model of an order, on all data; of very many, on those of the starts."""
         shape, data = self.shape(order, 0), self.data
         many = data.whole.targets.numel() > MOST_RESIDUALS
@@ -153,7 +157,7 @@ class Tournament:
             name = f"linear, {order} states, from {source}"
             segments = data.part if many else data.whole
             found.append(self._descend(name, shape, theta, segments, LINEAR_ITERATIONS))
-        return min(found, key=lambda entrant: entrant.error)
+        return min(found, key=lambda candidate: candidate.error)
 
     def _linear_starts(self, shape: CellShape) -> dict[str, LinearModel]:
         """Linear models to start from, by what they come from."""
@@ -173,7 +177,7 @@ class Tournament:
             starts["impulse responses"] = realize(self._impulse_responses(), order)
         return starts
 
-    def start(self, linear: Entrant, units: int, number: int) -> Entrant:
+    def start(self, linear: Candidate, units: int, number: int) -> Candidate:
         """A random start from a linear model; every second one in whitened coordinates."""
         old, order = linear.shape, linear.shape.n_states
         shape = self.shape(order, units)
@@ -187,28 +191,30 @@ class Tournament:
         name = f"start {number}, {order} states, {units} units"
         return self._descend(name, shape, theta, self.data.part, self.training.start_iterations)
 
-    def go_on(self, entrants: list[Entrant]) -> list[Entrant]:
+    def go_on(self, candidates: list[Candidate]) -> list[Candidate]:
         """The best starts, some iterations more on the same data; the best first."""
-        ranked = sorted(entrants, key=lambda entrant: entrant.error)
+        ranked = sorted(candidates, key=lambda candidate: candidate.error)
         kept = []
-        for place, entrant in enumerate(ranked[: self.training.kept]):
-            name = f"kept {place}, {entrant.shape.n_states} states, {entrant.shape.n_units} units"
+        for place, candidate in enumerate(ranked[: self.training.kept]):
+            name = (
+                f"kept {place}, {candidate.shape.n_states} states, {candidate.shape.n_units} units"
+            )
             iterations = self.training.kept_iterations
-            theta, part = entrant.state.best, self.data.part
-            kept.append(self._descend(name, entrant.shape, theta, part, iterations))
-        return sorted(kept, key=lambda entrant: entrant.error)
+            theta, part = candidate.state.best, self.data.part
+            kept.append(self._descend(name, candidate.shape, theta, part, iterations))
+        return sorted(kept, key=lambda candidate: candidate.error)
 
-    def refine(self, entrant: Entrant) -> Entrant:
+    def refine(self, candidate: Candidate) -> Candidate:
         """The winner on all data."""
-        theta, iterations = entrant.state.best, self.training.iterations
-        return self._descend("refined", entrant.shape, theta, self.data.whole, iterations)
+        theta, iterations = candidate.state.best, self.training.iterations
+        return self._descend("refined", candidate.shape, theta, self.data.whole, iterations)
 
-    def widened(self, entrant: Entrant, units: int) -> Entrant:
+    def widened(self, candidate: Candidate, units: int) -> Candidate:
         """A network of more units than normal equations can be solved for, from a smaller one."""
-        old, training = entrant.shape, self.training
+        old, training = candidate.shape, self.training
         shape = self.shape(old.n_states - self.network.padding, units)
         generator = torch.Generator().manual_seed(training.seed)
-        theta = widen(old.split(entrant.state.best), old, shape, generator)
+        theta = widen(old.split(candidate.state.best), old, shape, generator)
         validation = self._least_squares(shape, self.data.validation).validation
         radius = self._penalty(1).radius
 
@@ -221,11 +227,11 @@ class Tournament:
 
         begin = Descent.begin(theta, validation(theta))
         done = self._ledger.run(f"widened to {units}", begin, stretch, training.stretches)
-        return self._entered(shape, done)
+        return self._judged(shape, done)
 
     def _descend(
         self, name: str, shape: CellShape, theta: torch.Tensor, segments: Segments, iterations: int
-    ) -> Entrant:
+    ) -> Candidate:
         """A run of Levenberg-Marquardt."""
         least_squares = self._least_squares(shape, segments)
 
@@ -235,13 +241,13 @@ class Tournament:
             return after
 
         begin = Iterate.begin(theta, least_squares)
-        return self._entered(shape, self._ledger.run(name, begin, step, iterations))
+        return self._judged(shape, self._ledger.run(name, begin, step, iterations))
 
-    def _entered(self, shape: CellShape, state: Iterate | Descent) -> Entrant:
-        """An entrant whose run is done, perhaps before this fit was resumed."""
+    def _judged(self, shape: CellShape, state: Iterate | Descent) -> Candidate:
+        """A candidate whose run is done, perhaps before this fit was resumed."""
         self._best = min(self._best, state.best_error)
         self._report(self._ledger.iterations)
-        return Entrant(shape, state)
+        return Candidate(shape, state)
 
     def _penalty(self, residuals: int) -> PolePenalty:
         excited, step = self._excited(), self.problem.window.step

@@ -15,11 +15,11 @@ from slide_fmu.core.window import Window
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space import fit as state_space
 from slide_fmu.learn.state_space import ledger, preconditioned_descent
-from slide_fmu.learn.state_space import tournament as tournament_module
+from slide_fmu.learn.state_space import multi_start as tournament_module
 from slide_fmu.learn.state_space.fit import prepare
+from slide_fmu.learn.state_space.multi_start import LINEAR_ITERATIONS, MultiStart
 from slide_fmu.learn.state_space.pole_penalty import PolePenalty
 from slide_fmu.learn.state_space.preconditioned_descent import Descent
-from slide_fmu.learn.state_space.tournament import LINEAR_ITERATIONS, Tournament
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.learn.state_space.cells import plain
 from tests.learn.state_space.springs import (
@@ -80,14 +80,14 @@ def test_pairs_that_an_order_does_not_have_are_not_turned(tmp_path: Path) -> Non
     data = prepare(problem, table, LeastSquaresRecipe(**QUICK))
     table = table.model_copy(update={"turned_pairs": 2})
     training = LeastSquaresRecipe(**QUICK)
-    tournament = Tournament(problem, table, training, data, lambda *state: None)
+    multi_start = MultiStart(problem, table, training, data, lambda *state: None)
     message = r"^network\.turned_pairs = 2 with an order of 3; expected two states for each pair"
     with pytest.raises(ValueError, match=message):
-        tournament.linear(3)
+        multi_start.linear(3)
     with pytest.raises(
         ValueError, match=r"^network\.turned_pairs = 2 with 1 drives and 1 outputs"
     ):
-        tournament.shape(4, 2)
+        multi_start.shape(4, 2)
 
 
 def test_static_features_that_also_drive_share_no_impulse_response(tmp_path: Path) -> None:
@@ -97,8 +97,8 @@ def test_static_features_that_also_drive_share_no_impulse_response(tmp_path: Pat
     for static in (("inputs",), ("inputs", "changes"), ("changes",)):
         table = StateSpaceRecipe(drive=("changes", "inputs"), static=static, order=2, hidden=0)
         data = prepare(problem, table, training)
-        tournament = Tournament(problem, table, training, data, lambda *state: None)
-        found.append(tournament._impulse_responses())
+        multi_start = MultiStart(problem, table, training, data, lambda *state: None)
+        found.append(multi_start._impulse_responses())
     assert torch.equal(found[1], found[0])
     assert torch.equal(found[2], found[0])
 
@@ -221,15 +221,15 @@ def linear_of(problem: Problem, network: dict[str, Any]) -> tuple[list[bool], fl
     """Whether the runs of a linear model saw the starts' part or all data, and its error."""
     table, training = StateSpaceRecipe(**network), LeastSquaresRecipe(**QUICK)
     data = prepare(problem, table, training)
-    tournament = Tournament(problem, table, training, data, lambda *state: None)
-    fitted, descend = [], tournament._descend
+    multi_start = MultiStart(problem, table, training, data, lambda *state: None)
+    fitted, descend = [], multi_start._descend
 
     def heard(name: str, shape: Any, theta: torch.Tensor, segments: Any, count: int) -> Any:
         fitted.append(segments)
         return descend(name, shape, theta, segments, count)
 
-    tournament._descend = heard  # type: ignore[method-assign]
-    error = tournament.linear(2).error
+    multi_start._descend = heard  # type: ignore[method-assign]
+    error = multi_start.linear(2).error
     assert len(fitted) == 2
     assert all(segments is data.whole or segments is data.part for segments in fitted)
     return [segments is data.part for segments in fitted], error

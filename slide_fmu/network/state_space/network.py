@@ -34,8 +34,8 @@ from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.activations import ACTIVATIONS
 from slide_fmu.network.base import Float32Array, Network, Stepper, check_sequences
-from slide_fmu.network.cell import Cell, check_roles
-from slide_fmu.network.roles import Roles
+from slide_fmu.network.state_space.cell import Cell, check_roles
+from slide_fmu.network.state_space.roles import Roles
 
 CHUNK = 1 << 16
 """Samples evaluated at once: bounds the memory of a long prediction."""

@@ -66,3 +66,14 @@ lock:
 
 clean:
 	rm -rf $(VENV) build runs
+
+.PHONY: docs fmus
+
+# The site, from docs/ into build/site, without network. The picture of the rooms is drawn first.
+docs: setup
+	$(BIN)/python docs/rooms.py
+	$(BIN)/python -m mkdocs build --strict --quiet
+
+# Every released FMU again, without training: same surrogate, report and figures, this runtime.
+fmus: setup
+	$(BIN)/python fmus/rebuild.py fmus/*/*.fmu

@@ -205,9 +205,9 @@ def _contents(rooms: list[dict[str, Any]]) -> list[str]:
     ]
     for index, room in enumerate(rooms):
         y = top + 26 + 21 * index
-        first = escape(room["says"].split("\n")[0].replace("``", ""))
+        first = room["says"].split("\n")[0].replace("``", "").split(maxsplit=2)[2]
         parts.append(
             f'<text x="{left}" y="{y}" font-size="12.5"><tspan font-weight="bold">{room["name"]}'
-            f'</tspan><tspan x="{left + 88}" fill="{SOFT}">{first}</tspan></text>'
+            f'</tspan><tspan x="{left + 88}" fill="{SOFT}">{escape(first)}</tspan></text>'
         )
     return parts

@@ -1,4 +1,4 @@
-"""The console script ``slide-fmu``: subcommands only, no logic.
+"""This room holds the console script ``slide-fmu``: subcommands only, no logic.
 
 ``commands`` holds one module for each subcommand, ``app`` the list of them. Nothing here computes
 anything or writes a file, beside the figures that ``--json`` asks for.

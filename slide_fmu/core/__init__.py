@@ -1,4 +1,4 @@
-"""Signals, the window, scalings, units, measures of error, files and progress.
+"""This room holds signals, the window, scalings, units, measures of error, files and progress.
 
 Imports nothing of slide_fmu. What knows a network, a system or an FMU does not belong here.
 """

@@ -1,4 +1,4 @@
-"""Running FMUs: alone, side by side, as a system (SSP), timed, and checked without running.
+"""This room runs FMUs, alone, side by side or as a system (SSP), and times and checks them.
 
 An FMU is a file here, whoever made it; nothing is measured against a reference.
 """

@@ -1,4 +1,4 @@
-"""Training in PyTorch: fits, their progress and their checkpoints.
+"""This room trains networks in PyTorch, with progress and checkpoints.
 
 The only room that imports torch at the top of its modules. What it gives is a ``Surrogate``.
 """

@@ -1,4 +1,4 @@
-"""Network families in numpy: their evaluation, their bytes and their derivatives.
+"""This room has the network families in numpy: evaluation, bytes and derivatives.
 
 Nothing here is trained (that is ``learn``) and nothing has units (that is ``surrogate``).
 """

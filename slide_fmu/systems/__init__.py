@@ -1,4 +1,4 @@
-"""What a reference system is, and how one is made from its name.
+"""This room says what a reference system is, and makes one from its name.
 
 The models themselves are elsewhere: in ``mbs_models``, or the user's own.
 """

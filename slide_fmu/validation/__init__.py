@@ -1,4 +1,4 @@
-"""A surrogate's FMU beside its reference system: measures, figures, report, model card.
+"""This room measures an FMU beside its reference system: figures, report, model card.
 
 Nothing here is trained or exported.
 """

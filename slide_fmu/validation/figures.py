@@ -1,4 +1,4 @@
-"""The pictures of the report, as PNG bytes."""
+"""The pictures of the report, as PNG bytes; they are small, since released FMUs carry them."""
 
 from __future__ import annotations
 
@@ -14,11 +14,14 @@ from slide_fmu.excitation.mix import names_of
 from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.stability import AmplitudeTest
 from slide_fmu.validation.comparison import Comparison, Validation
+from slide_fmu.validation.pictures import with_palette
 
 REFERENCE, SURROGATE, ERROR, ESTIMATE = "#222222", "#1f77b4", "#d62728", "#ff7f0e"
 SHOWN_SECONDS = 6.0
 """Length of the cut-out of a trajectory that a figure shows."""
 SCATTER_POINTS = 4000
+DPI = 96
+"""Pixels per inch: the widest picture is as wide as the report's page."""
 PLOTTED = 1e6
 """Largest value drawn of a run that may grow without bound."""
 
@@ -201,5 +204,5 @@ def _worst_part(comparison: Comparison, output: int) -> slice:
 
 def _png(figure: Figure) -> bytes:
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=110, metadata={"Software": None})
-    return buffer.getvalue()
+    figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
+    return with_palette(buffer.getvalue())

@@ -1,0 +1,26 @@
+"""Build released FMUs again without training: ``python fmus/rebuild.py fmus/duffing/duffing.fmu``.
+
+Each FMU is replaced by one with the same surrogate, provenance and measured figures, and with the
+runtime of this version; its card and ``side_by_side.png`` beside it are written again too. To
+train and to measure again: ``make release NAME=duffing``.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from slide_fmu.pipeline.rebuild import rebuild
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("fmus", nargs="+", type=Path, help="released FMUs")
+    for path in parser.parse_args().fmus:
+        before = path.stat().st_size
+        after = rebuild(path).stat().st_size
+        print(f"{path}: {before} bytes before, {after} now, {100 * after / before:.0f} %")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,61 @@
+"""A released FMU again, from its surrogate and its measured figures, without any training."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from slide_fmu.core.files import write_whole
+from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
+from slide_fmu.pipeline.run import PICTURE
+from slide_fmu.pipeline.run_folder import StageError
+from slide_fmu.validation.model_card import variable_table
+from slide_fmu.validation.pictures import page_with_palettes, with_palette
+
+PAGE, CARD = "index.html", "README.md"
+HEADING = "| variable |"
+"""How the table of variables begins on a card."""
+
+
+def rebuild(fmu: Path) -> Path:
+    """Write a released FMU again in its place, with its card and the pictures beside it.
+
+    Surrogate, provenance and measured figures stay as they are. Model description and libraries
+    are those of this version. The report inside keeps its text; its pictures get palettes, and so
+    does ``side_by_side.png`` beside the FMU. The card (``README.md``) is written again from the
+    measured figures, with the variables that the FMU has now.
+
+    Args:
+        fmu: FMU that ``slide-fmu run`` finished; replaced as a whole.
+
+    Returns:
+        The path.
+
+    Raises:
+        FmuError: the file is no FMU of slide-fmu, or damaged.
+        StageError: it carries no measured figures or no report, or its card has no table.
+        OSError: a file cannot be read or written, or there is no card.
+    """
+    surrogate, found = read_fmu(fmu)
+    measured = (found or {}).get("measured")
+    page = read_member(fmu, f"documentation/{PAGE}")
+    if measured is None or page is None:
+        raise StageError(
+            f"{fmu} carries no {'report' if measured else 'measured figures'}; expected an FMU "
+            "that slide-fmu run has finished: run its recipe"
+        )
+    place, picture = fmu.with_name(CARD), fmu.with_name(PICTURE)
+    text = _with_variables(place.read_text(encoding="utf-8"), variable_table(surrogate), place)
+    smaller = page_with_palettes(page.decode("utf-8")).encode("utf-8")
+    export_fmu(surrogate, fmu, provenance=found, documentation={PAGE: smaller})
+    write_whole(place, text.encode("utf-8"))
+    if picture.exists():
+        write_whole(picture, with_palette(picture.read_bytes()))
+    return fmu
+
+
+def _with_variables(text: str, table: str, place: Path) -> str:
+    """The card with another table of variables."""
+    before, heading, rest = text.partition(HEADING)
+    if not heading:
+        raise StageError(f"{place} has no table that begins with {HEADING!r}; release again")
+    return before + table + "\n\n" + rest.partition("\n\n")[2]

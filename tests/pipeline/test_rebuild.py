@@ -1,0 +1,97 @@
+"""A released FMU is built again without training; only what belongs to the version changes."""
+
+from __future__ import annotations
+
+import base64
+import io
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
+from slide_fmu.pipeline.rebuild import rebuild
+from slide_fmu.pipeline.run_folder import StageError
+from slide_fmu.validation.model_card import variable_table
+
+ROOT = Path(__file__).parents[2]
+LINEAR = ROOT / "fmus" / "linear" / "linear.fmu"
+PROVENANCE: dict[str, object] = {"recipe": "name = 'linear'", "measured": {"parameters": 7}}
+
+
+def shades() -> bytes:
+    """A picture of many colours, as PNG without palette."""
+    buffer = io.BytesIO()
+    Image.radial_gradient("L").convert("RGB").save(buffer, "PNG")
+    return buffer.getvalue()
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder like those of released FMUs."""
+    coded = base64.b64encode(shades()).decode("ascii")
+    page = f'<p>report</p><img src="data:image/png;base64,{coded}">'
+    surrogate, _ = read_fmu(LINEAR)
+    export_fmu(
+        surrogate,
+        tmp_path / "linear.fmu",
+        provenance=PROVENANCE,
+        documentation={"index.html": page.encode()},
+    )
+    (tmp_path / "side_by_side.png").write_bytes(shades())
+    card = (
+        "# linear.fmu\n\n| variable | old |\n| --- | --- |\n| `x` | y |\n\nMeasured: 1 %\n\nEnd.\n"
+    )
+    (tmp_path / "README.md").write_text(card, encoding="utf-8")
+    return tmp_path
+
+
+def test_rebuild_keeps_surrogate_provenance_and_text_of_the_report(folder: Path) -> None:
+    fmu = folder / "linear.fmu"
+    before = fmu.stat().st_size
+    assert rebuild(fmu) == fmu
+    surrogate, provenance = read_fmu(fmu)
+    assert surrogate.to_bytes() == read_fmu(LINEAR)[0].to_bytes()
+    assert provenance == PROVENANCE
+    page = read_member(fmu, "documentation/index.html")
+    assert page is not None
+    assert page.startswith(b'<p>report</p><img src="data:image/png;base64,')
+    assert fmu.stat().st_size < before
+    assert (folder / "side_by_side.png").stat().st_size < len(shades())
+
+
+def test_rebuild_lists_the_variables_of_today_on_the_card_and_keeps_the_rest(folder: Path) -> None:
+    rebuild(folder / "linear.fmu")
+    table = variable_table(read_fmu(LINEAR)[0])
+    card = (folder / "README.md").read_text(encoding="utf-8")
+    assert card == f"# linear.fmu\n\n{table}\n\nMeasured: 1 %\n\nEnd.\n"
+
+
+def test_rebuild_twice_gives_the_same_bytes(folder: Path) -> None:
+    rebuild(folder / "linear.fmu")
+    once = {path.name: path.read_bytes() for path in folder.iterdir()}
+    rebuild(folder / "linear.fmu")
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == once
+
+
+def test_rebuild_of_an_fmu_that_was_not_measured_is_refused(tmp_path: Path) -> None:
+    path = export_fmu(read_fmu(LINEAR)[0], tmp_path / "linear.fmu", provenance={"recipe": ""})
+    with pytest.raises(StageError, match="carries no measured figures; expected an FMU"):
+        rebuild(path)
+
+
+def test_rebuild_without_a_table_on_the_card_is_refused_and_changes_nothing(folder: Path) -> None:
+    before = (folder / "linear.fmu").read_bytes()
+    (folder / "README.md").write_text("# linear.fmu\n", encoding="utf-8")
+    with pytest.raises(StageError, match=r"has no table that begins with '\| variable \|'"):
+        rebuild(folder / "linear.fmu")
+    assert (folder / "linear.fmu").read_bytes() == before
+
+
+def test_command_says_how_large_the_fmu_was_and_is(folder: Path) -> None:
+    command = [sys.executable, str(ROOT / "fmus" / "rebuild.py"), str(folder / "linear.fmu")]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
+    assert f"{(folder / 'linear.fmu').stat().st_size} now" in result.stdout

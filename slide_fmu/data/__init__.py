@@ -1,4 +1,5 @@
-"""Training trajectories: how they are drawn, made in parallel, and stored.
+"""This package makes training trajectories: they are drawn, simulated in parallel and stored.
 
-A sample is a trajectory, not a window; nothing here knows a network.
+A sample of a data set is a trajectory, not a window: splits go by trajectory. Nothing here knows a
+network.
 """

@@ -1,4 +1,5 @@
-"""Training in PyTorch: fits, their progress and their checkpoints.
+"""This package trains networks in PyTorch: fits, their progress and their checkpoints.
 
-The only room that imports torch at the top of its modules. What it gives is a ``Surrogate``.
+No other room imports torch at the top of its modules. What a fit gives is a ``Surrogate``, which
+is data and needs no torch.
 """

@@ -1,4 +1,4 @@
-"""Reference systems: multibody models in exudyn, one folder for each machine.
+"""This package holds reference systems: multibody models in exudyn, one folder for each machine.
 
 Each folder's ``__init__`` offers the system's class under the name that recipes use. ``plants``
 holds what models share: solvers, stepping, set points. ``pictures`` draws models for people; no

@@ -1,4 +1,4 @@
-"""This package makes training trajectories: they are drawn, simulated in parallel and stored.
+"""This room draws training trajectories, makes them in parallel and stores them.
 
 A sample of a data set is a trajectory, not a window: splits go by trajectory. Nothing here knows a
 network.

@@ -1,4 +1,4 @@
-"""This package draws the inputs of trajectories: each module holds one way to excite a system.
+"""This room draws inputs; each module has one kind of excitation.
 
 No system is known here. A kind of excitation knows the signals of the inputs, the sample times and
 a random generator, and it gives the same inputs whenever these are the same.

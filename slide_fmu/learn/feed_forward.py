@@ -1,8 +1,4 @@
-"""The feed-forward network as a torch module: its values, its initialisation, its freezing.
-
-This is the paper's network (section "Feedforward networks (FFN)"). A linear skip connection and a
-choice of the samples that it looks at are options.
-"""
+"""The paper's feed-forward network: module, initialisation, freezing."""
 
 from __future__ import annotations
 
@@ -19,10 +15,10 @@ from slide_fmu.recipe.learning import FeedForwardRecipe
 
 
 class Cubic(torch.nn.Module):
-    """The activation x^3, for systems with cubic springs. Final."""
+    """Third power; final."""
 
     def forward(self, values: torch.Tensor) -> torch.Tensor:
-        """Return the third power of values of any shape."""
+        """Values of any shape."""
         return values * values * values
 
 
@@ -34,11 +30,13 @@ ACTIVATION_MODULES: dict[str, Callable[[], torch.nn.Module]] = {
     "gelu": lambda: torch.nn.GELU(approximate="tanh"),
     "cubic": Cubic,
 }
-"""The dictionary gives the torch module of each activation; the names are those of recipes."""
 
 
 class FeedForwardModule(torch.nn.Module):
     """A feed-forward module is a trainable network on a flattened window. Final.
+
+    This is the paper's network (section "Feedforward networks (FFN)"), with a linear skip
+    connection and a choice of the samples that it looks at as options.
 
     Args:
         recipe: hidden widths, activation, bias, linear skip.

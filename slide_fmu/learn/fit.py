@@ -116,7 +116,7 @@ def _fit_network(
         require_symmetry((*system.inputs, *system.outputs))
     require_motion(system.inputs, splits[0].inputs)
     input_scaling = range_scaling(system.inputs)
-    output_scaling = standard_deviation_scaling(system.outputs, splits[0])
+    output_scaling = spread_scaling(system.outputs, splits[0])
     state_space = isinstance(recipe.network, StateSpaceRecipe)
     eigenvalues = eigenvalues_at_rest(system) if state_space else None
     dtype = torch.float64 if state_space else getattr(torch, recipe.training.precision)
@@ -196,8 +196,8 @@ def require_motion(signals: tuple[Signal, ...], values: FloatArray) -> None:
     Raises:
         ValueError: with the signal.
     """
-    deviations = values.reshape(-1, len(signals)).std(axis=0)
-    for signal, value in zip(signals, deviations, strict=True):
+    spread = values.reshape(-1, len(signals)).std(axis=0)
+    for signal, value in zip(signals, spread, strict=True):
         if not value > STILL * (signal.high - signal.low):
             raise ValueError(
                 f"{signal.name!r} is constant in the training data; expected it to move within "
@@ -206,7 +206,7 @@ def require_motion(signals: tuple[Signal, ...], values: FloatArray) -> None:
             )
 
 
-def standard_deviation_scaling(signals: tuple[Signal, ...], split: Split) -> Affine:
+def spread_scaling(signals: tuple[Signal, ...], split: Split) -> Affine:
     """Scaling by the middle of the signals' ranges and the standard deviation in the data.
 
     Raises:

@@ -1,4 +1,4 @@
-"""This package says how long a system and its surrogate remember.
+"""This room finds how long a system and its surrogate remember: modes, decay, stability.
 
 ``modes`` gives the eigenvalues of a linearized system, ``decay`` the time in which initial effects
 vanish along a motion, ``sizing`` the window that a recipe needs, and ``stability`` whether a

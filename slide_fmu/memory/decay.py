@@ -200,8 +200,8 @@ def _needed_samples(decay_time: float, step: float) -> int:
 def _measured_rate(
     system: System, inputs: FloatArray, first: State, second: State, remaining_amplitude: float
 ) -> float:
-    """Return the slope Re(v) in 1/s of the decaying difference of two motions, 0 without end."""
-    if system.hold == "ramp":  # a first-order hold starts from the last input: it must be the same
+    """Slope Re(v) in 1/s of the decaying difference of two motions, 0 if they do not meet."""
+    if system.hold == "ramp":  # both motions see the same input from the start
         second = State(second.coordinates, second.velocities, first.last_input)
     ranges = np.array([signal.high - signal.low for signal in system.outputs])
     one = simulate(system, inputs, first).outputs

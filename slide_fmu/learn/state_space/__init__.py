@@ -1,4 +1,4 @@
-"""This package fits state-space networks: linear starts, Levenberg-Marquardt, multi-start.
+"""This folder fits state-space networks: linear starts, Levenberg-Marquardt, multi-start.
 
 The way goes from a linear model (``linear_start``) over random starts of the units
 (``coordinates``, ``multi_start``) to nonlinear least squares (``levenberg_marquardt``, or

@@ -19,7 +19,7 @@ from slide_fmu.systems.base import State
 OBSERVED = (1, 3, 5)
 """The positions of the masses with these indices are the outputs."""
 REACH = 1.5
-"""The positions' range is so many times the largest static deflection under both forces at their
+"""The positions' range is this many times the largest static deflection under both forces at their
 limit; random forces reach 1.3 times that deflection."""
 
 

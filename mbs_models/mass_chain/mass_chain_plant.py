@@ -30,7 +30,7 @@ from mbs_models.plants.solver import ExplicitPlant
 from slide_fmu.core.signals import FloatArray
 
 MASSES = 6
-"""The chain has so many masses."""
+"""The chain has this many masses."""
 LOADED = (0, 3)
 """The masses with these indices carry an input force."""
 

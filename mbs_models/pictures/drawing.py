@@ -36,9 +36,9 @@ CRANK_RADIUS, ROD_THICKNESS, BLOCK, RAIL = 0.03, 0.02, (0.17, 0.12), 0.065
 """The sizes in m are half the crank's width, the rod's thickness, the slider's length and height,
 and the rails' distance from the middle."""
 POSES = 7
-"""So many instants are drawn, the last one in full colour."""
+"""This many instants are drawn, the last one in full colour."""
 POSE_STEP = 3
-"""Two instants that are drawn are so many samples apart."""
+"""Two instants that are drawn are this many samples apart."""
 SEEDS = {"slider_crank": 7, "robot_6r": 189}
 """The motions of these seeds show much."""
 BEFORE, DURATION = 2.0, 4.0

@@ -28,7 +28,7 @@ CAMERA = Camera(np.deg2rad(-52.0), np.deg2rad(20.0))
 SOCKET_RADIUS, HAND_LENGTH = 0.05, 0.1
 """These lengths are in m."""
 POSES, POSE_STEP = 6, 12
-"""So many instants are drawn, so many samples apart."""
+"""This many instants are drawn, this many samples apart."""
 
 
 def draw_robot(system: Robot6R, states: Sequence[State], out: Path | BinaryIO) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 
 _ROUNDS = 60
-"""The fixed-point search for Euler angles takes so many rounds: a socket needs fewer."""
+"""The fixed-point search for Euler angles takes this many rounds: a socket needs fewer."""
 
 
 def rotation_of(euler: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.serial_chain import SerialChain
 
 JOINTS = 6
-"""The arm has so many joints."""
+"""The arm has this many joints."""
 LIMITS = np.array([2.7925, 1.9199, 2.3562, 0.99 * np.pi, 1.7453, 0.99 * np.pi])
 """Joint angles lie within plus and minus these limits in rad."""
 STIFFNESS = np.array([4e4, 4e4, 4e4, 100.0, 100.0, 10.0])

@@ -31,7 +31,7 @@ ROTATION_LIMIT = 0.05
 _RELEASED = np.repeat([200.0, 100.0], 3)
 """In random states extra forces in N and torques in N m up to these had bent the socket."""
 _ROUNDS, _SETTLED = 100, 1e-13
-"""The search for the static equilibrium ends after so many rounds, or at this change in rad."""
+"""The search for the static equilibrium ends after this many rounds, or at this change in rad."""
 
 
 class Robot6R(PlantSystem[ManipulatorPlant]):

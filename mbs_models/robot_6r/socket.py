@@ -20,7 +20,7 @@ from slide_fmu.core.signals import FloatArray
 FILE = Path(__file__).parent / "data" / "socket.json"
 """This file holds the reduced socket that comes with the package."""
 FLANGE = 6
-"""The flange has so many coordinates: u in m and theta in rad."""
+"""The flange has this many coordinates: u in m and theta in rad."""
 _BENT, _SHEARED = [3, 4], [0, 1]
 """Bending about x and y has the first two coordinates, shear along x and y the other two."""
 

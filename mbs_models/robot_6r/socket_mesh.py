@@ -21,7 +21,7 @@ from mbs_models.robot_6r.socket import FILE, FLANGE, Socket, SocketMesh
 from slide_fmu.core.signals import FloatArray
 
 _NEVER = 10**9
-"""exudyn reports its progress from so many coordinates on: never."""
+"""exudyn reports its progress from this many coordinates on: never."""
 
 
 def finite_elements(mesh: SocketMesh) -> tuple[Any, list[int], list[int]]:

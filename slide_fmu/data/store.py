@@ -297,6 +297,7 @@ def _attributes(path: Path) -> dict[str, Any]:
 
 
 def _create_split(group: Any, count: int, layout: Layout) -> None:
+    """Create the arrays of a split: not a number where nothing is written, and no flag set."""
     n_samples = layout.n_samples
     shapes = {
         "inputs": (count, n_samples, layout.n_inputs),

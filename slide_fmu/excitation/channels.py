@@ -61,7 +61,7 @@ class ChannelKind(Kind):
 
 
 class HeldRandom(ChannelKind):
-    """Independent uniform values, each constant for a random number of samples.
+    """The input takes independent uniform values, each for a random number of samples.
 
     Attributes:
         samples: range of the number of samples, both ends included; (1, 1) is white noise.
@@ -78,7 +78,7 @@ class HeldRandom(ChannelKind):
 
 
 class MovingAverageRandom(ChannelKind):
-    """White uniform noise through a filter of finite impulse response, as the paper's code has it.
+    """The input is uniform white noise through a FIR filter, as in the code of the paper.
 
     Attributes:
         coefficients: the filter's impulse response; ``coefficients[0]`` weighs the newest value.
@@ -94,7 +94,7 @@ class MovingAverageRandom(ChannelKind):
 
 
 class Harmonic(ChannelKind):
-    """One sine of random frequency and phase.
+    """The input is one sine of random frequency and phase.
 
     Attributes:
         angular_frequency: range in rad/s from which the frequency is drawn uniformly.
@@ -110,7 +110,7 @@ class Harmonic(ChannelKind):
 
 
 class Sweep(ChannelKind):
-    """A linear sweep: a sine whose frequency runs once through a range, up or down by chance.
+    """The input is a linear sweep: its frequency runs once through a range, up or down by chance.
 
     Attributes:
         angular_frequency: range in rad/s; the record begins at one end and ends at the other.
@@ -129,7 +129,7 @@ class Sweep(ChannelKind):
 
 
 class Multisine(ChannelKind):
-    """A sum of sines of random frequencies and phases.
+    """The input is a sum of sines of random frequencies and phases.
 
     Its RMS is one over a long record, so that ``amplitude`` sets the RMS and not the peak.
 
@@ -152,7 +152,7 @@ class Multisine(ChannelKind):
 
 
 class Steps(ChannelKind):
-    """Steps between uniform random levels.
+    """The input steps between uniform random levels.
 
     Attributes:
         duration: range in s of the time for which a level stays.
@@ -168,7 +168,7 @@ class Steps(ChannelKind):
 
 
 class Rest(ChannelKind):
-    """White uniform noise that alternates with rest.
+    """The input alternates between uniform white noise and rest.
 
     Attributes:
         duration: range in s of the length of every part, with noise or at rest. At rest the

@@ -1,4 +1,4 @@
-"""Point-to-point motion of all joints of a machine, synchronous, with trapezoidal speed.
+"""All joints of a machine move from point to point, synchronous, with trapezoidal speed.
 
 This is the excitation of the paper's robot (section "Spatial 6R manipulator on a flexible
 socket"), with limits, pauses and joints at rest added.
@@ -31,7 +31,7 @@ Limits = tuple[PositiveFloat, ...]
 
 @dataclass(frozen=True, eq=False)
 class Moves:
-    """A sequence of moves; the joints rest before, between and after them.
+    """Moves follow one after the other; the joints rest before, between and after them.
 
     Attributes:
         start: time in s at which each move starts, shape (n_moves,). The time between the end

@@ -1,4 +1,4 @@
-"""A rotation whose speed goes up and down in ramps, for inputs that are cosine and sine.
+"""A rotation speeds up and slows down in ramps; the inputs are its cosine and sine.
 
 This is the excitation of the paper's crank (section "Planar flexible slider-crank"); its defaults
 for the phases are those of the paper.

@@ -33,7 +33,7 @@ from slide_fmu.systems.base import System
 POSITIONS, BLOCKS = "error at single samples", "error estimator"
 """The stages have these names in the progress and in the figures."""
 HEADROOM = 0.1
-"""The map's range ends so many decades above the largest error seen."""
+"""The map's range ends this many decades above the largest error seen."""
 
 LIMIT = 8.0
 """A square of errors has at most this decimal exponent: single precision stays finite at first."""
@@ -45,7 +45,7 @@ ROUNDING = 1e-6
 MARGIN = 0.05
 """The estimator counts as trained up to this part of a feature's range beyond either end."""
 OUTLIER = 4.0
-"""The likelihood of an error falls only exponentially from so many standard deviations on."""
+"""The likelihood of an error falls only exponentially from this many standard deviations on."""
 AT_RESOLUTION = -1.0 + 1e-6
 """A target eps up to this value lies at the resolution: any smaller estimate is right too."""
 

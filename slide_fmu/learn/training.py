@@ -1,4 +1,4 @@
-"""The training loop: Adam with a schedule of rates, best validation weights, checkpoints.
+"""The training loop runs Adam with a schedule of rates and keeps the best validation weights.
 
 Loss, optimizer and the choice of the weights are those of the paper (section "Training loss and
 validation error"); warm-up, cosine decay and decoupled weight decay (AdamW: Loshchilov and Hutter,
@@ -27,14 +27,14 @@ ProgressOf = Callable[[str], TrainingProgress]
 """The function gives the progress callback of a named stage."""
 
 VALIDATION_TARGETS, VALIDATION_LEAST = 16_384, 512
-"""A validation uses so many output samples, and at least so many windows: figures are stable, at a
-low cost."""
+"""A validation uses this many output samples, and at least this many windows: its figures are
+stable and cost little."""
 
 VALIDATION_BATCH = 512
-"""A validation evaluates so many windows at once, which bounds its memory."""
+"""A validation evaluates this many windows at once, which bounds its memory."""
 
 SEED_STRIDE = 1_000_003
-"""Two seeds are so many steps apart in their random numbers; torch's generator uses 32 bits."""
+"""Two seeds are this many steps apart in their random numbers; torch's generator uses 32 bits."""
 
 ADAM_EPSILON = {"float32": 1e-8, "float64": 1e-16}
 """The guard of Adam's denominator lies far below gradients that each precision tells from zero."""
@@ -256,6 +256,11 @@ def _divergence(what: str) -> str:
 def _restore(
     checkpoint: Path, model: torch.nn.Module, optimizer: torch.optim.Optimizer
 ) -> dict[str, Any]:
+    """Load a checkpoint into model and optimizer and return the course so far, or a new one.
+
+    Raises:
+        TrainingError: the checkpoint cannot be read.
+    """
     if not checkpoint.exists():
         return {"step": 0, "history": [], "best_error": math.inf, "best": None}
     device = next(model.parameters()).device
@@ -276,6 +281,7 @@ def _save(
     model: torch.nn.Module,
     optimizer: torch.optim.Optimizer,
 ) -> None:
+    """Write all that ``train`` needs to go on: the course, the model and the optimizer."""
     checkpoint.parent.mkdir(parents=True, exist_ok=True)
     # a kill while writing must not cost the checkpoint before: write beside it, then replace it
     temporary = checkpoint.with_suffix(".new")

@@ -37,7 +37,7 @@ class WindowData:
 
     @property
     def n_windows(self) -> int:
-        """The number of windows counts all phases of all trajectories."""
+        """The data have this number of windows: all phases of all trajectories."""
         return len(self.inputs) * (self.inputs.shape[1] - self.window.n_in + 1)
 
     def cut(self, numbers: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:

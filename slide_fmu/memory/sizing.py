@@ -28,17 +28,17 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import State, System
 
 MOTIONS = 40
-"""At most so many pairs of motions are measured."""
+"""At most this many pairs of motions are measured."""
 LINEARIZED_MOTIONS = 20
-"""The equations are linearized along at most so many motions."""
+"""The equations are linearized along at most this many motions."""
 WINDOWS_PER_MOTION = 10
-"""These motions are at most so many input windows long."""
+"""These motions are at most this many input windows long."""
 POINTS_PER_WINDOW = 8
-"""The equations are linearized at so many states in each of these windows."""
+"""The equations are linearized at this many states in each of these windows."""
 MEASURED_DECAYS = 3.0
-"""The measured motions are at least so many linearized decay times long."""
+"""The measured motions are at least this many linearized decay times long."""
 MEASURED_SAMPLES, LEAST_MEASURED = 20_000, 4
-"""No more motions are measured after so many samples, but at least so many motions: where the
+"""No more motions are measured after this many samples, but at least this many motions: where the
 decay takes long, a few pairs show what the window needs."""
 
 

@@ -22,12 +22,12 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 
 RECORDS = 32
-"""The test uses so many records of inputs at every amplitude."""
+"""The test uses this many records of inputs at every amplitude."""
 WINDOWS = 3
-"""A record is so many input windows long: in the first a usual state is reached, in the second two
-runs must meet, and in the third the run goes on."""
+"""A record is this many input windows long: in the first a usual state is reached, in the second
+two runs must meet, and in the third the run goes on."""
 NEWEST = 8
-"""A difference is the RMS over so many last samples: at a single one it may be zero by chance."""
+"""A difference is the RMS over this many last samples: a single one may be zero by chance."""
 
 
 class UnstableSurrogateError(ValueError):
@@ -159,6 +159,7 @@ def _at_least_tiny(values: FloatArray) -> FloatArray:
 
 
 def _problem(factor: float, growth: float, gaps: FloatArray, recipe: Recipe) -> str | None:
+    """Say which limit of the recipe a test exceeds; None if it passes."""
     limits = recipe.stability
     if not growth <= limits.growth:
         return (

@@ -28,15 +28,15 @@ from slide_fmu.network.state_space import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 SEARCH_STARTS = 3
-"""A size is judged by so many random starts when it is chosen automatically."""
+"""A size is judged by this many random starts when it is chosen automatically."""
 WORTHWHILE = 0.8
 """A larger network is chosen when its error is below this part of the smaller one's."""
 FIRST_UNITS, MOST_UNITS = 16, 64
 """The automatic choice tries 0 units, then the first number, then doubles it up to the second."""
 FEWEST = 8
-"""The starts have at least so many segments, where there are as many."""
+"""The starts have at least this many segments, where there are as many."""
 MORE_STATES = 8
-"""At most so many states are tried beyond the first guess."""
+"""At most this many states are tried beyond the first guess."""
 
 
 def fit_state_space(

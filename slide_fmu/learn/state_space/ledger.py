@@ -17,7 +17,7 @@ from slide_fmu.learn.training import TrainingError
 State = TypeVar("State")
 
 STORE_EVERY = 2.0
-"""The file is written at most once in so many seconds, and at the end of every run."""
+"""The file is written at most once in this many seconds, and at the end of every run."""
 
 
 class Ledger:
@@ -47,7 +47,7 @@ class Ledger:
 
     @property
     def iterations(self) -> int:
-        """So many iterations are done in all runs together."""
+        """All runs together have done this many iterations."""
         return sum(run["iterations"] for run in self._runs.values())
 
     def run(

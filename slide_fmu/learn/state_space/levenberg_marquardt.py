@@ -20,7 +20,7 @@ FIRST_DAMPING = 1e-2
 LEAST_DAMPING = 1e-12
 """The damping falls no further, so that a few rejections bring it back."""
 MOST_REJECTIONS = 12
-"""The fit counts as finished after so many rejected steps in a row."""
+"""The fit counts as finished after this many rejected steps in a row."""
 SMALLEST_GAIN = 1e-4
 """A step is accepted if it reaches this part of the reduction that it predicts."""
 DIAGONAL_FLOOR = 1e-9
@@ -29,7 +29,7 @@ nothing yet."""
 STALLED = 1e-6
 """An iteration that reduces the cost by less than this part of it counts as stalled."""
 PATIENCE = 5
-"""The fit counts as finished after so many stalled iterations in a row."""
+"""The fit counts as finished after this many stalled iterations in a row."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -45,14 +45,14 @@ from slide_fmu.recipe.against_system import require_turned_pairs
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 LINEAR_ITERATIONS = 15
-"""A linear model is fitted in at most so many iterations."""
+"""A linear model is fitted in at most this many iterations."""
 MOST_RESIDUALS = 1_000_000
-"""Linear models are fitted to all data up to so many residuals; else the starts' data will do."""
+"""Linear models are fitted to all data up to this many residuals, else to the starts' data."""
 SHORTEST_RESPONSE, LONGEST_RESPONSE = 40, 200
-"""A linear model is realized from impulse responses of so many samples at least and at most;
+"""A linear model is realized from impulse responses of this many samples at least and at most;
 between these limits they are as long as the truncated part of the window."""
 START_STRIDE = 1009
-"""A seed has so many random starts of its own, so that two seeds share none."""
+"""A seed has this many random starts of its own, so that two seeds share none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -316,6 +316,7 @@ class MultiStart:
         return excited_eigenvalues(self.problem.eigenvalues, drive, self.problem.window.step)
 
     def _impulse_responses(self) -> torch.Tensor:
+        """Return the impulse responses to the state input, (taps, p, q), computed on first use."""
         if self._responses is None:
             longest = min(LONGEST_RESPONSE, self.data.features.shape[1] // 2)
             wanted = max(self.problem.window.receptive_field, SHORTEST_RESPONSE)

@@ -20,13 +20,13 @@ from slide_fmu.learn.state_space.segments import Segments
 from slide_fmu.learn.training import SEED_STRIDE
 
 MATRIX_ROWS = 40
-"""The segments that the matrix is made of have about so many residuals for each parameter."""
+"""The segments that the matrix is made of have about this many residuals for each parameter."""
 KEPT = 0.5
 """The matrix of the stretch before has this share in a new one."""
 BATCH = 512
-"""One gradient is that of so many segments."""
+"""One gradient is that of this many segments."""
 STRETCH = 80
-"""So many steps use the same matrix; after each stretch the validation decides how to go on."""
+"""This many steps use the same matrix; after each stretch the validation decides how to go on."""
 RATE, MOMENTUM = 0.08, 0.8
 """A step is multiplied by this rate, and the running sum of the steps by this momentum."""
 RECOVERY = 1.2
@@ -37,7 +37,7 @@ FLOOR = 0.1
 """The same part of this share of the diagonal's mean is added: units that act on nothing have no
 curvature."""
 FAILED = 1.5
-"""A validation error of so many times the best one sends the fit back to the best weights."""
+"""A validation error of this many times the best one sends the fit back to the best weights."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,17 +30,17 @@ class Segments:
 
     @property
     def burn_in(self) -> int:
-        """In so many first samples the zero state is forgotten; they are not scored."""
+        """The zero state is forgotten in this many first samples, which are not scored."""
         return len(self.features) - len(self.targets)
 
     @property
     def count(self) -> int:
-        """There are B segments."""
+        """The number of segments is B."""
         return self.features.shape[1]
 
     @property
     def counted(self) -> float:
-        """The number of residuals counts each as often as its weight squared."""
+        """The number of residuals, each counted as its weight squared, scales the cost."""
         return self.targets.numel() * float(self.weights.square().mean())
 
     def every(self, stride: int) -> Segments:

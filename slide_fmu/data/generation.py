@@ -18,7 +18,7 @@ from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.base import System
 
 Progress = Callable[[int, int], None]
-"""The callback is called with the number of trajectories done and the number of all."""
+"""Called with the number of trajectories done and to do."""
 
 
 def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress) -> int:

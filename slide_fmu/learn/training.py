@@ -21,10 +21,10 @@ from slide_fmu.learn.windows import WindowData
 from slide_fmu.recipe.learning import TrainingRecipe
 
 TrainingProgress = Callable[[int, int, float], None]
-"""The callback gets steps done, steps to do, and the best validation error in scaled units."""
+"""Called with steps done, steps to do, and the best validation error so far (scaled units)."""
 
 ProgressOf = Callable[[str], TrainingProgress]
-"""The function gives the progress callback of a named stage."""
+"""Gives the progress callback of a named stage."""
 
 VALIDATION_TARGETS, VALIDATION_LEAST = 16_384, 512
 """A validation uses this many output samples, and at least this many windows: its figures are

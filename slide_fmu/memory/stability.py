@@ -2,8 +2,8 @@
 
 Fading memory (contraction in the recipe and in the figures): runs from different states under the
 same inputs meet within one window; else the window does not hold the response. Boundedness
-(growth): outputs grow no faster than the inputs. Both are tested on records of the recipe's
-excitation at several amplitudes; they are no proof.
+(growth): outputs grow at most a given factor faster than the inputs. Both are tested on records of
+the recipe's excitation at several amplitudes, which is no proof.
 """
 
 from __future__ import annotations

@@ -27,9 +27,9 @@ class Ledger:
     from the file ends with the same weights as an unbroken one.
 
     Args:
-        path: the file; it is read if it exists.
-        device: device on which the tensors of the file are put.
-        report: is called after every iteration with the number of iterations done in all runs.
+        path: the file; read if it exists.
+        device: where the tensors go.
+        report: told the number of iterations done in all runs, after each.
 
     Raises:
         TrainingError: the file cannot be read.

@@ -120,7 +120,7 @@ class MultiStart:
         self._responses: torch.Tensor | None = None
 
     def plan(self, iterations: int) -> None:
-        """Set how many iterations are still to come, for the progress that is reported."""
+        """Tell how many iterations are still to come, for the progress."""
         self._planned = self._ledger.iterations + iterations
         self._report(self._ledger.iterations)
 
@@ -277,7 +277,7 @@ class MultiStart:
         return self._judged(shape, self._ledger.run(name, begin, step, iterations))
 
     def _judged(self, shape: CellShape, state: Iterate | Descent) -> Candidate:
-        """Return the candidate of a run that is done, perhaps before this fit was resumed."""
+        """A candidate whose run is done, perhaps before this fit was resumed."""
         self._best = min(self._best, state.best_error)
         self._report(self._ledger.iterations)
         return Candidate(shape, state)

@@ -1,8 +1,9 @@
-"""Mass on a spring and damper: linear, Duffing under a force, Duffing on a moving base.
+"""A mass on a spring and damper comes in three forms: linear, Duffing, Duffing on a moving base.
 
-All three are m x'' + d x' + k s + alpha k s^3 = F. Under a force, s = x; on a base at b(t),
-s = x - b(t) and F = 0, and the damper acts on the absolute velocity. The defaults are those of
-the paper's section on the mass spring damper: omega_0 = 40 rad/s, damping ratio 0.1.
+All three follow m x'' + d x' + k s + alpha k s^3 = F. Under a force, s = x; on a base at b(t),
+s = x - b(t) and F = 0, and the damper acts on the absolute velocity. The defaults are those of the
+paper's sections "Introductionary example: the mass spring damper" and "Duffing oscillator":
+omega_0 = 40 rad/s, damping ratio 0.1, alpha = 0.5.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from slide_fmu.systems.base import Linearization, State
 
 
 class _OscillatorSystem(PlantSystem[OscillatorPlant]):
-    """What the oscillators share; interface, never instantiated."""
+    """An oscillator system has one input and one position. Interface: never instantiated."""
 
     def __init__(self, oscillator: Oscillator, signal: Signal, limit: float) -> None:
         super().__init__(n_coordinates=1, n_inputs=1)
@@ -42,7 +43,7 @@ class _OscillatorSystem(PlantSystem[OscillatorPlant]):
             model.set_force(inputs[0])
 
     def output(self) -> FloatArray:
-        """Position of the mass in m, shape (1,)."""
+        """Return the position of the mass in m, shape (1,)."""
         return self._coordinates.copy()
 
     def linearize(self, state: State) -> Linearization:
@@ -53,7 +54,7 @@ class _OscillatorSystem(PlantSystem[OscillatorPlant]):
 
 
 class LinearOscillator(_OscillatorSystem):
-    """m x'' + d x' + k x = F with a held force.
+    """The linear oscillator follows m x'' + d x' + k x = F, with a zero-order hold of the force.
 
     Args:
         mass: m in kg.
@@ -63,6 +64,9 @@ class LinearOscillator(_OscillatorSystem):
         substeps: integration steps per sample; 12 give 3e-10 of the response's RMS.
         force_limit: intended range of the force is [-force_limit, force_limit] N.
         position_limit: range of the position in m; 8 m is what no force in range can exceed.
+
+    Raises:
+        ValueError: a value is out of its range.
     """
 
     def __init__(
@@ -82,16 +86,18 @@ class LinearOscillator(_OscillatorSystem):
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None
     ) -> State:
-        """Position U(-0.5, 0.5) m and velocity U(-0.5, 0.5) m/s."""
+        """Draw the position from U(-0.5, 0.5) m and the velocity from U(-0.5, 0.5) m/s."""
         return _random_state(rng, 0.5, 0.5, 0.0)
 
     def rest_state(self, held_input: FloatArray) -> State:
-        """Static deflection F / k under a held force in N, shape (1,)."""
+        """Return the static deflection F / k under a constant force in N, shape (1,)."""
         return _deflected(self._oscillator, held_input)
 
 
 class DuffingOscillator(_OscillatorSystem):
-    """m x'' + d x' + k x + alpha k x^3 = F with a held force.
+    """The Duffing oscillator follows m x'' + d x' + k x + alpha k x^3 = F.
+
+    The force has a zero-order hold.
 
     Args:
         mass: m in kg.
@@ -102,6 +108,9 @@ class DuffingOscillator(_OscillatorSystem):
         substeps: integration steps per sample; 24 give 5e-9 of the response's RMS.
         force_limit: intended range of the force is [-force_limit, force_limit] N.
         position_limit: range of the position in m; sweeps at full force reach 1.9 m.
+
+    Raises:
+        ValueError: a value is out of its range.
     """
 
     def __init__(
@@ -122,19 +131,20 @@ class DuffingOscillator(_OscillatorSystem):
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None
     ) -> State:
-        """Position U(-1, 1) m and velocity U(-10, 10) m/s."""
+        """Draw the position from U(-1, 1) m and the velocity from U(-10, 10) m/s."""
         return _random_state(rng, 1.0, 10.0, 0.0)
 
     def rest_state(self, held_input: FloatArray) -> State:
-        """Static deflection under a held force in N, shape (1,)."""
+        """Return the static deflection under a constant force in N, shape (1,)."""
         return _deflected(self._oscillator, held_input)
 
 
 class DuffingBaseMotion(_OscillatorSystem):
-    """m x'' + d x' + k (x - b) + alpha k (x - b)^3 = 0 on a base that ramps between samples.
+    """The mass on a moving base follows m x'' + d x' + k (x - b) + alpha k (x - b)^3 = 0.
 
-    This is the excitation of the paper's code. The base goes linearly from the last input to the
-    new one and reaches it at the end of the step.
+    This is the excitation of the paper's code. The position b of the base is the input, with a
+    first-order hold: it goes linearly from the last input to the new one and reaches it at the
+    end of the step.
 
     Args:
         mass: m in kg.
@@ -145,6 +155,9 @@ class DuffingBaseMotion(_OscillatorSystem):
         substeps: integration steps per sample.
         base_limit: intended range of the base is [-base_limit, base_limit] m.
         position_limit: range of the position in m.
+
+    Raises:
+        ValueError: a value is out of its range.
     """
 
     def __init__(
@@ -167,11 +180,11 @@ class DuffingBaseMotion(_OscillatorSystem):
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None
     ) -> State:
-        """Position U(-1, 1) m, velocity U(-10, 10) m/s, base uniform in its range."""
+        """Draw the position from U(-1, 1) m, the velocity from U(-10, 10) m/s, and the base."""
         return _random_state(rng, 1.0, 10.0, self.inputs[0].high)
 
     def rest_state(self, held_input: FloatArray) -> State:
-        """At rest on the base, whose position in m has shape (1,)."""
+        """Return the state at rest on a base at a constant position in m, shape (1,)."""
         base = finite_vector("held input", held_input, 1)
         return State(base, np.zeros(1), base.copy())
 
@@ -181,7 +194,7 @@ def _force_signal(limit: float) -> Signal:
 
 
 def _random_state(rng: np.random.Generator, position: float, speed: float, last: float) -> State:
-    """A state drawn uniformly from symmetric ranges."""
+    """Draw a state uniformly from symmetric ranges in m, m/s and the unit of the input."""
     return State(
         rng.uniform(-position, position, 1),
         rng.uniform(-speed, speed, 1),
@@ -190,6 +203,6 @@ def _random_state(rng: np.random.Generator, position: float, speed: float, last:
 
 
 def _deflected(oscillator: Oscillator, held_input: FloatArray) -> State:
-    """Static equilibrium under a held force in N."""
+    """Return the static equilibrium under a constant force in N, shape (1,)."""
     force = finite_vector("held input", held_input, 1)
     return State(np.array([oscillator.spring.deflection(force[0])]), np.zeros(1), force)

@@ -1,4 +1,4 @@
-"""The features that a recipe names: their set, their normalisation from data, their roles."""
+"""A recipe names features: here they get their set, their normalisation from data, their roles."""
 
 from __future__ import annotations
 
@@ -21,14 +21,15 @@ change below this part of the spread of what changes."""
 def choose_features(
     names: tuple[str, ...], system: System, scaling: Affine, inputs: FloatArray
 ) -> FeatureMap:
-    """The features of some names, normalised by data.
+    """Build the map from scaled inputs to the features of some names, normalised by data.
 
-    Bounded features are left as they are, the others divided by their standard deviation, some of
-    them after their mean is removed.
+    Bounded features are left as they are. The others are divided by their standard deviation, some
+    of them after their mean is removed.
 
     Args:
-        names: of features of one set.
-        scaling: of the inputs.
+        names: names of features of one set.
+        system: what the set may need to know, such as the rigid bodies of a serial chain.
+        scaling: scaling of the inputs.
         inputs: scaled inputs of the training, shape (n_trajectories, N, n_inputs).
 
     Raises:
@@ -60,14 +61,15 @@ def choose_features(
                 "table, or check data.excitation"
             )
         scale[part] = np.where(still, 1.0, spread)
+    # files hold the scales in float32: training must see the same numbers
     return FeatureMap(features, chosen, offset, scale.astype(np.float32).astype(np.float64))
 
 
 def require_odd(features: FeatureMap) -> None:
-    """Refuse to flip the signs of features that are not those of inputs of the opposite sign.
+    """Refuse features that do not change their sign with the inputs, where signs shall be flipped.
 
     Raises:
-        ValueError: with the names of the features.
+        ValueError: the features are no odd functions of the inputs; the message names them.
     """
     if not features.features.linear:
         raise ValueError(
@@ -78,7 +80,15 @@ def require_odd(features: FeatureMap) -> None:
 
 
 def roles_of(network: StateSpaceRecipe, features: FeatureMap) -> Roles:
-    """Where the features of each role are among the chosen ones."""
+    """Return the indices among the chosen features of those of each role.
+
+    Recipes and ``Roles`` say ``drive`` for the state input, ``static`` for the feedthrough and
+    ``schedule`` for the scheduling variables of LPV units.
+
+    Args:
+        network: names the features of each role.
+        features: the chosen ones.
+    """
     place = {signal: index for index, signal in enumerate(features.chosen)}
 
     def indices(names: tuple[str, ...]) -> tuple[int, ...]:
@@ -93,5 +103,15 @@ def feature_map(
     scaling: Affine,
     inputs: FloatArray,
 ) -> FeatureMap:
-    """The features of a network's table."""
+    """Build the map to the features that a network's table in the recipe names.
+
+    Args:
+        network: the table.
+        system: as for ``choose_features``.
+        scaling: scaling of the inputs.
+        inputs: scaled inputs of the training, shape (n_trajectories, N, n_inputs).
+
+    Raises:
+        ValueError: as for ``choose_features``.
+    """
     return choose_features(network.feature_names(), system, scaling, inputs)

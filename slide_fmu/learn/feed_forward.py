@@ -53,15 +53,18 @@ def activation_module(name: str) -> torch.nn.Module:
 
 
 class FeedForwardModule(torch.nn.Module):
-    """Trainable feed-forward network on a flattened window. Final.
+    """A feed-forward module is a trainable network on a flattened window. Final.
+
+    This is the paper's network (section "Feedforward networks (FFN)"), with a linear skip
+    connection and a choice of the samples that it looks at as options.
 
     Args:
         recipe: hidden widths, activation, bias, linear skip.
-        n_samples: length of the input sequence.
-        features: what it sees of the inputs at each sample.
-        n_values: number of values it gives.
-        ages: of the samples that it looks at, 0 the newest, falling from n_samples - 1; empty:
-            all of them.
+        n_samples: number of samples of the input sequence.
+        features: what the network sees of the inputs at each sample.
+        n_values: number of values that it gives.
+        ages: ages in samples of those that the network looks at, 0 for the newest, falling from
+            n_samples - 1; it looks at all samples if there are none.
     """
 
     def __init__(
@@ -85,7 +88,13 @@ class FeedForwardModule(torch.nn.Module):
         self.skip = torch.nn.Linear(first, n_values, bias=False) if recipe.linear_skip else None
 
     def initialise(self, generator: torch.Generator) -> None:
-        """Xavier uniform weights, zero biases (paper, section on training)."""
+        """Draw the weights: Xavier uniform (Glorot and Bengio, 2010), with zero biases.
+
+        The paper does so too (section "Training loss and validation error").
+
+        Args:
+            generator: the only source of randomness, on the module's device.
+        """
         modules = [*self.linear, *([] if self.skip is None else [self.skip])]
         for module in modules:
             torch.nn.init.xavier_uniform_(module.weight, generator=generator)
@@ -93,17 +102,21 @@ class FeedForwardModule(torch.nn.Module):
                 torch.nn.init.zeros_(module.bias)
 
     def forward(self, windows: torch.Tensor) -> torch.Tensor:
-        """Windows of features (B, n_samples, n_features) to values (B, n_values)."""
+        """Map windows of features (B, n_samples, n_features) to values (B, n_values)."""
         return self.values_of(self.seen(windows))
 
     def seen(self, windows: torch.Tensor) -> torch.Tensor:
-        """The samples that it looks at, of windows (..., n_samples, n_features)."""
+        """Pick the samples that the network looks at from windows (..., n_samples, n_features).
+
+        Returns:
+            Shape (..., n_seen, n_features), the oldest sample first.
+        """
         if not self.ages:
             return windows
         return windows[..., [self.n_samples - 1 - age for age in self.ages], :]
 
     def values_of(self, seen: torch.Tensor) -> torch.Tensor:
-        """Values (B, n_values) of the samples (B, n_seen, n_features) that it looks at."""
+        """Map the samples (B, n_seen, n_features) that the network looks at to (B, n_values)."""
         flat = seen.flatten(1)
         hidden = flat
         for index, linear in enumerate(self.linear):
@@ -113,7 +126,7 @@ class FeedForwardModule(torch.nn.Module):
         return hidden if self.skip is None else hidden + self.skip(flat)
 
     def freeze(self) -> FeedForward:
-        """The trained network as data.
+        """Return the trained network as data, in float32.
 
         Raises:
             ValueError: a weight is not finite.

@@ -90,7 +90,7 @@ class DrivenPlant:
     def _plan(self, desired: SetPoints, acceleration: FloatArray) -> None:
         """Set the desired motion from the last sample to the next.
 
-        It is kept as plain numbers too: ``move`` is called several times in every substep.
+        It is kept as plain numbers too, since ``move`` is called before every substep.
         """
         self._desired, self._acceleration = desired, acceleration
         self._motion = list(

@@ -78,7 +78,7 @@ class HeldRandom(ChannelKind):
 
 
 class MovingAverageRandom(ChannelKind):
-    """The input is uniform white noise through a FIR filter, as in the code of the paper.
+    """The input is uniform white noise through a FIR filter, as in the paper's code.
 
     Attributes:
         coefficients: the filter's impulse response; ``coefficients[0]`` weighs the newest value.

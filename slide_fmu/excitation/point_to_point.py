@@ -1,7 +1,7 @@
 """All joints of a machine move from point to point, synchronous, with trapezoidal speed.
 
 This is the excitation of the paper's robot (section "Spatial 6R manipulator on a flexible
-socket"), with limits, pauses and joints at rest added.
+socket"), with limits, pauses and moves of single joints added.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ from slide_fmu.learn.estimator import (
 from slide_fmu.learn.feed_forward import FeedForwardModule
 from slide_fmu.network.feed_forward import FeedForward
 from slide_fmu.recipe.estimator import EstimatorRecipe
-from slide_fmu.recipe.recipe import FeedForwardRecipe
+from slide_fmu.recipe.learning import FeedForwardRecipe
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import Shape, random_surrogate

@@ -14,7 +14,7 @@ from slide_fmu.features.director import Director
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.learn.feed_forward import FeedForwardModule, activation_module
 from slide_fmu.network.activations import ACTIVATIONS
-from slide_fmu.recipe.recipe import FeedForwardRecipe
+from slide_fmu.recipe.learning import FeedForwardRecipe
 
 SAMPLES, CHANNELS, VALUES = 20, 2, 6
 

@@ -47,7 +47,6 @@ from slide_fmu.core.window import MAX_WINDOW, Window
 from slide_fmu.network.base import Network
 from slide_fmu.network.bytes import decode_network, encode_network
 from slide_fmu.network.feed_forward import FeedForward
-from slide_fmu.network.state_space import StateSpace
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 
 MAGIC = b"SLIDEFMU"
@@ -142,30 +141,6 @@ def check_starts(scaling: Affine, starts: FloatArray) -> None:
             )
 
 
-def check_block_sizes(window: Window, network: Network, n_outputs: int) -> None:
-    """Refuse a surrogate network that does not fit its window.
-
-    Raises:
-        ValueError: neither one sample per evaluation nor one block per evaluation.
-    """
-    if isinstance(network, StateSpace):
-        found = (network.n_samples, network.n_out, network.n_values)
-        expected = (window.n_in, window.n_out, n_outputs)
-        if found != expected:
-            raise ValueError(
-                f"state-space network with n_samples, n_out, n_values = {found}; "
-                f"expected {expected}, those of the window and the outputs"
-            )
-        return
-    one = (window.receptive_field, n_outputs)
-    block = (window.n_in, window.n_out * n_outputs)
-    if (network.n_samples, network.n_values) not in (one, block):
-        raise ValueError(
-            f"surrogate network maps {network.n_samples} samples to {network.n_values} values; "
-            f"expected {one[0]} to {one[1]} or {block[0]} to {block[1]}"
-        )
-
-
 def _section(tag: bytes, content: bytes) -> bytes:
     return tag + struct.pack("<I", len(content)) + content
 
@@ -192,7 +167,7 @@ def _decode_sections(reader: Reader) -> Payload:
     section = reader.section(b"PRED")
     network = decode_network(section, n_inputs)
     section.done()
-    check_block_sizes(window, network, n_outputs)
+    network.require_window(window, n_outputs)
     estimator = None
     if reader.data[reader.position : reader.position + 4] == b"ESTI":
         estimator = _decode_estimator(reader.section(b"ESTI"), n_inputs)

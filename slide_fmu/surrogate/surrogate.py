@@ -21,7 +21,6 @@ from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.payload import (
     Payload,
     PayloadError,
-    check_block_sizes,
     check_starts,
     decode,
     encode,
@@ -76,7 +75,7 @@ class Surrogate:
             )
         self._check_channels()
         check_starts(self.input_scaling, self.starts)
-        check_block_sizes(self.window, self.network, len(self.outputs))
+        self.network.require_window(self.window, len(self.outputs))
         if self.estimator is not None:
             self.estimator.require_outputs(len(self.outputs))
 

@@ -25,7 +25,7 @@ from slide_fmu.learn.training import (
     train,
 )
 from slide_fmu.learn.windows import WindowData
-from slide_fmu.recipe.recipe import TrainingRecipe
+from slide_fmu.recipe.learning import TrainingRecipe
 from tests.learn.regression import EXACT, RECIPE, Slow, ignore, regression_data
 
 LEAST_SQUARES = 1e-6

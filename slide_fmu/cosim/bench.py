@@ -1,9 +1,6 @@
-"""How fast an FMU is, beside the memory's limit and the same networks elsewhere: one run, all in
-turns, medians.
+"""How fast an FMU is: everything in turns in one run, medians.
 
-Rivals carry the surrogate's network (``torch``, ``onnxruntime`` and ``numpy`` in process, on one
-thread; ``pythonfmu`` as an FMU with numpy, error estimates included). Those that are not
-installed, or do not know such a network, are None, with a remark.
+Comparisons with other ways to run the same network are in ``tests/benchmarks/comparison.py``.
 """
 
 from __future__ import annotations
@@ -11,32 +8,21 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.rivals import RivalError, TorchCells, onnx_layers, python_fmu, torch_layers
 from slide_fmu.cosim.run import UnpackedFmu, instantiated, unpacked
 from slide_fmu.cosim.synthetic import Effort, synthetic_surrogate
 from slide_fmu.fmu.export import export_fmu, read_fmu
-from slide_fmu.fmu.native import NativeSurrogate, Part, kernels
-from slide_fmu.network.feed_forward import FeedForward
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.fmu.native import NativeSurrogate, kernels
 from slide_fmu.surrogate.surrogate import Surrogate
-
-LOOP_SECONDS, MOST_LOOPS = 4e-4, 2000
-"""A loop inside C is short enough to run undisturbed, and much longer than calling it."""
-
-PARTS = {"kernel": Part.NETWORK, "read": Part.READ_MEMORY, "runtime_step": Part.STEP}
-"""What is timed inside C."""
 
 
 def bench_fmu(path: Path, effort: Effort) -> dict[str, Any]:
-    """Time an FMU; see ``bench_surrogates``.
+    """Time an FMU; the figures are those of ``Bench.figures``.
 
     Raises:
         CoSimulationError: the FMU reports an error.
@@ -44,11 +30,11 @@ def bench_fmu(path: Path, effort: Effort) -> dict[str, Any]:
         NativeError: there is no compiled runtime for this platform.
     """
     surrogate, _ = read_fmu(path)
-    return {"fmu": str(path), **bench_surrogates({"": (surrogate, path)}, effort)[""]}
+    return {"fmu": str(path), **_bench(surrogate, path, effort)}
 
 
 def bench_synthetic(name: str, effort: Effort) -> dict[str, Any]:
-    """Time a synthetic network; see ``bench_surrogates``.
+    """Time the FMU of a synthetic network; the figures are those of ``Bench.figures``.
 
     Raises:
         ValueError: there is no synthetic network of this name.
@@ -57,41 +43,15 @@ def bench_synthetic(name: str, effort: Effort) -> dict[str, Any]:
     surrogate = synthetic_surrogate(name)
     with tempfile.TemporaryDirectory() as folder:
         path = export_fmu(surrogate, Path(folder) / f"{name}.fmu")
-        figures = bench_surrogates({name: (surrogate, path)}, effort)
-    return {"synthetic": name, **figures[name]}
+        return {"synthetic": name, **_bench(surrogate, path, effort)}
 
 
-def bench_surrogates(
-    subjects: dict[str, tuple[Surrogate, Path]], effort: Effort
-) -> dict[str, dict[str, Any]]:
-    """Time surrogates and their FMUs in turns.
-
-    Args:
-        subjects: surrogate and FMU by name.
-
-    Returns:
-        For each: ``kernel_name``; ``n_weights``, their number; medians in microseconds:
-        ``fmu_step`` (doStep through fmpy), ``fmu_set_step_get``, ``runtime_step`` (inside C,
-        without FMI), ``kernel`` (one evaluation of all that layers give, or both cells of a
-        ping-pong step), ``memory_bound`` (the bytes of the weights over the bandwidth at which
-        the network's memory is read in the same run, wherever it lies), ``torch``,
-        ``onnxruntime``, ``numpy`` (one evaluation), ``pythonfmu_set_step_get``; ``batch``,
-        windows per second of processor time, of ``native``, ``torch``, ``onnxruntime`` and
-        ``numpy``; ``spread``, the 10th and 90th percentile of the times in microseconds;
-        ``remarks``. Set, doStep and get are with error estimates, if there are any:
-        PythonFMU always computes them; ``fmu_set_step_get_without_estimates`` is without.
-    """
-    with tempfile.TemporaryDirectory() as folder, ExitStack() as unpacking:
-        runs = {}
-        for index, (name, (surrogate, path)) in enumerate(subjects.items()):
-            place = Path(folder) / str(index)
-            place.mkdir()
-            runs[name] = _Run(surrogate, effort)
-            runs[name].add_fmus(path, place, unpacking)
+def _bench(surrogate: Surrogate, path: Path, effort: Effort) -> dict[str, Any]:
+    with unpacked(path) as fmu:
+        bench = Bench(surrogate, fmu, effort)
         for _ in range(effort.rounds):
-            for run in runs.values():
-                run.round()
-    return {name: run.figures() for name, run in runs.items()}
+            bench.round()
+    return bench.figures()
 
 
 def fmu_times(
@@ -132,26 +92,6 @@ def fmu_times(
     return whole, alone
 
 
-def part_times(native: NativeSurrogate, part: Part, loops: int, times: int) -> list[float]:
-    """Seconds of a part of a step inside C, one for each of the loops.
-
-    Args:
-        times: repetitions in each loop.
-    """
-    found = []
-    for _ in range(loops):
-        begin = time.perf_counter()
-        native.repeat(part, times)
-        found.append((time.perf_counter() - begin) / times)
-    return found
-
-
-def _repeats(native: NativeSurrogate, part: Part) -> int:
-    """How many repetitions make a loop."""
-    (seconds,) = part_times(native, part, 1, 20)
-    return min(MOST_LOOPS, max(1, int(LOOP_SECONDS / seconds)))
-
-
 def _call_times(function: Callable[[], object], calls: int) -> list[float]:
     found = []
     for _ in range(calls):
@@ -161,109 +101,82 @@ def _call_times(function: Callable[[], object], calls: int) -> list[float]:
     return found
 
 
-class _Run:
-    """One surrogate with its rivals, and the times measured so far. Final."""
+class Bench:
+    """One surrogate and its FMU, and the times measured so far. Final.
 
-    def __init__(self, surrogate: Surrogate, effort: Effort) -> None:
+    Args:
+        surrogate: in the FMU.
+        fmu: unpacked.
+        effort: how long is measured.
+
+    Attributes:
+        native: the surrogate in the C runtime.
+        record: random inputs within their ranges, shape (N, n_inputs).
+        windows: all windows of the record, shape (effort.windows, n_in, n_inputs).
+        singles: single evaluations by name, timed one by one; more may be added.
+        batches: evaluations of all windows by name; more may be added.
+    """
+
+    def __init__(self, surrogate: Surrogate, fmu: UnpackedFmu, effort: Effort) -> None:
         self.surrogate, self.effort = surrogate, effort
-        self.native = NativeSurrogate(surrogate)
-        self.repeats = {part: _repeats(self.native, part) for part in PARTS.values()}
-        self.fmus: dict[str, UnpackedFmu] = {}
-        self.times: dict[str, list[float]] = {}
-        self.remarks: dict[str, str] = {}
+        self.native, self._fmu = NativeSurrogate(surrogate), fmu
         self.record = _random_record(surrogate, effort.windows)
         views = np.lib.stride_tricks.sliding_window_view(self.record, surrogate.window.n_in, 0)
         self.windows = np.moveaxis(views, -1, 1)
-        self.singles: dict[str, Callable[[], object]] = {}
+        stepper, row = surrogate.network.stepper(), surrogate.input_scaling.apply(self.record)[0]
+        self.singles: dict[str, Callable[[], object]] = {"numpy": lambda: stepper.step(row)}
         self.batches: dict[str, Callable[[], object]] = {
-            "native": lambda: self.native.predict_windows(self.windows, threads=1)
+            "native": lambda: self.native.predict_windows(self.windows, threads=1),
+            "numpy": lambda: surrogate.predict_windows(self.windows),
         }
-        if isinstance(surrogate.network, FeedForward):
-            self._add_layers(surrogate.network)
-        else:
-            self._add_cells()
+        self._times: dict[str, list[float]] = {}
 
-    def add_fmus(self, path: Path, folder: Path, unpacking: ExitStack) -> None:
-        """Unpack the FMU and that of PythonFMU, until the stack is closed."""
-        self.fmus["fmu"] = unpacking.enter_context(unpacked(path))
-        other = python_fmu(self.surrogate, folder)
-        self.fmus["pythonfmu"] = unpacking.enter_context(unpacked(other))
-
-    def _add_layers(self, network: FeedForward) -> None:
-        """Rivals evaluate the features of windows, which are laid out for them beforehand."""
-        seen = self.windows[:, -network.n_samples :]
-        features = network.features.along(self.surrogate.input_scaling.apply(seen))
-        windows = features.astype(np.float32)
-        ages = network.ages or tuple(range(network.n_samples - 1, -1, -1))
-        places = [network.n_samples - 1 - age for age in ages]
-        flat = np.ascontiguousarray(windows[:, places].reshape(len(windows), -1))
-        self.singles["numpy"] = lambda: network.evaluate_features(windows[:1])
-        self.batches["numpy"] = lambda: network.evaluate_features(windows)
-        for name, make in (("torch", torch_layers), ("onnxruntime", onnx_layers)):
-            try:
-                evaluate = make(network)
-            except (ImportError, RivalError) as error:
-                self.remarks[name] = str(error)
-                continue
-            self.singles[name] = partial(evaluate, flat[:1])
-            self.batches[name] = partial(evaluate, flat)
-
-    def _add_cells(self) -> None:
-        """Rivals advance both states of a ping-pong step."""
-        network = self.surrogate.network
-        assert isinstance(network, StateSpace)
-        scaled = self.surrogate.input_scaling.apply(self.record)
-        stepper, row = network.stepper(), scaled[0]
-        self.singles["numpy"] = lambda: stepper.step(row)
-        self.remarks["onnxruntime"] = "a state-space network goes from step to step: no such graph"
-        try:
-            self.singles["torch"] = partial(TorchCells(network).step, row)
-        except (ImportError, RivalError) as error:
-            self.remarks["torch"] = str(error)
+    def add(self, name: str, seconds: list[float]) -> None:
+        """Add times in s that were measured elsewhere."""
+        self._times.setdefault(name, []).extend(seconds)
 
     def round(self) -> None:
-        """Time everything once more."""
+        """Time everything once more.
+
+        Raises:
+            CoSimulationError: the FMU reports an error.
+        """
         steps = self.effort.steps
-        for name, part in PARTS.items():
-            loops = -(-steps // self.repeats[part])
-            self._add(name, part_times(self.native, part, loops, self.repeats[part]))
         for name, single in self.singles.items():
-            self._add(name, _call_times(single, steps))
+            self.add(name, _call_times(single, steps))
         rows = self.record[:steps]
-        for name, fmu in self.fmus.items():
-            whole, alone = fmu_times(fmu, self.surrogate, rows, estimates=True)
-            self._add(f"{name}_set_step_get", whole)
-            self._add(f"{name}_step", alone)
-        whole, _ = fmu_times(self.fmus["fmu"], self.surrogate, rows)
-        self._add("fmu_set_step_get_without_estimates", whole)
+        whole, alone = fmu_times(self._fmu, self.surrogate, rows, estimates=True)
+        self.add("fmu_set_step_get", whole)
+        self.add("fmu_step", alone)
+        whole, _ = fmu_times(self._fmu, self.surrogate, rows)
+        self.add("fmu_set_step_get_without_estimates", whole)
         for name, batch in self.batches.items():
             begin = time.process_time()
             batch()
-            self._add(f"batch_{name}", [time.process_time() - begin])
-
-    def _add(self, name: str, seconds: list[float]) -> None:
-        self.times.setdefault(name, []).extend(seconds)
+            self.add(f"batch_{name}", [time.process_time() - begin])
 
     def figures(self) -> dict[str, Any]:
-        medians = {name: float(np.median(found)) for name, found in self.times.items()}
-        network = self.surrogate.network
-        size = network.count_parameters() * np.dtype(np.float32).itemsize
-        seconds_per_byte = medians.pop("read") / self.native.memory
+        """What was measured; after at least one round.
+
+        Returns:
+            ``kernel_name``; ``n_weights``, their number; medians in microseconds: ``fmu_step``
+            (doStep through fmpy), ``fmu_set_step_get`` (set, doStep and get, with error estimates
+            if there are any), ``fmu_set_step_get_without_estimates``, ``numpy`` (one step in
+            numpy, without FMI and estimate), and times that were added; ``batch``, windows per
+            second of processor time, of ``native`` and ``numpy``; ``spread``, the 10th and 90th
+            percentile of the times in microseconds.
+        """
+        medians = {name: float(np.median(found)) for name, found in self._times.items()}
         batch = {name: self.effort.windows / medians.pop(f"batch_{name}") for name in self.batches}
         return {
             "kernel_name": kernels()[0],
-            "n_weights": network.count_parameters(),
-            "torch": None,
-            "onnxruntime": None,
+            "n_weights": self.surrogate.network.count_parameters(),
             **{name: 1e6 * median for name, median in medians.items()},
-            "memory_bound": 1e6 * size * seconds_per_byte,
-            "read_gb_per_s": 1e-9 / seconds_per_byte,
-            "batch": {"torch": None, "onnxruntime": None, **batch},
+            "batch": batch,
             "spread": {
                 name: [1e6 * float(value) for value in np.percentile(times, [10, 90])]
-                for name, times in self.times.items()
+                for name, times in self._times.items()
             },
-            "remarks": self.remarks,
         }
 
 

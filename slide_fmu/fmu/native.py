@@ -137,9 +137,13 @@ class NativeSurrogate:
         network = surrogate.network
         if isinstance(network, FeedForward):
             values = self._layers(network, scaled, len(array), step, count)
-        else:
-            assert isinstance(network, StateSpace)
+        elif isinstance(network, StateSpace):
             values = self._cells(network, scaled, len(array), step, count)
+        else:
+            raise NativeError(
+                f"no batches of networks of type {type(network).__name__} in the runtime; use "
+                "Surrogate.predict_windows"
+            )
         blocks = values.reshape(len(array), window.n_out, len(surrogate.outputs))
         return surrogate.output_scaling.invert(blocks.astype(np.float64))
 

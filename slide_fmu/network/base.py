@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.core.window import Window
 from slide_fmu.features.feature_map import FeatureMap
 
 Float32Array = NDArray[np.float32]
@@ -78,6 +79,14 @@ class Network(abc.ABC):
     @abc.abstractmethod
     def stepper(self) -> Stepper:
         """Start a record that is taken in sample by sample: ``stream``, step by step."""
+
+    @abc.abstractmethod
+    def require_window(self, window: Window, n_outputs: int) -> None:
+        """Refuse a window, or a number of outputs, that the network as a surrogate does not fit.
+
+        Raises:
+            ValueError: with the sizes found and those expected.
+        """
 
     @abc.abstractmethod
     def block_length(self, n_outputs: int) -> int:

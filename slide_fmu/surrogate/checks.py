@@ -6,9 +6,6 @@ import math
 
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import Signal, check_inputs, cosines_of
-from slide_fmu.core.window import MAX_WINDOW, Window
-from slide_fmu.network.base import Network
-from slide_fmu.network.state_space import StateSpace
 
 START_TOLERANCE = 1e-12
 """How far a start may lie outside offset -+ scale, relative to |offset| + scale: rounding."""
@@ -59,30 +56,3 @@ def check_starts(scaling: Affine, inputs: tuple[Signal, ...]) -> None:
                 f"input {index} starts at {start:g}, but its scaling covers {offset - scale:g} to "
                 f"{offset + scale:g}; scale the input by its range"
             )
-
-
-def check_block_sizes(window: Window, network: Network, n_outputs: int) -> None:
-    """Refuse a surrogate network that does not fit its window.
-
-    Raises:
-        ValueError: neither one sample per evaluation nor one block per evaluation, or a window
-            that is too long.
-    """
-    if window.n_in > MAX_WINDOW:
-        raise ValueError(f"n_in {window.n_in} out of range; expected at most {MAX_WINDOW}")
-    if isinstance(network, StateSpace):
-        found = (network.n_samples, network.n_out, network.n_values)
-        expected = (window.n_in, window.n_out, n_outputs)
-        if found != expected:
-            raise ValueError(
-                f"state-space network with n_samples, n_out, n_values = {found}; "
-                f"expected {expected}, those of the window and the outputs"
-            )
-        return
-    one = (window.receptive_field, n_outputs)
-    block = (window.n_in, window.n_out * n_outputs)
-    if (network.n_samples, network.n_values) not in (one, block):
-        raise ValueError(
-            f"surrogate network maps {network.n_samples} samples to {network.n_values} values; "
-            f"expected {one[0]} to {one[1]} or {block[0]} to {block[1]}"
-        )

@@ -15,7 +15,7 @@ from slide_fmu.core.signals import FloatArray, Hold, Signal, cosines_of, hold_of
 from slide_fmu.core.window import Window
 from slide_fmu.network.base import BATCH, Network, Stepper
 from slide_fmu.network.feed_forward import SlidingWindow
-from slide_fmu.surrogate.checks import check_block_sizes, check_signals, check_starts
+from slide_fmu.surrogate.checks import check_signals, check_starts
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.payload import decode, encode
 
@@ -63,7 +63,7 @@ class Surrogate:
         self._check_channels()
         check_signals(self.inputs, self.outputs, self.input_scaling)
         check_starts(self.input_scaling, self.inputs)
-        check_block_sizes(self.window, self.network, len(self.outputs))
+        self.network.require_window(self.window, len(self.outputs))
         if self.estimator is not None:
             self.estimator.require_outputs(len(self.outputs))
 

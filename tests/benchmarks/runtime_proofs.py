@@ -2,9 +2,9 @@
 
     python tests/benchmarks/runtime_proofs.py --json -
 
-The robot-sized network with random weights (``slide-fmu bench --synthetic robot``). Given are
-the kernel, every ratio of every run, their medians, what is wanted of them, and those that fell
-short.
+The robot-sized network with random weights (``slide-fmu bench --synthetic robot``) beside its
+baselines (``comparison.py``). Given are the kernel, every ratio of every run, their medians, what
+is wanted of them, and those that fell short.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ import argparse
 import statistics
 from typing import Any
 
+from comparison import compare_synthetic
 from figures_out import write_figures
 
-from slide_fmu.cosim.bench import bench_synthetic
 from slide_fmu.cosim.synthetic import Effort
 
 WANTED = {
@@ -31,12 +31,12 @@ WANTED = {
 def ratios_of(figures: dict[str, Any]) -> dict[str, float]:
     """The ratios of one run."""
     batch = figures["batch"]
-    rivals = {"onnxruntime": "onnxruntime", "pythonfmu": "pythonfmu_set_step_get"}
+    baselines = {"onnxruntime": "onnxruntime", "pythonfmu": "pythonfmu_set_step_get"}
     return {
         "part_of_memory_bound": figures["memory_bound"] / figures["kernel"],
         **{
-            f"set_step_get_against_{rival}": figures[key] / figures["fmu_set_step_get"]
-            for rival, key in rivals.items()
+            f"set_step_get_against_{name}": figures[key] / figures["fmu_set_step_get"]
+            for name, key in baselines.items()
         },
         "batch_against_onnxruntime": batch["native"] / batch["onnxruntime"],
         "batch_against_torch": batch["native"] / batch["torch"],
@@ -45,7 +45,7 @@ def ratios_of(figures: dict[str, Any]) -> dict[str, float]:
 
 def measure(runs: int, effort: Effort) -> dict[str, Any]:
     """Ratios of several runs and their medians."""
-    found = [bench_synthetic("robot", effort) for _ in range(runs)]
+    found = [compare_synthetic("robot", effort) for _ in range(runs)]
     ratios = [ratios_of(figures) for figures in found]
     medians = {name: statistics.median(run[name] for run in ratios) for name in WANTED}
     return {

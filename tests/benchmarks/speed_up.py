@@ -26,9 +26,10 @@ from typing import Any
 import numpy as np
 from figures_out import write_figures
 from seeds import SPEED_UP
+from timing import part_times
 
 from mbs_models.slider_crank.slider_crank import SliderCrank
-from slide_fmu.cosim.bench import fmu_times, part_times
+from slide_fmu.cosim.bench import fmu_times
 from slide_fmu.cosim.run import unpacked
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.fmu.export import read_fmu

@@ -33,12 +33,12 @@ from figures_out import write_figures
 from pydantic import ValidationError
 from seeds import STRUCTURES
 from studies import Trained, positive, simulated_seconds, surrogate_only, trained
+from timing import part_times
 from unseen import Motion, scored, unseen_motions
 
 from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.measures import rms
 from slide_fmu.core.progress import Advance, Bar
-from slide_fmu.cosim.bench import part_times
 from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.fmu.native import NativeSurrogate, Part
 from slide_fmu.pipeline.job import open_job

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.core.window import Window
 from slide_fmu.features.base import BEFORE
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.activations import ACTIVATIONS
@@ -134,6 +135,16 @@ class FeedForward(Network):
 
     def stepper(self) -> SlidingWindow:
         return SlidingWindow(self)
+
+    def require_window(self, window: Window, n_outputs: int) -> None:
+        """Either one sample or one block of the output window comes from an evaluation."""
+        one = (window.receptive_field, n_outputs)
+        block = (window.n_in, window.n_out * n_outputs)
+        if (self.n_samples, self.n_values) not in (one, block):
+            raise ValueError(
+                f"surrogate network maps {self.n_samples} samples to {self.n_values} values; "
+                f"expected {one[0]} to {one[1]} or {block[0]} to {block[1]}"
+            )
 
     def block_length(self, n_outputs: int) -> int:
         """Those of one evaluation."""

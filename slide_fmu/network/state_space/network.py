@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.core.window import Window
 from slide_fmu.features.base import BEFORE
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.base import Float32Array, Network, Stepper, check_sequences
@@ -73,6 +74,16 @@ class StateSpace(Network):
         self.n_out = n_out
         self.n_channels = features.n_channels
         self.n_values = len(cell.c) // (1 + len(self.roles.readout))
+
+    def require_window(self, window: Window, n_outputs: int) -> None:
+        """Its sizes are those of the window and of the outputs."""
+        found = (self.n_samples, self.n_out, self.n_values)
+        expected = (window.n_in, window.n_out, n_outputs)
+        if found != expected:
+            raise ValueError(
+                f"state-space network with n_samples, n_out, n_values = {found}; "
+                f"expected {expected}, those of the window and the outputs"
+            )
 
     def block_length(self, n_outputs: int) -> int:
         """Those of the output window, along which the cell runs."""

@@ -1,0 +1,128 @@
+"""An FMU beside the memory's limit and the same network elsewhere: one run, all in turns, medians.
+
+Baselines that are not installed, or do not know such a network, are None, with a remark.
+"""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+from baselines import BaselineError
+from baselines.cells import TorchCells
+from baselines.layers import onnx_layers, torch_layers
+from baselines.numpy_fmu import write_numpy_fmu
+from timing import part_times, repetitions
+
+from slide_fmu.cosim.bench import Bench, fmu_times
+from slide_fmu.cosim.run import unpacked
+from slide_fmu.cosim.synthetic import Effort, synthetic_surrogate
+from slide_fmu.fmu.export import export_fmu, read_fmu
+from slide_fmu.fmu.native import Part
+from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.state_space import StateSpace
+from slide_fmu.surrogate.surrogate import Surrogate
+
+PARTS = {"kernel": Part.NETWORK, "read": Part.READ_MEMORY, "runtime_step": Part.STEP}
+"""What is timed inside C."""
+
+
+def compare_fmu(path: Path, effort: Effort) -> dict[str, Any]:
+    """Compare an FMU of slide-fmu; see ``compare``."""
+    surrogate, _ = read_fmu(path)
+    return {"fmu": str(path), **compare(surrogate, path, effort)}
+
+
+def compare_synthetic(name: str, effort: Effort) -> dict[str, Any]:
+    """Compare a synthetic network; see ``compare``."""
+    surrogate = synthetic_surrogate(name)
+    with TemporaryDirectory() as folder:
+        path = export_fmu(surrogate, Path(folder) / f"{name}.fmu")
+        return {"synthetic": name, **compare(surrogate, path, effort)}
+
+
+def compare(surrogate: Surrogate, path: Path, effort: Effort) -> dict[str, Any]:
+    """Time a surrogate's FMU and its baselines in turns.
+
+    Returns:
+        The figures of ``slide_fmu.cosim.bench.Bench``, and in microseconds: ``runtime_step``
+        (inside C, without FMI), ``kernel`` (one evaluation of all that layers give, or both cells
+        of a ping-pong step), ``memory_bound`` (the bytes of the weights over the bandwidth
+        ``read_gb_per_s`` at which the network's memory is read in the same run, wherever it
+        lies), ``torch``, ``onnxruntime`` (one evaluation), ``pythonfmu_step``,
+        ``pythonfmu_set_step_get`` (error estimates included); in ``batch`` those of ``torch`` and
+        ``onnxruntime`` too; ``remarks``, why a baseline is None.
+    """
+    with TemporaryDirectory() as folder, ExitStack() as unpacking:
+        bench = Bench(surrogate, unpacking.enter_context(unpacked(path)), effort)
+        remarks = _add_baselines(bench)
+        other = unpacking.enter_context(unpacked(write_numpy_fmu(surrogate, Path(folder))))
+        repeats = {part: repetitions(bench.native, part) for part in PARTS.values()}
+        for _ in range(effort.rounds):
+            for name, part in PARTS.items():
+                loops = -(-effort.steps // repeats[part])
+                bench.add(name, part_times(bench.native, part, loops, repeats[part]))
+            bench.round()
+            rows = bench.record[: effort.steps]
+            whole, alone = fmu_times(other, surrogate, rows, estimates=True)
+            bench.add("pythonfmu_set_step_get", whole)
+            bench.add("pythonfmu_step", alone)
+    return _with_bound(bench, {**bench.figures(), "remarks": remarks})
+
+
+def _with_bound(bench: Bench, figures: dict[str, Any]) -> dict[str, Any]:
+    """The figures with the memory's limit, and None for baselines that are missing."""
+    seconds_per_byte = 1e-6 * figures.pop("read") / bench.native.memory
+    size = figures["n_weights"] * np.dtype(np.float32).itemsize
+    return {
+        "torch": None,
+        "onnxruntime": None,
+        **figures,
+        "memory_bound": 1e6 * size * seconds_per_byte,
+        "read_gb_per_s": 1e-9 / seconds_per_byte,
+        "batch": {"torch": None, "onnxruntime": None, **figures["batch"]},
+    }
+
+
+def _add_baselines(bench: Bench) -> dict[str, str]:
+    """Those in process; what is missing, and why."""
+    network = bench.surrogate.network
+    if isinstance(network, FeedForward):
+        return _add_layers(bench, network)
+    assert isinstance(network, StateSpace)
+    return _add_cells(bench, network)
+
+
+def _add_layers(bench: Bench, network: FeedForward) -> dict[str, str]:
+    """They evaluate the features of windows, which are laid out for them beforehand."""
+    seen, remarks = bench.windows[:, -network.n_samples :], {}
+    windows = network.features.along(bench.surrogate.input_scaling.apply(seen))
+    ages = network.ages or tuple(range(network.n_samples - 1, -1, -1))
+    places = [network.n_samples - 1 - age for age in ages]
+    flat = np.ascontiguousarray(windows[:, places].reshape(len(windows), -1))
+    bench.singles["numpy"] = lambda: network.evaluate_features(windows[:1])
+    bench.batches["numpy"] = lambda: network.evaluate_features(windows)
+    for name, make in (("torch", torch_layers), ("onnxruntime", onnx_layers)):
+        try:
+            evaluate = make(network)
+        except (ImportError, BaselineError) as error:
+            remarks[name] = str(error)
+            continue
+        bench.singles[name] = partial(evaluate, flat[:1])
+        bench.batches[name] = partial(evaluate, flat)
+    return remarks
+
+
+def _add_cells(bench: Bench, network: StateSpace) -> dict[str, str]:
+    """They advance both states of a ping-pong step."""
+    remarks = {"onnxruntime": "a state-space network goes from step to step: no such graph"}
+    row = bench.surrogate.input_scaling.apply(bench.record)[0]
+    try:
+        bench.singles["torch"] = partial(TorchCells(network).step, row)
+    except (ImportError, BaselineError) as error:
+        remarks["torch"] = str(error)
+    return remarks

@@ -9,6 +9,7 @@ import numpy as np
 import torch
 
 from slide_fmu.core.measures import moving_rms
+from slide_fmu.core.progress import Stages
 from slide_fmu.core.scaling import LogError
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
@@ -16,7 +17,7 @@ from slide_fmu.data.store import Split
 from slide_fmu.learn.family import seeded_generator
 from slide_fmu.learn.feature_choice import feature_map, require_odd
 from slide_fmu.learn.feed_forward import FeedForwardModule
-from slide_fmu.learn.training import History, Objective, ProgressOf, train
+from slide_fmu.learn.training import History, Objective, train
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.network.base import Float32Array
 from slide_fmu.recipe.estimator import EstimatorRecipe
@@ -140,7 +141,7 @@ def fit_estimator(
     recipe: EstimatorRecipe,
     checkpoint: Path,
     device: torch.device,
-    progress: ProgressOf,
+    progress: Stages,
 ) -> tuple[ErrorEstimator, dict[str, History]]:
     """Train the error estimator of a surrogate.
 

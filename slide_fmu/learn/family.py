@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import torch
 
+from slide_fmu.core.progress import Progress
 from slide_fmu.core.window import Window
 from slide_fmu.learn.feed_forward import FeedForwardModule
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space.fit import fit_state_space
-from slide_fmu.learn.training import History, TrainingProgress, block_mean_square, train
+from slide_fmu.learn.training import History, block_mean_square, train
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.network.base import Network
 from slide_fmu.recipe.learning import (
@@ -27,7 +28,7 @@ def fit_network(
     problem: Problem,
     network: FeedForwardRecipe | StateSpaceRecipe,
     training: TrainingRecipe | LeastSquaresRecipe,
-    progress: TrainingProgress,
+    progress: Progress,
 ) -> tuple[Network, History]:
     """Fit a network of the family that the recipe names.
 
@@ -46,7 +47,7 @@ def fit_feed_forward(
     problem: Problem,
     network: FeedForwardRecipe,
     training: TrainingRecipe,
-    progress: TrainingProgress,
+    progress: Progress,
 ) -> tuple[Network, History]:
     """Train the paper's feed-forward network by Adam.
 

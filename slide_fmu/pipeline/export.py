@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from slide_fmu.core.progress import Bar
+from slide_fmu.core.progress import Stages
 from slide_fmu.pipeline.form import Form, Written, export_again
 from slide_fmu.python_fmu.torch_files import is_module
 
@@ -39,14 +39,14 @@ class Request:
     runs: Path | None = None
 
 
-def export(request: Request, bar: Bar) -> Written:
+def export(request: Request, bar: Stages) -> Written:
     """Write the FMU of a recipe, of an FMU, or of a torch module.
 
     Each kind imports what it needs: an FMU is written again without the packages of the training.
 
     Args:
         request: what is to become an FMU.
-        bar: opens progress bars.
+        bar: opens the progress of a stage.
 
     Raises:
         FmuError: the source is no FMU of slide-fmu.
@@ -74,7 +74,7 @@ def _export_module(request: Request) -> Written:
     return Written(export_torch(request.source, request.description, request.path))
 
 
-def _export_recipe(request: Request, bar: Bar) -> Written:
+def _export_recipe(request: Request, bar: Stages) -> Written:
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.trained import export_recipe
 

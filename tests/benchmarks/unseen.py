@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from slide_fmu.core.progress import Advance
+from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import Draw, Stream, draw
 from slide_fmu.recipe.recipe import Recipe
@@ -36,7 +36,7 @@ class Motion:
 
 
 def unseen_motions(
-    recipe: Recipe, stream: Stream, count: int, advance: Advance
+    recipe: Recipe, stream: Stream, count: int, advance: Progress
 ) -> Iterator[Motion]:
     """Draw motions one by one and simulate the reference model in this process.
 
@@ -45,11 +45,11 @@ def unseen_motions(
         SimulationError: it could not be simulated.
     """
     system = reference_system(recipe)
-    advance(0, count, "")
+    advance(0, count)
     for index in range(count):
         drawn = draw(recipe, system, stream, index)
         yield Motion(drawn, simulate(system, drawn.inputs, drawn.initial).outputs)
-        advance(index + 1, count, "")
+        advance(index + 1, count)
 
 
 def scored(surrogate: Surrogate, motion: Motion) -> tuple[FloatArray, FloatArray]:

@@ -8,12 +8,13 @@ from collections.abc import Callable
 import numpy as np
 import torch
 
+from slide_fmu.core.progress import Progress
 from slide_fmu.learn.feature_choice import roles_of
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space.normal_equations import sum_of_squares
 from slide_fmu.learn.state_space.segments import Segments, cut_segments
 from slide_fmu.learn.state_space.tournament import LINEAR_ITERATIONS, Entrant, FitData, Tournament
-from slide_fmu.learn.training import History, TrainingError, TrainingProgress
+from slide_fmu.learn.training import History, TrainingError
 from slide_fmu.network.cell import Cell
 from slide_fmu.network.state_space import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
@@ -34,7 +35,7 @@ def fit_state_space(
     problem: Problem,
     network: StateSpaceRecipe,
     training: LeastSquaresRecipe,
-    progress: TrainingProgress,
+    progress: Progress,
 ) -> tuple[StateSpace, History]:
     """Fit a state-space network.
 

@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from slide_fmu.core.progress import Progress
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space import levenberg_marquardt, preconditioned_descent
 from slide_fmu.learn.state_space.cell import CellShape, simulate
@@ -34,7 +35,6 @@ from slide_fmu.learn.state_space.normal_equations import (
 from slide_fmu.learn.state_space.pole_penalty import PolePenalty, pole_radii
 from slide_fmu.learn.state_space.preconditioned_descent import Descent
 from slide_fmu.learn.state_space.segments import Segments
-from slide_fmu.learn.training import TrainingProgress
 from slide_fmu.network.roles import Roles
 from slide_fmu.recipe.against_system import require_turned_pairs
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
@@ -96,20 +96,16 @@ class Tournament:
         network: StateSpaceRecipe,
         training: LeastSquaresRecipe,
         data: FitData,
-        progress: TrainingProgress,
+        progress: Progress,
     ) -> None:
         self.problem, self.network, self.training, self.data = problem, network, training, data
-        self._progress, self._best, self._planned = progress, math.inf, 0
-        self._ledger = Ledger(problem.checkpoint, data.features.device, self._report)
+        self._ledger = Ledger(problem.checkpoint, data.features.device, progress)
         self._responses: torch.Tensor | None = None
 
     def plan(self, iterations: int) -> None:
         """Tell how many iterations are still to come, for the progress."""
-        self._planned = self._ledger.iterations + iterations
-        self._report(self._ledger.iterations)
-
-    def _report(self, done: int) -> None:
-        self._progress(done, max(done, self._planned), self._best)
+        self._ledger.planned = self._ledger.iterations + iterations
+        self._ledger.show()
 
     def shape(self, order: int, units: int) -> CellShape:
         """The cell of an order and a number of units; a linear one has no states to spare.
@@ -216,7 +212,7 @@ class Tournament:
             after = preconditioned_descent.advance_stretch(
                 state, shape, self.data.whole, validation, radius, training.seed
             )
-            self._best = min(self._best, after.best_error)
+            self._ledger.best = min(self._ledger.best, after.best_error)
             return after
 
         begin = Descent.begin(theta, validation(theta))
@@ -231,7 +227,7 @@ class Tournament:
 
         def step(state: Iterate) -> Iterate:
             after = levenberg_marquardt.advance(state, least_squares)
-            self._best = min(self._best, after.best_error)
+            self._ledger.best = min(self._ledger.best, after.best_error)
             return after
 
         begin = Iterate.begin(theta, least_squares)
@@ -239,8 +235,8 @@ class Tournament:
 
     def _entered(self, shape: CellShape, state: Iterate | Descent) -> Entrant:
         """An entrant whose run is done, perhaps before this fit was resumed."""
-        self._best = min(self._best, state.best_error)
-        self._report(self._ledger.iterations)
+        self._ledger.best = min(self._ledger.best, state.best_error)
+        self._ledger.show()
         return Entrant(shape, state)
 
     def _penalty(self, residuals: int) -> PolePenalty:

@@ -56,7 +56,7 @@ def fit_feed_forward(
     """
     window = problem.window
     if network.time_invariant:
-        window = Window(window.step, window.receptive_field, 1)
+        window = Window(window.step, window.memory_length, 1)
     data = WindowData(*problem.training, window)
     n_values = window.n_out * data.targets.shape[2]
     module = FeedForwardModule(network, window.n_in, problem.features, n_values)

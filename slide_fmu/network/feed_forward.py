@@ -97,7 +97,7 @@ class FeedForward(Network):
         self.half = half
         self.features = features
         self.ages = ages
-        self.n_samples = self.n_needed = n_samples
+        self.n_samples = self.memory_length = n_samples
         self.n_channels = features.n_channels
         self.n_values = width
 

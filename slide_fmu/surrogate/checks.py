@@ -79,7 +79,7 @@ def check_block_sizes(window: Window, network: Network, n_outputs: int) -> None:
                 f"expected {expected}, those of the window and the outputs"
             )
         return
-    one = (window.receptive_field, n_outputs)
+    one = (window.memory_length, n_outputs)
     block = (window.n_in, window.n_out * n_outputs)
     if (network.n_samples, network.n_values) not in (one, block):
         raise ValueError(

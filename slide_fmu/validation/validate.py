@@ -166,7 +166,7 @@ def compare(
     true = run_fmu(reference, inputs, names, _initial_parameters(system, drawn), step)
     estimates = [] if surrogate.estimator is None else [f"{n}_error_estimate" for n in names]
     own = run_fmu(fmu, inputs, [*names, *estimates], step=step)
-    first = max(drawn.burn_in + 1, surrogate.network.n_needed)
+    first = max(drawn.burn_in + 1, surrogate.network.memory_length)
     error = own.values[first:, : len(names)] - true.values[first:]
     true_error = np.full_like(error, np.nan)
     if len(error) >= span:

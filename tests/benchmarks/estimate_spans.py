@@ -147,7 +147,7 @@ def errors_of(surrogate: Surrogate, estimator: ErrorEstimator, motion: Motion) -
     true, _ = scored(surrogate, motion)
     scaled = surrogate.input_scaling.apply(motion.drawn.inputs)
     estimated = np.sqrt(estimator.along(scaled, len(surrogate.outputs)))
-    first = motion.first(surrogate.network.n_needed, estimator.network.n_needed)
+    first = motion.first(surrogate.network.memory_length, estimator.network.memory_length)
     count = len(motion.reference) - first
     return Errors(
         true[len(true) - count :], estimated[first - 1 :] * surrogate.output_scaling.scale

@@ -172,7 +172,7 @@ def segments_of(
         chosen: indices of the outputs.
     """
     n_out, drawn = surrogate.window.n_out, motion.drawn
-    first = motion.first(surrogate.network.n_needed)
+    first = motion.first(surrogate.network.memory_length)
     newest = outputs(surrogate, fmu, drawn)[first - 1 :, chosen]
     segments = Segments.of_motion(newest, motion.reference[first:, chosen], n_out)
     if not len(segments.error):

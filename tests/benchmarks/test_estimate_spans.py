@@ -42,7 +42,7 @@ def test_the_span_of_the_fmu_gives_the_deviation_of_its_estimate(
         for index in range(3):
             drawn = draw(recipe, system, Stream(TEST, seed, factors, 2.0), index)
             true = simulate(system, drawn.inputs, drawn.initial).outputs
-            first = max(drawn.burn_in + 1, surrogate.network.n_needed)
+            first = max(drawn.burn_in + 1, surrogate.network.memory_length)
             error = surrogate.predict_newest(drawn.inputs)[first - 1 :] - true[first:]
             estimate = surrogate.estimate_error(drawn.inputs)[first - 1 :][7:]
             resolution = 1e-3 * surrogate.output_scaling.scale

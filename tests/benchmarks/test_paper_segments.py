@@ -56,7 +56,7 @@ def test_rmse_is_that_of_the_newest_outputs(monkeypatch: pytest.MonkeyPatch) -> 
     for index in range(5):
         drawn = draw(recipe, system, Stream(TEST, 3, (1.0, 1.0), 2.0), index)
         true = simulate(system, drawn.inputs, drawn.initial).outputs
-        first = max(drawn.burn_in + 1, surrogate.network.n_needed)
+        first = max(drawn.burn_in + 1, surrogate.network.memory_length)
         error = surrogate.predict_newest(drawn.inputs)[first - 1 :] - true[first:]
         errors.append(error[: len(error) // 8 * 8])
     expected = np.sqrt(np.mean(np.concatenate(errors) ** 2))

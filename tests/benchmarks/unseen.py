@@ -30,7 +30,7 @@ class Motion:
         """The first sample that is scored: after the burn-in, all inputs behind it set.
 
         Args:
-            needed: samples that the networks look back, each ``Network.n_needed``.
+            needed: samples that the networks look back, each ``Network.memory_length``.
         """
         return max(self.drawn.burn_in + 1, *needed)
 
@@ -59,7 +59,7 @@ def scored(surrogate: Surrogate, motion: Motion) -> tuple[FloatArray, FloatArray
         Surrogate minus reference, and reference, from the first scored sample on, shape
         (n_scored, n_outputs) each, in the outputs' units.
     """
-    first = motion.first(surrogate.network.n_needed)
+    first = motion.first(surrogate.network.memory_length)
     reference = motion.reference[first:]
     newest = surrogate.predict_newest(motion.drawn.inputs)[first - 1 :]
     return newest - reference, reference

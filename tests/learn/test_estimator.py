@@ -168,7 +168,7 @@ def test_estimator_learns_where_the_errors_are_large(
     estimating = dataclasses.replace(surrogate, estimator=estimator)
     span = estimating.estimated_samples
     unseen = split_of(surrogate, noise, 2, 200, 3)
-    first = surrogate.window.receptive_field + span - 1
+    first = surrogate.window.memory_length + span - 1
     true = (
         block_errors(surrogate.window, streamed_errors(surrogate, unseen), span)[:, first:]
         * surrogate.output_scaling.scale

@@ -271,7 +271,7 @@ class Tournament:
     def _impulse_responses(self) -> torch.Tensor:
         if self._responses is None:
             longest = min(LONGEST_RESPONSE, self.data.features.shape[1] // 2)
-            wanted = max(self.problem.window.receptive_field, SHORTEST_RESPONSE)
+            wanted = max(self.problem.window.memory_length, SHORTEST_RESPONSE)
             taps = max(2, min(wanted, longest))
             targets = self.problem.training[1].to(self.data.features)
             roles, features = self.data.roles, self.data.features

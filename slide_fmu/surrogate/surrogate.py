@@ -213,9 +213,9 @@ class Surrogate:
     def inputs_in_range(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
         """Whether all inputs behind the outputs lie where the training had them, at each sample.
 
-        The last ``network.memory_length`` inputs lie in their ranges; of an angle, the length of cosine
-        and sine is about 1. With an estimator, its features of the samples that an estimate
-        depends on lie in their ranges too.
+        The last ``network.memory_length`` inputs lie in their ranges; of an angle, the length of
+        cosine and sine is about 1. With an estimator, its features of the samples that an
+        estimate depends on lie in their ranges too.
 
         Args:
             inputs: shape (N, n_inputs), N >= 1, in the inputs' units; the first counts as held

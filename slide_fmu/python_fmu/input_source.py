@@ -21,6 +21,7 @@ from slide_fmu.python_fmu.torch_window import SAME, Clock
 from slide_fmu.python_fmu.writer import complete, keep_module_of, write_python_fmu
 
 RECORD = "inputs.npz"
+
 _SCRIPT = '''"""Recorded inputs; the Python environment must offer slide_fmu."""
 
 from slide_fmu.python_fmu import input_source

@@ -10,10 +10,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from rich import progress as rich_progress
 from rich.console import Console, ConsoleDimensions
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from slide_fmu.core.progress import Advance, Bar
+from slide_fmu.core.progress import Progress, Stages
 
 TRACEBACK = "SLIDE_FMU_TRACEBACK"
 """Environment variable: if set, errors show where they come from."""
@@ -54,44 +54,48 @@ def write_json(path: str | None, figures: Any) -> None:
 
 
 @contextmanager
-def progress_bars() -> Iterator[Bar]:
+def progress_bars() -> Iterator[Stages]:
     """Progress bars on a terminal, lines elsewhere; and errors as messages."""
     if not console.file.isatty():  # not is_terminal, which FORCE_COLOR makes true for a pipe
         with errors():
             yield _lines
         return
     columns = (
-        TextColumn("{task.description:>24}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[remark]}"),
+        rich_progress.TextColumn("{task.description:>24}"),
+        rich_progress.BarColumn(),
+        rich_progress.MofNCompleteColumn(),
+        rich_progress.TimeRemainingColumn(),
+        rich_progress.TextColumn("{task.fields[remark]}"),
     )
-    with errors(), Progress(*columns, console=console) as progress:
+    with errors(), rich_progress.Progress(*columns, console=console) as bars:
 
-        def bar(stage: str) -> Advance:
-            task = progress.add_task(stage, total=None, remark="")
+        def bar(stage: str) -> Progress:
+            task = bars.add_task(stage, total=None, remark="")
 
-            def advance(done: int, total: int, remark: str) -> None:
-                progress.update(task, completed=done, total=total, remark=remark)
+            def progress(done: int, total: int, error: float | None = None) -> None:
+                bars.update(task, completed=done, total=total, remark=_remark(error))
 
-            return advance
+            return progress
 
         yield bar
 
 
-def _lines(stage: str) -> Advance:
+def _lines(stage: str) -> Progress:
     """Progress as a line for every tenth of the work."""
     printed = -1
 
-    def advance(done: int, total: int, remark: str) -> None:
+    def progress(done: int, total: int, error: float | None = None) -> None:
         nonlocal printed
         tenth = 10 * done // max(1, total)
         if tenth > printed:
             printed = tenth
-            console.print(f"{stage}: {done} of {total}  {remark}".rstrip())
+            console.print(f"{stage}: {done} of {total}  {_remark(error)}".rstrip())
 
-    return advance
+    return progress
+
+
+def _remark(error: float | None) -> str:
+    return "" if error is None else f"validation error {error:.3g}"
 
 
 @contextmanager

@@ -57,8 +57,8 @@ class Window:
         return self.n_truncated * self.step
 
     @property
-    def receptive_field(self) -> int:
-        """Inputs that every output of the window may use: n_in - n_out + 1 samples."""
+    def memory_length(self) -> int:
+        """Newest inputs that every output of the window may depend on: n_in - n_out + 1."""
         return self.n_truncated + 1
 
     def starts(self, n_inputs: int, stride: int = 1) -> NDArray[np.int64]:

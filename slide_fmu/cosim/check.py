@@ -13,7 +13,7 @@ from fmpy.validation import validate_fmu
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.importer import open_slave
-from slide_fmu.fmu.description.fmi2 import fmu_variables, guid_of, samples_behind
+from slide_fmu.fmu.description.fmi2 import fmu_variables, guid_of, memory_lengths
 from slide_fmu.fmu.description.fmi3 import fmu_variables3
 from slide_fmu.fmu.description.names import IN_RANGE
 from slide_fmu.fmu.export import DESCRIPTION, SURROGATE, FmuError, read_fmu, read_member
@@ -119,7 +119,7 @@ def _compare_run(path: Path, surrogate: Surrogate, description: ModelDescription
         return []
     low = np.array([signal.low for signal in surrogate.inputs])
     high = np.array([signal.high for signal in surrogate.inputs])
-    steps = max(surrogate.window.n_in, *samples_behind(surrogate).values()) + 10
+    steps = max(surrogate.window.n_in, *memory_lengths(surrogate).values()) + 10
     inputs = np.random.default_rng(0).uniform(low, high, (steps, len(low)))
     with tempfile.TemporaryDirectory(prefix="slide_fmu_check_") as folder:
         try:
@@ -189,7 +189,7 @@ def _compare_in_range(
 
 def _compare_filled(surrogate: Surrogate, native: dict[str, FloatArray]) -> list[str]:
     problems = []
-    for name, count in samples_behind(surrogate).items():
+    for name, count in memory_lengths(surrogate).items():
         steps = np.arange(1, len(native[name]) + 1)
         deviation = np.abs(native[name] - np.minimum(1, steps / count)).max()
         if not deviation <= FILLED_TOLERANCE:

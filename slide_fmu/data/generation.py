@@ -7,18 +7,15 @@ from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Callable
 from concurrent.futures import Executor, as_completed
 from pathlib import Path
 
+from slide_fmu.core.progress import Progress
 from slide_fmu.data.draws import draw, probe, simulate_draw, split_stream
 from slide_fmu.data.store import Layout, missing_trajectories, open_store, write_trajectory
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.base import System
-
-Progress = Callable[[int, int], None]
-"""Called with the number of trajectories done and to do."""
 
 
 def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress) -> int:

@@ -15,13 +15,14 @@ import numpy as np
 import torch
 
 from slide_fmu.core.measures import moving_rms
+from slide_fmu.core.progress import Stages
 from slide_fmu.core.scaling import LogError
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.store import Split
 from slide_fmu.learn.feature_choice import feature_map, require_odd
 from slide_fmu.learn.feed_forward import FeedForwardModule, seeded_generator
-from slide_fmu.learn.training import History, Objective, ProgressOf, train
+from slide_fmu.learn.training import History, Objective, train
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.network.base import Float32Array
 from slide_fmu.recipe.estimator import EstimatorRecipe
@@ -162,7 +163,7 @@ def fit_estimator(
     recipe: EstimatorRecipe,
     checkpoint: Path,
     device: torch.device,
-    progress: ProgressOf,
+    progress: Stages,
 ) -> tuple[ErrorEstimator, dict[str, History]]:
     """Train the error estimator of a surrogate.
 
@@ -195,7 +196,7 @@ def fit_estimator(
     span = recipe.span or window.n_out
     errors = [streamed_errors(surrogate, split) for split in splits]
     blocks = [block_errors(window, error, span) for error in errors]
-    single = np.abs(errors[0][:, window.receptive_field :])
+    single = np.abs(errors[0][:, window.memory_length :])
     log_error = _log_error(single if time_invariant else blocks[0], recipe.resolution)
     scaled = [surrogate.input_scaling.apply(split.inputs) for split in splits]
     features = feature_map(recipe.network, system, surrogate.input_scaling, scaled[0])
@@ -204,7 +205,7 @@ def fit_estimator(
         require_odd(features)
     inputs = [tensor(features.along(values).astype(np.float64)) for values in scaled]
     positions = span if time_invariant else 1
-    most = window.receptive_field if time_invariant else window.n_in
+    most = window.memory_length if time_invariant else window.n_in
     ages = tuple(reversed(recipe.lags or ()))
     n_samples = ages[0] + 1 if ages else most
     # no error counts before the surrogate's window is filled
@@ -297,7 +298,7 @@ def block_errors(window: Window, errors: FloatArray, span: int) -> FloatArray:
         RMSE of the same shape; entries are zero where the span reaches before the first sample
         whose error counts, that of n_in - n_out + 1 inputs.
     """
-    first, result = window.receptive_field, np.zeros_like(errors)
+    first, result = window.memory_length, np.zeros_like(errors)
     for row, error in zip(result, errors, strict=True):
         row[first + span - 1 :] = moving_rms(error[first:], span)
     return result

@@ -6,10 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from slide_fmu.core.progress import Progress
 from slide_fmu.learn.feed_forward import fit_feed_forward
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space.fit import fit_state_space
-from slide_fmu.learn.training import History, TrainingProgress
+from slide_fmu.learn.training import History
 from slide_fmu.network.base import Network
 from slide_fmu.recipe.learning import (
     FeedForwardRecipe,
@@ -35,7 +36,7 @@ class FamilyFit:
 
     network: type
     training: type
-    fit: Callable[[Problem, Any, Any, TrainingProgress], tuple[Network, History]]
+    fit: Callable[[Problem, Any, Any, Progress], tuple[Network, History]]
     linearized: bool = False
 
 
@@ -59,7 +60,7 @@ def fit_of(network: NetworkTable) -> FamilyFit:
 
 
 def fit_network(
-    problem: Problem, network: NetworkTable, training: TrainingTable, progress: TrainingProgress
+    problem: Problem, network: NetworkTable, training: TrainingTable, progress: Progress
 ) -> tuple[Network, History]:
     """Fit a network of the family that the recipe names.
 

@@ -8,10 +8,11 @@ from collections.abc import Callable
 import numpy as np
 import torch
 
+from slide_fmu.core.progress import Progress
 from slide_fmu.core.window import Window
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.learn.problem import Problem
-from slide_fmu.learn.training import History, TrainingProgress, block_mean_square, train
+from slide_fmu.learn.training import History, block_mean_square, train
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.network.activations import ACTIVATIONS
 from slide_fmu.network.base import Float32Array, Network
@@ -151,7 +152,7 @@ def fit_feed_forward(
     problem: Problem,
     network: FeedForwardRecipe,
     training: TrainingRecipe,
-    progress: TrainingProgress,
+    progress: Progress,
 ) -> tuple[Network, History]:
     """Train the paper's feed-forward network by Adam.
 
@@ -160,7 +161,7 @@ def fit_feed_forward(
     """
     window = problem.window
     if network.time_invariant:
-        window = Window(window.step, window.receptive_field, 1)
+        window = Window(window.step, window.memory_length, 1)
     data = WindowData(*problem.training, window)
     n_values = window.n_out * data.targets.shape[2]
     module = FeedForwardModule(network, window.n_in, problem.features, n_values)

@@ -13,6 +13,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from slide_fmu.core.progress import Stages
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.window import Window
@@ -22,7 +23,7 @@ from slide_fmu.learn.estimator import fit_estimator
 from slide_fmu.learn.family import fit_network, fit_of
 from slide_fmu.learn.feature_choice import feature_map, require_odd
 from slide_fmu.learn.problem import Problem
-from slide_fmu.learn.training import History, ProgressOf
+from slide_fmu.learn.training import History
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.network.base import Network
 from slide_fmu.recipe.recipe import Recipe
@@ -51,7 +52,7 @@ class Fit:
 
 
 def fit_surrogate(
-    recipe: Recipe, system: System, store: Path, checkpoints: Path, progress: ProgressOf
+    recipe: Recipe, system: System, store: Path, checkpoints: Path, progress: Stages
 ) -> Fit:
     """Train the surrogate of a recipe, then its error estimator.
 
@@ -101,7 +102,7 @@ def _fit_network(
     system: System,
     places: tuple[Path, Path],
     device: torch.device,
-    progress: ProgressOf,
+    progress: Stages,
 ) -> tuple[Surrogate, History]:
     """The surrogate without its error estimator.
 

@@ -17,14 +17,9 @@ from typing import Any
 
 import torch
 
+from slide_fmu.core.progress import Progress
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.recipe.learning import TrainingRecipe
-
-TrainingProgress = Callable[[int, int, float], None]
-"""Called with steps done, steps to do, and the best validation error so far (scaled units)."""
-
-ProgressOf = Callable[[str], TrainingProgress]
-"""Gives the progress callback of a named stage."""
 
 VALIDATION_TARGETS, VALIDATION_LEAST = 16_384, 512
 """A validation uses this many output samples, and at least this many windows: its figures are
@@ -108,7 +103,7 @@ def train(
     validation: WindowData,
     recipe: TrainingRecipe,
     checkpoint: Path,
-    progress: TrainingProgress,
+    progress: Progress,
     objective: Objective = MEAN_SQUARE,
 ) -> History:
     """Train a model in place; it ends with the weights of the best validation.

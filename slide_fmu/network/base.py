@@ -31,13 +31,15 @@ class Network(abc.ABC):
         n_samples: length of the input sequence.
         n_channels: number of input channels.
         n_values: number of values it gives.
-        n_needed: number of newest inputs before which it has forgotten: those it sees; for a
-            network that runs along them, those behind the oldest sample of the output window.
+        memory_length: number of newest samples whose features its values depend on: those it
+            sees; for a network that runs along them, those behind the oldest sample of the output
+            window, before which it has forgotten. The ``BEFORE`` samples that the features of the
+            oldest one look at do not count; ``Surrogate.memory_length`` has them.
     """
 
     features: FeatureMap
     n_samples: int
-    n_needed: int
+    memory_length: int
     n_channels: int
     n_values: int
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slide_fmu.core.progress import Bar
+from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.python_fmu.torch_files import SUFFIXES, is_module
@@ -19,7 +19,6 @@ from slide_fmu.surrogate.surrogate import Surrogate
 
 if TYPE_CHECKING:
     from slide_fmu.pipeline.job import Job
-
 
 RUNS = Path("runs")
 """Where trained recipes lie if nothing else is said."""
@@ -63,14 +62,14 @@ class Request:
     runs: Path | None = None
 
 
-def export(request: Request, bar: Bar) -> Path:
+def export(request: Request, bar: Stages) -> Path:
     """Write the FMU of a recipe, of an FMU, or of a torch module.
 
     Each kind imports what it needs: an FMU is written again without the packages of the training.
 
     Args:
         request: what is to become an FMU.
-        bar: opens progress bars.
+        bar: opens the progress of a stage.
 
     Returns:
         The FMU that was written.
@@ -93,7 +92,7 @@ def export(request: Request, bar: Bar) -> Path:
     return export_again(request.source, request.path, request.form)
 
 
-def _export_recipe(request: Request, bar: Bar) -> Path:
+def _export_recipe(request: Request, bar: Stages) -> Path:
     from slide_fmu.pipeline.job import open_job
 
     _refuse_options_of_modules(request)

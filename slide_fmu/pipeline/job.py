@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
 
-from slide_fmu.core.progress import Bar
+from slide_fmu.core.progress import Stages
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.reading import parse_recipe, read_recipe_text
 from slide_fmu.recipe.recipe import Recipe
@@ -24,19 +24,19 @@ class Job:
         text: the recipe file as it was read.
         recipe: what it says, seeds of the command line included.
         folder: where its files lie.
-        bar: opens progress bars.
+        bar: opens the progress of a stage.
     """
 
     text: str = field(repr=False)
     recipe: Recipe
     folder: RunFolder
-    bar: Bar = field(repr=False)
+    bar: Stages = field(repr=False)
 
 
 def open_job(
     recipe_path: Path,
     runs: Path,
-    bar: Bar,
+    bar: Stages,
     training_seed: int | None = None,
     data_seed: int | None = None,
 ) -> Job:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slide_fmu.core.progress import Bar
+from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
@@ -16,7 +16,7 @@ from slide_fmu.validation.validate import validate
 IN_RANGE, BEYOND = "in range", "beyond the range"
 
 
-def validate_fmu_file(fmu: Path, task: Task, bar: Bar) -> Validation:
+def validate_fmu_file(fmu: Path, task: Task, bar: Stages) -> Validation:
     """Run an FMU beside the reference system that its provenance names.
 
     Raises:
@@ -25,10 +25,8 @@ def validate_fmu_file(fmu: Path, task: Task, bar: Bar) -> Validation:
     """
     surrogate, found = read_fmu(fmu)
     recipe = recipe_of_provenance(found, str(fmu))
-    advance = bar(_title(task))
-    return validate(
-        fmu, surrogate, recipe, task, lambda done, n: advance(done, n, ""), workers=None
-    )
+    progress = bar(_title(task))
+    return validate(fmu, surrogate, recipe, task, progress, workers=None)
 
 
 def validation_report(validation: Validation) -> Report:

@@ -68,10 +68,10 @@ def generate_data(job: Job, workers: int | None, overwrite: bool) -> dict[str, A
     if overwrite:
         remove_store(job.folder.store)
     job.folder.path.mkdir(parents=True, exist_ok=True)
-    advance = job.bar("trajectories")
+    progress = job.bar("trajectories")
     begin = time.monotonic()
     with process_pool(workers) as pool:
-        made = generate(job.recipe, job.folder.store, pool, lambda done, n: advance(done, n, ""))
+        made = generate(job.recipe, job.folder.store, pool, progress)
     counts = {split: job.recipe.count(split) for split in SPLITS}
     simulated = sum(counts.values()) * (job.recipe.data.duration + job.recipe.data.burn_in)
     return {

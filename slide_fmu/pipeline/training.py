@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from slide_fmu.pipeline.job import Job, versions
@@ -30,15 +29,8 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
     system = recipe_system(job.recipe)
     torch.set_num_threads(threads)
 
-    def progress(stage: str) -> Callable[[int, int, float], None]:
-        advance = job.bar(stage)
-
-        def tell(done: int, total: int, best: float) -> None:
-            advance(done, total, f"validation error {best:.3g}")
-
-        return tell
-
-    fit = fit_surrogate(job.recipe, system, job.folder.store, job.folder.checkpoints, progress)
+    folder = job.folder
+    fit = fit_surrogate(job.recipe, system, folder.store, folder.checkpoints, job.bar)
     job.folder.save_surrogate(fit.surrogate, job.recipe, fit.histories, versions())
     return {
         "validation_error": {n: min(h.validation_error) for n, h in fit.histories.items()},

@@ -17,12 +17,10 @@ from pythonfmu import DefaultExperiment, Fmi2Causality, Fmi2Slave, Real
 from pythonfmu.enums import Fmi2Initial, Fmi2Variability
 
 from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.python_fmu.torch_window import SAME, Clock
 from slide_fmu.python_fmu.writer import complete, keep_module_of, write_python_fmu
 
 RECORD = "inputs.npz"
-SLACK = 1e-6
-"""Part of a sample step by which a step may deviate from a multiple of it, or a time fall short of
-a sample: rounding."""
 
 _SCRIPT = '''"""Recorded inputs; the Python environment must offer slide_fmu."""
 
@@ -76,7 +74,8 @@ class InputSource(Fmi2Slave):  # type: ignore[misc]
             about, self.inputs = json.loads(str(found["about"])), found["inputs"]
         self.guid = hashlib.sha256(record.read_bytes()).hexdigest()[:32]
         self.signals = [Signal(**signal) for signal in about["signals"]]
-        self.step, self.passed = about["step"], 0.0
+        self.step = float(about["step"])
+        self.clock = Clock(self.step)
         self.description = "Recorded inputs; the last one is held"
         self.default_experiment = DefaultExperiment(0.0, None, self.step)
         for index, signal in enumerate(self.signals):
@@ -94,21 +93,22 @@ class InputSource(Fmi2Slave):  # type: ignore[misc]
 
     def setup_experiment(self, start_time: float, *others: object) -> None:
         """Begin with the sample of the start time."""
-        self.passed = start_time / self.step
+        self.clock.anchor = start_time
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Go on to the sample that acts from the end of the step.
 
         Whole steps are counted: rounded ones must not add up.
         """
-        steps = step_size / self.step
-        whole = round(steps)
-        self.passed += whole if abs(steps - whole) <= SLACK else steps
+        length, _ = self.clock.meant(step_size)
+        self.clock.advance(self.clock.time, length)
         return True
 
     def _value(self, index: int) -> float:
         """Of an output now."""
-        sample = min(max(int(np.floor(self.passed + SLACK)), 0), len(self.inputs) - 1)
+        sample = min(
+            max(int(np.floor(self.clock.time / self.step + SAME)), 0), len(self.inputs) - 1
+        )
         return float(self.inputs[sample, index])
 
     def to_xml(self, model_options: Mapping[str, str] | None = None) -> Element:

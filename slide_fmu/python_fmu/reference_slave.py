@@ -16,15 +16,13 @@ from pythonfmu import Boolean, DefaultExperiment, Fmi2Causality, Fmi2Slave, Real
 from pythonfmu.enums import Fmi2Initial, Fmi2Status, Fmi2Variability
 
 from slide_fmu.core.signals import FloatArray, hold_of
+from slide_fmu.python_fmu.torch_window import Clock
 from slide_fmu.python_fmu.writer import child, complete, keep_module_of
 from slide_fmu.systems.base import SimulationError, State
 from slide_fmu.systems.loading import Parameter, load_system
 
 FROM_STATE = "start_from_state"
 """FMI parameter: start from the ``initial_...`` parameters instead of at rest."""
-STEP_TOLERANCE = 1e-6
-"""Relative deviation of a communication step that counts as rounding: there are masters whose time
-counts nanoseconds. The native runtime allows as much."""
 
 
 class SystemSlave(Fmi2Slave):  # type: ignore[misc]
@@ -136,7 +134,7 @@ class SystemSlave(Fmi2Slave):  # type: ignore[misc]
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Advance by the sample step h; anything else is refused with a logged message."""
         step = self.system.step
-        if abs(step_size - step) > STEP_TOLERANCE * step:
+        if Clock(step).meant(step_size) != (step, 1):
             return self._refuse(
                 f"communication step {step_size} s; expected the sample step {step} s: set the "
                 "master's step size to it"

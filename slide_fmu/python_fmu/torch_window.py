@@ -1,7 +1,10 @@
 """Time and past inputs of an FMU that carries a torch module. Becomes part of that FMU.
 
-As ``slave.py`` it imports nothing of slide_fmu where it runs. Both classes mean what
-``clock.c``, ``stream.c`` and ``history.c`` of the native runtime mean.
+As ``torch_slave.py`` it imports nothing of slide_fmu where it runs. Both classes mean what
+``clock.c``, ``stream.c`` and ``history.c`` of the native runtime mean: this is the one law of
+clock and history in Python, for the other FMUs that hold Python as well. The oracle of the tests,
+``tests/fmu/plain.py`` and ``plain_fmu.py``, deliberately does not use it: an oracle that shares
+the code proves nothing.
 """
 
 from __future__ import annotations

@@ -65,9 +65,9 @@ class ErrorEstimator:
                 )
 
     @property
-    def reach(self) -> int:
-        """Number of newest samples that an estimate depends on."""
-        return self.network.n_needed + self.positions - 1
+    def memory_length(self) -> int:
+        """Newest samples whose features an estimate depends on: those of all its positions."""
+        return self.network.memory_length + self.positions - 1
 
     def knows(self, newest: Float32Array) -> NDArray[np.bool_]:
         """Whether the training has seen such features: (N, n_features) to (N,)."""

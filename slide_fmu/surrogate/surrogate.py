@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray, Hold, Signal, cosines_of, hold_of
 from slide_fmu.core.window import Window
+from slide_fmu.features.base import BEFORE
 from slide_fmu.network.base import BATCH, Network, Stepper
 from slide_fmu.network.feed_forward import SlidingWindow
 from slide_fmu.surrogate.checks import check_signals, check_starts
@@ -91,6 +92,16 @@ class Surrogate:
     def starts(self) -> FloatArray:
         """Inputs before anybody sets them, shape (n_inputs,)."""
         return np.array([signal.start_value for signal in self.inputs], dtype=np.float64)
+
+    @property
+    def memory_length(self) -> int:
+        """Newest samples of the inputs that any result may depend on.
+
+        The longer of the input window and the memory of the error estimator, and before them the
+        ``BEFORE`` samples that features look at. The C runtime has it as ``n_sampled``.
+        """
+        estimated = 0 if self.estimator is None else self.estimator.memory_length
+        return max(self.window.n_in, estimated) + BEFORE
 
     @property
     def estimated_samples(self) -> int:
@@ -202,9 +213,9 @@ class Surrogate:
     def inputs_in_range(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
         """Whether all inputs behind the outputs lie where the training had them, at each sample.
 
-        The last ``network.n_needed`` inputs lie in their ranges; of an angle, the length of cosine
-        and sine is about 1. With an estimator, its features of the samples that an estimate
-        depends on lie in their ranges too.
+        The last ``network.memory_length`` inputs lie in their ranges; of an angle, the length of
+        cosine and sine is about 1. With an estimator, its features of the samples that an
+        estimate depends on lie in their ranges too.
 
         Args:
             inputs: shape (N, n_inputs), N >= 1, in the inputs' units; the first counts as held
@@ -217,10 +228,12 @@ class Surrogate:
             ValueError: as for ``predict``.
         """
         scaled = self.input_scaling.apply(self._checked(inputs))
-        inside = _inside_throughout(self.covers(scaled), self.network.n_needed)
+        inside = _inside_throughout(self.covers(scaled), self.network.memory_length)
         if self.estimator is not None:
             newest = self.estimator.network.features.along(scaled[None])[0]
-            inside &= _inside_throughout(self.estimator.knows(newest), self.estimator.reach)
+            inside &= _inside_throughout(
+                self.estimator.knows(newest), self.estimator.memory_length
+            )
         return inside
 
     def covers(self, scaled: NDArray[Any]) -> NDArray[np.bool_]:
@@ -318,8 +331,8 @@ class Stream:
         """``Surrogate.inputs_in_range`` at the last sample."""
         estimator = self.surrogate.estimator
         inputs, features = self._inside
-        inside = inputs >= self.surrogate.network.n_needed
-        return inside and (estimator is None or features >= estimator.reach)
+        inside = inputs >= self.surrogate.network.memory_length
+        return inside and (estimator is None or features >= estimator.memory_length)
 
     def _watch_ranges(self, scaled: FloatArray) -> None:
         estimator, covered = self.surrogate.estimator, self.surrogate.covers(scaled[None])[0]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import tempfile
 import time
-from collections.abc import Callable
 from concurrent.futures import as_completed
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from slide_fmu.core.measures import moving_rms
+from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import hold_of
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
@@ -25,8 +25,6 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System, simulate
 from slide_fmu.validation.comparison import Comparison, Task, Validation
 
-Progress = Callable[[int, int], None]
-"""Called with the number of trajectories done and to do."""
 WORTH_PROCESSES = 20.0
 """Work in s from which on worker processes, which take seconds to start, do the rest."""
 
@@ -168,7 +166,7 @@ def compare(
     true = run_fmu(reference, inputs, names, _initial_parameters(system, drawn), step)
     estimates = [] if surrogate.estimator is None else [f"{n}_error_estimate" for n in names]
     own = run_fmu(fmu, inputs, [*names, *estimates], step=step)
-    first = max(drawn.burn_in + 1, surrogate.network.n_needed)
+    first = max(drawn.burn_in + 1, surrogate.network.memory_length)
     error = own.values[first:, : len(names)] - true.values[first:]
     true_error = np.full_like(error, np.nan)
     if len(error) >= span:

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from slide_fmu.cli.console import errors
-from slide_fmu.core.progress import Advance
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.window import Window
 from slide_fmu.features.differences import Differences
@@ -26,6 +25,7 @@ from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.acceptance.conftest import SMALL_DUFFING, SMALL_LINEAR, Finished, invoke
 from tests.marks import essential
+from tests.progress import no_stages
 
 CART = '''
 import numpy as np
@@ -90,11 +90,6 @@ class Lopsided(DuffingOscillator):
         super().__init__(step=step, substeps=substeps)
         self.outputs = (Signal("position", "m", -1.0, 3.0),)
 """
-
-
-def no_bar(stage: str) -> Advance:
-    """Progress that nobody sees."""
-    return lambda done, total, remark: None
 
 
 def test_model_beside_the_recipe_is_found_and_its_free_direction_refused(tmp_path: Path) -> None:
@@ -174,7 +169,7 @@ def test_training_refuses_data_of_a_model_that_has_changed(tmp_path: Path) -> No
 def test_provenance_is_the_recipe_that_was_read(tmp_path: Path) -> None:
     recipe = tmp_path / "recipe.toml"
     recipe.write_text(SMALL_LINEAR, encoding="utf-8")
-    job = open_job(recipe, tmp_path / "runs", no_bar)
+    job = open_job(recipe, tmp_path / "runs", no_stages)
     recipe.unlink()
     assert provenance(job, {})["recipe"] == SMALL_LINEAR
 
@@ -328,7 +323,7 @@ def test_export_refuses_a_network_that_does_not_forget(tmp_path: Path, allowed: 
     text += "[stability]\nallow_unstable = true\n" if allowed else ""
     recipe, runs, out = tmp_path / "recipe.toml", tmp_path / "runs", tmp_path / "out.fmu"
     recipe.write_text(text, encoding="utf-8")
-    job = open_job(recipe, runs, no_bar)
+    job = open_job(recipe, runs, no_stages)
     job.folder.path.mkdir(parents=True)
     job.folder.save_surrogate(surrogate_of(job), job.recipe, {}, versions())
     result = invoke("export", recipe, "--runs", runs, "-o", out)
@@ -349,7 +344,7 @@ def test_limits_change_without_a_new_training_and_old_pictures_vanish(tmp_path: 
     text = SMALL_LINEAR[: SMALL_LINEAR.index("[network]")]
     recipe, runs = tmp_path / "recipe.toml", tmp_path / "runs"
     recipe.write_text(text, encoding="utf-8")
-    job = open_job(recipe, runs, no_bar)
+    job = open_job(recipe, runs, no_stages)
     job.folder.path.mkdir(parents=True)
     job.folder.save_surrogate(surrogate_of(job), job.recipe, {}, versions())
     picture = job.folder.path / STABILITY_PICTURE

@@ -26,7 +26,7 @@ from unseen import Motion, scored, unseen_motions
 
 from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.measures import moving_rms, relative_deviation
-from slide_fmu.core.progress import Advance, Bar
+from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.fmu.export import read_fmu
@@ -82,7 +82,7 @@ class Bench:
         return len(outputs) > 1 and len({signal.unit for signal in outputs}) == 1
 
 
-def measure(arguments: argparse.Namespace, bar: Bar) -> dict[str, Any]:
+def measure(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     """Deviations by span, in range and beyond."""
     surrogate, found = read_fmu(arguments.fmu)
     recipe = recipe_of_provenance(found, str(arguments.fmu))
@@ -120,7 +120,7 @@ def estimator_of(surrogate: Surrogate) -> ErrorEstimator:
     return estimator
 
 
-def stream_figures(bench: Bench, stream: Stream, count: int, advance: Advance) -> dict[str, Any]:
+def stream_figures(bench: Bench, stream: Stream, count: int, advance: Progress) -> dict[str, Any]:
     """Deviations by span at one range of amplitudes.
 
     Args:
@@ -147,7 +147,7 @@ def errors_of(surrogate: Surrogate, estimator: ErrorEstimator, motion: Motion) -
     true, _ = scored(surrogate, motion)
     scaled = surrogate.input_scaling.apply(motion.drawn.inputs)
     estimated = np.sqrt(estimator.along(scaled, len(surrogate.outputs)))
-    first = motion.first(surrogate.network.n_needed, estimator.network.n_needed)
+    first = motion.first(surrogate.network.memory_length, estimator.network.memory_length)
     count = len(motion.reference) - first
     return Errors(
         true[len(true) - count :], estimated[first - 1 :] * surrogate.output_scaling.scale

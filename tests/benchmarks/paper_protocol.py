@@ -20,7 +20,7 @@ from figures_out import write_figures
 from slide_fmu.cli.console import progress_bars
 from slide_fmu.cli.options import UNSEEN_SEED
 from slide_fmu.core.measures import rms
-from slide_fmu.core.progress import Bar
+from slide_fmu.core.progress import Stages
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
@@ -31,7 +31,7 @@ FLOOR_INPUTS, STATES = 100, 16
 """Inputs and initial states under each of them from which the floor is measured."""
 
 
-def measure(arguments: argparse.Namespace, bar: Bar) -> dict[str, Any]:
+def measure(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     """RMSE of the output window, and its floor, in the output's unit."""
     surrogate, found = read_fmu(arguments.fmu)
     recipe = recipe_of_provenance(found, str(arguments.fmu))
@@ -59,7 +59,7 @@ def measure(arguments: argparse.Namespace, bar: Bar) -> dict[str, Any]:
                 start = State(random.coordinates, random.velocities, last)
                 ends.append(simulate(system, drawn.inputs, start).outputs[scored])
             variances.append(np.var(ends, axis=0, ddof=1))
-        advance(index + 1, arguments.simulations, "")
+        advance(index + 1, arguments.simulations)
     error = np.concatenate(errors)
     return {
         "recipe": recipe.name,

@@ -30,7 +30,7 @@ from seeds import PAPER_SEGMENTS
 from unseen import Motion, unseen_motions
 
 from slide_fmu.cli.console import progress_bars
-from slide_fmu.core.progress import Bar
+from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.draws import TEST, Draw, Stream
@@ -96,7 +96,7 @@ class Segments:
         }
 
 
-def measure(arguments: argparse.Namespace, bar: Bar) -> dict[str, Any]:
+def measure(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     """Errors of all segments by kind of excitation."""
     surrogate, found = read_fmu(arguments.fmu)
     whole = recipe_of_provenance(found, str(arguments.fmu))
@@ -172,7 +172,7 @@ def segments_of(
         chosen: indices of the outputs.
     """
     n_out, drawn = surrogate.window.n_out, motion.drawn
-    first = motion.first(surrogate.network.n_needed)
+    first = motion.first(surrogate.network.memory_length)
     newest = outputs(surrogate, fmu, drawn)[first - 1 :, chosen]
     segments = Segments.of_motion(newest, motion.reference[first:, chosen], n_out)
     if not len(segments.error):

@@ -36,7 +36,7 @@ from studies import (
 
 from slide_fmu.cli.console import progress_bars
 from slide_fmu.cli.options import UNSEEN_SEED
-from slide_fmu.core.progress import Bar
+from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.pipeline.job import open_job, with_training_seed
 from slide_fmu.pipeline.measurement import IN_RANGE, tasks
@@ -44,7 +44,7 @@ from slide_fmu.pipeline.preparation import generate_data
 from slide_fmu.validation.validate import validate
 
 
-def studies(arguments: argparse.Namespace, bar: Bar) -> dict[str, Any]:
+def studies(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     """Train and validate every seed on every number of trajectories."""
     torch.set_num_threads(1)
     job = open_job(arguments.recipe, arguments.runs, bar)

@@ -38,7 +38,7 @@ from unseen import Motion, scored, unseen_motions
 
 from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.measures import rms
-from slide_fmu.core.progress import Advance, Bar
+from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.fmu.native import NativeSurrogate, Part
 from slide_fmu.pipeline.job import open_job
@@ -121,7 +121,7 @@ def taken_away(table: Table, keys: Sequence[str], place: str) -> Table:
     return {key: value for key, value in table.items() if key != first}
 
 
-def study(arguments: argparse.Namespace, bar: Bar) -> dict[str, Any]:
+def study(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     """Train what is not there yet, measure and time all variants."""
     torch.set_num_threads(1)
     job = open_job(arguments.recipe, arguments.runs, bar)
@@ -146,7 +146,7 @@ def study(arguments: argparse.Namespace, bar: Bar) -> dict[str, Any]:
     }
 
 
-def motions_of(recipe: Recipe, arguments: argparse.Namespace, advance: Advance) -> list[Motion]:
+def motions_of(recipe: Recipe, arguments: argparse.Namespace, advance: Progress) -> list[Motion]:
     """Unseen motions with the reference model's outputs, the same for all variants."""
     duration = recipe.validation.duration or recipe.data.duration
     stream = Stream(TEST, arguments.seed, (1.0, 1.0), duration)

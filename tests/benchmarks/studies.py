@@ -20,16 +20,16 @@ import torch
 from figures_out import write_figures
 from numpy.typing import ArrayLike
 
-from slide_fmu.core.progress import Advance, Bar
+from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.pool import process_pool
 from slide_fmu.data.store import read_split
 from slide_fmu.learn.fit import fit_surrogate
-from slide_fmu.learn.training import ProgressOf
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.payload import VERSION
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.progress import no_stages
 
 LEARNT_FROM = {"window", "data", "network", "training", "estimator"}
 """Tables of a recipe that decide, with the model, what is learnt."""
@@ -76,7 +76,7 @@ def training_key(recipe: Recipe) -> str:
 
 
 def trained(
-    recipes: Mapping[str, Recipe], folder: RunFolder, workers: int, bar: Bar
+    recipes: Mapping[str, Recipe], folder: RunFolder, workers: int, bar: Stages
 ) -> list[Trained]:
     """Train what is not in ``trainings`` of the run folder yet; what is finished stays there.
 
@@ -101,25 +101,25 @@ def _train_at_once(
     recipes: Mapping[str, Recipe],
     folder: RunFolder,
     workers: int,
-    advance: Advance,
+    advance: Progress,
 ) -> None:
     """Train in processes of their own, the longest first."""
     order = sorted(recipes, key=lambda title: -recipes[title].data.train)
     with process_pool(workers, torch.set_num_threads, (1,)) as pool:
-        advance(0, len(order), "")
+        advance(0, len(order))
         futures = {
-            pool.submit(_train, recipes[title], folder, _in_silence): title for title in order
+            pool.submit(_train, recipes[title], folder, no_stages): title for title in order
         }
         try:
             for done, future in enumerate(as_completed(futures), 1):
                 future.result()
-                advance(done, len(order), futures[future])
+                advance(done, len(order))
         finally:
             for future in futures:
                 future.cancel()
 
 
-def _train(recipe: Recipe, folder: RunFolder, progress: ProgressOf) -> None:
+def _train(recipe: Recipe, folder: RunFolder, progress: Stages) -> None:
     kept = _kept(folder, recipe)
     kept.parent.mkdir(exist_ok=True)
     begin = time.process_time()
@@ -161,18 +161,9 @@ def _kept(folder: RunFolder, recipe: Recipe) -> Path:
     return folder.path / "trainings" / f"{training_key(recipe)}.json"
 
 
-def _stages(bar: Bar, title: str, stage: str) -> Any:
+def _stages(bar: Stages, title: str, stage: str) -> Any:
     """Progress of a stage of a training on a bar."""
-    advance = bar(f"{stage}, {title}")
-    return lambda done, total, best: advance(done, total, f"validation RMSE {best:.3g}")
-
-
-def _in_silence(stage: str) -> Any:
-    return _no_news
-
-
-def _no_news(done: int, total: int, best: float) -> None:
-    """Nobody looks at the stages of one training among many."""
+    return bar(f"{stage}, {title}")
 
 
 def positive(text: str) -> int:

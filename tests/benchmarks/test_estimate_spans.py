@@ -14,15 +14,11 @@ from estimate_spans import Errors, measure, span_figures
 from samples_of_tiny import held_by_an_fmu
 
 from slide_fmu.core.measures import moving_rms, relative_deviation
-from slide_fmu.core.progress import Advance
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.systems import reference_system
 from slide_fmu.systems.base import simulate
-
-
-def no_bar(stage: str) -> Advance:
-    return lambda done, total, remark: None
+from tests.progress import no_stages
 
 
 def measured(monkeypatch: pytest.MonkeyPatch, positions: int = 8) -> dict[str, Any]:
@@ -30,7 +26,7 @@ def measured(monkeypatch: pytest.MonkeyPatch, positions: int = 8) -> dict[str, A
     arguments = argparse.Namespace(
         fmu=Path("tiny.fmu"), spans=(0.125, 100.0), trajectories=3, duration=None, seed=5
     )
-    return measure(arguments, no_bar)
+    return measure(arguments, no_stages)
 
 
 def test_the_span_of_the_fmu_gives_the_deviation_of_its_estimate(
@@ -46,7 +42,7 @@ def test_the_span_of_the_fmu_gives_the_deviation_of_its_estimate(
         for index in range(3):
             drawn = draw(recipe, system, Stream(TEST, seed, factors, 2.0), index)
             true = simulate(system, drawn.inputs, drawn.initial).outputs
-            first = max(drawn.burn_in + 1, surrogate.network.n_needed)
+            first = max(drawn.burn_in + 1, surrogate.network.memory_length)
             error = surrogate.predict_newest(drawn.inputs)[first - 1 :] - true[first:]
             estimate = surrogate.estimate_error(drawn.inputs)[first - 1 :][7:]
             resolution = 1e-3 * surrogate.output_scaling.scale

@@ -12,15 +12,11 @@ import pytest
 from paper_segments import measure, with_excitation
 from samples_of_tiny import held_by_an_fmu
 
-from slide_fmu.core.progress import Advance
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.systems import reference_system
 from slide_fmu.systems.base import simulate
-
-
-def no_bar(stage: str) -> Advance:
-    return lambda done, total, remark: None
+from tests.progress import no_stages
 
 
 def measured(monkeypatch: pytest.MonkeyPatch, **changes: Any) -> dict[str, Any]:
@@ -29,7 +25,7 @@ def measured(monkeypatch: pytest.MonkeyPatch, **changes: Any) -> dict[str, Any]:
         "fmu": Path("tiny.fmu"), "trajectories": 5, "duration": None, "seed": 3,
         "excitation": None, "amplitude": (1.0, 1.0), "through_fmu": False, **changes,
     }  # fmt: skip
-    return measure(argparse.Namespace(**values), no_bar)
+    return measure(argparse.Namespace(**values), no_stages)
 
 
 @pytest.mark.parametrize("number", [1, 2])
@@ -60,7 +56,7 @@ def test_rmse_is_that_of_the_newest_outputs(monkeypatch: pytest.MonkeyPatch) -> 
     for index in range(5):
         drawn = draw(recipe, system, Stream(TEST, 3, (1.0, 1.0), 2.0), index)
         true = simulate(system, drawn.inputs, drawn.initial).outputs
-        first = max(drawn.burn_in + 1, surrogate.network.n_needed)
+        first = max(drawn.burn_in + 1, surrogate.network.memory_length)
         error = surrogate.predict_newest(drawn.inputs)[first - 1 :] - true[first:]
         errors.append(error[: len(error) // 8 * 8])
     expected = np.sqrt(np.mean(np.concatenate(errors) ** 2))

@@ -8,14 +8,10 @@ from pathlib import Path
 from matplotlib.image import imread
 from seed_study import draw_curve, studies
 
-from slide_fmu.core.progress import Advance
 from slide_fmu.pipeline.measurement import IN_RANGE
 from tests.libraries import build_libraries
+from tests.progress import no_stages
 from tests.recipes import TINY
-
-
-def no_bar(stage: str) -> Advance:
-    return lambda done, total, remark: None
 
 
 def arguments(folder: Path, train: list[int] | None) -> argparse.Namespace:
@@ -30,7 +26,7 @@ def arguments(folder: Path, train: list[int] | None) -> argparse.Namespace:
 def test_learning_curve(tmp_path: Path) -> None:
     """One study for each number of trajectories, the smallest first, on the same data."""
     build_libraries()
-    found = studies(arguments(tmp_path, [3, 2]), no_bar)
+    found = studies(arguments(tmp_path, [3, 2]), no_stages)
     fewer, more = found["studies"]
     assert [study["simulated_seconds"] for study in found["studies"]] == [4.0, 6.0]
     assert [study["trajectories"] for study in found["studies"]] == [2, 3]
@@ -38,7 +34,7 @@ def test_learning_curve(tmp_path: Path) -> None:
     summary = more["summary"][IN_RANGE]["position_relative_rmse"]
     errors = [seed[IN_RANGE]["outputs"][0]["relative_rmse"] for seed in more["seeds"]]
     assert summary["smallest"] == min(errors) < max(errors) == summary["largest"]
-    alone = studies(arguments(tmp_path, [3]), no_bar)["studies"]
+    alone = studies(arguments(tmp_path, [3]), no_stages)["studies"]
     assert alone[0]["summary"] == more["summary"]
     draw_curve(found, tmp_path / "curve.png")
     assert imread(tmp_path / "curve.png").std() > 0.05

@@ -12,8 +12,8 @@ import structures
 import studies
 from structures import read_variants, study
 
-from slide_fmu.core.progress import Advance
 from slide_fmu.recipe.reading import parse_recipe
+from tests.progress import no_stages
 from tests.recipes import TINY
 
 pytestmark = pytest.mark.extended
@@ -33,10 +33,6 @@ training = { starts = 1, start_iterations = 2, kept_iterations = 2, iterations =
 """
 
 
-def no_bar(stage: str) -> Advance:
-    return lambda done, total, remark: None
-
-
 @pytest.fixture(params=[1, 2], ids=["one after the other", "at once"])
 def arguments(tmp_path: Path, request: pytest.FixtureRequest) -> argparse.Namespace:
     workers = request.param
@@ -52,7 +48,7 @@ def arguments(tmp_path: Path, request: pytest.FixtureRequest) -> argparse.Namesp
 def test_variants_are_trained_once_and_measured_together(
     arguments: argparse.Namespace, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    table = study(arguments, no_bar)
+    table = study(arguments, no_stages)
     first, less, state_space = table["variants"]
     assert [row["variant"] for row in table["variants"]] == ["as_it_is", "less", "state_space"]
     assert [row["family"] for row in table["variants"]] == [*["feed_forward"] * 2, "state_space"]
@@ -63,7 +59,7 @@ def test_variants_are_trained_once_and_measured_together(
         assert row["training_cpu_seconds"] > 0
         assert 0 < row["kernel_us"] < row["step_us"]
     monkeypatch.setattr(studies, "_train", None)  # nothing is left to train
-    again = study(arguments, no_bar)
+    again = study(arguments, no_stages)
     for row, other in zip(table["variants"], again["variants"], strict=True):
         same = {"relative_rmse", "training_cpu_seconds", "parameters"}
         assert {key: row[key] for key in same} == {key: other[key] for key in same}
@@ -72,13 +68,13 @@ def test_variants_are_trained_once_and_measured_together(
 def test_trainings_of_another_model_are_not_kept(
     arguments: argparse.Namespace, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first = study(arguments, no_bar)["variants"]
+    first = study(arguments, no_stages)["variants"]
     calls = []
     train = studies._train
     monkeypatch.setattr(studies, "_train", lambda *given: (calls.append(given), train(*given)))
     monkeypatch.setattr(studies, "_motion", lambda store: "another")
     arguments.workers = 1
-    again = study(arguments, no_bar)["variants"]
+    again = study(arguments, no_stages)["variants"]
     assert len(calls) == len(first) == len(again)
 
 

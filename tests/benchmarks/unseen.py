@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from slide_fmu.core.progress import Advance
+from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import Draw, Stream, draw
 from slide_fmu.recipe.recipe import Recipe
@@ -30,13 +30,13 @@ class Motion:
         """The first sample that is scored: after the burn-in, all inputs behind it set.
 
         Args:
-            needed: samples that the networks look back, each ``Network.n_needed``.
+            needed: samples that the networks look back, each ``Network.memory_length``.
         """
         return max(self.drawn.burn_in + 1, *needed)
 
 
 def unseen_motions(
-    recipe: Recipe, stream: Stream, count: int, advance: Advance
+    recipe: Recipe, stream: Stream, count: int, advance: Progress
 ) -> Iterator[Motion]:
     """Draw motions one by one and simulate the reference model in this process.
 
@@ -45,11 +45,11 @@ def unseen_motions(
         SimulationError: it could not be simulated.
     """
     system = reference_system(recipe)
-    advance(0, count, "")
+    advance(0, count)
     for index in range(count):
         drawn = draw(recipe, system, stream, index)
         yield Motion(drawn, simulate(system, drawn.inputs, drawn.initial).outputs)
-        advance(index + 1, count, "")
+        advance(index + 1, count)
 
 
 def scored(surrogate: Surrogate, motion: Motion) -> tuple[FloatArray, FloatArray]:
@@ -59,7 +59,7 @@ def scored(surrogate: Surrogate, motion: Motion) -> tuple[FloatArray, FloatArray
         Surrogate minus reference, and reference, from the first scored sample on, shape
         (n_scored, n_outputs) each, in the outputs' units.
     """
-    first = motion.first(surrogate.network.n_needed)
+    first = motion.first(surrogate.network.memory_length)
     reference = motion.reference[first:]
     newest = surrogate.predict_newest(motion.drawn.inputs)[first - 1 :]
     return newest - reference, reference

@@ -24,7 +24,7 @@ from figures_out import write_figures
 
 from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.measures import rms
-from slide_fmu.core.progress import Advance, Bar
+from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.features.differences import Differences
@@ -95,13 +95,13 @@ def read(folder: Path) -> Record:
     return Record(inputs, outputs, scale)
 
 
-def fit(record: Record, recipe: StateSpaceRecipe, seed: int, advance: Advance) -> Fitted:
+def fit(record: Record, recipe: StateSpaceRecipe, seed: int, advance: Progress) -> Fitted:
     """Fit one seed."""
     begin = time.process_time()
     to_millivolts = 1e3 * record.scale[1]
 
-    def progress(done: int, total: int, best: float) -> None:
-        advance(done, total, f"validation {to_millivolts * best:.3g} mV")
+    def progress(done: int, total: int, error: float | None = None) -> None:
+        advance(done, total, None if error is None else to_millivolts * error)
 
     with tempfile.TemporaryDirectory() as folder:
         checkpoint = Path(folder) / "fit.pt"
@@ -124,7 +124,7 @@ def errors_on_test(network: StateSpace, record: Record) -> tuple[float, float]:
     return result[0], result[1]
 
 
-def study(arguments: argparse.Namespace, bar: Bar) -> dict[str, Any]:
+def study(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     """Fit and test every seed."""
     torch.set_num_threads(1)
     record = read(arguments.data)

@@ -18,7 +18,7 @@ def test_the_law_in_one_example() -> None:
     window = Window(0.1, 4, 2)
     assert window.input_indices(np.array([3])).tolist() == [[3, 4, 5, 6]]
     assert window.output_indices(np.array([3])).tolist() == [[6, 7]]
-    assert (window.n_truncated, window.receptive_field) == (2, 3)
+    assert (window.n_truncated, window.memory_length) == (2, 3)
     assert window.truncation_time == pytest.approx(0.2)
 
 
@@ -49,8 +49,8 @@ def test_outputs_come_after_inputs_that_lead_to_them(window: Window, start: int)
     for output in outputs:
         before = inputs[inputs < output]
         assert before[-1] == output - 1
-        assert len(before) >= window.receptive_field
-    assert np.sum(inputs < outputs[0]) == window.receptive_field
+        assert len(before) >= window.memory_length
+    assert np.sum(inputs < outputs[0]) == window.memory_length
 
 
 @given(windows(), st.integers(0, 40))

@@ -25,6 +25,7 @@ from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_system
 from tests.data import generate_logged
 from tests.data.logging_system import LOG, identity
+from tests.progress import silent
 from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
 WORKERS = 2
@@ -50,10 +51,6 @@ class Inline(Executor):
         future: Future = Future()
         future.set_result(function(*args, **kwargs))
         return future
-
-
-def ignore(done: int, total: int) -> None:
-    pass
 
 
 def assert_complete(recipe: Recipe, path: Path) -> None:
@@ -82,8 +79,8 @@ def test_threads_do_not_disturb_each_other(tmp_path: Path, request: pytest.Fixtu
 
 def test_process_pool(tmp_path: Path) -> None:
     with process_pool(WORKERS) as pool:
-        assert generate(SMALL, tmp_path / "s", pool, ignore) == 14
-        assert generate(SMALL, tmp_path / "s", pool, ignore) == 0
+        assert generate(SMALL, tmp_path / "s", pool, silent) == 14
+        assert generate(SMALL, tmp_path / "s", pool, silent) == 0
     assert_complete(SMALL, tmp_path / "s")
 
 
@@ -92,11 +89,11 @@ def test_more_trajectories_leave_the_first_ones(tmp_path: Path) -> None:
     path = tmp_path / "s"
     fewer = {"train": 2, "validation": 1, "estimator": 3, "estimator_validation": 1, "beyond": 1}
     small = SMALL.model_copy(update={"data": SMALL.data.model_copy(update=fewer)})
-    assert generate(small, path, Inline(), ignore) == 8
+    assert generate(small, path, Inline(), silent) == 8
     assert_complete(small, path)
-    assert generate(SMALL, path, Inline(), ignore) == 6
+    assert generate(SMALL, path, Inline(), silent) == 6
     assert_complete(SMALL, path)
-    assert generate(small, path, Inline(), ignore) == 0
+    assert generate(small, path, Inline(), silent) == 0
 
 
 def test_broken_generation_goes_on_where_it_was(tmp_path: Path) -> None:
@@ -121,9 +118,9 @@ def test_broken_generation_goes_on_where_it_was(tmp_path: Path) -> None:
 
 
 def test_store_of_another_recipe_is_refused(tmp_path: Path) -> None:
-    generate(SMALL, tmp_path / "s", Inline(), ignore)
+    generate(SMALL, tmp_path / "s", Inline(), silent)
     with pytest.raises(StoreError, match=r"data\.seed"):
-        generate(SMALL_OTHER_SEED, tmp_path / "s", Inline(), ignore)
+        generate(SMALL_OTHER_SEED, tmp_path / "s", Inline(), silent)
 
 
 def probed() -> str:
@@ -251,7 +248,7 @@ def test_killed_generation_repeats_nothing_that_was_done(
     assert len(scene.lines()) - len(identities()) <= WORKERS * 3
 
     monkeypatch.setenv(LOG, str(scene.folder / "unbroken_log"))
-    generate(LONG, unbroken, Inline(), ignore)
+    generate(LONG, unbroken, Inline(), silent)
     for name in SPLITS:
         broken, whole = (read_split(path, name) for path in (scene.store, unbroken))
         assert np.array_equal(broken.inputs, whole.inputs)

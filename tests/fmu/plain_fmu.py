@@ -1,4 +1,8 @@
-"""A co-simulation FMU in a few lines of Python: what every call does, of either standard."""
+"""A co-simulation FMU in a few lines of Python: what every call does, of either standard.
+
+Deliberately apart from ``slide_fmu.python_fmu.torch_window`` (clock and history of FMUs that hold
+Python) and from the C runtime: an oracle that shares their code would prove nothing.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.fmu.description.fmi2 import samples_behind
-from slide_fmu.fmu.description.fmi3 import initial_window_size
+from slide_fmu.fmu.description.fmi2 import memory_lengths
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import DISCARD, ERROR, OK, WARNING
 from tests.fmu.plain import Resampling
@@ -69,7 +72,7 @@ class PlainFmu:
     def __post_init__(self) -> None:
         starts = tuple(signal.start_value for signal in self.surrogate.inputs)
         self.inputs, self.initial, self.rates = starts, starts, (0.0,) * len(starts)
-        self.window = (starts,) * initial_window_size(self.surrogate)
+        self.window = (starts,) * self.surrogate.memory_length
 
     def kept(self) -> PlainFmu:
         """The state, to be gone back to."""
@@ -230,5 +233,5 @@ class PlainFmu:
     def filled(self) -> list[float]:
         """Part of the inputs behind outputs and, with an estimator, behind its estimates."""
         taken = sum(length for length, _, _ in self.steps) / self.surrogate.window.step
-        counts = samples_behind(self.surrogate).values()
+        counts = memory_lengths(self.surrogate).values()
         return [1.0 if self.prehistory else min(1.0, taken / count) for count in counts]

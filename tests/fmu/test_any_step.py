@@ -84,7 +84,7 @@ def test_any_step_is_resampling(load: Load, shape: Shape, pattern: str, hold: Ho
     estimates = np.array([estimate for _, estimate in expected])
     np.testing.assert_allclose(found[:, :n], outputs, rtol=0, atol=2 * OUTPUT_TOLERANCE * 8)
     np.testing.assert_allclose(found[:, n : 2 * n], estimates, rtol=ESTIMATE_TOLERANCE)
-    seen = np.cumsum(lengths) / surrogate.network.n_needed
+    seen = np.cumsum(lengths) / surrogate.network.memory_length
     np.testing.assert_allclose(found[:, 2 * n], np.minimum(seen, 1))
 
 

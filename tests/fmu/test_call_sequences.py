@@ -22,7 +22,7 @@ from hypothesis.stateful import (
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.fmu.description.fmi2 import fmu_variables
-from slide_fmu.fmu.description.fmi3 import fmu_variables3, initial_window_size
+from slide_fmu.fmu.description.fmi3 import fmu_variables3
 from slide_fmu.fmu.description.names import IN_RANGE, PREHISTORY_KNOWN
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.callers import Caller, Fmi2, Fmi3
@@ -179,7 +179,7 @@ class Sequences(RuleBasedStateMachine):
 
     @rule(who=instances, seed=seeds, kind=st.sampled_from(["right", "right", "short", "infinite"]))
     def set_window(self, who: str, seed: int, kind: str) -> None:
-        pair, size = self.pairs[who], initial_window_size(self.surrogate)
+        pair, size = self.pairs[who], self.surrogate.memory_length
         if not isinstance(pair.caller, Fmi3):
             return
         rows = np.random.default_rng(seed).uniform(-2, 3, (size - (kind == "short"), 2))

@@ -22,7 +22,6 @@ from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import Signal
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE, check_fmu
 from slide_fmu.cosim.run import CoSimulationError, run_fmu, unpacked
-from slide_fmu.fmu.description.fmi3 import initial_window_size
 from slide_fmu.fmu.export import FmuError, export_fmu, read_fmu
 from slide_fmu.fmu.libraries import build, platforms
 from slide_fmu.fmu.libraries.platforms import FmiVersion
@@ -169,7 +168,7 @@ def test_fmi_3_description(fmu: Path, surrogate: Surrogate, tmp_path: Path) -> N
     assert not interface.hasEventMode
     assert two.coSimulation.canInterpolateInputs
     assert (initial.name, initial.causality) == ("initial_u0_window", "parameter")
-    assert initial.shape == (initial_window_size(surrogate),)
+    assert initial.shape == (surrogate.memory_length,)
     arrays = {initial.name, "initial_u1_window"}
     for unknowns in ("outputs", "initialUnknowns"):
         found = [

@@ -304,6 +304,17 @@ def test_estimators_of_another_family_are_refused(load: Load) -> None:
     assert "estimator is a network of kind 2; expected 1 (feed-forward)" in message
 
 
+def test_library_refuses_a_file_of_version_4_and_says_how_to_get_another(load: Load) -> None:
+    loaded = load(sum_surrogate())
+    content = loaded.surrogate.to_bytes()
+    body = content[:8] + struct.pack("<I", 4) + content[12:-4]
+    old = body + struct.pack("<I", zlib.crc32(body))
+    (loaded.folder / "resources" / "surrogate.slide").write_bytes(old)
+    native = loaded.instance()
+    assert not native.component.value
+    assert "of version 4; expected version 5: make the FMU again with" in native.messages[0]
+
+
 @pytest.mark.parametrize("positions", [0, (1 << 20) + 1, 0xFFFFFFFF])
 def test_positions_out_of_range_are_refused(load: Load, positions: int) -> None:
     surrogate = random_surrogate(Shape(positions=2))

@@ -12,7 +12,7 @@ import pytest
 
 from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
-from slide_fmu.fmu.description.fmi3 import fmu_variables3, initial_window_size
+from slide_fmu.fmu.description.fmi3 import fmu_variables3
 from slide_fmu.fmu.description.names import PREHISTORY_KNOWN
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import DISCARD, ERROR, OK, Loaded
@@ -47,7 +47,7 @@ def set_window(native: Native3, surrogate: Surrogate, window: FloatArray, known:
 
 def get_window(native: Native3, surrogate: Surrogate) -> FloatArray:
     first = [variable.name for variable in fmu_variables3(surrogate)].index("initial_u0_window")
-    count, n = len(surrogate.inputs), initial_window_size(surrogate)
+    count, n = len(surrogate.inputs), surrogate.memory_length
     references = (ctypes.c_uint * count)(*range(first, first + count))
     values = (ctypes.c_double * (count * n))()
     counts = ctypes.c_size_t(count), ctypes.c_size_t(count * n)
@@ -56,7 +56,7 @@ def get_window(native: Native3, surrogate: Surrogate) -> FloatArray:
 
 
 def window_for(surrogate: Surrogate) -> FloatArray:
-    n = initial_window_size(surrogate)
+    n = surrogate.memory_length
     return np.random.default_rng(4).uniform(0.2, 1, (n, len(surrogate.inputs)))
 
 
@@ -101,7 +101,7 @@ def test_start_values_and_reset(load: Load) -> None:
     surrogate = random_surrogate(SHAPES["layers"])
     native = _instance(load(surrogate)).start()
     starts = [signal.start_value for signal in surrogate.inputs]
-    held = np.tile(starts, (initial_window_size(surrogate), 1))
+    held = np.tile(starts, (surrogate.memory_length, 1))
     assert np.array_equal(get_window(native, surrogate), held)
     native.call("fmi3Reset")
     assert set_window(native, surrogate, window_for(surrogate)) == OK

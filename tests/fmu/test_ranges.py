@@ -57,7 +57,7 @@ def test_one_input_out_of_range_counts_until_it_is_forgotten(
     load: Load, cell: CellShape | None
 ) -> None:
     loaded = load(wide_surrogate(Shape(n_in=6, n_out=2, cell=cell)))
-    count = loaded.surrogate.network.n_needed
+    count = loaded.surrogate.network.memory_length
     rows = np.full(30, 3.5)
     rows[[8, 9]] = [3.501, -2.499]
     expected = [not 8 <= k < 8 + count for k in range(30)]

@@ -110,7 +110,7 @@ def test_fmpy_gives_what_numpy_gives(tmp_path: Path, shape: Shape) -> None:
         for column, signal in enumerate(surrogate.outputs):
             estimate = results[f"{signal.name}_error_estimate"]
             np.testing.assert_allclose(estimate, errors[:, column], rtol=ERROR_TOLERANCE)
-        seen = surrogate.estimator.network.n_needed + surrogate.estimator.positions - 1
+        seen = surrogate.estimator.network.memory_length + surrogate.estimator.positions - 1
         np.testing.assert_allclose(results["error_estimate_filled"], _filled(inputs, seen))
     if isinstance(surrogate.network, StateSpace):
         _, errors = surrogate.network.ping_pong(surrogate.input_scaling.apply(inputs)[None])
@@ -119,7 +119,7 @@ def test_fmpy_gives_what_numpy_gives(tmp_path: Path, shape: Shape) -> None:
             found = results[f"{signal.name}_truncation_error"]
             allowed = OUTPUT_TOLERANCE * (signal.high - signal.low)
             np.testing.assert_allclose(found, expected[:, column], rtol=0, atol=allowed)
-    filled = _filled(inputs, surrogate.network.n_needed)
+    filled = _filled(inputs, surrogate.network.memory_length)
     np.testing.assert_allclose(results["window_filled"], filled)
 
 

@@ -12,10 +12,12 @@ from typing import Any
 
 import torch
 
+from slide_fmu.core.progress import Progress
 from slide_fmu.core.window import Window
-from slide_fmu.learn.training import History, TrainingProgress, train
+from slide_fmu.learn.training import History, train
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.recipe.learning import TrainingRecipe
+from tests.progress import silent
 
 WINDOW = Window(0.1, 4, 2)
 EXACT = torch.tensor([[0.5, -1.0, 2.0, 0.25], [0.0, 1.5, -0.5, 1.0]], dtype=torch.float64)
@@ -54,12 +56,8 @@ class Slow(torch.nn.Module):
         return self.linear(windows.flatten(1))
 
 
-def ignore(done: int, total: int, best: float) -> None:
-    """No progress to show."""
-
-
 def fit(
-    checkpoint: Path, progress: TrainingProgress = ignore, delay: float = 0.0
+    checkpoint: Path, progress: Progress = silent, delay: float = 0.0
 ) -> tuple[dict[str, Any], History]:
     """Train; gives the weights and the history."""
     model = Slow(delay)

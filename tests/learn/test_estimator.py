@@ -32,6 +32,7 @@ from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import Shape, random_surrogate
 from tests.learn.plants import Still
+from tests.progress import no_stages
 
 SHAPE = Shape(n_in=12, n_out=4, n_inputs=2, n_outputs=2, block=False)
 
@@ -57,7 +58,8 @@ def test_module_is_what_the_surrogate_estimates(
     positions: int, n_values: int, features: FeatureMap
 ) -> None:
     """Along a record, in which the inputs before a window are known; below the largest error."""
-    surrogate = random_surrogate(SHAPE)
+    seen_of_angle = "director" if features.features.of_angle else "differences"
+    surrogate = random_surrogate(dataclasses.replace(SHAPE, features=seen_of_angle))
     n_in = surrogate.window.n_in
     table = FeedForwardRecipe(family="feed_forward", hidden=(16,), activation="tanh")
     network = FeedForwardModule(table, n_in - positions + 1, features, n_values)
@@ -156,7 +158,7 @@ def test_estimator_learns_where_the_errors_are_large(
         estimator_recipe(time_invariant, **changes),
         tmp_path / "c.pt",
         torch.device("cpu"),
-        lambda stage: lambda done, total, best: None,
+        no_stages,
     )
     assert estimator.positions == (changes.get("span", 2) if time_invariant else 1)
     seen = changes["lags"][-1] + 1 if "lags" in changes else 5
@@ -166,7 +168,7 @@ def test_estimator_learns_where_the_errors_are_large(
     estimating = dataclasses.replace(surrogate, estimator=estimator)
     span = estimating.estimated_samples
     unseen = split_of(surrogate, noise, 2, 200, 3)
-    first = surrogate.window.receptive_field + span - 1
+    first = surrogate.window.memory_length + span - 1
     true = (
         block_errors(surrogate.window, streamed_errors(surrogate, unseen), span)[:, first:]
         * surrogate.output_scaling.scale
@@ -185,7 +187,7 @@ def test_range_of_the_map_is_resolution_to_largest_error(tmp_path: Path) -> None
     )
     short = {"steps": 1, "batch": 4, "learning_rate": 0.01}
     recipe = estimator_recipe(False, resolution=1e-2, training=short)
-    arguments = (recipe, tmp_path / "c.pt", torch.device("cpu"), lambda stage: lambda *state: None)
+    arguments = (recipe, tmp_path / "c.pt", torch.device("cpu"), no_stages)
     estimator, _ = fit_estimator(surrogate, Still(1), splits, *arguments)
     relative = 0.5 / float(surrogate.output_scaling.scale[0])
     assert estimator.log_error.low == pytest.approx(-2.0)
@@ -203,7 +205,7 @@ def test_surrogate_without_errors_has_nothing_to_estimate(tmp_path: Path) -> Non
             estimator_recipe(True),
             tmp_path / "c.pt",
             torch.device("cpu"),
-            lambda stage: lambda *state: None,
+            no_stages,
         )
 
 
@@ -234,7 +236,7 @@ def short_fit(folder: Path, network: dict[str, Any], **changes: Any) -> ErrorEst
         recipe,
         folder / "c.pt",
         torch.device("cpu"),
-        lambda stage: lambda *state: None,
+        no_stages,
     )
     return estimator
 

@@ -11,6 +11,7 @@ import pytest
 import torch
 
 from slide_fmu.core.measures import rms
+from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import Signal
 from slide_fmu.data.generation import generate
 from slide_fmu.data.store import Split, read_split
@@ -28,11 +29,11 @@ from slide_fmu.learn.fit import (
     spread_scaling,
 )
 from slide_fmu.learn.problem import Problem
-from slide_fmu.learn.training import TrainingProgress
 from slide_fmu.network.state_space import StateSpace
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_figures
+from tests.progress import no_stages, silent
 from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
 SMALL_ERROR = 1e-3
@@ -57,12 +58,8 @@ LEARNING = tiny_recipe(
 )
 
 
-def no_progress(stage: str):  # type: ignore[no-untyped-def]
-    return lambda done, total, best: None
-
-
 def fitted(recipe: Recipe, store: Path, checkpoints: Path) -> Fit:
-    return fit_surrogate(recipe, recipe_system(recipe), store, checkpoints, no_progress)
+    return fit_surrogate(recipe, recipe_system(recipe), store, checkpoints, no_stages)
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +67,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Holds the trajectories, and checkpoints after the first fit."""
     path = tmp_path_factory.mktemp("fit")
     with ThreadPoolExecutor(1) as pool:
-        generate(LEARNING, path / "store", pool, lambda done, total: None)
+        generate(LEARNING, path / "store", pool, silent)
     return path
 
 
@@ -231,8 +228,8 @@ def test_broken_fit_gives_the_same_bytes(
     class Broken(Exception):
         pass
 
-    def stopping(stage: str) -> TrainingProgress:
-        def stop(done: int, total: int, best: float) -> None:
+    def stopping(stage: str) -> Progress:
+        def stop(done: int, total: int, error: float | None = None) -> None:
             if done == broken_at:
                 raise Broken
 
@@ -263,7 +260,7 @@ def test_trajectories_beyond_the_range_reach_the_fit(
         counts = {"train": 2, "beyond": beyond, "beyond_factor": (1.5, 2.0)}
         recipe, store = tiny_state_space_recipe(data=counts), tmp_path / str(beyond)
         with ThreadPoolExecutor(1) as pool:
-            generate(recipe, store, pool, lambda done, total: None)
+            generate(recipe, store, pool, silent)
         with pytest.raises(Reached) as caught:
             fitted(recipe, store, tmp_path)
         problems.append(caught.value.args[0])
@@ -288,4 +285,4 @@ def test_training_of_another_family_is_refused() -> None:
     for network, training in pairs:
         message = rf"no training '{training.method}' of the family '{network.family}'"
         with pytest.raises(TypeError, match=message):
-            fit_network(None, network, training, no_progress("surrogate"))  # type: ignore[arg-type]
+            fit_network(None, network, training, no_stages("surrogate"))  # type: ignore[arg-type]

@@ -22,6 +22,7 @@ from slide_fmu.learn.fit import STILL, fit_surrogate, require_motion
 from slide_fmu.learn.problem import Problem
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
+from tests.progress import no_stages, silent
 from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
 FEED_FORWARD = tiny_recipe(
@@ -30,15 +31,11 @@ FEED_FORWARD = tiny_recipe(
 STATE_SPACE = tiny_state_space_recipe(data=FEED_FORWARD.data.model_dump(mode="json"))
 
 
-def no_progress(stage: str):  # type: ignore[no-untyped-def]
-    return lambda done, total, best: None
-
-
 @pytest.fixture(scope="module")
 def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("data") / "store"
     with ThreadPoolExecutor(1) as pool:
-        generate(FEED_FORWARD, path, pool, lambda done, total: None)
+        generate(FEED_FORWARD, path, pool, silent)
     return path
 
 
@@ -55,7 +52,7 @@ def problem_of(recipe: Recipe, store: Path) -> Problem:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "fit_network", reached)
         with pytest.raises(Reached) as caught:
-            fit_surrogate(recipe, recipe_system(recipe), store, store, no_progress)
+            fit_surrogate(recipe, recipe_system(recipe), store, store, no_stages)
     found: Problem = caught.value.args[0]
     return found
 
@@ -119,7 +116,7 @@ def test_signs_of_features_that_do_not_follow_are_not_flipped(
     training = recipe.training.model_copy(update={"flip_signs": True})
     flipping = recipe.model_copy(update={"training": training})
     with pytest.raises(Reached) as caught:
-        fit_surrogate(flipping, recipe_system(recipe), store, store, no_progress)
+        fit_surrogate(flipping, recipe_system(recipe), store, store, no_stages)
     assert isinstance(caught.value.args[0], FeatureMap)
 
 
@@ -155,7 +152,7 @@ def test_checkpoints_belong_to_the_code(
     """Of the surrogate and of the estimator, both."""
 
     def names() -> set[str]:
-        fit_surrogate(FEED_FORWARD, recipe_system(FEED_FORWARD), store, tmp_path, no_progress)
+        fit_surrogate(FEED_FORWARD, recipe_system(FEED_FORWARD), store, tmp_path, no_stages)
         return {path.name for path in tmp_path.iterdir()}
 
     before = names()
@@ -240,4 +237,4 @@ def test_fit_refuses_what_never_moves(
 
     monkeypatch.setattr(module, "read_split", still)
     with pytest.raises(ValueError, match=rf"^'{name}' is constant in the training data; expected"):
-        fit_surrogate(recipe, recipe_system(recipe), store, store, no_progress)
+        fit_surrogate(recipe, recipe_system(recipe), store, store, no_stages)

@@ -26,7 +26,8 @@ from slide_fmu.learn.training import (
 )
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.recipe.learning import TrainingRecipe
-from tests.learn.regression import EXACT, RECIPE, Slow, ignore, regression_data
+from tests.learn.regression import EXACT, RECIPE, Slow, regression_data
+from tests.progress import silent
 
 LEAST_SQUARES = 1e-6
 """RMSE that Adam reaches in 1500 steps on an exactly solvable problem, far below 1."""
@@ -74,7 +75,7 @@ def test_stopped_training_goes_on_without_a_trace(
     class Stop(Exception):
         pass
 
-    def stop(done: int, total: int, best: float) -> None:
+    def stop(done: int, total: int, error: float | None = None) -> None:
         if done == stop_at:
             raise Stop
 
@@ -105,7 +106,7 @@ def test_a_least_squares_problem_is_solved(tmp_path: Path) -> None:
         steps=1500, weight_decay=0.0, input_jitter=0.0, validate_every=500, learning_rate=0.05
     )
     data, other = regression_data(1), regression_data(2)
-    history = train(model, data, other, exact, tmp_path / "c.pt", ignore)
+    history = train(model, data, other, exact, tmp_path / "c.pt", silent)
     assert history.validation_error[-1] < LEAST_SQUARES
     assert torch.allclose(model.linear.weight, EXACT, atol=LEAST_SQUARES)
     assert history.step == (500, 1000, 1500)
@@ -124,7 +125,7 @@ def test_every_step_sees_other_windows_that_the_seed_chooses(tmp_path: Path) -> 
 
         data = regression_data(1)
         plain = recipe(seed=seed, steps=30, flip_signs=False, input_jitter=0.0)
-        train(Watching(), data, data, plain, tmp_path / f"{seed}.pt", ignore)
+        train(Watching(), data, data, plain, tmp_path / f"{seed}.pt", silent)
         return rows
 
     first, other = seen(1), seen(2)
@@ -140,7 +141,7 @@ def test_best_validation_weights_are_kept(tmp_path: Path) -> None:
     data = regression_data(1)
     opposite = WindowData(data.inputs, -data.targets, data.window)
     model = Slow()
-    history = train(model, data, opposite, RECIPE, tmp_path / "c.pt", ignore)
+    history = train(model, data, opposite, RECIPE, tmp_path / "c.pt", silent)
     best = min(history.validation_error)
     assert best == history.validation_error[0] < history.validation_error[-1]
     assert evaluate(model, opposite) == pytest.approx(best, rel=1e-12)
@@ -149,7 +150,7 @@ def test_best_validation_weights_are_kept(tmp_path: Path) -> None:
 def test_last_steps_are_validated_too(tmp_path: Path) -> None:
     odd = recipe(steps=25, validate_every=10)
     data = regression_data(1)
-    assert train(Slow(), data, data, odd, tmp_path / "c.pt", ignore).step == (10, 20, 25)
+    assert train(Slow(), data, data, odd, tmp_path / "c.pt", silent).step == (10, 20, 25)
 
 
 def test_evaluate_is_the_rmse_of_all_windows() -> None:
@@ -177,7 +178,7 @@ def test_divergence_is_told_with_its_remedy(tmp_path: Path, value: float) -> Non
     with torch.no_grad():
         model.linear.weight[0, 0] = value
     with pytest.raises(TrainingError, match=r"loss at step 0 is not finite; lower training\."):
-        train(model, data, data, RECIPE, tmp_path / "c.pt", ignore)
+        train(model, data, data, RECIPE, tmp_path / "c.pt", silent)
     with pytest.raises(TrainingError, match=r"validation error is not finite; lower training\."):
         evaluate(model, data)
 
@@ -185,7 +186,7 @@ def test_divergence_is_told_with_its_remedy(tmp_path: Path, value: float) -> Non
 def test_too_high_a_learning_rate_diverges(tmp_path: Path) -> None:
     data, wild = regression_data(1), recipe(learning_rate=1e200, warm_up=0.0)
     with pytest.raises(TrainingError, match="diverged"):
-        train(Slow(), data, data, wild, tmp_path / "c.pt", ignore)
+        train(Slow(), data, data, wild, tmp_path / "c.pt", silent)
     assert not (tmp_path / "c.pt").exists()  # nothing that a second try would go on from
 
 
@@ -233,5 +234,5 @@ def test_newest_sample_is_learnt_best_where_it_weighs_most(tmp_path: Path) -> No
     plain = recipe(
         flip_signs=False, input_jitter=0.0, weight_decay=0.0, learning_rate=0.05, steps=400
     )
-    train(model, data, data, plain, tmp_path / "c.pt", ignore, block_mean_square(2, 3.0))
+    train(model, data, data, plain, tmp_path / "c.pt", silent, block_mean_square(2, 3.0))
     assert model.value.item() == pytest.approx(0.75, abs=1e-3)

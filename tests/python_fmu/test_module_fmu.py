@@ -159,6 +159,21 @@ def test_it_gives_what_the_native_one_gives(
         slave.freeInstance()
 
 
+@pytest.mark.parametrize(("former", "hold"), [("held", "zero_order"), ("ramp", "first_order")])
+def test_words_of_former_versions_for_the_hold_give_the_same_fmu(
+    former: str, hold: Hold, tmp_path: Path
+) -> None:
+    module, description = saved(surrogate_with(hold), tmp_path, ".pt")
+    contents = []
+    for word in (hold, former):
+        text = description.read_text(encoding="utf-8").replace(f'"{hold}"', f'"{word}"')
+        assert f'hold = "{word}"' in text
+        description.write_text(text, encoding="utf-8")
+        contents.append(export_module(module, description, tmp_path / "m.fmu").read_bytes())
+        description.write_text(text.replace(f'"{word}"', f'"{hold}"'), encoding="utf-8")
+    assert contents[0] == contents[1]
+
+
 def test_inputs_in_range_are_those_of_the_scaling(tmp_path: Path) -> None:
     surrogate = surrogate_with("zero_order")
     path = export_module(*saved(surrogate, tmp_path, ".pt"), tmp_path / "module.fmu")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +79,15 @@ def test_what_the_system_has_not_is_refused() -> None:
         tiny_state_space_recipe(network={"drive": ["direction"]}),
         r"network: features \['direction'\] of 1 inputs \['force'\]; expected two, the cosine ",
     )
+
+
+def test_angle_is_what_the_signals_say_and_not_their_number() -> None:
+    fine = load_recipe(TRAINING / "slider_crank.toml")
+    system = recipe_system(fine)
+    require_features(fine, system)
+    system.inputs = tuple(replace(signal, angle=None) for signal in system.inputs)
+    with pytest.raises(RecipeError, match="expected two, the cosine and sine of an angle: say so"):
+        require_features(fine, system)
 
 
 def test_pairs_turn_with_a_chain_and_have_two_states_each() -> None:

@@ -30,6 +30,7 @@ from slide_fmu.validation.report import validation_sections
 from slide_fmu.validation.validate import validate
 from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries
+from tests.progress import silent
 from tests.recipes import tiny_recipe
 
 MODEL = {"damping": 40.0, "substeps": 1}
@@ -58,7 +59,7 @@ def fmu(surrogate: Surrogate, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def measured(fmu: Path, surrogate: Surrogate, recipe: Recipe, **more: Any) -> Validation:
-    return validate(fmu, surrogate, recipe, TASK, lambda done, total: None, **more)
+    return validate(fmu, surrogate, recipe, TASK, silent, **more)
 
 
 @pytest.fixture(scope="module")
@@ -307,5 +308,5 @@ def test_validation_of_few_trajectories_needs_no_second_one(
     fmu: Path, surrogate: Surrogate
 ) -> None:
     task = replace(TASK, trajectories=1)
-    found = validate(fmu, surrogate, FINER, task, lambda done, total: None, workers=None)
+    found = validate(fmu, surrogate, FINER, task, silent, workers=None)
     assert len(found.comparisons) == 1

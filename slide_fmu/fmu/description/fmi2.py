@@ -89,7 +89,7 @@ def fmu_variables(surrogate: Surrogate) -> list[Variable]:
     if surrogate.estimator is not None:
         count = surrogate.estimated_samples
         variables += [_error_estimate(signal, count) for signal in surrogate.outputs]
-    for name in samples_behind(surrogate):
+    for name in memory_lengths(surrogate):
         variables.append(Variable(name, "1", "output", FILLED[name], 0.0, 1.0))
     if surrogate.network.measures_truncation:
         variables += [_truncation_error(signal) for signal in surrogate.outputs]
@@ -114,16 +114,16 @@ def checked_names(surrogate: Surrogate, variables: list[Variable]) -> list[Varia
     return variables
 
 
-def samples_behind(surrogate: Surrogate) -> dict[str, int]:
+def memory_lengths(surrogate: Surrogate) -> dict[str, int]:
     """Variables for the filled part of the inputs, and how many samples of the inputs that is.
 
     Those behind the outputs are what the network needs; those behind the error estimates are what
     the estimator needs at all its positions.
     """
-    samples = {WINDOW_FILLED: surrogate.network.n_needed}
+    samples = {WINDOW_FILLED: surrogate.network.memory_length}
     estimator = surrogate.estimator
     if estimator is not None:
-        samples["error_estimate_filled"] = estimator.reach
+        samples["error_estimate_filled"] = estimator.memory_length
     return samples
 
 
@@ -228,8 +228,9 @@ def summary(surrogate: Surrogate) -> str:
     """What the FMU is, in one sentence."""
     window = surrogate.window
     return (
-        f"SLIDE surrogate: a network that needs the last {surrogate.network.n_needed} samples of "
-        f"the inputs, {window.step:g} s apart, and gives the outputs one step later"
+        "SLIDE surrogate: a network that needs the last "
+        f"{surrogate.network.memory_length} samples of the inputs, {window.step:g} s apart, and "
+        "gives the outputs one step later"
     )
 
 
@@ -264,7 +265,7 @@ def initial_dependencies(surrogate: Surrogate, variables: list[Variable]) -> dic
     """
     inputs = [i for i, variable in enumerate(variables) if variable.causality == "input"]
     parameters = [i for i, variable in enumerate(variables) if variable.causality == "parameter"]
-    filled = samples_behind(surrogate)
+    filled = memory_lengths(surrogate)
     return {
         i: parameters[:1] if variable.name in filled else [*inputs, *parameters]
         for i, variable in enumerate(variables)

@@ -12,7 +12,6 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 from slide_fmu.core.signals import Signal
-from slide_fmu.features.base import BEFORE
 from slide_fmu.fmu.description.fmi2 import (
     Variable,
     add_log_categories,
@@ -58,16 +57,9 @@ def fmu_variables3(surrogate: Surrogate) -> list[Variable]:
     count = block_size(surrogate)
     if count > 1:
         variables += [_output_window(signal, count) for signal in surrogate.outputs]
-    count = initial_window_size(surrogate)
+    count = surrogate.memory_length
     variables += [_initial_window(signal, count) for signal in surrogate.inputs]
     return checked_names(surrogate, variables)
-
-
-def initial_window_size(surrogate: Surrogate) -> int:
-    """Samples of the inputs that any result depends on, with those before for their features."""
-    estimator = surrogate.estimator
-    reach = 0 if estimator is None else estimator.reach
-    return max(surrogate.window.n_in, reach) + BEFORE
 
 
 def block_size(surrogate: Surrogate) -> int:

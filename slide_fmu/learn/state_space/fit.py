@@ -12,6 +12,7 @@ from collections.abc import Callable
 import numpy as np
 import torch
 
+from slide_fmu.core.progress import Progress
 from slide_fmu.learn.feature_choice import roles_of
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space.multi_start import (
@@ -22,7 +23,7 @@ from slide_fmu.learn.state_space.multi_start import (
 )
 from slide_fmu.learn.state_space.normal_equations import sum_of_squares
 from slide_fmu.learn.state_space.segments import Segments, cut_segments
-from slide_fmu.learn.training import History, TrainingError, TrainingProgress
+from slide_fmu.learn.training import History, TrainingError
 from slide_fmu.network.state_space import StateSpace
 from slide_fmu.network.state_space.cell import Cell
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
@@ -43,7 +44,7 @@ def fit_state_space(
     problem: Problem,
     network: StateSpaceRecipe,
     training: LeastSquaresRecipe,
-    progress: TrainingProgress,
+    progress: Progress,
 ) -> tuple[StateSpace, History]:
     """Fit a state-space network.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import pickle
 import time
@@ -12,6 +13,7 @@ from typing import Any, TypeVar
 
 import torch
 
+from slide_fmu.core.progress import Progress
 from slide_fmu.learn.training import TrainingError
 
 State = TypeVar("State")
@@ -29,14 +31,19 @@ class Ledger:
     Args:
         path: the file; read if it exists.
         device: where the tensors go.
-        report: told the number of iterations done in all runs, after each.
+        progress: gets the iterations of all runs, those done and those planned, after each.
+
+    Attributes:
+        planned: iterations of all runs, as far as they are known; those done count at least.
+        best: the smallest validation error so far.
 
     Raises:
         TrainingError: the file cannot be read.
     """
 
-    def __init__(self, path: Path, device: torch.device, report: Callable[[int], None]) -> None:
-        self._path, self._report = path, report
+    def __init__(self, path: Path, device: torch.device, progress: Progress) -> None:
+        self._path, self._progress = path, progress
+        self.planned, self.best = 0, math.inf
         self._runs: dict[str, dict[str, Any]] = {}
         self._written = time.monotonic()
         if path.exists():
@@ -49,6 +56,11 @@ class Ledger:
     def iterations(self) -> int:
         """All runs together have done this many iterations."""
         return sum(run["iterations"] for run in self._runs.values())
+
+    def show(self) -> None:
+        """Let the progress be seen."""
+        done = self.iterations
+        self._progress(done, max(done, self.planned), self.best)
 
     def run(
         self,
@@ -83,7 +95,7 @@ class Ledger:
             state = advance(state)
             done += 1
             self._keep(name, done, state)
-            self._report(self.iterations)
+            self.show()
         self._write()
         return state
 

@@ -14,6 +14,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from slide_fmu.core.progress import Progress
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space import levenberg_marquardt, preconditioned_descent
 from slide_fmu.learn.state_space.cell import CellShape, simulate
@@ -39,7 +40,6 @@ from slide_fmu.learn.state_space.normal_equations import (
 from slide_fmu.learn.state_space.pole_penalty import PolePenalty, pole_radii
 from slide_fmu.learn.state_space.preconditioned_descent import Descent
 from slide_fmu.learn.state_space.segments import Segments
-from slide_fmu.learn.training import TrainingProgress
 from slide_fmu.network.state_space.roles import Roles
 from slide_fmu.recipe.against_system import require_turned_pairs
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
@@ -112,20 +112,16 @@ class MultiStart:
         network: StateSpaceRecipe,
         training: LeastSquaresRecipe,
         data: FitData,
-        progress: TrainingProgress,
+        progress: Progress,
     ) -> None:
         self.problem, self.network, self.training, self.data = problem, network, training, data
-        self._progress, self._best, self._planned = progress, math.inf, 0
-        self._ledger = Ledger(problem.checkpoint, data.features.device, self._report)
+        self._ledger = Ledger(problem.checkpoint, data.features.device, progress)
         self._responses: torch.Tensor | None = None
 
     def plan(self, iterations: int) -> None:
         """Tell how many iterations are still to come, for the progress."""
-        self._planned = self._ledger.iterations + iterations
-        self._report(self._ledger.iterations)
-
-    def _report(self, done: int) -> None:
-        self._progress(done, max(done, self._planned), self._best)
+        self._ledger.planned = self._ledger.iterations + iterations
+        self._ledger.show()
 
     def shape(self, order: int, units: int) -> CellShape:
         """Return the shape of a cell; one with units has states to spare (the padding).
@@ -255,7 +251,7 @@ class MultiStart:
             after = preconditioned_descent.advance_stretch(
                 state, shape, self.data.whole, validation, radius, training.seed
             )
-            self._best = min(self._best, after.best_error)
+            self._ledger.best = min(self._ledger.best, after.best_error)
             return after
 
         begin = Descent.begin(theta, validation(theta))
@@ -270,7 +266,7 @@ class MultiStart:
 
         def step(state: Iterate) -> Iterate:
             after = levenberg_marquardt.advance(state, least_squares)
-            self._best = min(self._best, after.best_error)
+            self._ledger.best = min(self._ledger.best, after.best_error)
             return after
 
         begin = Iterate.begin(theta, least_squares)
@@ -278,8 +274,8 @@ class MultiStart:
 
     def _judged(self, shape: CellShape, state: Iterate | Descent) -> Candidate:
         """A candidate whose run is done, perhaps before this fit was resumed."""
-        self._best = min(self._best, state.best_error)
-        self._report(self._ledger.iterations)
+        self._ledger.best = min(self._ledger.best, state.best_error)
+        self._ledger.show()
         return Candidate(shape, state)
 
     def _penalty(self, residuals: int) -> PolePenalty:
@@ -319,7 +315,7 @@ class MultiStart:
         """Return the impulse responses to the state input, (taps, p, q), computed on first use."""
         if self._responses is None:
             longest = min(LONGEST_RESPONSE, self.data.features.shape[1] // 2)
-            wanted = max(self.problem.window.receptive_field, SHORTEST_RESPONSE)
+            wanted = max(self.problem.window.memory_length, SHORTEST_RESPONSE)
             taps = max(2, min(wanted, longest))
             targets = self.problem.training[1].to(self.data.features)
             roles, features = self.data.roles, self.data.features

@@ -91,7 +91,7 @@ class FeedForward(Network):
         self.skip = skip
         self.features = features
         self.ages = ages
-        self.n_samples = self.n_needed = n_samples
+        self.n_samples = self.memory_length = n_samples
         self.n_channels = features.n_channels
         self.n_values = width
 
@@ -138,7 +138,7 @@ class FeedForward(Network):
 
     def require_window(self, window: Window, n_outputs: int) -> None:
         """Either one sample or one block of the output window comes from an evaluation."""
-        one = (window.receptive_field, n_outputs)
+        one = (window.memory_length, n_outputs)
         block = (window.n_in, window.n_out * n_outputs)
         if (self.n_samples, self.n_values) not in (one, block):
             raise ValueError(

@@ -70,7 +70,7 @@ class StateSpace(Network):
         self.features = features
         self.turned = turned
         self.n_samples = n_samples
-        self.n_needed = n_samples - n_out + 1
+        self.memory_length = n_samples - n_out + 1
         self.n_out = n_out
         self.n_channels = features.n_channels
         self.n_values = len(cell.c) // (1 + len(self.roles.readout))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from slide_fmu.core.progress import Progress
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.window import Window
 from slide_fmu.features.feature_map import FeatureMap
@@ -17,10 +18,11 @@ from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.learn.feature_choice import choose_features
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space.fit import fit_state_space
-from slide_fmu.learn.training import History, TrainingProgress
+from slide_fmu.learn.training import History
 from slide_fmu.network.state_space import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.learn.plants import Still
+from tests.progress import silent
 
 Pair = tuple[torch.Tensor, torch.Tensor]
 
@@ -97,10 +99,6 @@ class Fitted:
         return min(self.history.validation_error)
 
 
-def ignore(done: int, total: int, best: float) -> None:
-    """No progress to show."""
-
-
 def map_of(
     inputs: torch.Tensor, names: tuple[str, ...], chain: SerialChain | None = None
 ) -> FeatureMap:
@@ -142,7 +140,7 @@ def problem_of(
 def fit(
     problem: Problem,
     network: dict[str, Any],
-    progress: TrainingProgress = ignore,
+    progress: Progress = silent,
     **training: Any,
 ) -> Fitted:
     recipes = StateSpaceRecipe(**network), LeastSquaresRecipe(**{**QUICK, **training})

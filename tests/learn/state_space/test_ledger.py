@@ -9,9 +9,11 @@ from pathlib import Path
 import pytest
 import torch
 
+from slide_fmu.core.progress import Progress
 from slide_fmu.learn.state_space import ledger as module
 from slide_fmu.learn.state_space.ledger import Ledger
 from slide_fmu.learn.training import TrainingError
+from tests.progress import silent
 
 CPU = torch.device("cpu")
 RUNS = {"first": 4, "second": 7, "third": 3}
@@ -41,17 +43,13 @@ class Broken(Exception):
     pass
 
 
-def ignore(done: int) -> None:
-    """Nobody looks."""
-
-
 def fit(
     path: Path,
-    report: Callable[[int], None] = ignore,
+    progress: Progress = silent,
     step: Callable[[Wandering], Wandering] = advance,
 ) -> list[Wandering]:
     """Three runs, each starting where the one before ended."""
-    ledger = Ledger(path, CPU, report)
+    ledger = Ledger(path, CPU, progress)
     theta, ends = torch.tensor([0.3, 0.7, 0.9], dtype=torch.float64), []
     for name, iterations in RUNS.items():
         ends.append(ledger.run(name, Wandering(theta), step, iterations))
@@ -67,14 +65,14 @@ def test_broken_fit_goes_on_without_a_trace(
 ) -> None:
     monkeypatch.setattr(module, "STORE_EVERY", store_every)
 
-    def stop(done: int) -> None:
+    def stop(done: int, total: int, error: float | None = None) -> None:
         if done == broken_at:
             raise Broken
 
     with pytest.raises(Broken):
         fit(tmp_path / "c.pt", stop)
     told: list[int] = []
-    found = fit(tmp_path / "c.pt", told.append)
+    found = fit(tmp_path / "c.pt", lambda done, total, error=None: told.append(done))
     for end, expected in zip(found, fit(tmp_path / "other.pt"), strict=True):
         assert torch.equal(end.theta, expected.theta)
         assert (end.error, end.finished, end.history) == (
@@ -93,21 +91,24 @@ def test_finished_fit_is_not_repeated(tmp_path: Path) -> None:
     def never(state: Wandering) -> Wandering:
         raise AssertionError("this run has been done")
 
+    def unheard(done: int, total: int, error: float | None = None) -> None:
+        raise AssertionError("no iteration has been done")
+
     first = fit(tmp_path / "c.pt")
-    second = fit(tmp_path / "c.pt", never, never)  # type: ignore[arg-type]
+    second = fit(tmp_path / "c.pt", unheard, never)
     assert all(torch.equal(a.theta, b.theta) for a, b in zip(first, second, strict=True))
     assert [path.name for path in tmp_path.iterdir()] == ["c.pt"]
 
 
 def test_every_iteration_of_all_runs_is_told(tmp_path: Path) -> None:
     told: list[int] = []
-    fit(tmp_path / "folder" / "c.pt", told.append)
+    fit(tmp_path / "folder" / "c.pt", lambda done, total, error=None: told.append(done))
     assert told == list(range(1, TOTAL + 1))
 
 
 def test_finished_start_is_left_alone(tmp_path: Path) -> None:
     start = Wandering(torch.ones(2), finished=True)
-    assert Ledger(tmp_path / "c.pt", CPU, ignore).run("one", start, advance, 5) is start
+    assert Ledger(tmp_path / "c.pt", CPU, silent).run("one", start, advance, 5) is start
 
 
 def damaged(path: Path, how: str) -> None:

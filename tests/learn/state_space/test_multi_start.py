@@ -214,7 +214,7 @@ def test_resumed_fit_tells_the_best_error_so_far(
 def test_finished_fit_tells_its_error(tmp_path: Path, network: dict[str, Any]) -> None:
     problem, told = problem_of(tmp_path), []
     fit(problem, network)
-    found = fit(problem, network, lambda done, total, best: told.append(best))
+    found = fit(problem, network, lambda done, total, best=None: told.append(best))
     assert told[-1] == found.error
 
 
@@ -261,7 +261,7 @@ def test_planned_are_the_iterations_of_the_runs_to_come(
     fit(
         problem,
         {"order": 2, "hidden": 12},
-        lambda done, total, best: states.append((done, total)),
+        lambda done, total, best=None: states.append((done, total)),
         dense_limit=limit,
         stretches=3,
     )

@@ -153,7 +153,7 @@ def test_finished_fit_is_found_again(tmp_path: Path) -> None:
     problem = problem_of(tmp_path)
     first = fit(problem, NONLINEAR)
     numbers: list[int] = []
-    again = fit(problem, NONLINEAR, lambda done, total, best: numbers.append(done))
+    again = fit(problem, NONLINEAR, lambda done, total, best=None: numbers.append(done))
     assert again.content == first.content
     assert len(set(numbers)) == 1
 

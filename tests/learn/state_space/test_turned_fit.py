@@ -22,11 +22,11 @@ from tests.learn.state_space.springs import (
     WINDOW,
     Pair,
     fit,
-    ignore,
     map_of,
     problem_of,
     relative_error,
 )
+from tests.progress import silent
 
 SOFTER = 0.5
 """How much softer the spring is along the direction that turns; across it, 0.8."""
@@ -112,7 +112,7 @@ def test_turned_pairs_find_what_turns_with_a_chain(tmp_path: Path, eigenvalues: 
 
 def tournament_of(problem: Problem, **changes: Any) -> MultiStart:
     table, training = StateSpaceRecipe(**TURNED | changes), LeastSquaresRecipe(**QUICK)
-    return MultiStart(problem, table, training, prepare(problem, table, training), ignore)
+    return MultiStart(problem, table, training, prepare(problem, table, training), silent)
 
 
 @pytest.mark.parametrize("number", [0, 1])

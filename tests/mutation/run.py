@@ -139,6 +139,7 @@ def measure(module: Module, places: list[Path], seconds: float, seed: int) -> Sc
     if not passes(places[0], module, 600.0):
         raise RuntimeError(f"{' '.join(module.tests)} fail on the sources as they are; mend them")
     patience = PATIENCE * (time.monotonic() - begin) + 10
+    begin = time.monotonic()
     score, free = Score(len(found)), SimpleQueue[Path]()
     for place in places:
         free.put(place)

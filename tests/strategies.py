@@ -124,3 +124,24 @@ def records(n_channels: int, max_samples: int = 40) -> st.SearchStrategy[np.ndar
         st.integers(0, 1000),
         st.integers(1, max_samples),
     )
+
+
+@st.composite
+def linear_systems(draw: st.DrawFn) -> tuple[np.ndarray, tuple[int, int, int, int], int]:
+    """Eigenvalues, known or not, of growing or overdamped modes too; sizes; a seed."""
+    values = draw(
+        st.lists(
+            st.complex_numbers(max_magnitude=60, allow_nan=False, allow_infinity=False).map(
+                lambda v: complex(min(v.real, 2.0), abs(v.imag))
+            ),
+            max_size=8,
+        )
+    )
+    pairs = draw(st.integers(1, 6))
+    order = 2 * pairs + draw(st.integers(0, 5))
+    vectors = st.sampled_from([3, 6, 9])
+    return (
+        np.array(values, complex),
+        (order, pairs, draw(vectors), draw(vectors)),
+        draw(st.integers(0, 99)),
+    )

@@ -14,7 +14,7 @@ import pytest
 from slide_fmu.cli import tables
 from slide_fmu.cli.console import Messages
 
-COMMAND = [sys.executable, "-m", "slide_fmu.cli"]
+COMMAND = [sys.executable, "-m", "slide_fmu"]
 FIGURES = {
     "trajectories": 12,
     "seed": 1,

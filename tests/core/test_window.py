@@ -73,6 +73,8 @@ def test_cut_beyond_the_trajectory_is_an_error() -> None:
         window.cut(inputs, outputs, np.array([3]))
     with pytest.raises(IndexError):
         window.cut(inputs, outputs, np.array([-1]))
+    with pytest.raises(IndexError, match="starts at sample -2; expected 0 or later"):
+        window.cut(inputs, outputs, np.array([1, -2, 0]))
 
 
 @pytest.mark.parametrize("step", [0.0, -0.1, math.nan, math.inf])

@@ -53,7 +53,9 @@ def go(
 
 @pytest.mark.parametrize("pattern", PATTERNS)
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
-def test_reading_patterns(load: Load, shape: Shape, pattern: str) -> None:
+def test_estimates_are_the_same_whenever_they_are_read(
+    load: Load, shape: Shape, pattern: str
+) -> None:
     loaded, lengths = load(random_surrogate(shape)), PATTERNS[pattern]
     last = len(lengths) - 1
     expected, eager = go(loaded.instance().start(), lengths, lambda k: True)

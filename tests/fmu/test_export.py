@@ -60,7 +60,7 @@ def _changed(fmu: Path, replaced: dict[str, bytes | None]) -> Path:
 @pytest.mark.parametrize("positions", [0, 3])
 @pytest.mark.parametrize("cell", [None, CellShape(contraction=0.9)])
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_validates(
+def test_exported_fmu_passes_the_validation_of_fmpy(
     tmp_path: Path, positions: int, cell: CellShape | None, fmi: FmiVersion
 ) -> None:
     surrogate = random_surrogate(dataclasses.replace(SHAPE, positions=positions, cell=cell))
@@ -78,7 +78,7 @@ def test_same_surrogate_same_bytes(fmu: Path, surrogate: Surrogate, tmp_path: Pa
     assert other.read_bytes() == fmu.read_bytes()
 
 
-def test_content(fmu: Path) -> None:
+def test_exported_fmu_holds_exactly_the_expected_members(fmu: Path) -> None:
     with zipfile.ZipFile(fmu) as archive:
         assert archive.namelist() == [
             "binaries/darwin64/two_masses.dylib",
@@ -97,7 +97,9 @@ KNOWN_AT_START = ["u0", "u1", "prehistory_known", "initial_u0", "initial_u1"]
 KINDS = ["inputs_in_range", "prehistory_known", "initial_u0"]
 
 
-def test_description(fmu: Path, surrogate: Surrogate) -> None:
+def test_model_description_holds_the_signals_of_the_surrogate(
+    fmu: Path, surrogate: Surrogate
+) -> None:
     description = fmpy.read_model_description(str(fmu))
     variables = {variable.name: variable for variable in description.modelVariables}
     assert list(variables) == [
@@ -313,7 +315,7 @@ def test_documentation_stays_in_its_folder(
         export_fmu(surrogate, tmp_path / "m.fmu", documentation={name: b""})
 
 
-def test_missing_runtime(
+def test_export_without_compiled_runtime_names_the_command_that_builds_it(
     surrogate: Surrogate, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(platforms, "BINARIES", tmp_path)

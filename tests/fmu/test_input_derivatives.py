@@ -60,7 +60,7 @@ def test_moving_inputs_are_resampled(load: Load, shape: Shape, pattern: str, hol
         np.testing.assert_allclose(found[n:], estimates, rtol=ESTIMATE_TOLERANCE)
 
 
-def test_by_hand(load: Load) -> None:
+def test_sum_of_a_window_under_moving_inputs_is_that_of_means_by_hand(load: Load) -> None:
     """The sum of four samples: each is the mean of a held input that moves."""
     native = load(sum_surrogate()).instance().start()
     for length, expected in ((1, 0.5), (2, 4.5), (1, 8.0), (0.5, 8.0), (0.5, 11.75)):
@@ -137,7 +137,7 @@ def test_a_step_that_fails_changes_nothing(load: Load, hold: Hold) -> None:
         assert native.do_step(native.time(), 3 * STEP) == OK
 
 
-def test_wrong_arguments(rich: Loaded) -> None:
+def test_input_derivatives_with_wrong_arguments_are_refused(rich: Loaded) -> None:
     native = rich.instance().start()
     native.step(0.1, 0.2)
     saved = native.save()
@@ -240,7 +240,7 @@ def moved_output(
     return moved_outputs(native, before, np.array([value]), np.array([rate]), length, 1)
 
 
-def test_in_fmpy(load: Load) -> None:
+def test_input_derivatives_set_through_fmpy_are_resampled(load: Load) -> None:
     """By fmpy's own call; its simulate_fmu gives none (0.3.32 fails on an array of nine)."""
     surrogate, step = random_surrogate(Shape(cell=FORGETFUL)), 2 * STEP
     loaded, oracle = load(surrogate), Resampling(surrogate)

@@ -29,7 +29,7 @@ def _library(processor: int) -> bytes:
 
 
 @pytest.mark.parametrize("processor", FOLDERS)
-def test_library(processor: int) -> None:
+def test_library_for_macos_names_its_platform_and_needs_the_system_alone(processor: int) -> None:
     library = MachO(_library(processor))
     assert library.processor == processor
     assert library.libraries(ID_DYLIB) == ["@rpath/slide.dylib"]

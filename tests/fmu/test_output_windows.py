@@ -194,7 +194,7 @@ def test_counts_of_values(rich: Loaded) -> None:
     assert "expected less than" in native.messages[-1]
 
 
-def test_in_fmpy(tmp_path: Path) -> None:
+def test_fmpy_records_output_windows_when_asked_to_alone(tmp_path: Path) -> None:
     """fmpy records them when it is asked to, and not otherwise."""
     surrogate = random_surrogate(SHAPES["block"])
     path = export_fmu(surrogate, tmp_path / "m.fmu", fmi=3)

@@ -87,7 +87,9 @@ def _python_accepts(data: bytes) -> bool | None:
 
 
 @pytest.mark.parametrize("shape", [SMALL, ONE_SAMPLE, CELLS, RAMP, GATED, DIRECTOR, ROLES])
-def test_damaged_payloads(driver: Path, tmp_path: Path, shape: Shape) -> None:
+def test_damaged_payloads_are_read_within_their_arrays(
+    driver: Path, tmp_path: Path, shape: Shape
+) -> None:
     rng = np.random.default_rng(5)
     contents = list(_damaged(random_surrogate(shape).to_bytes(), rng))
     paths = [tmp_path / str(index) for index in range(len(contents))]
@@ -118,7 +120,9 @@ def test_kernels_are_accurate(driver: Path) -> None:
 
 
 @pytest.mark.parametrize("shape", [SMALL, CELLS, GATED])
-def test_calls(driver: Path, load: Callable[[Surrogate], Loaded], shape: Shape) -> None:
+def test_sequences_of_calls_stay_in_their_arrays(
+    driver: Path, load: Callable[[Surrogate], Loaded], shape: Shape
+) -> None:
     loaded = load(random_surrogate(shape))
     _run(driver, "calls", loaded.uri, loaded.guid)
     assert len(_run(driver, "run", loaded.uri, loaded.guid, "10")) == 10

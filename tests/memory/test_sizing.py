@@ -82,7 +82,7 @@ def test_measured_and_linearized_agree(recipe: Recipe, agreement: float) -> None
 
 
 @pytest.mark.usefixtures("few_motions")
-def test_figures() -> None:
+def test_figures_of_a_linear_oscillator_are_those_of_its_one_mode() -> None:
     recipe = oscillator("LinearOscillator")
     found = size_window(recipe, recipe_system(recipe))
     assert len(found.linearized.times) == 10  # motions of 4.25 s, shorter than two windows

@@ -84,9 +84,8 @@ class Score:
     survivors: list[str] = field(default_factory=list)
 
 
-def mutants_of(source: str) -> list[tuple[str, Mutant]]:
-    """All mutants of a source, by its path below the root."""
-    text = (ROOT / source).read_text(encoding="utf-8")
+def mutants_of(source: str, text: str) -> list[tuple[str, Mutant]]:
+    """All mutants of a source, with its path below the root."""
     make = c_mutants if source.endswith(".c") else python_mutants
     return [(source, mutant) for mutant in make(text)]
 
@@ -133,12 +132,14 @@ def measure(module: Module, places: list[Path], seconds: float, seed: int) -> Sc
     Raises:
         RuntimeError: the tests fail on the sources as they are.
     """
-    found = [mutant for source in module.sources for mutant in mutants_of(source)]
+    texts = {source: (places[0] / source).read_text("utf-8") for source in module.sources}
+    found = [mutant for source, text in texts.items() for mutant in mutants_of(source, text)]
     random.Random(seed).shuffle(found)
     begin = time.monotonic()
     if not passes(places[0], module, 600.0):
         raise RuntimeError(f"{' '.join(module.tests)} fail on the sources as they are; mend them")
     patience = PATIENCE * (time.monotonic() - begin) + 10
+    begin = time.monotonic()
     score, free = Score(len(found)), SimpleQueue[Path]()
     for place in places:
         free.put(place)
@@ -149,7 +150,7 @@ def measure(module: Module, places: list[Path], seconds: float, seed: int) -> Sc
         place = free.get()
         (place / source).write_text(mutant.text, encoding="utf-8")
         survived = passes(place, module, patience)
-        shutil.copy(ROOT / source, place / source)
+        (place / source).write_text(texts[source], encoding="utf-8")
         free.put(place)
         score.tried += 1
         score.killed += not survived

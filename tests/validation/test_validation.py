@@ -106,7 +106,9 @@ def test_without_a_reference_of_its_own_nothing_is_said_of_the_model(
     assert len(validation_sections({"in range": plain})[0].rows[0]) == 7
 
 
-def test_fmi_3_is_measured_alike(surrogate: Surrogate, finer: Validation, tmp_path: Path) -> None:
+def test_fmus_of_fmi_2_and_fmi_3_give_the_same_comparison(
+    surrogate: Surrogate, finer: Validation, tmp_path: Path
+) -> None:
     fmu = export_fmu(surrogate, tmp_path / "tiny.fmu", fmi=3)
     three = measured(fmu, surrogate, FINER)
     for one, other in zip(three.comparisons, finer.comparisons, strict=True):

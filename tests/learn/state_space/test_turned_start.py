@@ -19,6 +19,7 @@ from slide_fmu.learn.state_space.linear_start import (
     from_turned_pairs,
 )
 from tests.learn.state_space.cells import random
+from tests.strategies import linear_systems
 
 ROUNDING = 1e-12
 STEP = 0.05
@@ -64,28 +65,7 @@ def expected_poles(*eigenvalues: complex, real: tuple[float, ...] = ()) -> np.nd
     return np.sort_complex(np.array([*waves, *waves.conj(), *real], complex))
 
 
-@st.composite
-def systems(draw: st.DrawFn) -> tuple[np.ndarray, tuple[int, int, int, int], int]:
-    """Eigenvalues, known or not, of growing or overdamped modes too; sizes; a seed."""
-    values = draw(
-        st.lists(
-            st.complex_numbers(max_magnitude=60, allow_nan=False, allow_infinity=False).map(
-                lambda v: complex(min(v.real, 2.0), abs(v.imag))
-            ),
-            max_size=8,
-        )
-    )
-    pairs = draw(st.integers(1, 6))
-    order = 2 * pairs + draw(st.integers(0, 5))
-    vectors = st.sampled_from([3, 6, 9])
-    return (
-        np.array(values, complex),
-        (order, pairs, draw(vectors), draw(vectors)),
-        draw(st.integers(0, 99)),
-    )
-
-
-@given(systems(), st.floats(-7, 7))
+@given(linear_systems(), st.floats(-7, 7))
 def test_turned_start_turns(
     system: tuple[np.ndarray, tuple[int, int, int, int], int], angle: float
 ) -> None:

@@ -1,11 +1,13 @@
 # make demo: the whole way, from the Duffing oscillator to an FMU with a measured error.
-# make test: the tests. Both set up .venv first.
+# make test: the essential tests, in some minutes; make test-extended: all others;
+# make test-all: all of them; make mutation: which planted faults the tests find.
+# Each of them sets up .venv first. Folders may have spaces in their names.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
 
-.PHONY: setup demo test release lint types contract lock clean
+.PHONY: setup demo test test-extended test-all mutation release lint types contract lock clean
 .DEFAULT_GOAL := demo
 
 setup: $(READY)
@@ -29,8 +31,21 @@ release: setup
 	test ! -e runs/$(NAME)/mechanism.png || cp runs/$(NAME)/mechanism.png fmus/$(NAME)/
 	cp runs/$(NAME)/card.md fmus/$(NAME)/README.md
 
+# A worker takes whole files, since tests of a file share what they build.
+WORKERS ?= 2
+PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile
+
 test: setup
-	$(BIN)/python -m pytest
+	$(PYTEST) -m "not extended"
+
+test-extended: setup
+	$(PYTEST) -m extended
+
+test-all: setup
+	$(PYTEST)
+
+mutation: setup
+	$(BIN)/python -m tests.mutation.run
 
 lint: setup
 	$(BIN)/ruff format --check .

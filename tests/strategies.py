@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from slide_fmu.core.scaling import Affine, LogError
 from slide_fmu.core.window import Window
 from slide_fmu.network.activations import ACTIVATIONS
-from slide_fmu.network.state_space.cell import CELL_ACTIVATIONS, GATED
+from slide_fmu.network.state_space import CELL_ACTIVATIONS, GATED
 from tests.fmu.samples import CellShape, Shape
 
 numbers = st.floats(-1e6, 1e6)
@@ -64,7 +64,6 @@ def surrogate_shapes(draw: st.DrawFn) -> Shape:
         block=draw(st.booleans()),
         skip=draw(st.booleans()),
         **draw(estimators()),
-        half=draw(st.booleans()),
         seed=draw(st.integers(0, 1000)),
         **draw(seen_features()),
     )
@@ -107,7 +106,7 @@ def state_space_shapes(draw: st.DrawFn) -> Shape:
         hidden=(4,),
         **draw(estimators()),
         seed=draw(st.integers(0, 1000)),
-        hold=draw(st.sampled_from(["held", "ramp"])),
+        hold=draw(st.sampled_from(["zero_order", "first_order"])),
         cell=draw(cell_shapes()),
         **draw(seen_features()),
     )

@@ -1,4 +1,4 @@
-"""Six masses in a row, joined by cubic springs, with two forces and three measured positions."""
+"""The mass chain has six masses, cubic springs between them, two forces and three outputs."""
 
 from mbs_models.mass_chain.mass_chain import MassChain
 

@@ -1,9 +1,9 @@
-"""Six masses in a row between two walls, joined by springs that stiffen with the cube.
+"""The mass chain is a row of six masses between two walls, joined by cubic springs.
 
-Twelve states, two forces, three measured positions. The defaults put the modes between 18 and
-78 rad/s (the highest has 6.4 samples per period), and every mode decays at 3 1/s or faster: to
-one thousandth within 2.3 s. Under random forces in range the springs' cubic share matters: the
-best linear model misses a fifth to a third of the response.
+It has twelve states, two forces as inputs and three positions as outputs. The defaults put the
+modes between 18 and 78 rad/s (the highest has 6.4 samples per period), and every mode decays at
+3 1/s or faster: to one thousandth within 2.3 s. Under random forces in range the springs' cubic
+share matters: the best linear model misses a fifth to a third of the response.
 """
 
 from __future__ import annotations
@@ -17,16 +17,17 @@ from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.systems.base import State
 
 OBSERVED = (1, 3, 5)
-"""Indices of the masses whose positions are outputs."""
+"""The positions of the masses with these indices are the outputs."""
 REACH = 1.5
-"""Range of the positions, of the largest static deflection under both forces at their limit;
-random forces reach 1.3 of it."""
+"""The positions' range is this many times the largest static deflection under both forces at their
+limit; random forces reach 1.3 times that deflection."""
 
 
 class MassChain(PlantSystem[MassChainPlant]):
-    """m x_i'' + c x_i' + f_i - f_(i+1) = F_i with f = k s + alpha k s^3 + d s', s = x_i - x_(i-1).
+    """The masses follow m x_i'' + c x_i' + f_i - f_(i+1) = F_i, i = 1 .. 6.
 
-    Forces act on the first and the fourth mass; measured are the second, fourth and sixth.
+    The springs have f_i = k s + alpha k s^3 + d s' with s = x_i - x_(i-1). The forces F_1 and F_4
+    are the inputs, each with a zero-order hold; the outputs are x_2, x_4 and x_6.
 
     Args:
         mass: m of each of the six masses in kg.
@@ -38,6 +39,9 @@ class MassChain(PlantSystem[MassChainPlant]):
         substeps: integration steps per sample; 12 give 2e-9 of the response's RMS (at most
             1e-8 at any time), 4 give 2e-6 in less than half the time.
         force_limit: intended range of both forces is [-force_limit, force_limit] N.
+
+    Raises:
+        ValueError: a value is out of its range.
     """
 
     def __init__(
@@ -54,7 +58,7 @@ class MassChain(PlantSystem[MassChainPlant]):
     ) -> None:
         super().__init__(n_coordinates=MASSES, n_inputs=len(LOADED))
         self._chain = Chain(mass, CubicSpring(stiffness, damping, alpha), drag, step, substeps)
-        self.step, self.hold = step, "held"
+        self.step = step
         self.inputs = tuple(_force_signal(index, force_limit) for index in LOADED)
         limit = REACH * float(np.max(self._chain.equilibrium(np.full(len(LOADED), force_limit))))
         self.outputs = tuple(_position_signal(index, limit) for index in OBSERVED)
@@ -66,18 +70,22 @@ class MassChain(PlantSystem[MassChainPlant]):
         model.set_forces(inputs)
 
     def output(self) -> FloatArray:
-        """Positions of the second, fourth and sixth mass in m, shape (3,)."""
+        """Return the positions of the second, fourth and sixth mass in m, shape (3,)."""
         return self._coordinates[list(OBSERVED)]
 
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None
     ) -> State:
-        """Positions U(-0.05, 0.05) m and velocities U(-2, 2) m/s."""
+        """Draw positions from U(-0.05, 0.05) m and velocities from U(-2, 2) m/s."""
         coordinates = rng.uniform(-0.05, 0.05, MASSES)
         return State(coordinates, rng.uniform(-2.0, 2.0, MASSES), np.zeros(len(LOADED)))
 
     def rest_state(self, held_input: FloatArray) -> State:
-        """Static deflection under held forces in N, shape (2,)."""
+        """Return the static deflection under constant forces in N, shape (2,).
+
+        Raises:
+            ValueError: the forces are not two finite numbers.
+        """
         forces = finite_vector("held input", held_input, len(LOADED))
         return State(self._chain.equilibrium(forces), np.zeros(MASSES), forces)
 

@@ -1,4 +1,4 @@
-"""The exudyn side of the mass chain: six masses between two walls, two loads."""
+"""The mass chain is built in exudyn here: six masses between two walls, and two loads."""
 
 # mypy: allow-untyped-calls
 from __future__ import annotations
@@ -30,15 +30,17 @@ from mbs_models.plants.solver import ExplicitPlant
 from slide_fmu.core.signals import FloatArray
 
 MASSES = 6
+"""The chain has this many masses."""
 LOADED = (0, 3)
-"""Indices of the masses that carry an input force."""
+"""The masses with these indices carry an input force."""
 
 
 @dataclass(frozen=True)
 class Chain:
-    """Numbers of m x_i'' + c x_i' + f_i - f_(i+1) = F_i between two walls, i = 1 to 6.
+    """A chain holds the numbers of m x_i'' + c x_i' + f_i - f_(i+1) = F_i, i = 1 .. 6.
 
-    f_i = k s + alpha k s^3 + d s' with s = x_i - x_(i-1); the walls are x_0 = x_7 = 0.
+    The springs have f_i = k s + alpha k s^3 + d s' with s = x_i - x_(i-1); the walls are at
+    x_0 = x_7 = 0.
 
     Attributes:
         mass: m in kg, positive.
@@ -63,11 +65,11 @@ class Chain:
         expect_substeps(self.substeps)
 
     def equilibrium(self, forces: FloatArray) -> FloatArray:
-        """Static positions in m under the loads in N, shape (2,); gives shape (6,).
+        """Return the static positions in m, shape (6,), under loads in N, shape (2,).
 
         Behind each load the spring force is smaller by it. So one number is unknown, the force
         of the first spring, and the springs' lengths must add up to the distance of the walls:
-        one equation with one root, for the deflection grows with the force.
+        one equation with one root, since the deflection grows with the force.
         """
         loads = np.zeros(MASSES)
         loads[list(LOADED)] = forces
@@ -78,7 +80,7 @@ class Chain:
 
         low, high = float(carried.min()), float(carried.max())
         first = low
-        if high > low:
+        if high > low:  # without load every spring is at rest, and no root is bracketed
             first = brentq(
                 lambda f: float(np.sum(deflections(f))), low, high, xtol=1e-15 * (high - low)
             )
@@ -86,20 +88,20 @@ class Chain:
 
 
 class MassChainPlant:
-    """A chain of masses in exudyn.
+    """This plant is a chain of masses in exudyn.
 
     Attributes:
-        plant: steps the system and linearizes it.
+        plant: steps the system and linearizes it; its coordinates are the six positions in m.
     """
 
     def __init__(self, chain: Chain) -> None:
-        """Build it; linear springs do without the (slower) force function."""
+        """Build the chain; linear springs do without the slower force function."""
         container = exu.SystemContainer()
         self._mbs = container.AddSystem()
         wall = self._marker(self._mbs.AddNode(NodePointGround()))
         masses = [self._add_mass(chain.mass) for _ in range(MASSES)]
         points = [wall, *masses, wall]
-        self._forces: list[Any] = []
+        self._forces: list[Any] = []  # exudyn keeps no reference to its force functions
         for before, after in itertools.pairwise(points):
             self._add_spring([before, after], chain.spring)
         for marker in masses if chain.drag > 0 else []:
@@ -115,7 +117,7 @@ class MassChainPlant:
         return self._mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
 
     def _add_mass(self, mass: float) -> Any:
-        """A mass that moves along one axis; gives the marker of its position."""
+        """Add a mass that moves along one axis, and return the marker of its position."""
         node = self._mbs.AddNode(Node1D(referenceCoordinates=[0.0]))
         self._mbs.AddObject(Mass1D(nodeNumber=node, mass=mass))
         return self._marker(node)
@@ -127,6 +129,6 @@ class MassChainPlant:
             add_linear_spring(self._mbs, markers, spring.stiffness, spring.damping)
 
     def set_forces(self, forces: FloatArray) -> None:
-        """Hold forces in N, shape (2,), on the loaded masses."""
+        """Let constant forces in N, shape (2,), act on the loaded masses."""
         for load, force in zip(self._loads, forces, strict=True):
             self._mbs.SetLoadParameter(load, "load", float(force))

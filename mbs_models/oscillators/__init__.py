@@ -1,4 +1,4 @@
-"""Oscillators with one mass: linear, Duffing, and a Duffing oscillator on a moving base."""
+"""These systems have one mass: linear, Duffing, and a Duffing oscillator on a moving base."""
 
 from mbs_models.oscillators.oscillators import (
     DuffingBaseMotion,

@@ -1,4 +1,4 @@
-"""The exudyn side of the oscillators: one mass, one spring and damper to the ground, one load."""
+"""The oscillators are built in exudyn here: a mass, a spring and damper to the ground, a load."""
 
 # mypy: allow-untyped-calls
 from __future__ import annotations
@@ -26,7 +26,9 @@ from mbs_models.plants.solver import ExplicitPlant
 
 @dataclass(frozen=True)
 class Oscillator:
-    """Numbers of m x'' + d x' + k s + alpha k s^3 = F, with s = x - b for a base at b.
+    """An oscillator holds the numbers of m x'' + d x' + k s + alpha k s^3 = F.
+
+    The spring sees s = x - b for a base at b.
 
     Attributes:
         mass: m in kg, positive.
@@ -49,14 +51,19 @@ class Oscillator:
 
 
 class OscillatorPlant:
-    """An oscillator in exudyn.
+    """This plant is an oscillator in exudyn.
 
     Attributes:
-        plant: steps the system and linearizes it.
+        plant: steps the system and linearizes it; its coordinate is the position x in m.
     """
 
     def __init__(self, oscillator: Oscillator, moving_base: bool) -> None:
-        """Build it; only a cubic spring or a moving base needs the (slower) force function."""
+        """Build the oscillator; only a cubic spring or a moving base needs a force function.
+
+        Args:
+            oscillator: its numbers.
+            moving_base: whether ``set_base`` is going to be called.
+        """
         container = exu.SystemContainer()
         self._mbs = container.AddSystem()
         node = self._mbs.AddNode(Node1D(referenceCoordinates=[0.0]))
@@ -68,6 +75,7 @@ class OscillatorPlant:
         ]
         spring = oscillator.spring
         if moving_base or spring.alpha > 0:
+            # the attribute keeps the force function alive: exudyn holds no reference to it
             self._spring, self._force = add_cubic_spring(self._mbs, markers, spring)
         else:
             add_linear_spring(self._mbs, markers, spring.stiffness, spring.damping)
@@ -76,7 +84,7 @@ class OscillatorPlant:
         self.plant = ExplicitPlant(container, self._mbs, oscillator.step, oscillator.substeps)
 
     def set_force(self, force: float) -> None:
-        """Hold a force in N on the mass."""
+        """Let a constant force in N act on the mass."""
         self._mbs.SetLoadParameter(self._load, "load", force)
 
     def set_base(self, base: float, rate: float) -> None:

@@ -1,8 +1,9 @@
-"""Mass on a spring and damper: linear, Duffing under a force, Duffing on a moving base.
+"""A mass on a spring and damper comes in three forms: linear, Duffing, Duffing on a moving base.
 
-All three are m x'' + d x' + k s + alpha k s^3 = F. Under a force, s = x; on a base at b(t),
-s = x - b(t) and F = 0, and the damper acts on the absolute velocity. The defaults are those of
-the paper's section on the mass spring damper: omega_0 = 40 rad/s, damping ratio 0.1.
+All three follow m x'' + d x' + k s + alpha k s^3 = F. Under a force, s = x; on a base at b(t),
+s = x - b(t) and F = 0, and the damper acts on the absolute velocity. The defaults are those of the
+paper's sections "Introductionary example: the mass spring damper" and "Duffing oscillator":
+omega_0 = 40 rad/s, damping ratio 0.1, alpha = 0.5.
 """
 
 from __future__ import annotations
@@ -12,43 +13,48 @@ import numpy as np
 from mbs_models.oscillators.oscillator_plant import Oscillator, OscillatorPlant
 from mbs_models.plants.cubic_spring import CubicSpring
 from mbs_models.plants.plant_system import PlantSystem, finite_vector
-from slide_fmu.core.signals import FloatArray, Hold, Signal
+from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.systems.base import Linearization, State
 
 
 class _OscillatorSystem(PlantSystem[OscillatorPlant]):
-    """What the oscillators share; interface, never instantiated."""
+    """An oscillator system has one input and one position. Interface: never instantiated."""
 
-    def __init__(self, oscillator: Oscillator, hold: Hold, signal: Signal, limit: float) -> None:
+    def __init__(self, oscillator: Oscillator, signal: Signal, limit: float) -> None:
         super().__init__(n_coordinates=1, n_inputs=1)
         position = Signal("position", "m", -limit, limit, "position of the mass")
-        self.step, self.hold = oscillator.step, hold
+        self.step = oscillator.step
         self.inputs, self.outputs = (signal,), (position,)
         self._oscillator = oscillator
 
+    @property
+    def _moves(self) -> bool:
+        """Whether the input is the motion of the base."""
+        return hold_of(self.inputs) == "first_order"
+
     def _build(self) -> OscillatorPlant:
-        return OscillatorPlant(self._oscillator, moving_base=self.hold == "ramp")
+        return OscillatorPlant(self._oscillator, moving_base=self._moves)
 
     def _apply(self, model: OscillatorPlant, inputs: FloatArray) -> None:
-        if self.hold == "ramp":
+        if self._moves:
             rate = (inputs[0] - self._last_input[0]) / self.step
             model.set_base(self._last_input[0], rate)
         else:
             model.set_force(inputs[0])
 
     def output(self) -> FloatArray:
-        """Position of the mass in m, shape (1,)."""
+        """Return the position of the mass in m, shape (1,)."""
         return self._coordinates.copy()
 
     def linearize(self, state: State) -> Linearization:
         """M, D, K at a state (1 x 1 each, no constraints); the current state stays."""
-        if self.hold == "ramp":
+        if self._moves:
             self._model().set_base(float(state.last_input[0]), 0.0)
         return super().linearize(state)
 
 
 class LinearOscillator(_OscillatorSystem):
-    """m x'' + d x' + k x = F with a held force.
+    """The linear oscillator follows m x'' + d x' + k x = F, with a zero-order hold of the force.
 
     Args:
         mass: m in kg.
@@ -58,6 +64,9 @@ class LinearOscillator(_OscillatorSystem):
         substeps: integration steps per sample; 12 give 3e-10 of the response's RMS.
         force_limit: intended range of the force is [-force_limit, force_limit] N.
         position_limit: range of the position in m; 8 m is what no force in range can exceed.
+
+    Raises:
+        ValueError: a value is out of its range.
     """
 
     def __init__(
@@ -72,21 +81,23 @@ class LinearOscillator(_OscillatorSystem):
         position_limit: float = 8.0,
     ) -> None:
         oscillator = Oscillator(mass, CubicSpring(stiffness, damping, 0.0), step, substeps)
-        super().__init__(oscillator, "held", _force_signal(force_limit), position_limit)
+        super().__init__(oscillator, _force_signal(force_limit), position_limit)
 
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None
     ) -> State:
-        """Position U(-0.5, 0.5) m and velocity U(-0.5, 0.5) m/s."""
+        """Draw the position from U(-0.5, 0.5) m and the velocity from U(-0.5, 0.5) m/s."""
         return _random_state(rng, 0.5, 0.5, 0.0)
 
     def rest_state(self, held_input: FloatArray) -> State:
-        """Static deflection F / k under a held force in N, shape (1,)."""
+        """Return the static deflection F / k under a constant force in N, shape (1,)."""
         return _deflected(self._oscillator, held_input)
 
 
 class DuffingOscillator(_OscillatorSystem):
-    """m x'' + d x' + k x + alpha k x^3 = F with a held force.
+    """The Duffing oscillator follows m x'' + d x' + k x + alpha k x^3 = F.
+
+    The force has a zero-order hold.
 
     Args:
         mass: m in kg.
@@ -97,6 +108,9 @@ class DuffingOscillator(_OscillatorSystem):
         substeps: integration steps per sample; 24 give 5e-9 of the response's RMS.
         force_limit: intended range of the force is [-force_limit, force_limit] N.
         position_limit: range of the position in m; sweeps at full force reach 1.9 m.
+
+    Raises:
+        ValueError: a value is out of its range.
     """
 
     def __init__(
@@ -112,24 +126,25 @@ class DuffingOscillator(_OscillatorSystem):
         position_limit: float = 2.5,
     ) -> None:
         oscillator = Oscillator(mass, CubicSpring(stiffness, damping, alpha), step, substeps)
-        super().__init__(oscillator, "held", _force_signal(force_limit), position_limit)
+        super().__init__(oscillator, _force_signal(force_limit), position_limit)
 
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None
     ) -> State:
-        """Position U(-1, 1) m and velocity U(-10, 10) m/s."""
+        """Draw the position from U(-1, 1) m and the velocity from U(-10, 10) m/s."""
         return _random_state(rng, 1.0, 10.0, 0.0)
 
     def rest_state(self, held_input: FloatArray) -> State:
-        """Static deflection under a held force in N, shape (1,)."""
+        """Return the static deflection under a constant force in N, shape (1,)."""
         return _deflected(self._oscillator, held_input)
 
 
 class DuffingBaseMotion(_OscillatorSystem):
-    """m x'' + d x' + k (x - b) + alpha k (x - b)^3 = 0 on a base that ramps between samples.
+    """The mass on a moving base follows m x'' + d x' + k (x - b) + alpha k (x - b)^3 = 0.
 
-    This is the excitation of the paper's code. The base goes linearly from the last input to the
-    new one and reaches it at the end of the step.
+    This is the excitation of the paper's code. The position b of the base is the input, with a
+    first-order hold: it goes linearly from the last input to the new one and reaches it at the
+    end of the step.
 
     Args:
         mass: m in kg.
@@ -140,6 +155,9 @@ class DuffingBaseMotion(_OscillatorSystem):
         substeps: integration steps per sample.
         base_limit: intended range of the base is [-base_limit, base_limit] m.
         position_limit: range of the position in m.
+
+    Raises:
+        ValueError: a value is out of its range.
     """
 
     def __init__(
@@ -155,17 +173,18 @@ class DuffingBaseMotion(_OscillatorSystem):
         position_limit: float = 2.0,
     ) -> None:
         oscillator = Oscillator(mass, CubicSpring(stiffness, damping, alpha), step, substeps)
-        base = Signal("base", "m", -base_limit, base_limit, "position of the base at step end")
-        super().__init__(oscillator, "ramp", base, position_limit)
+        meaning = "position of the base at step end"
+        base = Signal("base", "m", -base_limit, base_limit, meaning, hold="first_order")
+        super().__init__(oscillator, base, position_limit)
 
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None
     ) -> State:
-        """Position U(-1, 1) m, velocity U(-10, 10) m/s, base uniform in its range."""
+        """Draw the position from U(-1, 1) m, the velocity from U(-10, 10) m/s, and the base."""
         return _random_state(rng, 1.0, 10.0, self.inputs[0].high)
 
     def rest_state(self, held_input: FloatArray) -> State:
-        """At rest on the base, whose position in m has shape (1,)."""
+        """Return the state at rest on a base at a constant position in m, shape (1,)."""
         base = finite_vector("held input", held_input, 1)
         return State(base, np.zeros(1), base.copy())
 
@@ -175,7 +194,7 @@ def _force_signal(limit: float) -> Signal:
 
 
 def _random_state(rng: np.random.Generator, position: float, speed: float, last: float) -> State:
-    """A state drawn uniformly from symmetric ranges."""
+    """Draw a state uniformly from symmetric ranges in m, m/s and the unit of the input."""
     return State(
         rng.uniform(-position, position, 1),
         rng.uniform(-speed, speed, 1),
@@ -184,6 +203,6 @@ def _random_state(rng: np.random.Generator, position: float, speed: float, last:
 
 
 def _deflected(oscillator: Oscillator, held_input: FloatArray) -> State:
-    """Static equilibrium under a held force in N."""
+    """Return the static equilibrium under a constant force in N, shape (1,)."""
     force = finite_vector("held input", held_input, 1)
     return State(np.array([oscillator.spring.deflection(force[0])]), np.zeros(1), force)

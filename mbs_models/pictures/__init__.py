@@ -1,1 +1,1 @@
-"""Pictures of the machines in motion, for people. Models do not import them; recipes name them."""
+"""This package draws the machines in motion; recipes name its functions, no model imports it."""

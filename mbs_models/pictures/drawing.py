@@ -1,4 +1,4 @@
-"""Pictures of the mechanisms in motion, at true scale.
+"""The mechanisms are drawn in motion, at true scale.
 
 python -m mbs_models.pictures.drawing slider_crank OUT.png
 python -m mbs_models.pictures.drawing robot_6r OUT.png
@@ -31,25 +31,30 @@ from slide_fmu.excitation.speed_ramps import SpeedRamps
 from slide_fmu.systems.base import State, System
 
 DARK, STEEL, BLUE, ORANGE, GROUND = "#222222", "#6b7785", "#1f77b4", "#ff7f0e", "#8a8f96"
+"""The slider-crank's picture has these colours."""
 CRANK_RADIUS, ROD_THICKNESS, BLOCK, RAIL = 0.03, 0.02, (0.17, 0.12), 0.065
-"""Half the crank's width, the rod's thickness, the slider's size, the rails' distance from the
-middle, in m."""
+"""The sizes in m are half the crank's width, the rod's thickness, the slider's length and height,
+and the rails' distance from the middle."""
 POSES = 7
-"""Instants that are drawn, the last one in full colour."""
+"""This many instants are drawn, the last one in full colour."""
 POSE_STEP = 3
-"""Samples between them."""
+"""Two instants that are drawn are this many samples apart."""
 SEEDS = {"slider_crank": 7, "robot_6r": 189}
-"""Of motions that show much."""
+"""The motions of these seeds show much."""
 BEFORE, DURATION = 2.0, 4.0
-"""Of a motion, what is left out and what is drawn, in s."""
+"""The first part of a motion is left out, the second is drawn; both are in s."""
 
 
 def motion(system: System, kind: Kind, seed: int) -> list[State]:
-    """States at all samples of a motion, after the time in which its start decays.
+    """Simulate a motion, and return its states after the time in which its start decays.
 
     Args:
-        kind: of excitation.
-        seed: of the excitation.
+        system: it ends in the last state.
+        kind: excitation of the motion.
+        seed: seed of the excitation.
+
+    Returns:
+        States at all samples of ``DURATION``.
     """
     count = round((BEFORE + DURATION) / system.step)
     time = system.step * np.arange(count + 1, dtype=np.float64)
@@ -66,8 +71,9 @@ def draw_slider_crank(system: SliderCrank, states: Sequence[State], out: Path | 
     """Draw crank, bent rod and slider at the last instants of a motion as PNG.
 
     Args:
-        states: at all samples, at least one.
-        out: the PNG.
+        system: gives positions and outputs; it ends in the last state.
+        states: states at all samples of the motion, at least one.
+        out: file, or stream, that the PNG is written to.
     """
     chosen = list(range(len(states) - 1, -1, -POSE_STEP))[:POSES][::-1]
     figure = Figure(figsize=(9, 6.3), layout="constrained")
@@ -81,17 +87,18 @@ def draw_slider_crank(system: SliderCrank, states: Sequence[State], out: Path | 
     above.set_axis_off()
     time = system.step * np.arange(len(states), dtype=np.float64)
     _draw_history(below, time, 1e3 * deflections, chosen)
+    # without the name of the software: the same picture is the same bytes
     figure.savefig(out, format="png", dpi=130, metadata={"Software": None})
 
 
 def fading(count: int) -> FloatArray:
-    """Opacities of instants, the last one full; shape (count,)."""
+    """Return opacities of ``count`` instants, the last one full, shape (count,)."""
     ramp = np.linspace(0.1, 0.42, max(count - 1, 1))[: count - 1]
     return np.append(ramp, 1.0)
 
 
 def _outputs(system: System, states: Sequence[State]) -> FloatArray:
-    """Outputs at states, shape (len(states), n_outputs)."""
+    """Return the outputs at states in their units, shape (len(states), n_outputs)."""
     rows = []
     for state in states:
         system.set_state(state)
@@ -100,7 +107,7 @@ def _outputs(system: System, states: Sequence[State]) -> FloatArray:
 
 
 def _draw_ground(ax: Axes) -> None:
-    """The pivot's bearing, the slider's rails and the circle of the crank's tip."""
+    """Draw the pivot's bearing, the slider's rails and the circle of the crank's tip."""
     reach = CRANK_LENGTH + ROD_LENGTH
     for side in (-1.0, 1.0):
         _draw_rail(ax, (ROD_LENGTH - CRANK_LENGTH - 0.14, reach + 0.14), side * RAIL, side)
@@ -110,7 +117,7 @@ def _draw_ground(ax: Axes) -> None:
 
 
 def _draw_rail(ax: Axes, span: tuple[float, float], height: float, side: float) -> None:
-    """A line with hatches on one side, -1 below or 1 above."""
+    """Draw a line with hatches on one side, -1 for below or 1 for above."""
     low = height if side > 0 else height - 0.035
     hatched = Rectangle((span[0], low), span[1] - span[0], 0.035, fc="none", ec=GROUND, lw=0)
     hatched.set_hatch("//////")
@@ -119,7 +126,7 @@ def _draw_rail(ax: Axes, span: tuple[float, float], height: float, side: float) 
 
 
 def _draw_instant(ax: Axes, points: FloatArray, alpha: float) -> None:
-    """Crank, rod, slider and joints; points as of ``SliderCrank.points``."""
+    """Draw crank, rod, slider and joints at the points of ``SliderCrank.points``, (n, 2) in m."""
     order = 2.0 + alpha
     slider = points[-1]
     corner = (slider[0] - 0.5 * BLOCK[0], slider[1] - 0.5 * BLOCK[1])
@@ -137,7 +144,7 @@ def _draw_instant(ax: Axes, points: FloatArray, alpha: float) -> None:
 
 
 def _bar(start: FloatArray, end: FloatArray, radius: float) -> FloatArray:
-    """Outline of a bar with round ends, shape (n, 2)."""
+    """Return the outline of a bar with round ends in m, shape (n, 2)."""
     along = end - start
     turn = np.arctan2(along[1], along[0]) + np.linspace(0.5, 1.5, 25) * np.pi
     arc = radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
@@ -145,7 +152,7 @@ def _bar(start: FloatArray, end: FloatArray, radius: float) -> FloatArray:
 
 
 def _beam(nodes: FloatArray, thickness: float) -> FloatArray:
-    """Outline of a beam through nodes, shape (n, 2)."""
+    """Return the outline of a beam through nodes in m, both of shape (n, 2)."""
     curve = CubicSpline(np.linspace(0.0, 1.0, len(nodes)), nodes)
     place = np.linspace(0.0, 1.0, 81)
     middle, slope = curve(place), curve(place, 1)
@@ -155,7 +162,7 @@ def _beam(nodes: FloatArray, thickness: float) -> FloatArray:
 
 
 def _mark_deflection(ax: Axes, rod: FloatArray, deflection: float) -> None:
-    """The line between the rod's ends and the distance of its middle from it."""
+    """Draw the line between the rod's ends and the distance of its middle from it, in m."""
     start, end = rod[0], rod[-1]
     ax.plot(*np.stack([start, end]).T, color=ORANGE, lw=1.2, ls="--", zorder=4)
     across = np.array([start[1] - end[1], end[0] - start[0]]) / np.linalg.norm(end - start)
@@ -172,7 +179,7 @@ def _mark_deflection(ax: Axes, rod: FloatArray, deflection: float) -> None:
 def _draw_history(
     ax: Axes, time: FloatArray, deflections: FloatArray, chosen: Sequence[int]
 ) -> None:
-    """Deflection in mm over time; the drawn instants as dots."""
+    """Draw the deflection in mm over the time in s, with the drawn instants as dots."""
     ax.axhline(0.0, color=GROUND, lw=0.8)
     ax.plot(time, deflections, color=BLUE, lw=1.4)
     for alpha, index in zip(fading(len(chosen)), chosen, strict=True):
@@ -183,10 +190,11 @@ def _draw_history(
 
 
 def slider_crank_picture(system: SliderCrank, seed: int = SEEDS["slider_crank"]) -> bytes:
-    """The slider-crank in a motion that shows much, as PNG.
+    """Draw the slider-crank in a motion that shows much, and return the PNG.
 
     Args:
-        seed: of the motion.
+        system: it ends in the last state of the motion.
+        seed: seed of the motion.
     """
     ramps = SpeedRamps(kind="speed_ramps", weight=1.0, speed=8.0, acceleration=20.0)
     buffer = io.BytesIO()
@@ -195,10 +203,11 @@ def slider_crank_picture(system: SliderCrank, seed: int = SEEDS["slider_crank"])
 
 
 def robot_picture(system: Robot6R, seed: int = SEEDS["robot_6r"]) -> bytes:
-    """The robot in a motion that shows much, as PNG.
+    """Draw the robot in a motion that shows much, and return the PNG.
 
     Args:
-        seed: of the motion.
+        system: it ends in the last state of the motion.
+        seed: seed of the motion.
     """
     moves = PointToPoint(
         kind="point_to_point", weight=1.0, random_start=False, reach=0.6, keep=0.0
@@ -209,7 +218,7 @@ def robot_picture(system: Robot6R, seed: int = SEEDS["robot_6r"]) -> bytes:
 
 
 def main() -> None:
-    """Command line."""
+    """Run the command line: draw one machine into a file."""
     parser = argparse.ArgumentParser(description="Draw a mechanism in motion.")
     parser.add_argument("model", choices=sorted(SEEDS))
     parser.add_argument("out", type=Path)

@@ -1,4 +1,4 @@
-"""Round bodies as flat shaded facets, seen from far away: for pictures without a 3D renderer."""
+"""Round bodies are drawn as flat shaded facets, seen from far away, without a 3D renderer."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from matplotlib.colors import to_rgb
 from slide_fmu.core.signals import FloatArray
 
 AROUND, SLICE = 36, 0.01
-"""Facets around a tube, and their length along it in m, roughly."""
+"""A tube has this many facets around it, and they are about so long in m."""
 CAP_RINGS = 5
-"""Rings of facets on the ends of a tube."""
+"""Each end of a tube has this many rings of facets."""
 
 
 @dataclass(frozen=True, eq=False)
 class Facets:
-    """Four-cornered facets with their colours.
+    """Facets have four corners, a normal and a colour each.
 
     Attributes:
-        corners: in m, shape (n, 4, 3).
+        corners: positions (x, y, z) in m, shape (n, 4, 3).
         normals: outward unit vectors, shape (n, 3).
         colors: red, green, blue from 0 to 1, shape (n, 3).
     """
@@ -32,7 +32,7 @@ class Facets:
 
     @staticmethod
     def joined(parts: list[Facets]) -> Facets:
-        """All facets of several bodies."""
+        """Return the facets of several bodies together."""
         return Facets(
             np.concatenate([part.corners for part in parts]),
             np.concatenate([part.normals for part in parts]),
@@ -42,11 +42,11 @@ class Facets:
 
 @dataclass(frozen=True)
 class Camera:
-    """A parallel projection.
+    """A camera is a parallel projection.
 
     Attributes:
-        azimuth: of the viewer about z from x, in rad.
-        elevation: of the viewer above the xy plane, in rad.
+        azimuth: angle of the viewer about z from x, in rad.
+        elevation: angle of the viewer above the xy plane, in rad.
     """
 
     azimuth: float
@@ -54,19 +54,23 @@ class Camera:
 
     @cached_property
     def axes(self) -> FloatArray:
-        """Rows: to the right, upwards, towards the viewer; shape (3, 3)."""
+        """The rows point to the right, upwards and towards the viewer; shape (3, 3)."""
         ca, sa = np.cos(self.azimuth), np.sin(self.azimuth)
         ce, se = np.cos(self.elevation), np.sin(self.elevation)
         return np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
 
     def flat(self, points: FloatArray) -> FloatArray:
-        """Places in the picture in m of points in space, shape (..., 2) of (..., 3)."""
+        """Map points in space (..., 3) to places in the picture (..., 2), both in m."""
         return np.asarray(points @ self.axes[:2].T)
 
     def shown(self, facets: Facets) -> tuple[FloatArray, FloatArray]:
-        """Visible facets in the picture, (n, 4, 2), the farthest first, and their shades (n, 3).
+        """Project the facets that face the viewer, the farthest first, and shade them.
 
-        The light comes from the left above the viewer.
+        The light comes from the left above the viewer. Drawn in this order, near facets cover far
+        ones (painter's algorithm).
+
+        Returns:
+            Corners in the picture in m, shape (n, 4, 2), and red, green, blue, shape (n, 3).
         """
         towards = self.axes[2]
         light = self.axes.T @ np.array([-0.45, 0.65, 0.6])
@@ -83,13 +87,20 @@ class Camera:
 
 
 def tube(centres: FloatArray, radius: float, color: str) -> Facets:
-    """A closed tube along a line of centres in m, shape (k, 3), k >= 2."""
+    """Return a closed tube along a line of centres.
+
+    Args:
+        centres: in m, shape (k, 3), k >= 2; two are a straight tube, which is cut into slices.
+        radius: in m.
+        color: a colour of matplotlib.
+    """
     if len(centres) == 2:
         count = int(np.linalg.norm(centres[1] - centres[0]) / SLICE) + 1
         place = np.linspace(0.0, 1.0, count + 1)[:, None]
         centres = (1.0 - place) * centres[0] + place * centres[1]
     along = np.gradient(centres, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
+    # the world axis that is the least parallel to the tube gives the directions across it
     side = np.eye(3)[np.argmin(np.abs(along[0]))]
     first = np.cross(along, side)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
@@ -107,7 +118,7 @@ def tube(centres: FloatArray, radius: float, color: str) -> Facets:
 
 
 def ball(centre: FloatArray, radius: float, color: str) -> Facets:
-    """A ball about a point in m, shape (3,)."""
+    """Return a ball about a point in m, shape (3,), with a radius in m."""
     polar = np.linspace(0.0, np.pi, AROUND // 2 + 1)[:, None]
     angle = np.linspace(0.0, 2.0 * np.pi, AROUND + 1)[None, :]
     sine = np.sin(polar)
@@ -120,7 +131,7 @@ def ball(centre: FloatArray, radius: float, color: str) -> Facets:
 
 
 def _quads(grid: FloatArray) -> FloatArray:
-    """Cells of a grid of points (k, n, 3), shape ((k - 1) (n - 1), 4, 3)."""
+    """Return the cells of a grid of points (k, n, 3), shape ((k - 1) (n - 1), 4, 3)."""
     cells = [grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]]
     return np.stack(cells, axis=2).reshape(-1, 4, 3)
 

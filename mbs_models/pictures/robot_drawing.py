@@ -1,4 +1,4 @@
-"""A picture of the robot in motion on its socket, with the deviation of its tool over time."""
+"""The robot is drawn in motion on its socket, with the deviation of its tool over time."""
 
 from __future__ import annotations
 
@@ -22,21 +22,24 @@ from slide_fmu.systems.base import State
 ARM, JOINT, PLASTICS, METAL, HAND = "#d7dde5", "#2f7fc1", "#f0913a", "#8d97a3", "#3a4450"
 PATH, GRID, SHADOW = "#d62728", "#d5d9de", "#e9ebee"
 AXES = {"x": "#1f77b4", "y": "#2ca02c", "z": "#9467bd"}
+"""The components of the deviation have these colours."""
 CAMERA = Camera(np.deg2rad(-52.0), np.deg2rad(20.0))
+"""The robot is seen by this camera."""
 SOCKET_RADIUS, HAND_LENGTH = 0.05, 0.1
-"""In m."""
+"""These lengths are in m."""
 POSES, POSE_STEP = 6, 12
-"""Instants that are drawn, and samples between them."""
+"""This many instants are drawn, this many samples apart."""
 
 
 def draw_robot(system: Robot6R, states: Sequence[State], out: Path | BinaryIO) -> None:
     """Draw the robot at the last instants of a motion, its tool's path and deviation, as PNG.
 
-    The socket bends and turns as it does: at true scale.
+    The bending of the socket is at true scale.
 
     Args:
-        states: at all samples, at least one.
-        out: the PNG.
+        system: gives positions and outputs; it ends in the last state.
+        states: states at all samples of the motion, at least one.
+        out: file, or stream, that the PNG is written to.
     """
     chosen = list(range(len(states) - 1, -1, -POSE_STEP))[:POSES][::-1]
     figure = Figure(figsize=(11, 5.2), layout="constrained")
@@ -57,12 +60,12 @@ def draw_robot(system: Robot6R, states: Sequence[State], out: Path | BinaryIO) -
 
 
 def _strengths(count: int) -> FloatArray:
-    """Strength of the colours at earlier instants, shape (count,)."""
+    """Return the strength of the colours at earlier instants, shape (count,)."""
     return np.linspace(0.14, 0.42, count)
 
 
 def _robot(system: Robot6R, state: State) -> Facets:
-    """Socket, links and joints at a state."""
+    """Return socket, links and joints at a state as facets."""
     bottom, flange, shoulder, elbow, forearm, wrist, *_ = system.points(state)
     turn = rotation_of(state.coordinates[3:FLANGE])
     joints = state.coordinates[FLANGE : FLANGE + JOINTS]
@@ -85,7 +88,10 @@ def _robot(system: Robot6R, state: State) -> Facets:
 
 
 def _bent(bottom: FloatArray, top: FloatArray, axis: FloatArray) -> FloatArray:
-    """Middle line of the socket, upright at the bottom, along an axis at the top; (12, 3)."""
+    """Return the middle line of the bent socket in m, shape (12, 3).
+
+    It is the cubic Hermite curve that is upright at the bottom and follows an axis at the top.
+    """
     s = np.linspace(0.0, 1.0, 12)[:, None]
     length = float(np.linalg.norm(top - bottom))
     ends = (2 * s**3 - 3 * s**2 + 1) * bottom + (3 * s**2 - 2 * s**3) * top
@@ -102,7 +108,7 @@ def _draw_facets(ax: Axes, facets: Facets, strength: float) -> None:
 
 
 def _draw_floor(ax: Axes, height: float) -> None:
-    """A grid of 0.2 m on the floor about the socket."""
+    """Draw a grid of 0.2 m on the floor about the socket, at a height in m."""
     reach = 0.6
     ends, lines = np.array([-reach, reach]), []
     for offset in np.linspace(-reach, reach, 7):
@@ -121,7 +127,7 @@ def _draw_shadow(ax: Axes, facets: Facets, height: float) -> None:
 
 
 def _draw_path(ax: Axes, tool: FloatArray) -> None:
-    """Way of the tool point, shape (n, 3)."""
+    """Draw the path of the tool point, shape (n, 3) in m, with a white edge."""
     flat = CAMERA.flat(tool)
     ax.plot(flat[:, 0], flat[:, 1], color="white", lw=3.5, zorder=2.9)
     ax.plot(flat[:, 0], flat[:, 1], color=PATH, lw=1.8, zorder=2.9)
@@ -130,7 +136,7 @@ def _draw_path(ax: Axes, tool: FloatArray) -> None:
 def _draw_history(
     ax: Axes, system: Robot6R, states: Sequence[State], chosen: Sequence[int]
 ) -> None:
-    """Deviation in mm over time; the drawn instants as dots."""
+    """Draw the deviation in mm over the time in s, with the drawn instants as lines."""
     rows = []
     for state in states:
         system.set_state(state)

@@ -1,1 +1,1 @@
-"""What the models share: exudyn solvers, systems over a plant, drives, checks of parameters."""
+"""The models share what is here: exudyn solvers, systems on a plant, drives, parameter checks."""

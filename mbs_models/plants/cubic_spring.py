@@ -1,4 +1,7 @@
-"""A spring k s + alpha k s^3 with a damper: its statics, its exudyn item, checked parameters."""
+"""A cubic spring with a damper has the force k s + alpha k s^3 + d s'.
+
+Its statics, its exudyn item and the checks of a system's parameters are here.
+"""
 
 # mypy: allow-untyped-calls
 from __future__ import annotations
@@ -14,8 +17,14 @@ from exudyn.itemInterface import CoordinateSpringDamper, CoordinateSpringDamperE
 def expect(name: str, value: float, fine: bool, expected: str) -> None:
     """Refuse a parameter of a system that is not finite or not ``fine``.
 
+    Args:
+        name: name of the parameter.
+        value: its value.
+        fine: whether it is in its range.
+        expected: what is expected, for the message.
+
     Raises:
-        ValueError: with name, value and what was ``expected``.
+        ValueError: the value is not fine; the message has its name, the value and the remedy.
     """
     if not (fine and math.isfinite(value)):
         raise ValueError(
@@ -25,26 +34,38 @@ def expect(name: str, value: float, fine: bool, expected: str) -> None:
 
 
 def expect_positive(**values: float) -> None:
-    """Refuse parameters that are not positive."""
+    """Refuse parameters that are not positive, by name.
+
+    Raises:
+        ValueError: as for ``expect``.
+    """
     for name, value in values.items():
         expect(name, value, value > 0, "a positive number")
 
 
 def expect_not_negative(**values: float) -> None:
-    """Refuse negative parameters."""
+    """Refuse negative parameters, by name.
+
+    Raises:
+        ValueError: as for ``expect``.
+    """
     for name, value in values.items():
         expect(name, value, value >= 0, "zero or positive")
 
 
 def expect_substeps(substeps: float) -> None:
-    """Refuse a number of substeps that is not a whole number from 1."""
+    """Refuse a number of substeps that is not a whole number from 1.
+
+    Raises:
+        ValueError: as for ``expect``.
+    """
     whole = math.isfinite(substeps) and substeps == int(substeps) and substeps >= 1
     expect("substeps", substeps, whole, "a whole number from 1")
 
 
 @dataclass(frozen=True)
 class CubicSpring:
-    """Numbers of the force k s + alpha k s^3 + d s'.
+    """A cubic spring holds the numbers of the force k s + alpha k s^3 + d s'.
 
     Attributes:
         stiffness: k in N/m, positive.
@@ -64,10 +85,10 @@ class CubicSpring:
         expect_not_negative(damping=self.damping, alpha=self.alpha)
 
     def deflection(self, force: float) -> float:
-        """The static deflection s in m under a force in N: k s + alpha k s^3 = F, solved exactly.
+        """Return the static deflection s in m under a force in N, from k s + alpha k s^3 = F.
 
-        With alpha > 0 the only real root is s = 2 / r sinh(asinh(1.5 r F / k) / 3),
-        r = sqrt(3 alpha).
+        With alpha > 0 the only real root is s = 2 / r sinh(asinh(1.5 r F / k) / 3) with
+        r = sqrt(3 alpha), the hyperbolic form of Cardano's solution.
         """
         root = math.sqrt(3.0 * self.alpha)
         if root == 0.0:
@@ -76,7 +97,17 @@ class CubicSpring:
 
 
 def add_linear_spring(mbs: Any, markers: list[Any], stiffness: float, damping: float) -> Any:
-    """Put a linear spring and damper between two coordinates."""
+    """Put a linear spring and damper between two coordinates.
+
+    Args:
+        mbs: the exudyn system.
+        markers: markers of the two coordinates.
+        stiffness: k in N/m.
+        damping: d in N s/m.
+
+    Returns:
+        The object's number.
+    """
     item = CoordinateSpringDamper(markerNumbers=markers, stiffness=stiffness, damping=damping)
     return mbs.AddObject(item)
 
@@ -86,6 +117,11 @@ def add_cubic_spring(mbs: Any, markers: list[Any], spring: CubicSpring) -> tuple
 
     Its spring sees s = x - b for a base b that starts a step at the item's ``offset`` and moves
     with its ``velocityOffset``; its damper sees x'. exudyn evaluates the force without Python.
+
+    Args:
+        mbs: the exudyn system.
+        markers: markers of the two coordinates.
+        spring: numbers of the force.
 
     Returns:
         The object's number, and its force function, which must live as long as the system.

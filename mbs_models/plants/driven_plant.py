@@ -1,4 +1,4 @@
-"""An implicit plant with drives; the motion that they shall follow is part of its state."""
+"""A driven plant is an implicit plant with drives; the motion they follow is part of its state."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from slide_fmu.systems.base import Linearization
 
 
 class DrivenPlant:
-    """An implicit plant whose drives follow set points along a quadratic B-spline.
+    """The drives of an implicit plant follow set points along a quadratic B-spline (SetPoints).
 
-    Its coordinates are those of the plant and then the desired positions of the drives, its
-    velocities likewise; see SetPoints. Without a new set point before ``advance`` the drives go
-    on with constant rate.
+    The coordinates are those of the plant and then the desired positions of the drives; the
+    velocities are their rates, in the same order. Without a new set point before ``advance`` the
+    drives go on with constant rate.
     """
 
     def __init__(
@@ -33,18 +33,19 @@ class DrivenPlant:
             plant: the mechanism; its ``before_substep`` is set here.
             step: sample step h in s.
             drives: number of drives.
-            drive: lets the drives follow positions and rates, one of each per drive.
+            drive: is called with positions and rates, one of each per drive in rad or m and per
+                s, and lets the drives follow them.
         """
         self._plant, self._step, self._drives, self._drive = plant, step, drives, drive
         self._plan(SetPoints.at_rest(np.zeros(drives)), np.zeros(drives))
         plant.before_substep = self.move
 
     def newest(self) -> FloatArray:
-        """The set points that came last, shape (drives,)."""
+        """Return the set points that came last, shape (drives,), in rad or m."""
         return self._desired.newest(self._step)
 
     def follow(self, set_points: FloatArray) -> None:
-        """Let the next step end with new set points, shape (drives,)."""
+        """Let the next step end with new set points, shape (drives,), in rad or m."""
         self._plan(self._desired, self._desired.acceleration(set_points, self._step))
 
     def set_state(self, coordinates: FloatArray, velocities: FloatArray) -> None:
@@ -54,27 +55,29 @@ class DrivenPlant:
         self._plan(desired, np.zeros(self._drives))
 
     def coordinates(self) -> FloatArray:
-        """Coordinates and desired positions, shape (n + drives,)."""
+        """Return coordinates and desired positions in SI units, shape (n + drives,)."""
         return np.concatenate([self._plant.coordinates(), self._desired.position])
 
     def velocities(self) -> FloatArray:
-        """Velocities and desired rates, shape (n + drives,)."""
+        """Return velocities and desired rates in SI units, shape (n + drives,)."""
         return np.concatenate([self._plant.velocities(), self._desired.rate])
 
     def advance(self) -> None:
         """Go on by one sample step.
 
         Raises:
-            SimulationError: see ImplicitPlant; the state is still the one before.
+            SimulationError: the integration failed (see ImplicitPlant); the state is still the
+                one before.
         """
         self._plant.advance()
         reached = self._desired.after(self._step, self._acceleration)
         self._plan(reached, np.zeros(self._drives))
 
     def linearize(self, coordinates: FloatArray, velocities: FloatArray) -> Linearization:
-        """Linearize the plant with its drives at a state, shape (n + drives,) each.
+        """Linearize the plant with its drives at a state, shape (n + drives,) each, in SI units.
 
-        The matrices are those of the plant's n coordinates, the desired motion does not vary.
+        The matrices are those of the plant's n coordinates: the desired motion is given from
+        outside and does not vary.
         """
         kept = self._desired, self._acceleration
         desired = SetPoints(coordinates[-self._drives :], velocities[-self._drives :])
@@ -85,7 +88,10 @@ class DrivenPlant:
             self._plan(*kept)
 
     def _plan(self, desired: SetPoints, acceleration: FloatArray) -> None:
-        """Desired motion at the last sample and until the next; as numbers too, for speed."""
+        """Set the desired motion from the last sample to the next.
+
+        It is kept as plain numbers too: ``move`` is called several times in every substep.
+        """
         self._desired, self._acceleration = desired, acceleration
         self._motion = list(
             zip(
@@ -97,7 +103,7 @@ class DrivenPlant:
         )
 
     def move(self, time: float) -> None:
-        """Set the drives for a time in s since the last sample."""
+        """Set the drives to the desired motion at a time in s since the last sample."""
         positions = [s + time * (rate + 0.5 * time * change) for s, rate, change in self._motion]
         rates = [rate + time * change for _, rate, change in self._motion]
         self._drive(positions, rates)

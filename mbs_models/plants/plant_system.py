@@ -1,4 +1,4 @@
-"""What reference systems on an exudyn plant share: their state, and stepping from it."""
+"""Reference systems on an exudyn plant share their state, and how they step from it."""
 
 from __future__ import annotations
 
@@ -12,26 +12,30 @@ from slide_fmu.systems.base import Linearization, State, System
 
 
 class Plant(Protocol):
-    """What goes on from a state by one sample step, and is linearized at a state."""
+    """A plant goes on from a state by one sample step, and is linearized at a state."""
 
     def set_state(self, coordinates: FloatArray, velocities: FloatArray) -> None:
-        """Continue from a state, shape (n,) each."""
+        """Continue from a state, shape (n,) each, in SI units."""
 
     def coordinates(self) -> FloatArray:
-        """Current coordinates, shape (n,)."""
+        """Return the current coordinates in SI units, shape (n,)."""
 
     def velocities(self) -> FloatArray:
-        """Current velocities, shape (n,)."""
+        """Return the current velocities in SI units, shape (n,)."""
 
     def advance(self) -> None:
-        """Go on by one sample step; raise SimulationError where that fails."""
+        """Go on by one sample step.
+
+        Raises:
+            SimulationError: the integration failed.
+        """
 
     def linearize(self, coordinates: FloatArray, velocities: FloatArray) -> Linearization:
-        """Linearize at a state; the current state stays."""
+        """Linearize at a state, shape (n,) each, in SI units; the current state stays."""
 
 
 class Model(Protocol):
-    """An exudyn system.
+    """A model is an exudyn system with a plant.
 
     Attributes:
         plant: steps the system and linearizes it.
@@ -45,10 +49,10 @@ M = TypeVar("M", bound=Model)
 
 
 class PlantSystem(System, Generic[M]):
-    """A system that exudyn integrates; interface, never instantiated.
+    """A plant system is a system that exudyn integrates. Interface: never instantiated.
 
     The exudyn system is built on first use and left out when pickled; a copy goes on from the
-    same state. Subclasses set ``step``, ``hold``, ``inputs`` and ``outputs``.
+    same state. Subclasses set ``step``, ``inputs`` and ``outputs``.
     """
 
     def __init__(self, n_coordinates: int, n_inputs: int) -> None:
@@ -64,17 +68,17 @@ class PlantSystem(System, Generic[M]):
 
     @abc.abstractmethod
     def _build(self) -> M:
-        """A new exudyn system; its state does not matter."""
+        """Build a new exudyn system; its state does not matter."""
 
     @abc.abstractmethod
     def _apply(self, model: M, inputs: FloatArray) -> None:
-        """Let inputs, shape (n_inputs,), act in the next step."""
+        """Let inputs in their units, shape (n_inputs,), act in the next step."""
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_built": None}
 
     def _model(self) -> M:
-        """The exudyn system at the current state."""
+        """Return the exudyn system at the current state; it is built on first use."""
         if self._built is None:
             self._built = self._build()
             self._built.plant.set_state(self._coordinates, self._velocities)
@@ -95,14 +99,17 @@ class PlantSystem(System, Generic[M]):
             self._built.plant.set_state(self._coordinates, self._velocities)
 
     def get_state(self) -> State:
-        """The current state: coordinates, velocities and last input, in SI units."""
+        """Return a copy of the current state: coordinates, velocities, last input, in SI units."""
         return State(self._coordinates.copy(), self._velocities.copy(), self._last_input.copy())
 
     def advance(self, inputs: FloatArray) -> FloatArray:
-        """Go on by one sample step; gives the new outputs, shape (n_outputs,).
+        """Go on by one sample step and return the new outputs in their units, (n_outputs,).
+
+        Args:
+            inputs: inputs in their units, shape (n_inputs,).
 
         Raises:
-            SimulationError: the motion diverged.
+            SimulationError: the motion diverged, or the solver did not converge.
             ValueError: the input has a wrong shape or is not finite.
         """
         values = self._finite_inputs("input", inputs)
@@ -115,20 +122,25 @@ class PlantSystem(System, Generic[M]):
         return self.output()
 
     def linearize(self, state: State) -> Linearization:
-        """M, D, K and G at a state; the current state stays."""
+        """Linearize to M, D, K and G at a state in SI units; the current state stays."""
         return self._model().plant.linearize(state.coordinates, state.velocities)
 
     def _finite_inputs(self, what: str, inputs: FloatArray) -> FloatArray:
-        """A copy of inputs that must be finite, shape (n_inputs,)."""
+        """Return a copy of inputs, shape (n_inputs,), which must be finite."""
         names = ", ".join(signal.name for signal in self.inputs)
         return finite_vector(f"{what} {names}", inputs, len(self._last_input))
 
 
 def finite_vector(name: str, values: FloatArray, size: int) -> FloatArray:
-    """A copy of a vector that must hold ``size`` finite numbers.
+    """Return a copy of a vector that must hold ``size`` finite numbers.
+
+    Args:
+        name: what the vector is, for the message.
+        values: the vector.
+        size: its expected length.
 
     Raises:
-        ValueError: it does not.
+        ValueError: the vector has another shape, or a number is not finite.
     """
     vector = np.array(values, dtype=np.float64)
     if vector.shape != (size,) or not np.isfinite(vector).all():

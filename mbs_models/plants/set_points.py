@@ -1,4 +1,4 @@
-"""How a drive moves between set points that come once per sample: with continuous velocity."""
+"""A drive moves with continuous velocity between set points that come once per sample."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from slide_fmu.core.signals import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class SetPoints:
-    """Desired motion of drives at a sample; it follows a uniform quadratic B-spline.
+    """The desired motion of drives follows a uniform quadratic B-spline.
 
     The set points phi_k are the control points. From sample k to k + 1, with the newest set point
     phi_(k+1), the acceleration is constant, (phi_(k+1) - 2 phi_k + phi_(k-1)) / h^2; at sample k
@@ -18,8 +18,8 @@ class SetPoints:
     the last three of them.
 
     Attributes:
-        position: shape (n,), in rad or m.
-        rate: shape (n,), per s.
+        position: desired positions at a sample, shape (n,), in rad or m.
+        rate: desired rates at this sample, shape (n,), in rad/s or m/s.
     """
 
     position: FloatArray
@@ -27,19 +27,24 @@ class SetPoints:
 
     @staticmethod
     def at_rest(position: FloatArray) -> SetPoints:
-        """Set points that were the same for ever."""
+        """Return the motion of set points that have always been the same, shape (n,)."""
         return SetPoints(position, 0.0 * position)
 
     def newest(self, step: float) -> FloatArray:
-        """The set point phi_k that came last, shape (n,), for the sample step h in s."""
+        """Return the set point phi_k that came last, shape (n,), for the sample step h in s."""
         return self.position + 0.5 * step * self.rate
 
     def acceleration(self, set_points: FloatArray, step: float) -> FloatArray:
-        """Acceleration over the step that a new set point phi_(k+1), shape (n,), starts."""
+        """Return the constant acceleration, per s^2, over the step to a new set point phi_(k+1).
+
+        Args:
+            set_points: phi_(k+1), shape (n,).
+            step: sample step h in s.
+        """
         return (set_points - self.newest(step) - step * self.rate) / step**2
 
     def after(self, time: float, acceleration: FloatArray) -> SetPoints:
-        """The motion at a time in s within the step, or at its end."""
+        """Return the motion at a time in s within the step, or at its end."""
         return SetPoints(
             self.position + time * self.rate + 0.5 * time**2 * acceleration,
             self.rate + time * acceleration,

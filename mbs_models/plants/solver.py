@@ -1,8 +1,8 @@
-"""Every call of an exudyn solver: from sample to sample, and the linearization at a state.
+"""Every call of an exudyn solver is here: from sample to sample, and to linearize at a state.
 
 A plant is an assembled exudyn system and its current state. Each sample step integrates from
 t = 0 to t = h, so that a motion does not depend on how many samples went before, and forces may
-use the time within the step (a ramp does).
+use the time within the step (a first-order hold does).
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from slide_fmu.systems.base import Linearization, SimulationError
 _INITIAL = exu.ConfigurationType.Initial
 _CURRENT = exu.ConfigurationType.Current
 _SMALLEST_SUBSTEP = 1.0 / 64.0
-"""Of a substep: how far exudyn may reduce it where Newton's method fails."""
+"""exudyn may reduce a substep to this part of it where Newton's method fails."""
 
 
 class ExplicitPlant:
-    """An assembled exudyn system without constraints, integrated with fixed substeps.
+    """An explicit plant is an exudyn system without constraints, integrated with fixed substeps.
 
     The *initial* configuration of exudyn always holds the current state. The method is the
     explicit Runge-Kutta method of order six (exudyn ``RK67``): at the accuracy wanted here it
@@ -56,11 +56,11 @@ class ExplicitPlant:
         self.mbs.systemData.SetODE2Coordinates_t(velocities, _INITIAL)
 
     def coordinates(self) -> FloatArray:
-        """Current coordinates q, shape (n,)."""
+        """Return the current coordinates q in SI units, shape (n,)."""
         return np.array(self.mbs.systemData.GetODE2Coordinates(_INITIAL), dtype=np.float64)
 
     def velocities(self) -> FloatArray:
-        """Current velocities q', shape (n,)."""
+        """Return the current velocities q' in SI units, shape (n,)."""
         return np.array(self.mbs.systemData.GetODE2Coordinates_t(_INITIAL), dtype=np.float64)
 
     def advance(self) -> None:
@@ -78,7 +78,7 @@ class ExplicitPlant:
         self.set_state(coordinates, velocities)
 
     def linearize(self, coordinates: FloatArray, velocities: FloatArray) -> Linearization:
-        """Linearize at a state, shape (n,) each; the current state is left as it is."""
+        """Linearize at a state in SI units, shape (n,) each; the current state stays as it is."""
         kept = self.coordinates(), self.velocities()
         self.set_state(coordinates, velocities)
         try:
@@ -89,7 +89,7 @@ class ExplicitPlant:
 
 
 def _explicit_settings(step: float, substeps: int) -> exu.SimulationSettings:
-    """Settings of a silent explicit solver run over one sample step."""
+    """Return settings of a silent explicit solver run over one sample step."""
     settings = _silent_settings(step, substeps)
     settings.timeIntegration.solverType = exu.DynamicSolverType.RK67
     settings.timeIntegration.explicit.computeEndOfStepAccelerations = False
@@ -98,18 +98,20 @@ def _explicit_settings(step: float, substeps: int) -> exu.SimulationSettings:
 
 @dataclass(frozen=True)
 class ImplicitSettings:
-    """How an implicit integration works.
+    """These settings say how an implicit integration works.
 
     Attributes:
         substeps: integration steps per sample step.
-        relative_tolerance: of Newton's residual, against the first one of the step.
-        absolute_tolerance: of Newton's residual; where it is too small, rounding keeps Newton's
-            method from reaching it at rest.
-        spectral_radius: in [0, 1], of the generalized-alpha method with constraints on positions
-            (index 3); the smaller, the more it damps frequencies that it cannot resolve. None
-            for the trapezoidal rule with constraints on velocities (index 2): it damps nothing,
-            and the constraints on positions drift with time.
-        sparse: factorize sparse matrices; dense ones are as fast up to about 100 coordinates.
+        relative_tolerance: tolerance of Newton's residual, relative to the first one of the step.
+        absolute_tolerance: tolerance of Newton's residual; where it is too small, rounding keeps
+            Newton's method from reaching it at rest.
+        spectral_radius: spectral radius at infinity, in [0, 1], of the generalized-alpha method
+            (Chung and Hulbert, 1993) with constraints on positions (index 3); the smaller, the
+            more it damps frequencies that it cannot resolve. None for the trapezoidal rule with
+            constraints on velocities (index 2): it damps nothing, and the constraints on
+            positions drift with time.
+        sparse: whether matrices are factorized as sparse ones; dense ones are as fast up to about
+            100 coordinates.
     """
 
     substeps: int
@@ -120,7 +122,7 @@ class ImplicitSettings:
 
 
 class ImplicitPlant:
-    """An assembled exudyn system with constraints, integrated implicitly with fixed substeps.
+    """An implicit plant is an exudyn system with constraints, integrated with fixed substeps.
 
     Newton's method is modified: it keeps its Jacobian within a sample step while it converges.
     Where it does not converge, substeps are divided, down to one 64th.
@@ -133,9 +135,9 @@ class ImplicitPlant:
 
     Attributes:
         mbs: the exudyn system; change loads and parameters there between two steps.
-        before_substep: called with a time in s since the last sample, before the substep that
-            ends at it, and with 0 before initial accelerations and linearizations: set there what
-            depends on time, and on nothing else, for divided substeps go back in time.
+        before_substep: is called with a time in s since the last sample, before the substep that
+            ends at it, and with 0 before initial accelerations and linearizations. What depends
+            on time is set there, and on nothing else, since divided substeps go back in time.
     """
 
     def __init__(
@@ -153,7 +155,7 @@ class ImplicitPlant:
             mbs: the assembled system.
             step: sample step h in s.
             settings: how to integrate.
-            before_substep: see the attribute.
+            before_substep: is called before every substep; see the attribute.
         """
         self.mbs: Any = mbs
         self.before_substep = before_substep
@@ -173,11 +175,11 @@ class ImplicitPlant:
         self._running = False
 
     def coordinates(self) -> FloatArray:
-        """Current coordinates q, shape (n,)."""
+        """Return the current coordinates q in SI units, shape (n,)."""
         return self._coordinates.copy()
 
     def velocities(self) -> FloatArray:
-        """Current velocities q', shape (n,)."""
+        """Return the current velocities q' in SI units, shape (n,)."""
         return self._velocities.copy()
 
     def advance(self) -> None:
@@ -187,6 +189,7 @@ class ImplicitPlant:
             SimulationError: Newton's method failed, or the motion left the finite numbers; the
                 state is still the one before.
         """
+        # a run that fails is not running: the next step starts anew from the state before
         was_running, self._running = self._running, False
         if was_running:
             self._start_anew_in_time()
@@ -205,7 +208,7 @@ class ImplicitPlant:
         self._running = True
 
     def linearize(self, coordinates: FloatArray, velocities: FloatArray) -> Linearization:
-        """Linearize at a state, shape (n,) each; the current state is left as it is.
+        """Linearize at a state in SI units, shape (n,) each; the current state stays as it is.
 
         Time-dependent parameters are those that ``before_substep(0.0)`` sets.
         """
@@ -221,7 +224,7 @@ class ImplicitPlant:
         return Linearization(mass, damping, stiffness, constraints)
 
     def _start(self) -> None:
-        """Begin a solver run at the current state; it computes the accelerations."""
+        """Begin a solver run at the current state; the solver computes the accelerations."""
         self._to_initial(self._coordinates, self._velocities)
         if not self._solver.InitializeSolver(self.mbs, self._settings):
             raise SimulationError(f"exudyn did not start: {self._solver.GetErrorString()!r}")
@@ -232,14 +235,14 @@ class ImplicitPlant:
         self.mbs.systemData.SetTime(0.0, _CURRENT)
 
     def _to_initial(self, coordinates: FloatArray, velocities: FloatArray) -> None:
-        """Make a state exudyn's initial one, with the parameters of the begin of a step."""
+        """Make a state exudyn's initial one, with the parameters of the start of a step."""
         self.mbs.systemData.SetODE2Coordinates(coordinates, _INITIAL)
         self.mbs.systemData.SetODE2Coordinates_t(velocities, _INITIAL)
         if self.before_substep is not None:
             self.before_substep(0.0)
 
     def _prepare_substep(self, mbs: Any, time: float) -> bool:
-        """What exudyn calls before a substep, with the time at its end."""
+        """Answer exudyn, which calls this before a substep with the time at its end."""
         if self.before_substep is not None:
             self.before_substep(time)
         return True
@@ -254,7 +257,7 @@ def _diverged(coordinates: FloatArray, velocities: FloatArray) -> str:
 
 
 def _implicit_settings(step: float, chosen: ImplicitSettings) -> exu.SimulationSettings:
-    """Settings of a silent implicit solver run over one sample step."""
+    """Return settings of a silent implicit solver run over one sample step."""
     settings = _silent_settings(step, chosen.substeps)
     integration = settings.timeIntegration
     integration.adaptiveStep = True
@@ -273,7 +276,7 @@ def _implicit_settings(step: float, chosen: ImplicitSettings) -> exu.SimulationS
 
 
 def _silent_settings(step: float, substeps: int) -> exu.SimulationSettings:
-    """Settings of a solver run over one sample step: no files, no sensors, no messages."""
+    """Return settings of a solver run over one sample step, without files, sensors, messages."""
     settings = exu.SimulationSettings()
     integration = settings.timeIntegration
     integration.endTime = step

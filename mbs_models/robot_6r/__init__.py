@@ -1,4 +1,4 @@
-"""A Puma 560 on a flexible socket, which follows six desired joint angles."""
+"""The robot is a Puma 560 on a flexible socket; it follows six desired joint angles."""
 
 from mbs_models.robot_6r.robot_6r import Robot6R
 

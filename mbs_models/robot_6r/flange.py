@@ -1,7 +1,7 @@
-"""How a flange that turns a little is described: Euler angles, rotation vector, moments.
+"""A flange that turns a little is described by Euler angles, rotation vectors and moments.
 
-Euler angles turn about x, the new y, and the new z. The rotation vector theta of the reduced
-socket belongs to them to the second order: (a, b, c) + (b c, -a c, a b) / 2.
+Euler angles (a, b, c) turn about x, the new y, and the new z. The rotation vector theta of the
+reduced socket belongs to them to the second order: theta = (a, b, c) + (b c, -a c, a b) / 2.
 """
 
 from __future__ import annotations
@@ -13,10 +13,11 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 
 _ROUNDS = 60
+"""The fixed-point search for Euler angles takes this many rounds: a socket needs fewer."""
 
 
 def rotation_of(euler: FloatArray) -> FloatArray:
-    """Rotation matrix R of Euler angles in rad, shape (3,): R v is in world axes."""
+    """Return the rotation matrix R of Euler angles in rad, shape (3,): R v is in world axes."""
     a, b, c = euler.tolist()
     ca, sa, cb, sb = math.cos(a), math.sin(a), math.cos(b), math.sin(b)
     cc, sc = math.cos(c), math.sin(c)
@@ -30,7 +31,15 @@ def rotation_of(euler: FloatArray) -> FloatArray:
 
 
 def vector_of(rotation: FloatArray) -> FloatArray:
-    """Rotation vector in rad of a rotation matrix that turns by less than half a turn."""
+    """Return the rotation vector in rad of a rotation matrix that turns by less than half a turn.
+
+    Args:
+        rotation: shape (3, 3).
+
+    Returns:
+        Axis times angle, shape (3,).
+    """
+    # twice the sine of the angle times the axis: exact for small angles, unlike the arc cosine
     twice = np.array(
         [
             rotation[2, 1] - rotation[1, 2],
@@ -46,7 +55,10 @@ def vector_of(rotation: FloatArray) -> FloatArray:
 
 
 def euler_of(theta: FloatArray) -> FloatArray:
-    """Euler angles in rad of the socket's theta, shape (3,), by the second order."""
+    """Return the Euler angles in rad of the socket's theta, both of shape (3,).
+
+    They solve the second-order relation exactly.
+    """
     euler = theta
     for _ in range(_ROUNDS):
         a, b, c = euler
@@ -55,6 +67,13 @@ def euler_of(theta: FloatArray) -> FloatArray:
 
 
 def moment_of(theta: FloatArray, torque: FloatArray) -> FloatArray:
-    """Moment m along theta of a torque in world axes: m + theta x m / 2 is the torque."""
+    """Return the moment m that does work on theta', for a torque in world axes.
+
+    To the second order theta' = omega - theta x omega / 2, and the torque is m + theta x m / 2.
+
+    Args:
+        theta: rotation vector in rad, shape (3,).
+        torque: in N m, shape (3,).
+    """
     x, y, z = 0.5 * theta
     return np.linalg.solve(np.array([[1.0, -z, y], [z, 1.0, -x], [-y, x, 1.0]]), torque)

@@ -1,4 +1,4 @@
-"""The Puma 560: lengths, masses and limits of the arm, gains of its joints' control.
+"""The Puma 560 has these lengths, masses and limits, and these gains of its joints' control.
 
 Lengths and masses are those of the robotics toolbox with the changes of the paper: link 1 has a
 mass and full inertia, because the base moves; inertias obey the triangle inequality.
@@ -12,14 +12,15 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.serial_chain import SerialChain
 
 JOINTS = 6
+"""The arm has this many joints."""
 LIMITS = np.array([2.7925, 1.9199, 2.3562, 0.99 * np.pi, 1.7453, 0.99 * np.pi])
-"""Joint angles lie within plus and minus these, in rad."""
+"""Joint angles lie within plus and minus these limits in rad."""
 STIFFNESS = np.array([4e4, 4e4, 4e4, 100.0, 100.0, 10.0])
-"""P of the joints' control in N m/rad."""
+"""The joints' control has these proportional gains P in N m/rad, those of the paper."""
 DAMPING = np.array([400.0, 400.0, 100.0, 1.0, 1.0, 0.1])
-"""D of the joints' control in N m s/rad."""
+"""The joints' control has these differential gains D in N m s/rad, those of the paper."""
 GRAVITY = np.array([0.0, 0.0, -9.81])
-"""In m/s^2."""
+"""Gravity acts along minus z, in m/s^2."""
 
 _QUARTER = np.pi / 2.0
 _INERTIAS = [
@@ -41,7 +42,11 @@ _CENTRES = [
 
 
 def puma_560(tool: FloatArray) -> SerialChain:
-    """The arm with a tool point in its last link frame in m, shape (3,), on an upright base."""
+    """Return the arm on an upright base.
+
+    Args:
+        tool: tool point in the last link frame in m, shape (3,).
+    """
     return SerialChain(
         a=np.array([0.0, 0.4318, 0.0203, 0.0, 0.0, 0.0]),
         d=np.array([0.075, 0.0, 0.15005, 0.4318, 0.0, 0.0]),

@@ -1,8 +1,8 @@
-"""A Puma 560 on a flexible socket: how far its tool is from where a rigid socket had put it.
+"""A Puma 560 stands on a flexible socket; the output is how far this puts its tool off.
 
 Inputs are the desired joint angles, one set per sample; the output is the deviation of the tool
-from the rigid forward kinematics of the actual joint angles, p_e in the paper's section on the
-6R manipulator.
+from the rigid forward kinematics of the actual joint angles: p_e in the paper's section "Spatial
+6R manipulator on a flexible socket".
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.systems.base import Linearization, State
 
 SOCKET_DAMPING = 8e-3
-"""Stiffness proportional damping of the socket in s."""
+"""The socket's damping is its stiffness times this, in s."""
 ROTATION_LIMIT = 0.05
-"""Range of the rotation vector in rad."""
+"""Components of the rotation vector lie within plus and minus this, in rad."""
 _RELEASED = np.repeat([200.0, 100.0], 3)
-"""Extra forces in N and torques in N m of random states."""
+"""In random states extra forces in N and torques in N m up to these had bent the socket."""
 _ROUNDS, _SETTLED = 100, 1e-13
-"""Of the search for the static equilibrium: most rounds, change in rad that ends it."""
+"""The search for the static equilibrium ends after this many rounds, or at this change in rad."""
 
 
 class Robot6R(PlantSystem[ManipulatorPlant]):
-    """Six joints with PD control on a socket of plastics, with gravity.
+    """The robot has six joints with PD control on a socket of plastics, under gravity.
 
     The torque on joint i is P (s_i - q_i) + D (s_i' - q_i'), where s(t) goes through the desired
     angles along a quadratic B-spline (see SetPoints): its rate is continuous, and it lags half a
@@ -58,11 +58,12 @@ class Robot6R(PlantSystem[ManipulatorPlant]):
         substeps: integration steps per sample; under the fastest motions of the paper, 8 give
             0.07 % of the response's RMS, 3 give 0.45 % in half the time.
         tool_length: of the tool point from the wrist's centre, along the last axis, in m.
-        rotation: give the rotation vector of the flange too: how far the tool is turned.
-        authors_gains: 1e4 and 400 as gains of the third joint, as in the paper's code; else 4e4
-            and 100, as in the paper.
+        rotation: whether the rotation vector of the flange is an output too: how far the tool is
+            turned.
+        authors_gains: whether the gains of the third joint are 1e4 and 400, as in the paper's
+            code, and not 4e4 and 100, as in the paper.
         deviation_limit: range of the deviations in m; random moves of 1 s reach 0.042.
-        reduced: another reduced socket than the one that comes with the package.
+        reduced: reduced socket; None for the one that comes with the package.
 
     Attributes:
         chain: the rigid arm with its tool point.
@@ -108,7 +109,7 @@ class Robot6R(PlantSystem[ManipulatorPlant]):
         super().__init__(self._manipulator.coordinates + JOINTS, n_inputs=JOINTS)
         self._rotation = rotation
         self._exact: ManipulatorPlant | None = None
-        self.step, self.hold = step, "ramp"
+        self.step = step
         self.inputs = tuple(_joint_signal(index) for index in range(JOINTS))
         self.outputs = _deviation_signals(deviation_limit)
         if rotation:
@@ -121,7 +122,11 @@ class Robot6R(PlantSystem[ManipulatorPlant]):
         return {**super().__getstate__(), "_exact": None}
 
     def linearize(self, state: State) -> Linearization:
-        """M, D, K of flange, joints and internal coordinates with the drives; no constraints."""
+        """Linearize flange, joints and internal coordinates with the drives to M, D, K.
+
+        There are no constraints. The state is in SI units.
+        """
+        # the fast spring holds a part of its force over a substep, which no tangent can show
         if self._exact is None:
             self._exact = ManipulatorPlant(replace(self._manipulator, exact=True))
         return self._exact.plant.linearize(state.coordinates, state.velocities)
@@ -130,8 +135,10 @@ class Robot6R(PlantSystem[ManipulatorPlant]):
         model.plant.follow(inputs)
 
     def output(self) -> FloatArray:
-        """Deviation of the tool in m, shape (3,); with ``rotation`` the rotation vector of the
-        flange in rad behind it, shape (6,)."""
+        """Return the deviation of the tool in m, shape (3,).
+
+        With ``rotation`` the rotation vector of the flange in rad follows, shape (6,).
+        """
         flange, joints = self._coordinates[:FLANGE], self._coordinates[FLANGE : FLANGE + JOINTS]
         turn = rotation_of(flange[3:])
         rigid = self.chain.tool_position(joints)
@@ -139,8 +146,10 @@ class Robot6R(PlantSystem[ManipulatorPlant]):
         return np.concatenate([deviation, vector_of(turn)]) if self._rotation else deviation
 
     def points(self, state: State) -> FloatArray:
-        """Positions in m, world axes: the socket's bottom, the flange, the six link frames, the
-        tool; shape (9, 3)."""
+        """Return positions in m in world axes, shape (9, 3).
+
+        They are those of the socket's bottom, the flange, the six link frames and the tool.
+        """
         flange = state.coordinates[:FLANGE]
         frames = self.chain.forward_kinematics(state.coordinates[FLANGE : FLANGE + JOINTS])
         tool = frames.positions[-1] + frames.rotations[-1] @ self.chain.tool
@@ -151,11 +160,15 @@ class Robot6R(PlantSystem[ManipulatorPlant]):
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None
     ) -> State:
-        """At rest, just released: off the static equilibrium as far as a fast motion gets.
+        """Draw a state at rest, just released: as far off equilibrium as a fast motion gets.
 
         The drives rest at the first input, or anywhere within the joints' limits. Extra forces
         up to 200 N and torques up to 100 N m on the flange had bent the socket, and the joints
         are up to 0.005 rad away.
+
+        Args:
+            rng: the only source of randomness.
+            first_input: desired angles that act first, in rad, shape (6,), if they are known.
         """
         desired = rng.uniform(-LIMITS, LIMITS) if first_input is None else first_input
         state = self.rest_state(desired)
@@ -165,7 +178,7 @@ class Robot6R(PlantSystem[ManipulatorPlant]):
         return state
 
     def rest_state(self, held_input: FloatArray) -> State:
-        """Static equilibrium under gravity at held desired angles in rad, shape (6,).
+        """Return the static equilibrium under gravity at constant desired angles in rad, (6,).
 
         Raises:
             ValueError: the angles are not finite.
@@ -184,7 +197,15 @@ class Robot6R(PlantSystem[ManipulatorPlant]):
     def _sagged(
         self, desired: FloatArray, joints: FloatArray, place: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Joints and place of the socket under the weight that they have at a place."""
+        """Return joint angles and place of the socket under the weight that they have elsewhere.
+
+        It is one round of a fixed-point search for the equilibrium.
+
+        Args:
+            desired: desired joint angles in rad, shape (6,).
+            joints: joint angles in rad at which the arm's weight is computed, shape (6,).
+            place: coordinates of the socket there, u in m and theta in rad first.
+        """
         theta = place[3:FLANGE]
         turn = rotation_of(euler_of(theta))
         arm = self.chain.turned(turn)
@@ -198,7 +219,7 @@ class Robot6R(PlantSystem[ManipulatorPlant]):
 
     @cached_property
     def _flexibility(self) -> FloatArray:
-        """Inverse of the socket's stiffness."""
+        """The flexibility is the inverse of the socket's stiffness, in SI units."""
         return np.asarray(np.linalg.inv(self._socket.stiffness))
 
 
@@ -211,7 +232,7 @@ def _drives(authors_gains: bool) -> Drives:
 
 def _joint_signal(index: int) -> Signal:
     limit, meaning = float(LIMITS[index]), f"desired angle of joint {index + 1} at step end"
-    return Signal(f"joint_{index + 1}", "rad", -limit, limit, meaning)
+    return Signal(f"joint_{index + 1}", "rad", -limit, limit, meaning, hold="first_order")
 
 
 def _deviation_signals(limit: float) -> tuple[Signal, ...]:

@@ -1,12 +1,12 @@
-"""The exudyn side of the robot: a kinematic tree whose first six joints move the flange.
+"""The robot is built in exudyn here: a kinematic tree whose first six joints move the flange.
 
 The flange moves by three sliding and three turning joints without mass; the reduced socket acts
 on their coordinates and pulls it back. The drives of the arm are springs and dampers inside the
 implicit integration.
 
-The socket's stiffness comes in two ways (see socket_spring). Exact: a spring of exudyn between
-ground and flange. Fast: linear in the coordinates, and the small rest as a force that is held
-over each substep, at the value that it has where the substep would end at constant rates.
+The socket's stiffness comes in two ways (see socket_spring). The exact one is a spring of exudyn
+between ground and flange. The fast one is linear in the coordinates; the small rest is a force
+that is constant over each substep, with its value where the substep would end at constant rates.
 """
 
 # mypy: allow-untyped-calls
@@ -53,7 +53,7 @@ _FLANGE_JOINTS = [
 
 @dataclass(frozen=True, eq=False)
 class Drives:
-    """Torques P (s - q) + D (s' - q') of the joints.
+    """The drives give the torques P (s - q) + D (s' - q') to the joints.
 
     Attributes:
         proportional: P in N m/rad, shape (6,).
@@ -78,7 +78,7 @@ class Drives:
 
 @dataclass(frozen=True, eq=False)
 class Manipulator:
-    """An arm with drives on a flexible socket.
+    """A manipulator is an arm with drives on a flexible socket.
 
     Attributes:
         arm: the rigid arm on the flange.
@@ -87,7 +87,7 @@ class Manipulator:
         damping: stiffness proportional damping of the socket in s.
         step: sample step h in s.
         substeps: integration steps per sample step.
-        exact: see above.
+        exact: whether the socket's stiffness is the exact one (see the module).
 
     Raises:
         ValueError: a value is out of its range.
@@ -108,18 +108,19 @@ class Manipulator:
 
     @property
     def coordinates(self) -> int:
-        """Number of coordinates: flange, joints, internal modes."""
+        """The number of coordinates counts those of flange, joints and internal modes."""
         return JOINTS + len(self.socket.mass)
 
 
 class ManipulatorPlant:
-    """The robot in exudyn.
+    """This plant is the robot in exudyn.
 
     Its coordinates are the flange's displacement in m and angles in rad (turning about x, then
     the new y, then the new z), the joint angles, and the socket's internal coordinates.
 
     Attributes:
-        plant: steps the system and linearizes it; its last six coordinates are desired angles.
+        plant: steps the system and linearizes it; its last six coordinates are the desired angles
+            in rad.
     """
 
     def __init__(self, manipulator: Manipulator) -> None:
@@ -158,7 +159,11 @@ class ManipulatorPlant:
         return self._mbs.AddNode(node)
 
     def _add_arm(self) -> Any:
-        """The six joints of the flange and those of the arm; link frames before their twist."""
+        """Add the six joints of the flange and those of the arm, and return the tree.
+
+        exudyn's link frames lie before the twist alpha of the Denavit-Hartenberg parameters, so
+        centres and inertias are turned by it.
+        """
         arm, drives = self._manipulator.arm, self._manipulator.drives
         turns, offsets = [np.eye(3)] * (FLANGE + 1), [np.zeros(3)] * (FLANGE + 1)
         centres, inertias = [np.zeros(3)] * FLANGE, [np.zeros((3, 3))] * FLANGE
@@ -190,17 +195,17 @@ class ManipulatorPlant:
         return self._mbs.AddObject(tree)
 
     def _add_socket(self) -> None:
-        """Mass, weight and stiffness of the socket, but for what the exact spring does."""
+        """Add mass, weight and stiffness of the socket, but for what the exact spring does."""
         socket, count = self._manipulator.socket, self._manipulator.coordinates
         where = [*range(FLANGE), *range(FLANGE + JOINTS, count)]
         linear = socket.stiffness.copy()
         if self._manipulator.exact:
             linear[:FLANGE, :FLANGE] = 0.0
-        stiffness, weight = _spread(linear, where, count), np.zeros(count)
+        stiffness, weight = _embedded(linear, where, count), np.zeros(count)
         weight[where] = socket.weight @ self._manipulator.arm.gravity
         item = ObjectGenericODE2(
             nodeNumbers=self._nodes,
-            massMatrix=_spread(socket.mass, where, count),
+            massMatrix=_embedded(socket.mass, where, count),
             stiffnessMatrix=stiffness,
             dampingMatrix=self._manipulator.damping * stiffness,
             forceVector=weight,
@@ -208,7 +213,7 @@ class ManipulatorPlant:
         self._mbs.AddObject(item)
 
     def _add_exact_spring(self) -> Any:
-        """The spring between ground and flange; gives its force, which must live on."""
+        """Add the spring between ground and flange, and return its force, which must live on."""
         mbs = self._mbs
         ground = mbs.AddMarker(MarkerBodyRigid(bodyNumber=mbs.AddObject(ObjectGround())))
         flange = MarkerKinematicTreeRigid(
@@ -223,10 +228,10 @@ class ManipulatorPlant:
         return force
 
     def _before_substep(self, time: float) -> None:
-        """Hold the second order's share of the socket's forces over a substep, then drive.
+        """Set the second order's share of the socket's forces for a substep, then the drives.
 
         Args:
-            time: of the substep's end since the last sample in s; 0 for the initial state.
+            time: time of the substep's end since the last sample in s; 0 for the initial state.
         """
         data: Any = self._mbs.systemData
         when = _INITIAL if time == 0.0 else _CURRENT
@@ -239,6 +244,7 @@ class ManipulatorPlant:
 
     def _set_forces(self, angles: list[float], rates: list[float]) -> None:
         """Let the drives pull the joints to desired angles in rad and rates in rad/s."""
+        # the tree's own control subtracts P q + D q': what is left to add depends on s alone
         self._forces[FLANGE:] = [
             p * angle + d * rate
             for (p, d), angle, rate in zip(self._gains, angles, rates, strict=True)
@@ -247,13 +253,13 @@ class ManipulatorPlant:
 
 
 def _turn_x(angle: float) -> FloatArray:
-    """Rotation about x by an angle in rad."""
+    """Return the matrix of a rotation about x by an angle in rad, shape (3, 3)."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
 
 
-def _spread(matrix: FloatArray, where: list[int], count: int) -> FloatArray:
-    """A matrix whose rows and columns are some of a larger one's; the rest is zero."""
+def _embedded(matrix: FloatArray, where: list[int], count: int) -> FloatArray:
+    """Put a matrix into the rows and columns ``where`` of a zero one, shape (count, count)."""
     result = np.zeros((count, count))
     result[np.ix_(where, where)] = matrix
     return result

@@ -1,8 +1,8 @@
-"""The flexible socket under the robot: its finite elements, reduced to what the robot feels.
+"""The flexible socket under the robot is a finite-element model, reduced to what the robot feels.
 
-The bottom is clamped, the flange on top is rigid. What is left of the finite elements
-(Hurty-Craig-Bampton) are the displacement u and the rotation vector theta of the flange, both in
-world axes, and some internal modes. ``mbs_models.socket_mesh`` computes the kept file.
+The bottom is clamped, the flange on top is rigid. The reduction (Hurty, 1965; Craig and Bampton,
+1968) leaves the displacement u and the rotation vector theta of the flange, both in world axes,
+and some internal modes. ``mbs_models.robot_6r.socket_mesh`` computes the file that is kept here.
 """
 
 from __future__ import annotations
@@ -18,25 +18,28 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 
 FILE = Path(__file__).parent / "data" / "socket.json"
-"""The reduced socket that goes with this package."""
+"""This file holds the reduced socket that comes with the package."""
 FLANGE = 6
-"""Coordinates of the flange: u in m and theta in rad."""
+"""The flange has this many coordinates: u in m and theta in rad."""
 _BENT, _SHEARED = [3, 4], [0, 1]
+"""Bending about x and y has the first two coordinates, shear along x and y the other two."""
 
 
 @dataclass(frozen=True)
 class SocketMesh:
-    """A closed hollow cylinder along z, its material, and how finely it is meshed.
+    """The socket is a closed hollow cylinder along z; its material and its mesh are given too.
+
+    The defaults are the numbers of the paper where it has them.
 
     Attributes:
         radius: outer radius in m.
         wall: thickness of the wall in m.
-        length: in m, with top and bottom.
+        length: length in m, with top and bottom.
         top: thickness of the solid top in m.
         bottom: thickness of the bottom plate in m.
-        youngs_modulus: in Pa.
-        poissons_ratio: dimensionless.
-        density: in kg/m^3.
+        youngs_modulus: Young's modulus in Pa.
+        poissons_ratio: Poisson's ratio.
+        density: density in kg/m^3.
         element_size: largest edge of an element in m.
         element_order: 1 for linear, 2 for quadratic tetrahedra.
         internal_modes: number of modes kept beside the flange's coordinates.
@@ -57,10 +60,12 @@ class SocketMesh:
 
 @dataclass(frozen=True, eq=False)
 class Socket:
-    """M s'' + K (s + d s') = W g + forces on the flange; s = u, theta, internal coordinates.
+    """The reduced socket follows M s'' + K (s + d s') = W g + forces on the flange.
+
+    The coordinates s are u, theta and the internal coordinates, all in SI units.
 
     Attributes:
-        mesh: what was reduced.
+        mesh: geometry, material and mesh of what was reduced.
         mass: M, shape (n, n), n = 6 + internal modes.
         stiffness: K, shape (n, n); zero between flange and internal coordinates.
         weight: W, force in s per acceleration of gravity, shape (n, 3).
@@ -84,13 +89,16 @@ class Socket:
                 raise ValueError(f"socket: {name} of shape {found}; expected {shape}")
 
     def symmetric(self) -> Socket:
-        """The same with the flange's stiffness as symmetric about z as the cylinder is."""
+        """Return the socket with a flange stiffness as symmetric about z as the cylinder is.
+
+        The mesh is not quite symmetric; ``SocketSpring`` needs what is.
+        """
         stiffness = self.stiffness.copy()
         stiffness[:FLANGE, :FLANGE] = _symmetric(stiffness[:FLANGE, :FLANGE])
         return Socket(self.mesh, self.mass, stiffness, self.weight, self.nodes)
 
     def without_modes(self) -> Socket:
-        """The same without internal modes: stiffness, mass and weight that the flange feels."""
+        """Return the socket without internal modes, as the flange feels it at low frequencies."""
         flange = slice(0, FLANGE)
         return Socket(
             replace(self.mesh, internal_modes=0),
@@ -101,23 +109,26 @@ class Socket:
         )
 
     def write(self, path: Path) -> None:
-        """Keep it in a JSON file."""
+        """Write the socket to a JSON file, with a checksum."""
         content = self._content()
         content["checksum"] = _checksum(content)
         path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
     @staticmethod
     def read(path: Path = FILE) -> Socket:
-        """The socket from a file that ``write`` made.
+        """Read the socket from a file that ``write`` made.
+
+        Args:
+            path: the file; by default that of the package.
 
         Raises:
-            ValueError: the file was changed.
+            ValueError: the file has changed since it was written.
         """
         content = json.loads(path.read_text(encoding="utf-8"))
         if content.pop("checksum", None) != _checksum(content):
             raise ValueError(
                 f"{path} does not match its checksum: make it again with "
-                "python -m mbs_models.socket_mesh"
+                "python -m mbs_models.robot_6r.socket_mesh"
             )
         mass, stiffness, weight = (
             np.array(content[name], dtype=np.float64) for name in ("mass", "stiffness", "weight")
@@ -140,7 +151,7 @@ def _checksum(content: dict[str, Any]) -> str:
 
 
 def _symmetric(stiffness: FloatArray) -> FloatArray:
-    """The part of a flange's stiffness, shape (6, 6), that a turn about z leaves as it is.
+    """Return the part of a flange's stiffness, shape (6, 6), that a turn about z leaves as it is.
 
     Bending couples u_y with theta_x and, with the other sign, u_x with theta_y.
     """

@@ -1,8 +1,10 @@
-"""Mesh the socket with Netgen and NGSolve and reduce it with exudyn; needs the extra ``mesh``.
+"""Mesh the socket with Netgen and NGSolve and reduce it with exudyn.
 
-Usage: python -m mbs_models.socket_mesh [--element-size 0.009] [--element-order 2] [--file ...]
+Usage: python -m mbs_models.robot_6r.socket_mesh [--element-size 0.009] [--element-order 2]
+[--file ...]
 
-Writes the file that the robot's model reads. The model itself needs only the file.
+This writes the file that the robot's model reads, and needs the extra ``mesh``. The model itself
+needs only the file.
 """
 
 # mypy: allow-untyped-calls
@@ -19,16 +21,17 @@ from mbs_models.robot_6r.socket import FILE, FLANGE, Socket, SocketMesh
 from slide_fmu.core.signals import FloatArray
 
 _NEVER = 10**9
-"""Number of coordinates from which exudyn reports its progress."""
+"""exudyn reports its progress from this many coordinates on: never."""
 
 
 def finite_elements(mesh: SocketMesh) -> tuple[Any, list[int], list[int]]:
-    """The meshed cylinder with its modes.
+    """Mesh the cylinder and compute its modes.
 
     Returns:
-        exudyn's FEMinterface, and the nodes of the bottom and of the flange.
+        exudyn's FEMinterface with the Hurty-Craig-Bampton modes, the indices of the nodes of the
+        bottom, and those of the flange.
     """
-    import ngsolve
+    import ngsolve  # an optional dependency
 
     meshed = ngsolve.Mesh(_cylinder(mesh).GenerateMesh(maxh=mesh.element_size))
     if mesh.element_order > 1:
@@ -52,12 +55,13 @@ def finite_elements(mesh: SocketMesh) -> tuple[Any, list[int], list[int]]:
 
 
 def reduced(mesh: SocketMesh) -> Socket:
-    """The socket that the robot feels, with the flange's coordinates on the cylinder's axis."""
+    """Mesh and reduce the socket; the flange's coordinates are those on the cylinder's axis."""
     elements, _, flange = finite_elements(mesh)
     modes, mass = elements.modeBasis["matrix"], elements.GetMassMatrix()
     eccentricity = elements.GetNodePositionsAsArray()[flange].mean(axis=0)
     eccentricity[2] -= mesh.length
     basis = modes @ _from_axis(eccentricity, mesh.internal_modes)
+    # a unit displacement of all nodes along each axis: M times it is the weight per gravity
     moved = np.tile(np.eye(3), (elements.NumberOfNodes(), 1))
     return Socket(
         mesh,
@@ -69,7 +73,7 @@ def reduced(mesh: SocketMesh) -> Socket:
 
 
 def _cylinder(mesh: SocketMesh) -> Any:
-    """The closed hollow cylinder, as Netgen's geometry."""
+    """Return the closed hollow cylinder as Netgen's geometry."""
     from netgen.csg import CSGeometry, Cylinder, Plane, Pnt, Vec
 
     def piece(radius: float, low: float, high: float) -> Any:
@@ -84,10 +88,10 @@ def _cylinder(mesh: SocketMesh) -> Any:
 
 
 def _from_axis(eccentricity: FloatArray, internal_modes: int) -> FloatArray:
-    """Coordinates of exudyn's modes from those of the flange on the axis.
+    """Return the matrix from coordinates of the flange on the axis to those of exudyn's modes.
 
     exudyn's flange point is the mean of the flange's nodes, ``eccentricity`` (in m, shape (3,))
-    away from the axis: it moves by u + theta x e. And its rotation modes turn by minus theta.
+    away from the axis: it moves by u + theta x e. Its rotation modes turn by minus theta.
     """
     x, y, z = eccentricity
     result = np.diag([1.0] * 3 + [-1.0] * 3 + [1.0] * internal_modes)
@@ -96,7 +100,7 @@ def _from_axis(eccentricity: FloatArray, internal_modes: int) -> FloatArray:
 
 
 def main() -> None:
-    """Write the file."""
+    """Run the command line: mesh, reduce and write the file."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--element-size", type=float, default=SocketMesh.element_size)
     parser.add_argument("--element-order", type=int, default=SocketMesh.element_order)

@@ -1,4 +1,4 @@
-"""Forces of the socket's flange that turns so far that the order of its turns begins to matter.
+"""The socket's flange turns so far that the order of its turns begins to matter for its forces.
 
 The reduced socket is linear in the flange's displacement u and rotation vector theta. exudyn's
 joints turn the flange by Euler angles (a, b, c) instead, with theta = (a, b, c) + e,
@@ -18,17 +18,17 @@ from slide_fmu.core.signals import FloatArray
 
 @dataclass(frozen=True)
 class SocketSpring:
-    """Stiffness of the flange, as symmetric about z as ``Socket.symmetric`` makes it.
+    """The spring has the flange's stiffness, symmetric about z (``Socket.symmetric``).
 
-    Forces are minus K (s + d s') for s = u, theta: K is diagonal but for bending, which couples
-    u_y with theta_x and, with the other sign, u_x with theta_y.
+    Its forces are minus K (s + d s') for s = (u, theta). K is diagonal but for bending, which
+    couples u_y with theta_x and, with the other sign, u_x with theta_y.
 
     Attributes:
-        lateral: of u_x and u_y in N/m.
-        axial: of u_z in N/m.
-        bending: of theta_x and theta_y in N m/rad.
-        torsion: of theta_z in N m/rad.
-        coupling: of u_y and theta_x in N/rad.
+        lateral: stiffness of u_x and u_y in N/m.
+        axial: stiffness of u_z in N/m.
+        bending: stiffness of theta_x and theta_y in N m/rad.
+        torsion: stiffness of theta_z in N m/rad.
+        coupling: coupling of u_y and theta_x in N/rad.
         damping: d in s.
     """
 
@@ -41,20 +41,21 @@ class SocketSpring:
 
     @staticmethod
     def of(stiffness: FloatArray, damping: float) -> SocketSpring:
-        """From the stiffness of a symmetric flange, shape (6, 6), and d in s."""
+        """Return the spring of a symmetric flange's stiffness, shape (6, 6), and d in s."""
         k = stiffness.tolist()
         return SocketSpring(k[0][0], k[2][2], k[3][3], k[5][5], k[1][3], damping)
 
     def beyond_linear(self, places: Sequence[float], rates: Sequence[float]) -> list[float]:
-        """What the second order adds to forces that are linear in u, a, b, c.
+        """Return what the second order adds to forces that are linear in u, a, b, c.
 
         Args:
-            places: u in m and Euler angles in rad.
-            rates: their rates.
+            places: u in m and Euler angles in rad, 6 numbers.
+            rates: their rates in m/s and rad/s, 6 numbers.
 
         Returns:
-            Generalized forces on u, a, b, c: -K (e + d e') and, because theta' has a part
-            that turns with the angles, minus the transposed derivative of e times the moments.
+            Generalized forces on u in N and on a, b, c in N m: -K (e + d e') and, because theta'
+            has a part that turns with the angles, minus the transposed derivative of e times the
+            moments.
         """
         d, half_d = self.damping, 0.5 * self.damping
         x, y, _, a, b, c = places
@@ -75,7 +76,7 @@ class SocketSpring:
         ]
 
     def exudyn_force(self) -> Any:
-        """Force and torque K (s + d s') between ground and flange, as exudyn wants it.
+        """Return a function for exudyn: force and torque K (s + d s') between ground and flange.
 
         exudyn gives u, Euler angles, velocity and angular velocity omega of the flange against
         the ground. theta' = omega - theta x omega / 2 to the second order. Moments m along theta

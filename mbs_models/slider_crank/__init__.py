@@ -1,4 +1,4 @@
-"""A slider-crank with a flexible rod, whose crank is driven to a desired angle."""
+"""The slider-crank has a flexible rod; a drive turns its crank to a desired angle."""
 
 from mbs_models.slider_crank.slider_crank import SliderCrank
 

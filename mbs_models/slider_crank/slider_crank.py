@@ -1,7 +1,7 @@
-"""A slider-crank whose rod bends while a drive turns the crank; measured is how far.
+"""The rod of a slider-crank bends while a drive turns the crank; the output is how far.
 
-The drive follows the desired angle of the crank, given once per sample by the point of the unit
-circle that it belongs to.
+This is the machine of the paper's section "Planar flexible slider-crank". The drive follows the
+desired angle of the crank, given once per sample by its director (cosine, sine).
 """
 
 from __future__ import annotations
@@ -13,24 +13,27 @@ import numpy as np
 from mbs_models.plants.cubic_spring import expect_positive
 from mbs_models.plants.plant_system import PlantSystem
 from mbs_models.slider_crank.slider_crank_plant import CRANK_LENGTH, Mechanism, SliderCrankPlant
-from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.signals import Angle, FloatArray, Signal
 from slide_fmu.systems.base import State
 
 _SHORTEST_DIRECTOR = 1e-6
+"""A director that is shorter than this has no direction."""
 _DRIVES = 1
+"""The machine has one drive."""
 
 
 class SliderCrank(PlantSystem[SliderCrankPlant]):
-    """A rigid crank (0.5 m, 2 kg), a flexible rod (1 m, 4 kg) and a slider (1 kg) in the plane.
+    """The mechanism has a rigid crank (0.5 m, 2 kg), a flexible rod (1 m, 4 kg), a slider (1 kg).
 
-    The torque on the crank is P (s - phi) + D (s' - phi') for its angle phi, where s(t) goes
-    through the desired angles along a quadratic B-spline (see SetPoints): its speed is
-    continuous, and it lags half a step behind. The desired angle turns by less than half a turn
-    in a step. No gravity, no friction. The rod is damped: 0.015 s of its bending stiffness.
+    It moves in the plane, without gravity and friction. The torque on the crank is
+    P (s - phi) + D (s' - phi') for its angle phi (paper, eq. SCControl), where s(t) goes through
+    the desired angles along a quadratic B-spline (see SetPoints): its speed is continuous, and it
+    lags half a step behind. The desired angle must turn by less than half a turn in a step. The
+    damping of the rod in bending is 0.015 s times its bending stiffness.
 
-    A state holds the coordinates of exudyn (displacements from the mechanism stretched along x:
-    of the crank's middle, its angle, of the rod's nodes and slopes, of the slider) and then s;
-    its velocities are the rates of these.
+    A state holds the coordinates of exudyn and then s; its velocities are the rates of these. The
+    coordinates of exudyn are displacements from the mechanism stretched along x: of the crank's
+    middle, the crank's angle, of the rod's nodes and slopes, of the slider.
 
     Args:
         proportional: P in N m/rad. The drive settles like exp(-P / D t): with 10 N m/rad its
@@ -40,8 +43,8 @@ class SliderCrank(PlantSystem[SliderCrankPlant]):
         elements: even number of finite elements of the rod.
         step: sample step h in s.
         substeps: integration steps per sample. With the default step, 10 elements and 20
-            substeps are wrong by 0.02 % of the deflection's spread; 6 and 10 by 0.09 %, in less
-            than half the time; 6 and 4 by 0.44 %, in a quarter of it.
+            substeps are wrong by 0.02 % of the deflection's standard deviation; 6 and 10 by
+            0.09 %, in less than half the time; 6 and 4 by 0.44 %, in a quarter of it.
         speed_limit: largest speed of the crank in random states, in rad/s.
         deflection_limit: range of the deflection in m.
 
@@ -68,7 +71,7 @@ class SliderCrank(PlantSystem[SliderCrankPlant]):
         expect_positive(speed_limit=speed_limit)
         self._speed_limit = speed_limit
         self._last_input = director(0.0)
-        self.step, self.hold = step, "ramp"
+        self.step = step
         self.inputs = (_director_signal("x", "cosine"), _director_signal("y", "sine"))
         meaning = "distance of the rod's middle from the line between its ends, positive left"
         self.outputs = (Signal("deflection", "m", -deflection_limit, deflection_limit, meaning),)
@@ -82,15 +85,21 @@ class SliderCrank(PlantSystem[SliderCrankPlant]):
         model.plant.follow(newest + turn)
 
     def output(self) -> FloatArray:
-        """Deflection of the rod's middle in m, shape (1,); positive to the left of the line
-        from the crank to the slider."""
+        """Return the deflection of the rod's middle in m, shape (1,).
+
+        It is positive to the left of the line from the crank to the slider.
+        """
         return np.array([self._mechanism.deflection(self._coordinates)])
 
     def points(self, state: State) -> FloatArray:
-        """Positions in m of the crank's pivot, its tip, the rod's nodes and the slider.
+        """Return the positions in m of the crank's pivot, its tip and the rod's nodes.
+
+        Args:
+            state: a state of this system.
 
         Returns:
-            shape (elements + 3, 2); the rod's first node is the tip, its last the slider.
+            Positions (x, y), shape (elements + 3, 2); the rod's first node is the tip again, its
+            last one the slider.
         """
         angle = state.coordinates[2]
         tip = CRANK_LENGTH * director(angle)
@@ -99,10 +108,18 @@ class SliderCrank(PlantSystem[SliderCrankPlant]):
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None
     ) -> State:
-        """A straight rod, half of them at rest, half at constant speed.
+        """Draw a state with a straight rod: half of them rest, half have a constant speed.
 
-        The crank may have any angle and follow the drive; with a first input, the drive rests
-        there and the crank is up to 0.1 rad away and turns at up to a tenth of the speed.
+        Without a first input the crank has any angle and follows the drive. With a first input the
+        drive rests there, the crank is up to 0.1 rad away, and it turns at up to a tenth of the
+        speed limit.
+
+        Args:
+            rng: the only source of randomness.
+            first_input: director that acts first, shape (2,), if it is known.
+
+        Raises:
+            ValueError: the first input is not finite or has no direction.
         """
         share = float(rng.integers(2))
         if first_input is None:
@@ -118,7 +135,7 @@ class SliderCrank(PlantSystem[SliderCrankPlant]):
         )
 
     def rest_state(self, held_input: FloatArray) -> State:
-        """At rest at a held director, shape (2,), with a straight rod.
+        """Return the state at rest at a constant director, shape (2,), with a straight rod.
 
         Raises:
             ValueError: the director is not finite or has no direction.
@@ -126,11 +143,11 @@ class SliderCrank(PlantSystem[SliderCrankPlant]):
         return self.straight_state(angle_of(self._finite_inputs("held input", held_input)), 0.0)
 
     def straight_state(self, angle: float, speed: float) -> State:
-        """The mechanism moving as if its rod was rigid, the drive without an error.
+        """Return a state that moves as if the rod was rigid, without an error of the drive.
 
         Args:
-            angle: of the crank in rad.
-            speed: of the crank in rad/s.
+            angle: angle of the crank in rad.
+            speed: speed of the crank in rad/s.
         """
         coordinates, velocities = self._mechanism.straight(angle, speed)
         return State(
@@ -141,15 +158,15 @@ class SliderCrank(PlantSystem[SliderCrankPlant]):
 
 
 def director(angle: float) -> FloatArray:
-    """Cosine and sine of an angle in rad, shape (2,)."""
+    """Return the cosine and the sine of an angle in rad, shape (2,)."""
     return np.array([math.cos(angle), math.sin(angle)])
 
 
 def angle_of(values: FloatArray) -> float:
-    """The angle in rad of a director, shape (2,), of any length.
+    """Return the angle in rad of a director, shape (2,), of any length.
 
     Raises:
-        ValueError: it is too short to have a direction.
+        ValueError: the director is too short to have a direction.
     """
     if not math.hypot(*values) > _SHORTEST_DIRECTOR:
         raise ValueError(
@@ -159,6 +176,7 @@ def angle_of(values: FloatArray) -> float:
     return math.atan2(values[1], values[0])
 
 
-def _director_signal(axis: str, function: str) -> Signal:
-    meaning = f"{function} of the desired crank angle at step end"
-    return Signal(f"director_{axis}", "1", -1.0, 1.0, meaning, 1.0 if axis == "x" else 0.0)
+def _director_signal(axis: str, angle: Angle) -> Signal:
+    meaning = f"{angle} of the desired crank angle at step end"
+    start = 1.0 if angle == "cosine" else 0.0
+    return Signal(f"director_{axis}", "1", -1.0, 1.0, meaning, start, "first_order", angle)

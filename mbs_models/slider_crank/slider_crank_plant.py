@@ -1,4 +1,8 @@
-"""The exudyn side of the slider-crank: a rigid crank, a flexible rod, a slider, a drive."""
+"""The slider-crank is built in exudyn here: a rigid crank, a flexible rod, a slider, a drive.
+
+The numbers are those of the paper's section "Planar flexible slider-crank"; the rod is a beam in
+the absolute nodal coordinate formulation (exudyn's Cable2D).
+"""
 
 # mypy: allow-untyped-calls
 from __future__ import annotations
@@ -38,25 +42,29 @@ from slide_fmu.core.signals import FloatArray
 CRANK_LENGTH, CRANK_MASS = 0.5, 2.0
 ROD_LENGTH, ROD_MASS = 1.0, 4.0
 SLIDER_MASS = 1.0
-"""Lengths in m, masses in kg; the crank and the rod are uniform."""
+"""Lengths are in m and masses in kg; the crank and the rod are uniform."""
 AXIAL_STIFFNESS = 414e3
-"""E A of the rod in N."""
+"""The rod has this axial stiffness E A in N."""
 BENDING_DELAY, AXIAL_DELAY = 0.015, 0.01
-"""Damping of the rod in bending and stretching, of its stiffness, in s."""
+"""The rod's damping in bending and in stretching is its stiffness times these, in s."""
 CRANK_COORDINATES, NODE_COORDINATES = 3, 4
-"""Of the crank: displacement of its middle, angle. Of a node of the rod: displacement of the
-node, deviation of the rod's slope vector; both from the crank and rod stretched along x."""
+"""The crank's coordinates are the displacement of its middle and its angle; those of a node of the
+rod are the displacement of the node and the deviation of the slope vector. All count from crank
+and rod stretched along x."""
 
 
 @dataclass(frozen=True)
 class Mechanism:
-    """Numbers of a slider-crank with a flexible rod in the plane, without gravity and friction.
+    """A mechanism holds the numbers of a slider-crank with a flexible rod in the plane.
+
+    It has no gravity and no friction.
 
     Attributes:
         proportional: P of the drive in N m/rad, not negative.
         differential: D of the drive in N m s/rad, not negative.
         bending_stiffness: E I of the rod in N m^2, positive.
-        elements: number of finite elements of the rod, even, so that a node is in its middle.
+        elements: number of finite elements of the rod; it is even, so that a node is in the
+            rod's middle.
         step: sample step h in s, positive.
         substeps: integration steps per sample step, at least 1.
 
@@ -80,21 +88,32 @@ class Mechanism:
 
     @property
     def coordinates(self) -> int:
-        """Number of coordinates: of the crank, of the rod, and the slider's displacement."""
+        """There are coordinates of the crank, of the rod, and the slider's displacement."""
         return CRANK_COORDINATES + NODE_COORDINATES * (self.elements + 1) + 1
 
     def rod_nodes(self, coordinates: FloatArray) -> FloatArray:
-        """Positions of the rod's nodes in m, shape (elements + 1, 2), from the crank on."""
+        """Return the positions (x, y) of the rod's nodes in m from the crank on.
+
+        Args:
+            coordinates: coordinates of exudyn, and perhaps more, shape (n,).
+
+        Returns:
+            Shape (elements + 1, 2).
+        """
         displacements = coordinates[CRANK_COORDINATES : self.coordinates - 1]
         nodes: FloatArray = displacements.reshape(-1, NODE_COORDINATES)[:, :2].copy()
         nodes[:, 0] += CRANK_LENGTH + ROD_LENGTH * np.linspace(0.0, 1.0, self.elements + 1)
         return nodes
 
     def deflection(self, coordinates: FloatArray) -> float:
-        """Distance in m of the rod's middle from the straight line between its ends.
+        """Return the distance in m of the rod's middle from the straight line between its ends.
 
         It is positive to the left of the line from the crank to the slider.
+
+        Args:
+            coordinates: coordinates of exudyn, and perhaps more, shape (n,).
         """
+        # plain numbers: this is called at every sample, and small arrays are slow
         middle = self.elements // 2
         first, last = CRANK_COORDINATES, CRANK_COORDINATES + NODE_COORDINATES * self.elements
         between = CRANK_COORDINATES + NODE_COORDINATES * middle
@@ -106,11 +125,14 @@ class Mechanism:
         return cross / float(np.hypot(along, across))
 
     def straight(self, angle: float, speed: float) -> tuple[FloatArray, FloatArray]:
-        """Coordinates and velocities of the mechanism with a rigid rod.
+        """Return coordinates and velocities of the mechanism as if its rod was rigid.
 
         Args:
-            angle: of the crank in rad.
-            speed: of the crank in rad/s.
+            angle: angle of the crank in rad.
+            speed: speed of the crank in rad/s.
+
+        Returns:
+            Coordinates and velocities in SI units, shape (coordinates,) each.
         """
         crank = np.array([np.cos(angle), np.sin(angle)])
         sine = CRANK_LENGTH * crank[1] / ROD_LENGTH
@@ -124,7 +146,12 @@ class Mechanism:
         return coordinates, velocities
 
     def _from_directions(self, crank: FloatArray, rod: FloatArray) -> FloatArray:
-        """Coordinates, but for the crank's angle, linear in the two directions, shape (2,)."""
+        """Return all coordinates but the crank's angle: they are linear in the two directions.
+
+        Args:
+            crank: direction of the crank, its change or its rate, shape (2,).
+            rod: direction of the rod, its change or its rate, shape (2,).
+        """
         along = ROD_LENGTH * np.linspace(0.0, 1.0, self.elements + 1)
         points = CRANK_LENGTH * crank + along[:, None] * rod
         nodes = np.hstack([points, np.tile(rod, (self.elements + 1, 1))])
@@ -133,15 +160,15 @@ class Mechanism:
 
 
 def _turned(direction: FloatArray) -> FloatArray:
-    """A vector in the plane turned left by a quarter."""
+    """Turn a vector in the plane left by a quarter turn."""
     return np.array([-direction[1], direction[0]])
 
 
 class SliderCrankPlant:
-    """A slider-crank in exudyn; its reference configuration is stretched along x.
+    """This plant is a slider-crank in exudyn; its reference configuration is stretched along x.
 
     Attributes:
-        plant: steps the system and linearizes it; its last coordinate is the desired angle.
+        plant: steps the system and linearizes it; its last coordinate is the desired angle in rad.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -164,7 +191,7 @@ class SliderCrankPlant:
         self.plant = DrivenPlant(plant, mechanism.step, 1, self._set_drive)
 
     def _add_crank(self) -> tuple[Any, Any]:
-        """The crank on its pivot; gives its node and the marker of its tip."""
+        """Add the crank on its pivot, and return its node and the marker of its tip."""
         mbs, half = self._mbs, 0.5 * CRANK_LENGTH
         self._ground = self._coordinate(mbs.AddNode(NodePointGround()), 0)
         node = mbs.AddNode(NodeRigidBody2D(referenceCoordinates=[half, 0.0, 0.0]))
@@ -179,7 +206,7 @@ class SliderCrankPlant:
         return node, tip
 
     def _add_rod(self, mechanism: Mechanism) -> list[Any]:
-        """The rod's cable elements; gives their nodes."""
+        """Add the rod's cable elements, and return their nodes."""
         length = ROD_LENGTH / mechanism.elements
         nodes = [
             self._mbs.AddNode(
@@ -201,7 +228,7 @@ class SliderCrankPlant:
         return nodes
 
     def _add_slider(self, rod_end: Any) -> None:
-        """The slider at the end of the rod, guided along x."""
+        """Add the slider at the end of the rod, guided along x."""
         reference = [CRANK_LENGTH + ROD_LENGTH]
         slider = self._mbs.AddNode(Node1D(referenceCoordinates=reference))
         self._mbs.AddObject(Mass1D(nodeNumber=slider, mass=SLIDER_MASS))

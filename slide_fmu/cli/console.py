@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
+from rich.console import Console, ConsoleDimensions
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from slide_fmu.core.progress import Advance, Bar
@@ -18,7 +18,29 @@ from slide_fmu.core.progress import Advance, Bar
 TRACEBACK = "SLIDE_FMU_TRACEBACK"
 """Environment variable: if set, errors show where they come from."""
 
-console = Console(stderr=True, markup=False, highlight=False)
+ENDLESS = 1_000_000
+"""Columns of a pipe or a file: more than any message or table has."""
+
+
+class Messages(Console):
+    """A console that wraps and cuts lines on a terminal only.
+
+    Rich takes the width of a pipe from COLUMNS, or 80 columns; who reads a pipe looks for whole
+    sentences, whatever the width of some terminal is.
+    """
+
+    @property
+    def size(self) -> ConsoleDimensions:
+        """Columns and rows: those of the terminal, or no end of columns elsewhere."""
+        size = super().size
+        return size if self.file.isatty() else ConsoleDimensions(ENDLESS, size.height)
+
+    @size.setter
+    def size(self, new_size: tuple[int, int]) -> None:
+        self._width, self._height = new_size
+
+
+console = Messages(stderr=True, markup=False, highlight=False)
 
 
 def write_json(path: str | None, figures: Any) -> None:
@@ -34,7 +56,7 @@ def write_json(path: str | None, figures: Any) -> None:
 @contextmanager
 def progress_bars() -> Iterator[Bar]:
     """Progress bars on a terminal, lines elsewhere; and errors as messages."""
-    if not console.is_terminal:
+    if not console.file.isatty():  # not is_terminal, which FORCE_COLOR makes true for a pipe
         with errors():
             yield _lines
         return

@@ -10,8 +10,9 @@ from slide_fmu.cli.console import console
 
 
 def show_validation(figures: dict[str, Any], title: str) -> None:
+    # Not as the table's title, which rich wraps to the width of the table.
+    console.print(f"{title}: {figures['trajectories']} trajectories, seed {figures['seed']}")
     table = Table("output", "RMS of the reference", "RMSE", "relative RMSE", "largest error")
-    table.title = f"{title}: {figures['trajectories']} trajectories, seed {figures['seed']}"
     for output in figures["outputs"]:
         unit = output["unit"]
         table.add_row(
@@ -35,20 +36,3 @@ def show_remark(remark: str | None) -> None:
     """What the user should know about a file, if there is anything."""
     if remark is not None:
         console.print(f"remark: {remark}")
-
-
-def show_rounding(loss: dict[str, Any]) -> None:
-    """What float16 changes, output by output."""
-    if not loss["predictor_rounded"]:
-        console.print("float16: the surrogate's network has no layers; it stays float32")
-    for output in loss["outputs"] if loss["predictor_rounded"] else []:
-        console.print(
-            f"float16: {output['name']} changes by {output['rms_change']:.3g} {output['unit']} "
-            f"(RMS), {100 * output['relative_rms_change']:.3g} % of its spread, on inputs that "
-            f"are {loss['inputs']}",
-        )
-    if loss["estimator_rounded"]:
-        console.print(
-            f"float16: error estimates change by {100 * loss['relative_estimate_change']:.3g} % "
-            "(RMS)",
-        )

@@ -5,19 +5,25 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-Hold = Literal["held", "ramp"]
+Hold = Literal["zero_order", "first_order"]
 """How an input acts between samples.
 
-``held``: inputs[k] is constant from t_k to t_k + h. ``ramp``: the value moves linearly from
-inputs[k-1] to inputs[k] and reaches inputs[k] at t_k + h.
+``zero_order``: inputs[k] is constant from t_k to t_k + h. ``first_order``: the value moves
+linearly from inputs[k-1] to inputs[k] and reaches inputs[k] at t_k + h.
 """
+
+FORMER_HOLDS: dict[str, Hold] = {"held": "zero_order", "ramp": "first_order"}
+"""Words that files of former versions have for the holds."""
+
+Angle = Literal["cosine", "sine"]
+"""What an input is of an angle. The sine is the input directly behind its cosine."""
 
 UNUSABLE = re.compile(r"[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that no XML document can hold: control characters, halves of others."""
@@ -34,10 +40,13 @@ class Signal:
         high: largest value of the intended range, in ``unit``.
         description: one line for people.
         start: value before anybody sets one, within the range; the one nearest to 0 if None.
+        hold: how the signal acts between samples, where it is an input.
+        angle: ``"cosine"`` or ``"sine"`` where an input is that of an angle: then both turn on
+            the circle between samples. ``check_inputs`` says what a pair of them needs.
 
     Raises:
         ValueError: a text is none that XML can hold, the name is empty, the range is empty or not
-            finite, or the start outside it.
+            finite, the start outside it, or the hold or angle another word.
     """
 
     name: str
@@ -46,6 +55,8 @@ class Signal:
     high: float
     description: str = ""
     start: float | None = None
+    hold: Hold = "zero_order"
+    angle: Angle | None = None
 
     def __post_init__(self) -> None:
         texts = {"name": self.name, "unit": self.unit, "description": self.description}
@@ -69,11 +80,75 @@ class Signal:
                 f"signal {self.name!r}: start {self.start}; expected a value within its range, "
                 f"{self.low} .. {self.high} {self.unit}"
             )
+        for what, word, words in (
+            ("hold", self.hold, get_args(Hold)),
+            ("angle", self.angle, (*get_args(Angle), None)),
+        ):
+            if word not in words:
+                raise ValueError(
+                    f"signal {self.name!r}: {what} {word!r}; expected one of {list(words)}"
+                )
 
     @property
     def start_value(self) -> float:
         """Value before anybody sets one."""
         return min(max(0.0, self.low), self.high) if self.start is None else self.start
+
+
+def check_inputs(signals: tuple[Signal, ...]) -> None:
+    """Refuse inputs whose meanings do not belong together.
+
+    All inputs of a system have the same hold. The sine of an angle follows its cosine, and both
+    have the same range about 0: their length on the circle is the end of the range.
+
+    Args:
+        signals: all inputs, in channel order.
+
+    Raises:
+        ValueError: with the signals, what they are and what was expected.
+    """
+    holds = {signal.name: signal.hold for signal in signals}
+    if len(set(holds.values())) > 1:
+        raise ValueError(
+            f"inputs of several holds, {holds}; expected one for all: where a zero-order hold "
+            "must stay, let the system itself hold the value that it reaches"
+        )
+    for index in range(len(signals)):
+        _check_angle(signals, index)
+
+
+def _check_angle(signals: tuple[Signal, ...], index: int) -> None:
+    """Refuse a cosine or sine that has no partner, or one of another range."""
+    signal, neighbour = signals[index], index + (1 if signals[index].angle == "cosine" else -1)
+    if signal.angle is None:
+        return
+    partner = signals[neighbour] if 0 <= neighbour < len(signals) else None
+    if partner is None or partner.angle in (None, signal.angle):
+        other, place = ("sine", "behind") if signal.angle == "cosine" else ("cosine", "before")
+        raise ValueError(
+            f"input {signal.name!r} is the {signal.angle} of an angle; expected its {other} "
+            f"directly {place} it: give both, the cosine first"
+        )
+    ranges = (signal.low, signal.high), (partner.low, partner.high)
+    if ranges[0] != ranges[1] or signal.low != -signal.high:
+        raise ValueError(
+            f"inputs {signal.name!r} and {partner.name!r} are cosine and sine of an angle in the "
+            f"ranges {ranges[0]} and {ranges[1]}; expected the same range about 0"
+        )
+
+
+def hold_of(signals: tuple[Signal, ...]) -> Hold:
+    """The hold that all inputs share.
+
+    Args:
+        signals: inputs, at least one, that ``check_inputs`` accepts.
+    """
+    return signals[0].hold
+
+
+def cosines_of(signals: tuple[Signal, ...]) -> tuple[int, ...]:
+    """Indices of the inputs that are the cosine of an angle; the sine of each is the next."""
+    return tuple(index for index, signal in enumerate(signals) if signal.angle == "cosine")
 
 
 @dataclass(frozen=True, eq=False)

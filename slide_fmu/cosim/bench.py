@@ -26,7 +26,6 @@ from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.fmu.native import NativeSurrogate, Part, kernels
 from slide_fmu.network.feed_forward import FeedForward
 from slide_fmu.network.state_space import StateSpace
-from slide_fmu.surrogate.half_precision import with_weights
 from slide_fmu.surrogate.surrogate import Surrogate
 
 LOOP_SECONDS, MOST_LOOPS = 4e-4, 2000
@@ -49,24 +48,17 @@ def bench_fmu(path: Path, effort: Effort) -> dict[str, Any]:
 
 
 def bench_synthetic(name: str, effort: Effort) -> dict[str, Any]:
-    """Time a synthetic network with weights of float32, and of float16 in the same run.
-
-    Returns:
-        The figures with float32, and those with float16 under that key.
+    """Time a synthetic network; see ``bench_surrogates``.
 
     Raises:
         ValueError: there is no synthetic network of this name.
         NativeError: there is no compiled runtime for this platform.
     """
-    whole = synthetic_surrogate(name)
+    surrogate = synthetic_surrogate(name)
     with tempfile.TemporaryDirectory() as folder:
-        subjects = {}
-        for weights in ("float32", "float16"):
-            surrogate = with_weights(whole, weights)
-            path = export_fmu(surrogate, Path(folder) / weights / f"{name}.fmu")
-            subjects[weights] = surrogate, path
-        figures = bench_surrogates(subjects, effort)
-    return {"synthetic": name, **figures["float32"], "float16": figures["float16"]}
+        path = export_fmu(surrogate, Path(folder) / f"{name}.fmu")
+        figures = bench_surrogates({name: (surrogate, path)}, effort)
+    return {"synthetic": name, **figures[name]}
 
 
 def bench_surrogates(
@@ -78,7 +70,7 @@ def bench_surrogates(
         subjects: surrogate and FMU by name.
 
     Returns:
-        For each: ``kernel_name``, ``weights``, their number; medians in microseconds:
+        For each: ``kernel_name``; ``n_weights``, their number; medians in microseconds:
         ``fmu_step`` (doStep through fmpy), ``fmu_set_step_get``, ``runtime_step`` (inside C,
         without FMI), ``kernel`` (one evaluation of all that layers give, or both cells of a
         ping-pong step), ``memory_bound`` (the bytes of the weights over the bandwidth at which
@@ -255,13 +247,11 @@ class _Run:
     def figures(self) -> dict[str, Any]:
         medians = {name: float(np.median(found)) for name, found in self.times.items()}
         network = self.surrogate.network
-        weights = "float16" if isinstance(network, FeedForward) and network.half else "float32"
-        size = network.count_parameters() * np.dtype(weights).itemsize
+        size = network.count_parameters() * np.dtype(np.float32).itemsize
         seconds_per_byte = medians.pop("read") / self.native.memory
         batch = {name: self.effort.windows / medians.pop(f"batch_{name}") for name in self.batches}
         return {
             "kernel_name": kernels()[0],
-            "weights": weights,
             "n_weights": network.count_parameters(),
             "torch": None,
             "onnxruntime": None,

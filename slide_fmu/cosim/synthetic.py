@@ -49,10 +49,10 @@ def synthetic_surrogate(name: str) -> Surrogate:
         )
         for columns, rows in pairwise(sizes)
     )
-    inputs = tuple(Signal(f"u{i}", "rad", -1.0, 1.0) for i in range(6))
+    inputs = tuple(Signal(f"u{i}", "rad", -1.0, 1.0, hold="first_order") for i in range(6))
     outputs = tuple(Signal(f"y{i}", "m", -1.0, 1.0) for i in range(3))
     network = FeedForward(layers, 120, FeatureMap(Differences(6)))
     scaling_in, scaling_out = (Affine.of_channels([0.0] * n, [1.0] * n) for n in (6, 3))
     window = Window(0.005, 120, 60)
     scalings = scaling_in, scaling_out
-    return Surrogate(f"synthetic_{name}", window, inputs, outputs, "ramp", *scalings, network)
+    return Surrogate(f"synthetic_{name}", window, inputs, outputs, *scalings, network)

@@ -1,4 +1,8 @@
-"""Drawing one trajectory from a recipe: reproducible alone, by stream and index of its seed."""
+"""One trajectory is drawn from a recipe, a stream of seeds and an index, and from nothing else.
+
+So every trajectory can be made alone, on any machine and in any order, and is always the same.
+Streams keep the splits independent of each other.
+"""
 
 from __future__ import annotations
 
@@ -18,33 +22,34 @@ STREAMS = {
     "estimator_validation": 3,
     "beyond": 7,
 }
-"""Stream of seeds of every split."""
+"""The dictionary gives the number of the stream of seeds of every split."""
 
 TEST = 4
-"""Stream of seeds that no split uses: trajectories that FMUs are measured on."""
+"""No split uses this stream: it draws the trajectories on which FMUs are measured."""
 
 PROBE = 5
-"""Stream of seeds of the motion by which a changed model is noticed."""
+"""This stream draws the short motion by which a changed model is noticed."""
+
 PROBE_SAMPLES = 50
+"""The motion by which a changed model is noticed has this many samples."""
 
 STABILITY = 6
-"""Stream of seeds of the inputs under which networks are tested for stability."""
-
+"""This stream draws the inputs under which networks are tested for stability."""
 
 MOST_SAMPLES = 100_000_000
-"""Of one trajectory: more than a memory holds, once they are simulated."""
+"""A trajectory with this many samples is refused: once simulated it would not fit into memory."""
 
 
 @dataclass(frozen=True, eq=False)
 class Draw:
-    """What one trajectory starts from and is driven by.
+    """A draw holds what one trajectory starts from and what it is driven by.
 
     Attributes:
-        kind: index of its excitation in the recipe.
+        kind: index of its excitation in the recipe's mix.
         factor: factor on the excitation's amplitude.
-        initial: state at the start of the burn-in.
-        inputs: shape (burn_in + N, n_inputs), in the inputs' units.
-        burn_in: number of leading samples that are not to be used.
+        initial: state of the system at the start of the burn-in.
+        inputs: inputs in their units, burn-in first, shape (burn_in + N, n_inputs).
+        burn_in: number of leading samples in which the initial state decays; they are not used.
     """
 
     kind: int
@@ -56,12 +61,12 @@ class Draw:
 
 @dataclass(frozen=True)
 class Stream:
-    """A stream of trajectory seeds and what its trajectories have in common.
+    """A stream of trajectory seeds says what its trajectories have in common.
 
     Attributes:
-        number: index of the split in ``SPLITS``, or ``TEST``.
-        seed: entropy.
-        factors: the amplitude factor is drawn uniformly from this range.
+        number: one of the values of ``STREAMS``, or ``TEST``, ``PROBE``, ``STABILITY``.
+        seed: entropy that all streams of a recipe share.
+        factors: range from which the amplitude factor is drawn uniformly.
         duration: length of the trajectories in s, without the burn-in.
     """
 
@@ -72,9 +77,9 @@ class Stream:
 
 
 def split_stream(recipe: Recipe, split: str, index: int) -> Stream:
-    """The stream that trajectory ``index`` of a split belongs to.
+    """Return the stream that trajectory ``index`` of a split belongs to.
 
-    More trajectories leave the first ones as they are.
+    The number of trajectories plays no part: a recipe that asks for more keeps the first ones.
     """
     factors = (1.0, 1.0)
     if recipe.estimator is not None and split.startswith("estimator"):
@@ -86,13 +91,20 @@ def split_stream(recipe: Recipe, split: str, index: int) -> Stream:
 
 
 def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:
-    """Draw trajectory ``index`` of a stream; depends on nothing but the arguments.
+    """Draw trajectory ``index`` of a stream; the result depends on nothing but the arguments.
 
-    Two systems of one recipe get the same inputs, but initial states of their own, which the
-    burn-in lets decay.
+    Two systems of one recipe (a fast model and its reference) get the same inputs, but initial
+    states of their own, which the burn-in lets decay.
+
+    Args:
+        recipe: excitation, sample step and burn-in.
+        system: gives the signals of the inputs and the initial state.
+        stream: seeds, amplitude factors and duration.
+        index: number of the trajectory in its stream, from 0.
 
     Raises:
-        ValueError: the stream's trajectories hold no sample, or more than fit into a memory.
+        ValueError: the stream's trajectories hold no sample, or more than fit into memory; or
+            the excitation cannot drive the inputs.
     """
     step, duration = recipe.window.step, stream.duration
     if not 0.5 < duration / step < MOST_SAMPLES:
@@ -111,7 +123,10 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:
 
 
 def probe(recipe: Recipe, system: System) -> FloatArray:
-    """Outputs of a short motion, (PROBE_SAMPLES + 1, n_outputs): they change with the model.
+    """Simulate a short motion of the recipe, whose outputs change when the model changes.
+
+    Returns:
+        Outputs in their units, shape (PROBE_SAMPLES + 1, n_outputs).
 
     Raises:
         SimulationError: the system could not be simulated.
@@ -122,7 +137,10 @@ def probe(recipe: Recipe, system: System) -> FloatArray:
 
 
 def simulate_draw(system: System, drawn: Draw) -> Trajectory:
-    """Simulate a drawn trajectory; its burn-in is left out.
+    """Simulate a drawn trajectory and leave its burn-in out.
+
+    Returns:
+        The trajectory: N inputs and N + 1 outputs, in the units of the signals.
 
     Raises:
         SimulationError: the system could not be simulated.

@@ -1,4 +1,7 @@
-"""Generation of trajectories on any executor, resumable at any moment."""
+"""All trajectories of a recipe are made here, on any executor.
+
+A generation may be killed at any moment: the next one makes what is missing.
+"""
 
 from __future__ import annotations
 
@@ -22,16 +25,17 @@ def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress)
     """Make all trajectories of a recipe that its store does not hold yet.
 
     Args:
-        path: the Zarr store.
-        executor: where to simulate; see ``slide_fmu.data.pool``.
-        progress: told at the start and after every trajectory.
+        recipe: what to simulate, and how many trajectories each split has.
+        path: place of the Zarr store; it is created where there is none.
+        executor: where to simulate, for example that of ``slide_fmu.data.pool``.
+        progress: is called at the start and after every trajectory.
 
     Returns:
-        Number of trajectories made.
+        The number of trajectories that this call has made.
 
     Raises:
-        StoreError: the store belongs to another recipe.
-        SimulationError: the system could not be simulated; what is done stays done.
+        StoreError: the store belongs to another recipe or model.
+        SimulationError: the system could not be simulated; trajectories in the store stay there.
     """
     system = recipe_system(recipe)
     n_samples = round(recipe.data.duration / recipe.window.step)
@@ -46,6 +50,7 @@ def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress)
     total = sum(counts.values())
     done = total - len(jobs)
     progress(done, total)
+    # plain JSON crosses to the workers: it pickles on every executor and is cheap to compare
     text = json.dumps(recipe.model_dump(mode="json"), sort_keys=True)
     futures = [executor.submit(_generate_one, text, str(path), *job) for job in jobs]
     try:
@@ -60,7 +65,10 @@ def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress)
 
 
 class _Worker(threading.local):
-    """The recipe and the system that a worker made last: a thread steps no other's system."""
+    """A worker keeps the recipe and the system that it made last, one for each thread.
+
+    Systems are costly to build and hold a state: two threads must not step the same one.
+    """
 
     made: tuple[str, Recipe, System] | None = None
 

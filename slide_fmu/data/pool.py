@@ -1,4 +1,4 @@
-"""Worker processes that simulate."""
+"""Worker processes simulate in parallel; they never outlive the process that started them."""
 
 from __future__ import annotations
 
@@ -17,12 +17,17 @@ def process_pool(
     set_up: Callable[..., object] | None = None,
     arguments: tuple[Any, ...] = (),
 ) -> Iterator[Executor]:
-    """A process pool whose workers end with their parent, however it ends.
+    """Open a process pool whose workers end with their parent, however it ends.
 
     Args:
         workers: number of processes; one per core if None.
-        set_up: called in every worker before its work, with ``arguments``.
+        set_up: is called once in every worker, before its work.
+        arguments: what ``set_up`` is called with; they must be picklable.
+
+    Yields:
+        The pool; it is shut down at the end of the ``with`` block.
     """
+    # "spawn": a forked worker would inherit threads and solver states in an undefined condition
     context = multiprocessing.get_context("spawn")
     count = workers or os.cpu_count() or 1
     with ProcessPoolExecutor(
@@ -40,6 +45,7 @@ def _start(set_up: Callable[..., object] | None, arguments: tuple[Any, ...]) -> 
 def _end_with_parent() -> None:
     parent = multiprocessing.parent_process()
 
+    # a parent that is killed shuts no pool down: each worker watches for its end by itself
     def wait() -> None:
         if parent is not None:
             parent.join()

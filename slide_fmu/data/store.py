@@ -1,8 +1,9 @@
-"""The trajectory store: one Zarr group per run, one chunk per trajectory.
+"""The trajectory store is one Zarr group per run, with one chunk per trajectory.
 
-Trajectories are written by several processes: each writes whole chunks of its own and sets the
+Several processes write trajectories at once: each writes whole chunks of its own and sets the
 trajectory's ``done`` flag last. A process that dies leaves a trajectory without its flag, which
-is then made again.
+is then made again. The store keeps a fingerprint of the recipe and a short motion of the model, so
+that data of other values, or of a model that has changed since, is refused.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 
 SAME = 1e-6
-"""Difference of a motion that another processor may make, relative to its largest value."""
+"""Motions that differ by less than this part of their largest value count as the same: processors
+differ in the last digits."""
 
 
 class StoreError(ValueError):
@@ -34,12 +36,13 @@ class StoreError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Split:
-    """All trajectories of one split.
+    """A split holds trajectories of equal length, as arrays.
 
     Attributes:
-        inputs: shape (n_trajectories, N, n_inputs), in the inputs' units.
-        outputs: shape (n_trajectories, N + 1, n_outputs), in the outputs' units.
-        kinds: index of each trajectory's excitation in the recipe, shape (n_trajectories,).
+        inputs: inputs in their units, shape (n_trajectories, N, n_inputs).
+        outputs: outputs in their units, shape (n_trajectories, N + 1, n_outputs).
+        kinds: index of each trajectory's excitation in the recipe's mix, shape
+            (n_trajectories,).
     """
 
     inputs: FloatArray
@@ -49,7 +52,13 @@ class Split:
 
 @dataclass(frozen=True)
 class Layout:
-    """Shapes of the store's arrays."""
+    """A layout gives the shapes of the store's arrays.
+
+    Attributes:
+        n_samples: number N of samples of a trajectory; it has N + 1 outputs.
+        n_inputs: number of inputs.
+        n_outputs: number of outputs.
+    """
 
     n_samples: int
     n_inputs: int
@@ -57,9 +66,10 @@ class Layout:
 
 
 def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
-    """What the data depends on: a store made from other values is not used.
+    """Return the values of a recipe that its data depend on, as plain JSON values.
 
-    Numbers of trajectories are not part of it: a store may hold more than a recipe reads.
+    A store that was made from other values is not used. Numbers of trajectories are no part of
+    the fingerprint: a store may hold more than a recipe reads.
     """
     fingerprint = {
         "system": recipe.system.model_dump(mode="json", exclude={"reference"}),
@@ -73,12 +83,16 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
 
 
 def open_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray) -> None:
-    """Create the store, or make room in the one at ``path`` for what the recipe has more.
+    """Create the store, or make room at ``path`` for the trajectories that the recipe has more.
 
     A store that has room is not written to. Two programs must not make room at the same moment.
 
     Args:
-        probe: outputs of a short motion, by which a changed model is noticed.
+        path: place of the store.
+        recipe: what the data depend on, and the number of trajectories of each split.
+        layout: shapes of the arrays.
+        probe: outputs of the short motion of ``slide_fmu.data.draws.probe``, shape
+            (PROBE_SAMPLES + 1, n_outputs), by which a changed model is noticed.
 
     Raises:
         StoreError: the store is damaged, or was made from another recipe or model; nothing is
@@ -92,7 +106,7 @@ def open_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray) ->
     if both != found:
         _group(path, "r+").attrs["fingerprint"] = both
     for split in SPLITS:
-        with _damage_told(path, split):
+        with _damage_reported(path, split):
             _make_room(_group(path, "r+"), split, recipe.count(split))
 
 
@@ -104,7 +118,10 @@ def _make_room(group: Any, split: str, count: int) -> None:
 
 
 def _create_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray) -> None:
-    """Create a store beside its place, then move it there; the first of several to do so wins."""
+    """Create a store beside its place, then move it there: a store is whole or not there.
+
+    The first of several programs that do so wins; the others use its store.
+    """
     attributes = {"fingerprint": data_fingerprint(recipe), "probe": probe.tolist()}
     number = f"{os.getpid()}.{threading.get_ident()}"
     temporary = path.with_name(f"{path.name}.{number}")
@@ -120,21 +137,25 @@ def _create_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray)
 
 
 def require_origin(path: Path, recipe: Recipe, probe: FloatArray) -> None:
-    """Refuse a store that was made from another recipe, or from a model that was another then.
+    """Refuse a store that was made from another recipe, or from a model that has changed since.
 
     Recipes with and without error estimator may share a store.
 
     Args:
-        probe: outputs that the model gives now on the short motion of ``open_store``.
+        path: place of the store.
+        recipe: what the data must have been made from.
+        probe: outputs that the model gives now on the short motion of ``open_store``, shape
+            (PROBE_SAMPLES + 1, n_outputs).
 
     Raises:
-        StoreError: with the first value that differs; or there is no store.
+        StoreError: there is no store, a value differs (the message names the first that does),
+            or the model gives other outputs.
     """
     if not path.exists():
         raise StoreError(f"no data at {path}; generate it first (slide-fmu generate RECIPE)")
     attributes, wanted = _attributes(path), data_fingerprint(recipe)
     found = attributes["fingerprint"]
-    if set(found["data"]) & set(SPLITS):  # the numbers of trajectories: of an earlier version
+    if set(found["data"]) & set(SPLITS):  # only earlier versions kept numbers of trajectories
         if "estimator" in found:
             raise StoreError(
                 f"{path} was made by an earlier version, which drew the error estimator's "
@@ -142,6 +163,7 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray) -> None:
                 "--overwrite)"
             )
         found["data"] = {k: value for k, value in found["data"].items() if k not in SPLITS}
+    # a store without trajectories for an estimator gets them later, in streams of their own
     for one, other in ((found, wanted), (wanted, found)):
         if "estimator" not in one:
             other.pop("estimator", None)
@@ -162,7 +184,10 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray) -> None:
 
 
 def remove_store(path: Path) -> None:
-    """Remove a store; one that is removed in part is never taken for a store."""
+    """Remove a store, if there is one.
+
+    It is renamed first, so that a store that is removed in part is never taken for a store.
+    """
     doomed = path.with_name(f"{path.name}.removed")
     shutil.rmtree(doomed, ignore_errors=True)
     if path.exists():
@@ -171,12 +196,21 @@ def remove_store(path: Path) -> None:
 
 
 def missing_trajectories(path: Path, split: str, count: int | None = None) -> list[int]:
-    """Those of the split's first trajectories that are not yet in the store.
+    """List which of the split's first trajectories are not yet in the store.
 
     Args:
-        count: number of them; all that the store has room for if None.
+        path: place of the store.
+        split: name of the split.
+        count: how many of the first trajectories are looked at; all that the store has room for
+            if None.
+
+    Returns:
+        Indices of the missing trajectories, ascending.
+
+    Raises:
+        StoreError: the store is damaged.
     """
-    with _damage_told(path, split):
+    with _damage_reported(path, split):
         done = np.asarray(_group(path, "r")[f"{split}/done"][:count])
     wanted = range(len(done) if count is None else count)
     return [index for index in wanted if index >= len(done) or not done[index]]
@@ -185,7 +219,15 @@ def missing_trajectories(path: Path, split: str, count: int | None = None) -> li
 def write_trajectory(
     path: Path, split: str, index: int, trajectory: Trajectory, kind: int
 ) -> None:
-    """Write one trajectory, its flag last. Other trajectories may be written at the same time."""
+    """Write one trajectory, its flag last; others may be written at the same time.
+
+    Args:
+        path: place of the store.
+        split: name of the split.
+        index: number of the trajectory in the split, from 0.
+        trajectory: N inputs and N + 1 outputs, in the units of the signals.
+        kind: index of its excitation in the recipe's mix.
+    """
     group = _group(path, "r+")
     group[f"{split}/inputs"][index] = trajectory.inputs
     group[f"{split}/outputs"][index] = trajectory.outputs
@@ -197,7 +239,10 @@ def read_split(path: Path, split: str, count: int | None = None) -> Split:
     """Read the first trajectories of a split.
 
     Args:
-        count: number of them; all that the store has room for if None.
+        path: place of the store.
+        split: name of the split.
+        count: how many of the first trajectories are read; all that the store has room for if
+            None.
 
     Raises:
         StoreError: there is no store, trajectories are missing, or a file is damaged.
@@ -212,12 +257,13 @@ def read_split(path: Path, split: str, count: int | None = None) -> Split:
             f"{path}: {len(missing)} of {wanted} trajectories of split {split!r} are missing; "
             "generate again to complete it (slide-fmu generate RECIPE)"
         )
-    with _damage_told(path, split):
+    with _damage_reported(path, split):
         read = Split(
             np.asarray(group[f"{split}/inputs"][:count]),
             np.asarray(group[f"{split}/outputs"][:count]),
             np.asarray(group[f"{split}/kinds"][:count], dtype=np.int64),
         )
+        # a chunk whose file is lost reads as the fill value, which is not a number
         for values in (read.inputs, read.outputs):
             broken = np.flatnonzero(~np.isfinite(values).all(axis=(1, 2)))
             if broken.size:
@@ -226,7 +272,8 @@ def read_split(path: Path, split: str, count: int | None = None) -> Split:
 
 
 @contextlib.contextmanager
-def _damage_told(path: Path, split: str) -> Iterator[None]:
+def _damage_reported(path: Path, split: str) -> Iterator[None]:
+    """Turn what Zarr raises on damaged files into a StoreError with the remedy."""
     try:
         yield
     except (RuntimeError, ValueError, KeyError) as error:
@@ -250,6 +297,7 @@ def _attributes(path: Path) -> dict[str, Any]:
 
 
 def _create_split(group: Any, count: int, layout: Layout) -> None:
+    """Create the arrays of a split: not a number where nothing is written, and no flag set."""
     n_samples = layout.n_samples
     shapes = {
         "inputs": (count, n_samples, layout.n_inputs),
@@ -264,6 +312,7 @@ def _create_split(group: Any, count: int, layout: Layout) -> None:
 
 
 def _first_difference(found: Any, wanted: Any, place: str = "") -> str | None:
+    """Name the first value, in the order of the keys, that differs; None if none does."""
     if isinstance(found, dict) and isinstance(wanted, dict):
         for key in sorted({*found, *wanted}):
             name = f"{place}.{key}" if place else str(key)

@@ -1,4 +1,5 @@
 """This room draws inputs; each module has one kind of excitation.
 
-No system is known here; a kind knows the ranges of the inputs and a random generator.
+No system is known here. A kind of excitation knows the signals of the inputs, the sample times and
+a random generator, and it gives the same inputs whenever these are the same.
 """

@@ -1,4 +1,7 @@
-"""What all kinds of excitation share: a weight in the mix, and how their inputs are drawn."""
+"""All kinds of excitation share what is here: a weight in the mix, and one method that draws.
+
+The annotated types are those of the fields that recipes set; pydantic checks them.
+"""
 
 from __future__ import annotations
 
@@ -24,30 +27,44 @@ def _ordered_counts(pair: tuple[int, int]) -> tuple[int, int]:
 
 
 PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+"""The value is a finite number above 0."""
 Share = Annotated[float, Field(ge=0, le=1)]
+"""The value is a share or a probability, from 0 to 1."""
 Range = Annotated[tuple[float, float], AfterValidator(_ordered)]
+"""The value is a range: its lower and its upper end, neither of them negative."""
 PositiveRange = Annotated[tuple[PositiveFloat, PositiveFloat], AfterValidator(_ordered)]
+"""The value is a range whose ends are both above 0, the lower end first."""
 CountRange = Annotated[
     tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]],
     AfterValidator(_ordered_counts),
 ]
+"""The value is a range of whole numbers from 1, and both ends belong to it."""
 
 
 class Kind(BaseModel, abc.ABC):
-    """A kind of excitation with its weight in the mix. Interface: never instantiated."""
+    """One kind of excitation draws all inputs of a trajectory. Interface: never instantiated.
+
+    Subclasses are final. Each has a field ``kind`` with its name in recipes.
+
+    Attributes:
+        weight: how often this kind is drawn, relative to the weights of the others in the mix.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
     weight: float = Field(gt=0)
 
     def check(self, signals: tuple[Signal, ...]) -> None:
-        """Refuse inputs that this kind cannot drive.
+        """Refuse inputs that this kind cannot drive; a kind without conditions accepts all.
+
+        Args:
+            signals: the inputs of the system, in channel order.
 
         Raises:
-            ValueError: with what is wrong and the remedy.
+            ValueError: the inputs do not suit the kind; the message says why, and the remedy.
         """
 
     def settings(self) -> dict[str, str]:
-        """The values beside kind and weight by their names, as people read them."""
+        """Return the fields beside ``kind`` and ``weight`` by name, as text for reports."""
         fields = type(self).model_fields
         chosen = {name: value for name, value in self if name not in ("kind", "weight")}
         return {
@@ -66,17 +83,18 @@ class Kind(BaseModel, abc.ABC):
         """Draw one realisation for all inputs together.
 
         Args:
-            signals: the inputs; ``check`` has passed them.
+            signals: the inputs in channel order; ``check`` has accepted them.
             time: sample times in s, evenly spaced, shape (N,).
-            factor: on the amplitude; every kind says what it multiplies.
+            factor: amplitude factor; every kind says what it multiplies.
+            rng: the only source of randomness.
 
         Returns:
-            Inputs in their units, shape (N, n_inputs).
+            Inputs in the units of their signals, time first, then channel: shape (N, n_inputs).
         """
 
 
 def _as_text(value: object, is_list: bool) -> str:
-    """A value of a kind; two numbers that are no list are a range."""
+    """Write a value of a field; two numbers whose type is no list of any length are a range."""
     if isinstance(value, tuple):
         return (", " if is_list else " .. ").join(str(item) for item in value) or "none"
     if isinstance(value, bool):

@@ -1,6 +1,7 @@
-"""Excitations that draw every input on its own.
+"""These kinds of excitation draw every input on its own, independent of the others.
 
-Each kind gives normalised signals: -1 and 1 are the ends of the input's range.
+Each kind gives one normalised channel at a time: -1 and 1 are the ends of the input's range. What
+lies beyond them is clipped.
 """
 
 from __future__ import annotations
@@ -16,17 +17,26 @@ from slide_fmu.excitation.base import CountRange, Kind, PositiveRange, Range
 
 
 class ChannelKind(Kind):
-    """What these kinds share: the range of the amplitude. Interface: never instantiated.
+    """A channel kind draws each input on its own. Interface: never instantiated.
 
     Attributes:
-        amplitude: range of the factor on the normalised signal, drawn uniformly for each input.
+        amplitude: range of the factor on the normalised signal; the factor is drawn uniformly,
+            for each input anew.
     """
 
     amplitude: Range = (1.0, 1.0)
 
     @abc.abstractmethod
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """One normalised channel at the sample times, shape (N,)."""
+        """Draw one normalised channel.
+
+        Args:
+            time: sample times in s, evenly spaced, shape (N,).
+            rng: the only source of randomness.
+
+        Returns:
+            Values at the sample times, shape (N,); -1 and 1 are the ends of the input's range.
+        """
 
     def inputs(
         self,
@@ -35,9 +45,12 @@ class ChannelKind(Kind):
         factor: float,
         rng: np.random.Generator,
     ) -> FloatArray:
-        """All channels, independent, clipped to ``factor`` times the range, shape (N, n_inputs).
+        """Draw all channels, independent of each other, clipped to ``factor`` times the range.
 
-        A normalised value v means middle + half range * factor * v.
+        A normalised value v stands for the middle of the range plus half the range * factor * v.
+
+        Returns:
+            Inputs in the units of their signals, shape (N, n_inputs).
         """
         columns = []
         for signal in signals:
@@ -48,69 +61,89 @@ class ChannelKind(Kind):
 
 
 class HeldRandom(ChannelKind):
-    """Independent uniform values, each held for a random number of samples."""
+    """The input takes independent uniform values, each for a random number of samples.
+
+    Attributes:
+        samples: range of the number of samples, both ends included; (1, 1) is white noise.
+    """
 
     kind: Literal["held_random"]
     samples: CountRange = (1, 1)
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """One channel at the sample times."""
+        """Draw one normalised channel at the sample times in s, both of shape (N,)."""
         count = len(time)
         lengths = rng.integers(self.samples[0], self.samples[1] + 1, count)
         return np.repeat(rng.uniform(-1, 1, count), lengths)[:count]
 
 
 class MovingAverageRandom(ChannelKind):
-    """Uniform random values, weighted over successive samples (the paper authors' code).
+    """The input is uniform white noise through a FIR filter, as in the code of the paper.
 
-    ``coefficients[0]`` weighs the newest value.
+    Attributes:
+        coefficients: the filter's impulse response; ``coefficients[0]`` weighs the newest value.
     """
 
     kind: Literal["moving_average_random"]
     coefficients: tuple[float, ...] = Field(min_length=1)
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """One channel at the sample times."""
+        """Draw one normalised channel at the sample times in s, both of shape (N,)."""
         values = rng.uniform(-1, 1, len(time) + len(self.coefficients) - 1)
         return np.convolve(values, self.coefficients, mode="valid")
 
 
 class Harmonic(ChannelKind):
-    """One sine with uniform angular frequency in rad/s and random phase."""
+    """The input is one sine of random frequency and phase.
+
+    Attributes:
+        angular_frequency: range in rad/s from which the frequency is drawn uniformly.
+    """
 
     kind: Literal["harmonic"]
     angular_frequency: PositiveRange
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """One channel at the sample times."""
+        """Draw one normalised channel at the sample times in s, both of shape (N,)."""
         frequency = rng.uniform(*self.angular_frequency)
         return np.asarray(np.sin(frequency * time + rng.uniform(-np.pi, np.pi)))
 
 
 class Sweep(ChannelKind):
-    """A sine whose angular frequency runs linearly through the range, up or down."""
+    """The input is a linear sweep: its frequency runs once through a range, up or down by chance.
+
+    Attributes:
+        angular_frequency: range in rad/s; the record begins at one end and ends at the other.
+    """
 
     kind: Literal["sweep"]
     angular_frequency: PositiveRange
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """One channel at the sample times."""
+        """Draw one normalised channel at the sample times in s, both of shape (N,)."""
         first, last = self.angular_frequency[:: 1 if rng.random() < 0.5 else -1]
-        rate = (last - first) / (time[-1] - time[0] + 1e-12)
+        rate = (last - first) / (time[-1] - time[0] + 1e-12)  # a record may be one sample long
         elapsed = time - time[0]
         phase = rng.uniform(-np.pi, np.pi) + first * elapsed + 0.5 * rate * elapsed**2
         return np.asarray(np.sin(phase))
 
 
 class Multisine(ChannelKind):
-    """A sum of sines with random frequencies in rad/s and phases; the amplitude is its RMS."""
+    """The input is a sum of sines of random frequencies and phases.
+
+    Its RMS is one over a long record, so that ``amplitude`` sets the RMS and not the peak.
+
+    Attributes:
+        angular_frequency: range in rad/s from which all frequencies are drawn uniformly.
+        components: range of the number of sines, both ends included.
+    """
 
     kind: Literal["multisine"]
     angular_frequency: PositiveRange
     components: CountRange = (8, 20)
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """One channel at the sample times."""
+        """Draw one normalised channel at the sample times in s, both of shape (N,)."""
         count = int(rng.integers(self.components[0], self.components[1] + 1))
         frequency = rng.uniform(*self.angular_frequency, count)
         phase = rng.uniform(-np.pi, np.pi, count)
@@ -119,25 +152,34 @@ class Multisine(ChannelKind):
 
 
 class Steps(ChannelKind):
-    """Uniform levels, each held for a random duration in s."""
+    """The input steps between uniform random levels.
+
+    Attributes:
+        duration: range in s of the time for which a level stays.
+    """
 
     kind: Literal["steps"]
     duration: PositiveRange
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """One channel at the sample times."""
+        """Draw one normalised channel at the sample times in s, both of shape (N,)."""
         edges = _edges(time, self.duration, rng)
         return rng.uniform(-1, 1, len(edges) + 1)[np.searchsorted(edges, time, side="right")]
 
 
 class Rest(ChannelKind):
-    """Held random values that alternate with rest (input 0); durations of both in s."""
+    """The input alternates between uniform white noise and rest.
+
+    Attributes:
+        duration: range in s of the length of every part, with noise or at rest. At rest the
+            normalised value is 0: the input stays in the middle of its range.
+    """
 
     kind: Literal["rest"]
     duration: PositiveRange
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """One channel at the sample times."""
+        """Draw one normalised channel at the sample times in s, both of shape (N,)."""
         edges = _edges(time, self.duration, rng)
         active = np.searchsorted(edges, time, side="right") % 2 == 0
         return np.where(active, rng.uniform(-1, 1, len(time)), 0.0)
@@ -146,6 +188,6 @@ class Rest(ChannelKind):
 def _edges(
     time: FloatArray, duration: tuple[float, float], rng: np.random.Generator
 ) -> FloatArray:
-    """Random switching times from the first sample time on, durations uniform in a range."""
+    """Draw switching times in s, shape (n,), at least until the last sample time."""
     count = int((time[-1] - time[0]) / duration[0]) + 1
     return np.asarray(time[0] + np.cumsum(rng.uniform(*duration, count)))

@@ -1,4 +1,7 @@
-"""The kinds of excitation that a recipe may mix, and drawing from the mix."""
+"""A recipe mixes kinds of excitation: this module lists them and draws from the mix.
+
+A new kind is added to ``Excitation``; nothing else lists them.
+"""
 
 from __future__ import annotations
 
@@ -34,6 +37,7 @@ Excitation = Annotated[
     | PointToPoint,
     Field(discriminator="kind"),
 ]
+"""The value is one entry of a recipe's mix; its ``kind`` says which class reads it."""
 
 
 def draw_inputs(
@@ -43,15 +47,17 @@ def draw_inputs(
     factor: float,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """Draw one realisation of an excitation.
+    """Draw one realisation of an excitation, after a check that it suits the inputs.
 
     Args:
-        signals: the inputs.
+        kind: the excitation.
+        signals: the inputs of the system, in channel order.
         time: sample times in s, evenly spaced, shape (N,).
-        factor: on the amplitude; above 1 the inputs leave their range, or move faster.
+        factor: amplitude factor; above 1 the inputs leave their range, or move faster.
+        rng: the only source of randomness.
 
     Returns:
-        Inputs in their units, shape (N, n_inputs).
+        Inputs in the units of their signals, time first, then channel: shape (N, n_inputs).
 
     Raises:
         ValueError: the kind cannot drive these inputs.
@@ -61,15 +67,16 @@ def draw_inputs(
 
 
 def choose_kind(kinds: Sequence[Kind], rng: np.random.Generator) -> int:
-    """Draw the index of a kind by the weights."""
+    """Draw the index of a kind, with probabilities in proportion to the weights."""
     weights = np.array([kind.weight for kind in kinds])
     return int(rng.choice(len(kinds), p=weights / weights.sum()))
 
 
 def names_of(kinds: Sequence[Kind]) -> list[str]:
-    """Names that tell the excitations of a recipe apart, in its order.
+    """Return one name for each excitation of a recipe, in its order, all different.
 
-    The kind alone where there is one of it, else with the number of the excitation, from 1.
+    The name is the kind alone where the recipe has one of that kind; else the position of the
+    excitation in the mix, counted from 1, follows it.
     """
     found = [str(getattr(kind, "kind", type(kind).__name__)) for kind in kinds]
     return [

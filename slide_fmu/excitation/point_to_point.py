@@ -1,4 +1,8 @@
-"""Point-to-point motion of all joints of a machine, synchronous, with trapezoidal speed."""
+"""All joints of a machine move from point to point, synchronous, with trapezoidal speed.
+
+This is the excitation of the paper's robot (section "Spatial 6R manipulator on a flexible
+socket"), with limits, pauses and joints at rest added.
+"""
 
 from __future__ import annotations
 
@@ -20,18 +24,23 @@ def _half_at_most(pair: tuple[float, float]) -> tuple[float, float]:
 
 
 Ramp = Annotated[PositiveRange, AfterValidator(_half_at_most)]
+"""The value is a range of the share of a move that each of its two accelerated phases takes."""
 Limits = tuple[PositiveFloat, ...]
+"""The value holds one limit for each joint, in the inputs' order, or nothing."""
 
 
 @dataclass(frozen=True, eq=False)
 class Moves:
-    """Moves one after the other, at rest before, between and after them.
+    """Moves follow one after the other; the joints rest before, between and after them.
 
     Attributes:
-        start: times at which they start in s, shape (n_moves,); times between them are dwells.
-        duration: in s, shape (n_moves,).
-        ramp: share of the duration of speeding up, and of slowing down, shape (n_moves,).
-        positions: before each move and after the last, shape (n_moves + 1, n_joints).
+        start: time in s at which each move starts, shape (n_moves,). The time between the end
+            of a move and the start of the next is a dwell.
+        duration: duration of each move in s, shape (n_moves,).
+        ramp: share of the duration in which a move speeds up, and again in which it slows down,
+            shape (n_moves,).
+        positions: positions of the joints before each move and after the last one, in the
+            joints' units, shape (n_moves + 1, n_joints).
     """
 
     start: FloatArray
@@ -40,7 +49,11 @@ class Moves:
     positions: FloatArray
 
     def at(self, time: FloatArray) -> FloatArray:
-        """Positions at times in s, not before the first move, shape (N, n_joints)."""
+        """Return the positions at times in s, shape (N,), none before the first move.
+
+        Returns:
+            Positions in the joints' units, shape (N, n_joints).
+        """
         move = np.searchsorted(self.start, time, side="right") - 1
         phase = np.minimum((time - self.start[move]) / self.duration[move], 1.0)
         way = trapezoid_way(phase, self.ramp[move])[:, None]
@@ -48,7 +61,14 @@ class Moves:
 
 
 def trapezoid_way(phase: FloatArray, ramp: FloatArray) -> FloatArray:
-    """Part of the way done, 0 .. 1, at a phase 0 .. 1 of a move with trapezoidal speed."""
+    """Return the part of the way that a move with trapezoidal speed has done, 0 .. 1.
+
+    Args:
+        phase: elapsed part of the move's duration, 0 .. 1, shape (N,).
+        ramp: share of the duration of either phase of acceleration, above 0 and at most 0.5,
+            shape (N,).
+    """
+    # the second half mirrors the first, so that one formula serves speeding up and slowing down
     mirrored = np.minimum(phase, 1 - phase)
     ramped = mirrored**2 / (2 * ramp * (1 - ramp))
     half = np.where(mirrored < ramp, ramped, (mirrored - ramp / 2) / (1 - ramp))
@@ -72,7 +92,7 @@ class PointToPoint(Kind):
         speed: limit of each joint's speed, in its unit per s; none if empty. Moves that would
             break a limit take longer.
         acceleration: limit of each joint's acceleration, in its unit per s^2; none if empty.
-        reach: part of each joint's range, about its middle, in which targets are drawn.
+        reach: part of each joint's range, about its middle, in which target positions are drawn.
         keep: share of the moves in which a random number of random joints, at least one and
             perhaps all, keep their position.
         single: share of the moves in which one random joint moves alone.
@@ -103,7 +123,11 @@ class PointToPoint(Kind):
         return self
 
     def check(self, signals: tuple[Signal, ...]) -> None:
-        """One limit for every input, where there are limits."""
+        """Refuse limits that are not one for each input.
+
+        Raises:
+            ValueError: the number of limits is neither 0 nor that of the inputs.
+        """
         for name, limits in (("speed", self.speed), ("acceleration", self.acceleration)):
             if limits and len(limits) != len(signals):
                 raise ValueError(
@@ -119,14 +143,20 @@ class PointToPoint(Kind):
         factor: float,
         rng: np.random.Generator,
     ) -> FloatArray:
-        """Positions of all joints at the sample times, shape (N, n_joints)."""
+        """Draw the positions of all joints at the sample times, shape (N, n_joints)."""
         elapsed = factor * (time - time[0])
         moves = self.moves(signals, float(elapsed[-1]), rng)
         low, high = _ends(signals)
-        return np.clip(moves.at(elapsed), low, high)  # the last digit of a sum
+        return np.clip(moves.at(elapsed), low, high)  # rounding may put a target's last digit out
 
     def moves(self, signals: tuple[Signal, ...], until: float, rng: np.random.Generator) -> Moves:
-        """Moves that cover the time from 0 to ``until``, in s, at factor 1."""
+        """Draw moves that cover the time from 0 to ``until`` in s, at amplitude factor 1.
+
+        Args:
+            signals: the joints' positions, in channel order.
+            until: end of the time in s.
+            rng: the only source of randomness.
+        """
         position = self._target(signals, rng)
         positions = [position]
         starts: list[float] = []
@@ -139,7 +169,7 @@ class PointToPoint(Kind):
             )
             ramp = rng.uniform(*self.ramp)
             duration = self._stretched(rng.uniform(*self.duration), ramp, positions[-1] - position)
-            if not starts and self.random_start:
+            if not starts and self.random_start:  # so that records do not all begin at rest
                 clock = -rng.uniform(0, duration)
             positions.append(position)
             starts.append(clock)
@@ -155,7 +185,7 @@ class PointToPoint(Kind):
         return np.asarray(rng.uniform(middle - half_range, middle + half_range))
 
     def _moving(self, count: int, rng: np.random.Generator) -> NDArray[np.bool_]:
-        """Which joints move, booleans of shape (n_joints,)."""
+        """Draw which joints move, as booleans of shape (n_joints,)."""
         choice, order = rng.random(), rng.permutation(count)
         if choice < self.single:
             return np.asarray(order == 0)
@@ -163,7 +193,11 @@ class PointToPoint(Kind):
         return np.asarray(order >= kept)
 
     def _stretched(self, duration: float, ramp: float, way: FloatArray) -> float:
-        """The duration of a move, or the least one that keeps all limits."""
+        """Return the duration of a move in s, or the least one that keeps all limits.
+
+        A joint that goes the way w in the time T with the ramp r has the peak speed
+        w / ((1 - r) T) and the acceleration w / (r (1 - r) T^2).
+        """
         needed = [duration]
         if self.speed:
             needed += list(np.abs(way) / (1 - ramp) / self.speed)
@@ -173,5 +207,5 @@ class PointToPoint(Kind):
 
 
 def _ends(signals: tuple[Signal, ...]) -> tuple[FloatArray, FloatArray]:
-    """Lower and upper ends of the ranges, shape (n_inputs,) each."""
+    """Return the lower and the upper ends of the ranges, shape (n_inputs,) each."""
     return np.array([s.low for s in signals]), np.array([s.high for s in signals])

@@ -1,4 +1,8 @@
-"""A rotation whose speed goes up and down in ramps, for inputs that are cosine and sine."""
+"""A rotation speeds up and slows down in ramps; the inputs are its cosine and sine.
+
+This is the excitation of the paper's crank (section "Planar flexible slider-crank"); its defaults
+for the phases are those of the paper.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,7 @@ from slide_fmu.excitation.base import CountRange, Kind, PositiveFloat, Share
 
 
 class SpeedRamps(Kind):
-    """Phases of constant angular acceleration of one angle; the inputs are its cosine and sine.
+    """One angle moves in phases of constant acceleration; the inputs are its cosine and sine.
 
     The speed is continuous and stays at its limit where a phase would leave it. The motion starts
     at a random angle and speed, inside a phase. The amplitude factor multiplies the limits of
@@ -20,12 +24,12 @@ class SpeedRamps(Kind):
 
     Attributes:
         speed: limit of the angular speed in rad/s.
-        acceleration: limit of the angular acceleration in rad/s^2, drawn uniformly within it.
+        acceleration: limit of the angular acceleration in rad/s^2; each phase draws its own
+            uniformly between minus and plus this limit.
         samples: range of the length of a phase in samples, both ends included.
         constant_speed: share of the phases without acceleration.
         noise: half the width of the uniform noise on the speed, relative to its limit. It is
-            added on the step behind every second sample, chosen at random; it is no part of the
-            limits.
+            added to about every second step, chosen at random; the limits do not hold for it.
         noise_share: share of the trajectories with noise.
     """
 
@@ -38,7 +42,11 @@ class SpeedRamps(Kind):
     noise_share: Share = 0.5
 
     def check(self, signals: tuple[Signal, ...]) -> None:
-        """Two inputs that may take all values of cosine and sine."""
+        """Refuse inputs that are not two, or that cannot take all values of cosine and sine.
+
+        Raises:
+            ValueError: the number of inputs is not 2, or a range does not hold -1 .. 1.
+        """
         names = [signal.name for signal in signals]
         if len(signals) != 2:
             raise ValueError(
@@ -60,12 +68,18 @@ class SpeedRamps(Kind):
         factor: float,
         rng: np.random.Generator,
     ) -> FloatArray:
-        """Cosine and sine of the angle at the sample times, shape (N, 2)."""
+        """Draw the cosine and the sine of the angle at the sample times, shape (N, 2)."""
         angle = self.angle(time, factor, rng)
         return np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
     def angle(self, time: FloatArray, factor: float, rng: np.random.Generator) -> FloatArray:
-        """The angle in rad at the sample times, shape (N,)."""
+        """Draw the angle in rad at the sample times, shape (N,); it is not wrapped to a turn.
+
+        Args:
+            time: sample times in s, evenly spaced, shape (N,).
+            factor: factor on the limits of speed and acceleration.
+            rng: the only source of randomness.
+        """
         count = len(time) - 1
         start = rng.uniform(-np.pi, np.pi)
         if count == 0:
@@ -80,16 +94,19 @@ class SpeedRamps(Kind):
         return start + np.concatenate([[0.0], np.cumsum(moved)])
 
     def _accelerations(self, count: int, rng: np.random.Generator) -> FloatArray:
-        """Angular acceleration over every step in rad/s^2, shape (count,), at factor 1."""
+        """Draw the acceleration over every step in rad/s^2, shape (count,), at factor 1."""
         lengths = rng.integers(self.samples[0], self.samples[1] + 1, count + 1)
         values = rng.uniform(-self.acceleration, self.acceleration, count + 1)
         values[rng.random(count + 1) < self.constant_speed] = 0.0
-        begun = rng.integers(lengths[0])
+        begun = rng.integers(lengths[0])  # the record starts somewhere inside the first phase
         return np.repeat(values, lengths)[begun : begun + count]
 
 
 def _clipped_sums(start: float, changes: FloatArray, limit: float) -> FloatArray:
-    """Running sum of changes, kept within +-limit at every one; shape (N + 1,)."""
+    """Return the running sum of changes, kept within +-limit at every one, shape (N + 1,).
+
+    Each clipped sum starts the next one, so there is no vectorised form.
+    """
     sums = np.empty(len(changes) + 1)
     sums[0] = start
     for k, change in enumerate(changes):
@@ -98,7 +115,17 @@ def _clipped_sums(start: float, changes: FloatArray, limit: float) -> FloatArray
 
 
 def _integral(speed: FloatArray, acceleration: FloatArray, step: float) -> FloatArray:
-    """Exact integral over every step of a speed that is held from where it meets its limit."""
+    """Integrate the speed over every step exactly; it stays constant once it meets its limit.
+
+    Args:
+        speed: at the samples in rad/s, shape (N + 1,).
+        acceleration: over the steps in rad/s^2, shape (N,), before the limit.
+        step: sample step in s.
+
+    Returns:
+        Angles in rad, shape (N,).
+    """
+    # a step changes its speed for ``changing`` s only, where the limit cuts the rest
     change = np.diff(speed)
     changing = np.divide(change, acceleration, out=np.zeros_like(change), where=change != 0)
     return speed[1:] * step - 0.5 * change * changing

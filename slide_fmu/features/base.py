@@ -2,37 +2,100 @@
 
 A set of features is a pure function of the newest input and the three before it. Its signals
 have names; a network picks those it needs by their roles. All are formed in float64: differences
-cancel.
+cancel. The sets are registered in ``sets.py``.
 """
 
 from __future__ import annotations
 
 import abc
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.byte_reader import Reader
+from slide_fmu.core.scaling import Affine
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.features.serial_chain import SerialChain
 
 BEFORE = 3
 """Inputs before the newest that features may depend on."""
+
+PullBack = Callable[[FloatArray], FloatArray]
+"""Reverse mode of a function at a point: from weights of its results to the gradient of their
+weighted sum, of the same shapes as results and arguments."""
+
+
+@dataclass(frozen=True, eq=False)
+class Offered:
+    """What a system offers to the sets of features.
+
+    Attributes:
+        inputs: the input signals, in channel order.
+        scaling: of the inputs.
+        step: sample step h in s.
+        chain: geometry and masses of the serial chain whose joint angles the inputs are; or None.
+    """
+
+    inputs: tuple[Signal, ...]
+    scaling: Affine
+    step: float
+    chain: SerialChain | None
 
 
 class Features(abc.ABC):
     """A set of features of scaled inputs. Interface; implementations are final.
 
     Attributes:
+        TITLE: the set's name for people.
+        NUMBER: the set's number in a surrogate file.
+        NAMES: names of all signals that the set can have, in their order.
+        CHANGES_OF: of signals that are the changes of others in a step, the names of those.
+        linear: whether the signals are a linear function of the inputs: they then change their
+            sign with them.
+        n_before: number of inputs before the newest that the signals depend on.
         n_channels: number of input channels.
         blocks: names of the signals in their order, with the number of each.
         centred: names of those whose mean is removed before they are scaled.
         bounded: names of those that lie within -1 and 1 anyway and are left as they are.
+        of_angle: whether the channels must be the cosine and sine of an angle.
     """
 
+    TITLE: ClassVar[str]
+    NUMBER: ClassVar[int]
+    NAMES: ClassVar[tuple[str, ...]]
+    CHANGES_OF: ClassVar[dict[str, str]] = {}
+    linear: ClassVar[bool] = False
+    n_before: int = BEFORE
     n_channels: int
     blocks: dict[str, int]
     centred: frozenset[str] = frozenset()
     bounded: frozenset[str] = frozenset()
+    of_angle: bool = False
+
+    @classmethod
+    @abc.abstractmethod
+    def of_system(cls, names: tuple[str, ...], offered: Offered) -> Features:
+        """The set on the inputs of a system, with the signals of some names among its own.
+
+        Raises:
+            ValueError: the system has not what the set needs.
+        """
+
+    @classmethod
+    @abc.abstractmethod
+    def read(cls, section: Reader, n_inputs: int) -> Features:
+        """Read what ``parameters`` wrote.
+
+        Raises:
+            ValueError: the bytes are no such set on so many inputs.
+        """
+
+    @abc.abstractmethod
+    def parameters(self) -> bytes:
+        """The bytes that follow the set's number in a surrogate file, little-endian."""
 
     @abc.abstractmethod
     def of(self, inputs: FloatArray) -> FloatArray:
@@ -43,6 +106,18 @@ class Features(abc.ABC):
 
         Returns:
             Shape (B, N, n_signals).
+        """
+
+    @abc.abstractmethod
+    def pull_back(self, inputs: FloatArray) -> PullBack:
+        """Reverse mode of ``of``, in float64.
+
+        Args:
+            inputs: as for ``of``.
+
+        Returns:
+            A function from weights of the signals, shape (B, N, n_signals), to the gradient of
+            their weighted sum with respect to the inputs, shape (B, N + BEFORE, n_channels).
         """
 
     @property

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import struct
+
 import numpy as np
 
+from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.features.base import BEFORE, Features
+from slide_fmu.features.base import BEFORE, Features, Offered, PullBack
 
 MAX_DIFFERENCES = 2
 """Highest order of the differences of inputs."""
@@ -21,7 +24,11 @@ class Differences(Features):
         ValueError: an order or a number of channels out of range.
     """
 
+    TITLE = "differences"
+    NUMBER = 1
     NAMES = ("inputs", "changes", "second_changes")
+    CHANGES_OF = {"changes": "inputs", "second_changes": "inputs"}  # noqa: RUF012 (never changed)
+    linear = True
     bounded = frozenset({"inputs"})
 
     def __init__(self, n_channels: int, order: int = 0) -> None:
@@ -31,7 +38,22 @@ class Differences(Features):
                 f"one input and differences from 0 to {MAX_DIFFERENCES}"
             )
         self.n_channels, self.order = n_channels, order
+        self.n_before = order
         self.blocks = dict.fromkeys(self.NAMES[: order + 1], n_channels)
+
+    @classmethod
+    def of_system(cls, names: tuple[str, ...], offered: Offered) -> Differences:
+        """Up to the highest order that is named."""
+        return cls(len(offered.inputs), max(cls.NAMES.index(name) for name in names))
+
+    @classmethod
+    def read(cls, section: Reader, n_inputs: int) -> Differences:
+        """Read the order."""
+        return cls(n_inputs, section.u32())
+
+    def parameters(self) -> bytes:
+        """u32 order."""
+        return struct.pack("<I", self.order)
 
     def of(self, inputs: FloatArray) -> FloatArray:
         """Inputs, first and second differences: (B, N + BEFORE, c) to (B, N, c (order + 1))."""
@@ -40,3 +62,27 @@ class Differences(Features):
             parts.append(np.diff(parts[-1], axis=1))
         count = inputs.shape[1] - BEFORE
         return np.concatenate([part[:, part.shape[1] - count :] for part in parts], axis=2)
+
+    def pull_back(self, inputs: FloatArray) -> PullBack:
+        """The transpose of the same sums, wherever the inputs are."""
+
+        def pull_back(weights: FloatArray) -> FloatArray:
+            gradient = np.zeros(inputs.shape)
+            for order, part in enumerate(np.split(weights, self.order + 1, axis=2)):
+                add_differences(part, order, gradient)
+            return gradient
+
+        return pull_back
+
+
+def add_differences(weights: FloatArray, order: int, gradient: FloatArray) -> None:
+    """Add what weights of backward differences give to the gradient of their samples.
+
+    Args:
+        weights: shape (B, N, ...).
+        order: of the differences, 0 to 2.
+        gradient: of the samples, shape (B, N + BEFORE, ...); changed.
+    """
+    for age, factor in enumerate(((1,), (1, -1), (1, -2, 1))[order]):
+        last = gradient.shape[1] - age
+        gradient[:, BEFORE - age : last] += factor * weights

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.features.base import Features
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.features.base import BEFORE, Features, PullBack
 
 
 class FeatureMap:
@@ -67,3 +68,27 @@ class FeatureMap:
         """
         signals = self.features.along(sequences)[:, :, list(self.chosen)]
         return ((signals - self.offset) / self.scale).astype(np.float32)
+
+    def pull_back(self, sequences: FloatArray) -> PullBack:
+        """Reverse mode of ``along``, in float64.
+
+        Args:
+            sequences: scaled inputs, shape (B, N, n_channels).
+
+        Returns:
+            A function from weights of the features, shape (B, N, n_signals), to the gradient of
+            their weighted sum with respect to the inputs, shape (B, N, n_channels).
+        """
+        padded = np.pad(sequences, ((0, 0), (BEFORE, 0), (0, 0)), mode="edge")
+        of_set = self.features.pull_back(padded)
+        chosen = list(zip(self.chosen, self.scale.tolist(), strict=True))
+
+        def pull_back(weights: FloatArray) -> FloatArray:
+            signals = np.zeros((*weights.shape[:2], self.features.n_signals))
+            for place, (signal, scale) in enumerate(chosen):
+                signals[:, :, signal] += weights[:, :, place] / scale
+            gradient = of_set(signals)
+            first = gradient[:, : BEFORE + 1].sum(axis=1, keepdims=True)
+            return np.concatenate([first, gradient[:, BEFORE + 1 :]], axis=1)
+
+        return pull_back

@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.features.differences import Differences
 from slide_fmu.fmu.libraries.build import BINARIES, TARGETS
 from slide_fmu.network.feed_forward import FeedForward
 from slide_fmu.network.state_space import StateSpace
@@ -216,8 +215,7 @@ def _share(
 
 
 def _sees_single_inputs(network: FeedForward) -> bool:
-    features = network.features.features
-    return isinstance(features, Differences) and features.order == 0
+    return network.features.features.n_before == 0
 
 
 def _record_behind(windows: FloatArray) -> tuple[FloatArray, int]:

@@ -1,4 +1,5 @@
 """This room trains networks in PyTorch, with progress and checkpoints.
 
-The only room that imports torch at the top of its modules. What it gives is a ``Surrogate``.
+No other room imports torch at the top of its modules. What a fit gives is a ``Surrogate``, which
+is data and needs no torch.
 """

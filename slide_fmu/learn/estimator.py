@@ -1,4 +1,10 @@
-"""The error estimator: a second network, trained with the surrogate fixed."""
+"""The error estimator is a second network, trained while the surrogate stays as it is.
+
+The paper's section "Error Estimation Network" has the method: the network learns the logarithm of
+the RMSE over an output window from the surrogate's inputs. A time-invariant estimator is an
+addition: one network gives mean and variance of the error at single samples, and the estimate is
+their moving RMS.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +19,8 @@ from slide_fmu.core.scaling import LogError
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.store import Split
-from slide_fmu.learn.family import seeded_generator
 from slide_fmu.learn.feature_choice import feature_map, require_odd
-from slide_fmu.learn.feed_forward import FeedForwardModule
+from slide_fmu.learn.feed_forward import FeedForwardModule, seeded_generator
 from slide_fmu.learn.training import History, Objective, ProgressOf, train
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.network.base import Float32Array
@@ -25,35 +30,34 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 
 POSITIONS, BLOCKS = "error at single samples", "error estimator"
-"""Names of the stages."""
+"""The stages have these names in the progress and in the figures."""
 HEADROOM = 0.1
-"""Decades between the largest error seen and the end of the map's range."""
-
+"""The map's range ends this many decades above the largest error seen."""
 
 LIMIT = 8.0
-"""Largest decimal exponent of a square: keeps single precision finite at the start."""
-
+"""A square of errors has at most this decimal exponent: single precision stays finite at first."""
 
 HUBER = 0.03
-"""Deviations of eps below count as their square, larger ones linearly: bursts do not rule all."""
+"""Deviations of eps count squared below this, linearly above it: bursts do not rule the fit."""
 ROUNDING = 1e-6
-"""Of a feature, that is of order one: two programs may differ by it in one that never changes."""
+"""Two programs may differ by this part of a feature's size (of one, at least) by rounding."""
 MARGIN = 0.05
-"""Of the range of a feature in the training, on both sides: what the estimator still knows."""
+"""The estimator counts as trained up to this part of a feature's range beyond either end."""
 OUTLIER = 4.0
-"""Standard deviations from which the likelihood of an error falls exponentially only."""
+"""The likelihood of an error falls only exponentially from this many standard deviations on."""
 AT_RESOLUTION = -1.0 + 1e-6
-"""A target eps up to here lies at the resolution: any smaller estimate is right too."""
+"""A target eps up to this value lies at the resolution: any smaller estimate is right too."""
 
 
 class EstimatorModule(torch.nn.Module):
-    """Evaluates one network along a stretch; gives the log of its moving RMS. Final.
+    """An estimator module evaluates one network along a stretch and gives its moving RMS. Final.
 
     Args:
-        network: gives eps of the features (B, n_samples, n_features) it sees, or mu and eps.
-        positions: evaluations that one RMS is made of, each one sample later; 1: the network sees
-            the whole window.
-        log_error: map between eps and relative errors.
+        network: gives eps of the features (B, n_samples, n_features) that it sees, or the mean
+            and eps.
+        positions: number of evaluations that one RMS is made of, each one sample later; with 1
+            the network sees the whole window.
+        log_error: map between eps and relative errors (paper, eq. logmapping).
         n_outputs: number of outputs.
     """
 
@@ -65,13 +69,13 @@ class EstimatorModule(torch.nn.Module):
         self.n_outputs = n_outputs
 
     def forward(self, windows: torch.Tensor) -> torch.Tensor:
-        """Stretches of features to eps at the ends of all whole windows in them.
+        """Map stretches of features to eps at the ends of all whole windows in them.
 
         Args:
-            windows: shape (B, n_samples + positions - 1 + n, n_features).
+            windows: features, shape (B, n_samples + positions - 1 + n, n_features).
 
         Returns:
-            Shape (B, (n + 1) * n_outputs), sample by sample.
+            eps, shape (B, (n + 1) * n_outputs), flattened sample by sample.
         """
         views = windows.unfold(1, self.network.n_samples, 1).transpose(2, 3)
         values = self.network.values_of(self.network.seen(views).flatten(0, 1))
@@ -88,10 +92,19 @@ class EstimatorModule(torch.nn.Module):
 def split_values(
     values: torch.Tensor, log_error: LogError, n_outputs: int
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Expected error and variance around it, (B, n_outputs) each, from what the network gives.
+    """Split what the network gives into the expected error and the variance around it.
 
-    Errors differ by orders of magnitude along a motion: their mean is learnt as a multiple of
-    their spread.
+    Errors differ by orders of magnitude along a motion, so the mean is learnt as a multiple of
+    the standard deviation.
+
+    Args:
+        values: eps alone, shape (B, n_outputs), for the mean 0; or the mean in standard
+            deviations, then eps, shape (B, 2 * n_outputs).
+        log_error: map between eps and relative errors.
+        n_outputs: number of outputs.
+
+    Returns:
+        Mean and variance of the relative error, shape (B, n_outputs) each.
     """
     eps = values[:, -n_outputs:]
     exponent = 2 * (log_error.middle + log_error.half_range * eps)
@@ -102,7 +115,7 @@ def split_values(
 
 
 def _huber(values: torch.Tensor, targets: torch.Tensor) -> torch.Tensor:
-    """Huber loss of the deviations of eps, none for estimates below the resolution."""
+    """Return the Huber loss of the deviations of eps, with none for estimates below resolution."""
     deviation = values - targets
     deviation = torch.where(targets <= AT_RESOLUTION, deviation.clamp_min(0), deviation)
     nothing = torch.zeros_like(deviation)
@@ -110,20 +123,29 @@ def _huber(values: torch.Tensor, targets: torch.Tensor) -> torch.Tensor:
 
 
 ROBUST = Objective(_huber, lambda value: value, odd=False)
-"""About the mean deviation of eps: what counts is how far off estimates are as a rule."""
+"""The objective is about the mean absolute deviation of eps: the usual deviation counts."""
 
 
 def likelihood(log_error: LogError, resolution: float, n_outputs: int) -> Objective:
-    """Maximum likelihood of single errors, normal with the network's mean and variance.
+    """Return the objective of maximum likelihood for errors of learnt mean and variance.
+
+    Single errors count as normally distributed.
 
     Errors further than ``OUTLIER`` standard deviations from the mean count linearly: a surrogate
     that has left its range errs by orders of magnitude more than the network can have learnt yet.
-    Reported as exp(loss - 1/2): the geometric mean of the standard deviations, if they are right.
+    The loss is reported as exp(loss - 1/2), which is the geometric mean of the standard
+    deviations where these are right.
+
+    Args:
+        log_error: map between eps and relative errors.
+        resolution: smallest relative error that is of interest.
+        n_outputs: number of outputs.
     """
 
     def loss(values: torch.Tensor, targets: torch.Tensor) -> torch.Tensor:
-        mean, spread = split_values(values, log_error, n_outputs)
-        variance = spread + (0.1 * resolution) ** 2
+        mean, learnt = split_values(values, log_error, n_outputs)
+        # a floor below the resolution: no gain in likelihood from ever smaller variances
+        variance = learnt + (0.1 * resolution) ** 2
         standardized = (targets - mean) / variance.sqrt()
         squares = torch.nn.functional.huber_loss(
             standardized, torch.zeros_like(standardized), delta=OUTLIER, reduction="none"
@@ -145,16 +167,23 @@ def fit_estimator(
     """Train the error estimator of a surrogate.
 
     Args:
-        surrogate: stays as it is.
-        system: what it stands for.
-        splits: trajectories to learn from and to validate by; not those of the surrogate.
-        checkpoint: file for the state of an interrupted training; one for the pretraining lies
+        surrogate: the network whose error is learnt; it stays as it is.
+        system: the system that the surrogate stands for.
+        splits: trajectories to learn from and to validate by; not those that the surrogate has
+            learnt from, on which its errors are small (paper, "Error Estimation Network").
+        recipe: network and trainings of the estimator.
+        checkpoint: file for the state of an interrupted training; that of the pretraining lies
             beside it.
+        device: where to train.
+        progress: gives the callback of each stage.
+
+    Returns:
+        The trained estimator, and the history of each stage by its name.
 
     Raises:
-        TrainingError: the training diverged.
+        TrainingError: the training diverged, or a checkpoint cannot be read.
         ValueError: the surrogate makes no error above the resolution, or signs shall be flipped
-            of features that do not follow.
+            of features that do not change their sign with the inputs.
     """
     window, n_outputs = surrogate.window, len(surrogate.outputs)
     dtype = getattr(torch, recipe.training.precision)
@@ -205,6 +234,7 @@ def fit_estimator(
             likelihood(log_error, recipe.resolution, n_outputs),
         )
     eps = [tensor(log_error.apply(np.maximum(block, recipe.resolution))) for block in blocks]
+    # longer stretches reuse evaluations: neighbouring windows share all positions but one
     seen = n_samples + positions - 1
     more = min(positions - 1, inputs[0].shape[1] - seen)
     stretch = Window(window.step, seen + more, more + 1)
@@ -222,10 +252,10 @@ def fit_estimator(
 
 
 def _ranges(features: torch.Tensor) -> Float32Array:
-    """Least and largest value of every feature, (2, n_features), with a margin.
+    """Return the least and the largest value of every feature with a margin, (2, n_features).
 
     Args:
-        features: of the training, shape (n_trajectories, N, n_features).
+        features: features of the training, shape (n_trajectories, N, n_features).
     """
     values = features.flatten(0, 1)
     least, largest = values.min(0).values, values.max(0).values
@@ -235,13 +265,17 @@ def _ranges(features: torch.Tensor) -> Float32Array:
 
 
 def _pretrained(recipe: EstimatorRecipe, trajectories: int) -> list[int]:
-    """Which of a split's trajectories the pretraining learns from."""
+    """List the indices of a split's trajectories that the pretraining learns from."""
     every = range(trajectories)
     return [i for i in every if recipe.pretrained_beyond or not recipe.draws_beyond(i)]
 
 
 def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:
-    """Errors of the newest outputs, relative to the outputs' scale.
+    """Compute the errors of the newest outputs, relative to the outputs' scale.
+
+    Args:
+        surrogate: is evaluated at every sample, as in co-simulation.
+        split: trajectories with inputs (n_trajectories, N, n_inputs).
 
     Returns:
         Shape (n_trajectories, N + 1, n_outputs); zero at sample 0, where nothing is predicted.
@@ -252,16 +286,16 @@ def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:
 
 
 def block_errors(window: Window, errors: FloatArray, span: int) -> FloatArray:
-    """RMSE over the samples up to each one.
+    """Compute the RMSE over a span of samples that ends at each one (paper, eq. errors_estimator).
 
     Args:
-        window: of the surrogate.
-        errors: as from ``streamed_errors``.
+        window: the surrogate's window.
+        errors: errors as from ``streamed_errors``, shape (n_trajectories, N + 1, n_outputs).
         span: number of samples.
 
     Returns:
-        Same shape; entries are zero where the span reaches before the first sample whose error
-        counts, that of n_in - n_out + 1 inputs.
+        RMSE of the same shape; entries are zero where the span reaches before the first sample
+        whose error counts, that of n_in - n_out + 1 inputs.
     """
     first, result = window.receptive_field, np.zeros_like(errors)
     for row, error in zip(result, errors, strict=True):
@@ -270,7 +304,11 @@ def block_errors(window: Window, errors: FloatArray, span: int) -> FloatArray:
 
 
 def _log_error(errors: FloatArray, resolution: float) -> LogError:
-    """Map whose range holds all errors from the resolution on."""
+    """Return the map whose range holds all errors from the resolution on.
+
+    Raises:
+        ValueError: no error is above the resolution.
+    """
     largest = float(np.max(errors))
     if largest <= resolution:
         raise ValueError(

@@ -1,33 +1,65 @@
-"""What a network family is: its recipe's tables and data in, a frozen network out.
-
-A family joins with its tables in ``slide_fmu.recipe.learning``, its fit here, and its final class
-of ``slide_fmu.network.base.Network``.
-"""
+"""The fits of the network families, each registered in one row: data in, a frozen network out."""
 
 from __future__ import annotations
 
-import torch
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
-from slide_fmu.core.window import Window
-from slide_fmu.learn.feed_forward import FeedForwardModule
+from slide_fmu.learn.feed_forward import fit_feed_forward
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space.fit import fit_state_space
-from slide_fmu.learn.training import History, TrainingProgress, block_mean_square, train
-from slide_fmu.learn.windows import WindowData
+from slide_fmu.learn.training import History, TrainingProgress
 from slide_fmu.network.base import Network
 from slide_fmu.recipe.learning import (
     FeedForwardRecipe,
     LeastSquaresRecipe,
+    NetworkTable,
     StateSpaceRecipe,
     TrainingRecipe,
+    TrainingTable,
 )
 
 
+@dataclass(frozen=True)
+class FamilyFit:
+    """How the networks of a family are fitted.
+
+    Attributes:
+        network: the family's table in the recipe.
+        training: the table of its training.
+        fit: of a problem, the two tables and a listener: the network and its history.
+        linearized: whether the fit begins with the eigenvalues of the linearized system, and is
+            given its data in double precision whatever the training's precision.
+    """
+
+    network: type
+    training: type
+    fit: Callable[[Problem, Any, Any, TrainingProgress], tuple[Network, History]]
+    linearized: bool = False
+
+
+FITS = (
+    FamilyFit(FeedForwardRecipe, TrainingRecipe, fit_feed_forward),
+    FamilyFit(StateSpaceRecipe, LeastSquaresRecipe, fit_state_space, linearized=True),
+)
+"""The fits of all families."""
+
+
+def fit_of(network: NetworkTable) -> FamilyFit:
+    """The fit of the family that a table names.
+
+    Raises:
+        TypeError: the family has none.
+    """
+    for found in FITS:
+        if isinstance(network, found.network):
+            return found
+    raise TypeError(f"no fit of the network family {network.family!r}; register one in FITS")
+
+
 def fit_network(
-    problem: Problem,
-    network: FeedForwardRecipe | StateSpaceRecipe,
-    training: TrainingRecipe | LeastSquaresRecipe,
-    progress: TrainingProgress,
+    problem: Problem, network: NetworkTable, training: TrainingTable, progress: TrainingProgress
 ) -> tuple[Network, History]:
     """Fit a network of the family that the recipe names.
 
@@ -35,40 +67,7 @@ def fit_network(
         TrainingError: the training diverged.
         TypeError: the training is not that of the family; recipes cannot say so.
     """
-    if isinstance(network, StateSpaceRecipe) and isinstance(training, LeastSquaresRecipe):
-        return fit_state_space(problem, network, training, progress)
-    if isinstance(network, FeedForwardRecipe) and isinstance(training, TrainingRecipe):
-        return fit_feed_forward(problem, network, training, progress)
-    raise TypeError(f"no training {training.method!r} of the family {network.family!r}")
-
-
-def fit_feed_forward(
-    problem: Problem,
-    network: FeedForwardRecipe,
-    training: TrainingRecipe,
-    progress: TrainingProgress,
-) -> tuple[Network, History]:
-    """Train the paper's feed-forward network by Adam.
-
-    Raises:
-        TrainingError: the training diverged.
-    """
-    window = problem.window
-    if network.time_invariant:
-        window = Window(window.step, window.receptive_field, 1)
-    data = WindowData(*problem.training, window)
-    n_values = window.n_out * data.targets.shape[2]
-    module = FeedForwardModule(network, window.n_in, problem.features, n_values)
-    module.to(data.inputs.device, data.inputs.dtype)
-    module.initialise(seeded_generator(training.seed, data.inputs.device))
-    validation = WindowData(*problem.validation, window)
-    objective = block_mean_square(window.n_out, training.newest_weight)
-    history = train(module, data, validation, training, problem.checkpoint, progress, objective)
-    return module.freeze(), history
-
-
-def seeded_generator(seed: int, device: torch.device) -> torch.Generator:
-    """A random generator of the device."""
-    generator = torch.Generator(device=device)
-    generator.manual_seed(seed)
-    return generator
+    found = fit_of(network)
+    if not isinstance(training, found.training):
+        raise TypeError(f"no training {training.method!r} of the family {network.family!r}")
+    return found.fit(problem, network, training, progress)

@@ -1,4 +1,4 @@
-"""The features that a recipe names: their set, their normalisation from data, their roles."""
+"""A recipe names features: here they get their set, their normalisation from data, their roles."""
 
 from __future__ import annotations
 
@@ -6,36 +6,30 @@ import numpy as np
 
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.features.sets import LINEAR_NAMES
 from slide_fmu.network.state_space.roles import Roles
 from slide_fmu.recipe.against_system import feature_set
-from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.systems.base import System
 
 STILL = 1e-9
 """A feature whose spread is below this part of its size never changes: it is rounding. So is a
 change below this part of the spread of what changes."""
-CHANGES_OF = {
-    "changes": "inputs",
-    "second_changes": "inputs",
-    "wrench_change": "wrench",
-    "turned_wrench_change": "wrench",
-}
-"""What some features are the changes of, signal by signal."""
 
 
 def choose_features(
     names: tuple[str, ...], system: System, scaling: Affine, inputs: FloatArray
 ) -> FeatureMap:
-    """The features of some names, normalised by data.
+    """Build the map from scaled inputs to the features of some names, normalised by data.
 
-    Bounded features are left as they are, the others divided by their standard deviation, some of
-    them after their mean is removed.
+    Bounded features are left as they are. The others are divided by their standard deviation, some
+    of them after their mean is removed.
 
     Args:
-        names: of features of one set.
-        scaling: of the inputs.
+        names: names of features of one set.
+        system: what the set may need to know, such as the rigid bodies of a serial chain.
+        scaling: scaling of the inputs.
         inputs: scaled inputs of the training, shape (n_trajectories, N, n_inputs).
 
     Raises:
@@ -54,8 +48,9 @@ def choose_features(
         if name in features.bounded:
             continue
         spread, size = values[:, part].std(0), np.abs(values[:, part]).max(0)
-        if name in CHANGES_OF:
-            size = np.maximum(size, signals[:, features.indices((CHANGES_OF[name],))].std(0))
+        if name in features.CHANGES_OF:
+            changed = features.indices((features.CHANGES_OF[name],))
+            size = np.maximum(size, signals[:, changed].std(0))
         still = spread <= STILL * size
         if name in features.centred:
             offset[part] = values[:, part].mean(0)
@@ -66,25 +61,34 @@ def choose_features(
                 "table, or check data.excitation"
             )
         scale[part] = np.where(still, 1.0, spread)
+    # files hold the scales in float32: training must see the same numbers
     return FeatureMap(features, chosen, offset, scale.astype(np.float32).astype(np.float64))
 
 
 def require_odd(features: FeatureMap) -> None:
-    """Refuse to flip the signs of features that are not those of inputs of the opposite sign.
+    """Refuse features that do not change their sign with the inputs, where signs shall be flipped.
 
     Raises:
-        ValueError: with the names of the features.
+        ValueError: the features are no odd functions of the inputs; the message names them.
     """
-    if not isinstance(features.features, Differences):
+    if not features.features.linear:
         raise ValueError(
             "flip_signs = true in a training of a network that sees "
             f"{list(features.features.blocks)}; flipping needs features that change their sign "
-            f"with the inputs: set flip_signs = false, or use {', '.join(Differences.NAMES)}"
+            f"with the inputs: set flip_signs = false, or use {', '.join(LINEAR_NAMES)}"
         )
 
 
 def roles_of(network: StateSpaceRecipe, features: FeatureMap) -> Roles:
-    """Where the features of each role are among the chosen ones."""
+    """Return the indices among the chosen features of those of each role.
+
+    Recipes and ``Roles`` say ``drive`` for the state input, ``static`` for the feedthrough and
+    ``schedule`` for the scheduling variables of LPV units.
+
+    Args:
+        network: names the features of each role.
+        features: the chosen ones.
+    """
     place = {signal: index for index, signal in enumerate(features.chosen)}
 
     def indices(names: tuple[str, ...]) -> tuple[int, ...]:
@@ -94,10 +98,20 @@ def roles_of(network: StateSpaceRecipe, features: FeatureMap) -> Roles:
 
 
 def feature_map(
-    network: FeedForwardRecipe | StateSpaceRecipe,
+    network: NetworkTable,
     system: System,
     scaling: Affine,
     inputs: FloatArray,
 ) -> FeatureMap:
-    """The features of a network's table."""
+    """Build the map to the features that a network's table in the recipe names.
+
+    Args:
+        network: the table.
+        system: as for ``choose_features``.
+        scaling: scaling of the inputs.
+        inputs: scaled inputs of the training, shape (n_trajectories, N, n_inputs).
+
+    Raises:
+        ValueError: as for ``choose_features``.
+    """
     return choose_features(network.feature_names(), system, scaling, inputs)

@@ -19,13 +19,12 @@ from slide_fmu.core.window import Window
 from slide_fmu.data.draws import probe
 from slide_fmu.data.store import Split, read_split, require_origin
 from slide_fmu.learn.estimator import fit_estimator
-from slide_fmu.learn.family import fit_network
+from slide_fmu.learn.family import fit_network, fit_of
 from slide_fmu.learn.feature_choice import feature_map, require_odd
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.training import History, ProgressOf
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.network.base import Network
-from slide_fmu.recipe.learning import StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
@@ -117,9 +116,9 @@ def _fit_network(
     require_motion(system.inputs, splits[0].inputs)
     input_scaling = range_scaling(system.inputs)
     output_scaling = spread_scaling(system.outputs, splits[0])
-    state_space = isinstance(recipe.network, StateSpaceRecipe)
-    eigenvalues = eigenvalues_at_rest(system) if state_space else None
-    dtype = torch.float64 if state_space else getattr(torch, recipe.training.precision)
+    linearized = fit_of(recipe.network).linearized
+    eigenvalues = eigenvalues_at_rest(system) if linearized else None
+    dtype = torch.float64 if linearized else getattr(torch, recipe.training.precision)
     scaled_inputs = input_scaling.apply(splits[0].inputs)
     features = feature_map(recipe.network, system, input_scaling, scaled_inputs)
     if recipe.training.flip_signs:
@@ -224,9 +223,7 @@ def _assemble(
     scalings: tuple[Affine, Affine],
     network: Network,
 ) -> Surrogate:
-    return Surrogate(
-        recipe.name, window, system.inputs, system.outputs, system.hold, *scalings, network
-    )
+    return Surrogate(recipe.name, window, system.inputs, system.outputs, *scalings, network)
 
 
 def _content(split: Split) -> str:

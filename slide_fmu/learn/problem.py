@@ -1,4 +1,4 @@
-"""What a network family is given to learn from."""
+"""A problem is what a network family is given to learn from."""
 
 from __future__ import annotations
 
@@ -15,19 +15,20 @@ from slide_fmu.features.feature_map import FeatureMap
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """One regression: from features of input windows to scaled outputs.
+    """A problem is one regression, from features of input windows to scaled outputs.
 
     Attributes:
         window: the surrogate's window.
         features: what the network sees of the inputs.
         training: features (n_trajectories, N, n_features) and outputs (n_trajectories, N + 1,
-            n_outputs) to learn from.
-        validation: features and outputs to choose the weights by.
-        beyond: features and outputs beyond the range, learnt with a low weight; None if there
-            are none.
+            n_outputs) to learn from, both in scaled units.
+        validation: features and outputs of the same kind, by which the weights are chosen.
         checkpoint: file that holds the state of an interrupted fit.
-        eigenvalues: of the linearized system at rest in 1/s, one of each conjugate pair, without
-            those of rigid-body modes; None where they are not known, as of measured records.
+        eigenvalues: eigenvalues in 1/s of the system linearized at rest, one of each conjugate
+            pair, without those of rigid-body modes; None where they are not known, as for
+            measured records.
+        beyond: features and outputs of the same kind beyond the range of the inputs, learnt with
+            a low weight; None if there are none.
     """
 
     window: Window

@@ -1,4 +1,9 @@
-"""The training loop: Adam with a schedule, best validation weights, checkpoints."""
+"""The training loop runs Adam with a schedule of rates and keeps the best validation weights.
+
+Loss, optimizer and the choice of the weights are those of the paper (section "Training loss and
+validation error"); warm-up, cosine decay and decoupled weight decay (AdamW: Loshchilov and Hutter,
+2019) are additions.
+"""
 
 from __future__ import annotations
 
@@ -22,25 +27,28 @@ ProgressOf = Callable[[str], TrainingProgress]
 """Gives the progress callback of a named stage."""
 
 VALIDATION_TARGETS, VALIDATION_LEAST = 16_384, 512
-"""Output samples of one validation, and windows at least: stable figures at a low cost."""
+"""A validation uses this many output samples, and at least this many windows: its figures are
+stable and cost little."""
 
 VALIDATION_BATCH = 512
+"""A validation evaluates this many windows at once, which bounds its memory."""
 
 SEED_STRIDE = 1_000_003
-"""Steps between the random numbers of two seeds. torch's CPU generator uses 32 bits of a seed."""
+"""Two seeds are this many steps apart in their random numbers; torch's generator uses 32 bits."""
 
 ADAM_EPSILON = {"float32": 1e-8, "float64": 1e-16}
-"""Guard of Adam's denominator: far below the gradients that each precision can tell from zero."""
+"""The guard of Adam's denominator lies far below gradients that each precision tells from zero."""
 
 
 @dataclass(frozen=True)
 class Objective:
-    """What a training minimises.
+    """An objective says what a training minimises and how the loss is reported.
 
     Attributes:
-        loss: mean loss of a batch, from the model's values (B, n) and the targets (B, m).
-        error: what a mean loss is reported as; rises with it.
-        odd: targets change their sign with the inputs, where the system's outputs do.
+        loss: gives the mean loss of a batch from the model's values (B, n) and the targets (B, m).
+        error: gives the figure as which a mean loss is reported; it rises with the loss.
+        odd: whether the targets change their sign with the inputs, as the outputs of an odd
+            system do.
     """
 
     loss: Callable[[torch.Tensor, torch.Tensor], torch.Tensor]
@@ -49,15 +57,18 @@ class Objective:
 
 
 MEAN_SQUARE = Objective(lambda values, targets: (values - targets).square().mean(), math.sqrt)
-"""Mean squared error, reported as RMSE (paper, section on training loss)."""
+"""The objective is the mean squared error, reported as RMSE (paper, eq. MSE)."""
 
 
 def block_mean_square(n_out: int, newest_weight: float) -> Objective:
-    """Mean squared error of blocks of samples, weighted from the oldest to the newest.
+    """Return the mean squared error of blocks of samples, with weights along the block.
+
+    The weights have the mean 1, so that the figure compares with the unweighted RMSE.
 
     Args:
         n_out: samples of a block.
-        newest_weight: weight of the newest sample relative to the oldest; in between linear.
+        newest_weight: weight of the newest sample relative to the oldest; weights between them
+            are linear.
     """
     if newest_weight == 1.0:
         return MEAN_SQUARE
@@ -74,12 +85,12 @@ def block_mean_square(n_out: int, newest_weight: float) -> Objective:
 
 @dataclass(frozen=True)
 class History:
-    """Course of a training, one entry per validation.
+    """A history is the course of a training, with one entry for each validation.
 
     Attributes:
-        step: optimizer steps done.
-        training_error: of the batches since the last entry, as the objective reports it.
-        validation_error: on the validation windows, likewise.
+        step: optimizer steps done until then.
+        training_error: error of the batches since the entry before, as the objective reports it.
+        validation_error: error on the validation windows, as the objective reports it.
     """
 
     step: tuple[int, ...]
@@ -103,20 +114,24 @@ def train(
     """Train a model in place; it ends with the weights of the best validation.
 
     A training that was killed goes on from its checkpoint and ends with the same weights as an
-    unbroken one: the order of the windows depends on seed and step number alone.
+    unbroken one: the order of the windows depends on the seed and the number of the step alone.
 
     Args:
-        model: maps input windows (B, n_in, n_inputs) to what the objective compares with the
-            targets (B, n_out * n_targets).
+        model: maps features of input windows (B, n_in, n_features) to what the objective compares
+            with the targets (B, n_out * n_targets).
         training: windows to learn from.
-        validation: windows to choose the weights by.
-        recipe: optimizer and schedule.
+        validation: windows by which the weights are chosen.
+        recipe: optimizer, schedule of rates and number of steps.
         checkpoint: file that holds the state between validations.
-        progress: told at the start and after every validation.
+        progress: is called at the start and after every validation.
         objective: what is minimised.
 
+    Returns:
+        The course of the training, all runs since its start together.
+
     Raises:
-        TrainingError: the loss is not finite.
+        TrainingError: the loss or the validation error is not finite, or the checkpoint cannot be
+            read.
     """
     optimizer = torch.optim.AdamW(
         model.parameters(),
@@ -130,6 +145,7 @@ def train(
     loss_sum = 0.0
     progress(state["step"], recipe.steps, state["best_error"])
     for step in range(state["step"], recipe.steps):
+        # every step seeds anew: its batch is the same after a restart
         generator.manual_seed((recipe.seed * SEED_STRIDE + step) % 2**32)
         windows, targets = _batch(training, recipe, objective, generator)
         for group in optimizer.param_groups:
@@ -157,14 +173,21 @@ def train(
 def evaluate(
     model: torch.nn.Module, data: WindowData, objective: Objective = MEAN_SQUARE
 ) -> float:
-    """Error over windows spread evenly over all trajectories, as the objective reports it.
+    """Compute the error over windows in equal distances, as the objective reports it.
+
+    The same windows are used every time, so that two validations differ by the weights alone.
+
+    Args:
+        model: as for ``train``.
+        data: windows to evaluate on.
+        objective: gives the loss and how it is reported.
 
     Raises:
         TrainingError: the model gives values that are not finite.
     """
     total, numbers = (
         0.0,
-        data.spread(max(VALIDATION_LEAST, VALIDATION_TARGETS // data.window.n_out)),
+        data.evenly_chosen(max(VALIDATION_LEAST, VALIDATION_TARGETS // data.window.n_out)),
     )
     with torch.no_grad():
         for part in torch.split(numbers, VALIDATION_BATCH):
@@ -176,7 +199,12 @@ def evaluate(
 
 
 def learning_rate(recipe: TrainingRecipe, step: int) -> float:
-    """Learning rate at a step: linear warm-up, then cosine down to the final rate."""
+    """Return the learning rate at a step: linear warm-up, then a cosine down to the final rate.
+
+    Args:
+        recipe: rates, share of the warm-up and number of steps.
+        step: number of the step, from 0.
+    """
     warm_up = recipe.warm_up * recipe.steps
     if step < warm_up:
         return recipe.learning_rate * (step + 1) / (warm_up + 1)
@@ -189,7 +217,7 @@ def learning_rate(recipe: TrainingRecipe, step: int) -> float:
 def _batch(
     data: WindowData, recipe: TrainingRecipe, objective: Objective, generator: torch.Generator
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Random windows and their targets."""
+    """Draw a batch: windows (B, n_in, n_features) and their targets (B, n_out * n_targets)."""
     device = data.inputs.device
     numbers = torch.randint(data.n_windows, (recipe.batch,), generator=generator, device=device)
     windows, targets = data.cut(numbers)
@@ -211,7 +239,7 @@ def _optimize(
     targets: torch.Tensor,
     recipe: TrainingRecipe,
 ) -> float:
-    """One step down the gradient; gives the loss before it."""
+    """Make one step down the gradient and return the loss before it."""
     optimizer.zero_grad(set_to_none=True)
     loss = loss_of(model(windows), targets)
     torch.autograd.backward(loss)
@@ -228,6 +256,11 @@ def _divergence(what: str) -> str:
 def _restore(
     checkpoint: Path, model: torch.nn.Module, optimizer: torch.optim.Optimizer
 ) -> dict[str, Any]:
+    """Load a checkpoint into model and optimizer and return the course so far, or a new one.
+
+    Raises:
+        TrainingError: the checkpoint cannot be read.
+    """
     if not checkpoint.exists():
         return {"step": 0, "history": [], "best_error": math.inf, "best": None}
     device = next(model.parameters()).device
@@ -248,7 +281,9 @@ def _save(
     model: torch.nn.Module,
     optimizer: torch.optim.Optimizer,
 ) -> None:
+    """Write all that ``train`` needs to go on: the course, the model and the optimizer."""
     checkpoint.parent.mkdir(parents=True, exist_ok=True)
+    # a kill while writing must not cost the checkpoint before: write beside it, then replace it
     temporary = checkpoint.with_suffix(".new")
     torch.save(
         {**state, "model": model.state_dict(), "optimizer": optimizer.state_dict()}, temporary

@@ -1,4 +1,4 @@
-"""Windows cut on the fly, at every phase, on the training device."""
+"""Windows are cut from trajectories on the fly, at every phase, on the training device."""
 
 from __future__ import annotations
 
@@ -11,12 +11,17 @@ from slide_fmu.core.window import Window
 
 @dataclass(frozen=True, eq=False)
 class WindowData:
-    """Trajectories of one split, from which windows are cut.
+    """Window data are the trajectories of one split, from which windows are cut.
+
+    Windows are numbered from 0: first all phases of the first trajectory, then those of the next.
 
     Attributes:
         inputs: features of the inputs, shape (n_trajectories, N, n_features).
         targets: scaled targets, shape (n_trajectories, N + 1, n_targets).
-        window: which inputs and targets belong together.
+        window: says which inputs and targets belong together (the index law).
+
+    Raises:
+        ValueError: the trajectories are shorter than a window.
     """
 
     inputs: torch.Tensor
@@ -32,17 +37,18 @@ class WindowData:
 
     @property
     def n_windows(self) -> int:
-        """Number of windows, all phases of all trajectories."""
+        """The data have this number of windows: all phases of all trajectories."""
         return len(self.inputs) * (self.inputs.shape[1] - self.window.n_in + 1)
 
     def cut(self, numbers: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Cut windows by their number.
+        """Cut windows by their numbers.
 
         Args:
-            numbers: shape (B,), each in 0 .. n_windows - 1.
+            numbers: numbers of the windows, shape (B,), each in 0 .. n_windows - 1.
 
         Returns:
-            Features (B, n_in, n_features) and targets (B, n_out * n_targets), sample by sample.
+            Features, shape (B, n_in, n_features), and targets, shape (B, n_out * n_targets),
+            flattened sample by sample.
         """
         per_trajectory = self.inputs.shape[1] - self.window.n_in + 1
         trajectory, start = numbers // per_trajectory, numbers % per_trajectory
@@ -50,8 +56,11 @@ class WindowData:
         first = start + self.window.n_truncated + 1
         return inputs, _cut(self.targets, trajectory, first, self.window.n_out).flatten(1)
 
-    def spread(self, count: int) -> torch.Tensor:
-        """Numbers of about ``count`` windows, evenly spread over all."""
+    def evenly_chosen(self, count: int) -> torch.Tensor:
+        """Return the numbers of at least ``count`` windows in equal distances over all of them.
+
+        All windows are chosen where there are fewer.
+        """
         stride = max(1, self.n_windows // count)
         return torch.arange(0, self.n_windows, stride, device=self.inputs.device)
 
@@ -59,9 +68,19 @@ class WindowData:
 def _cut(
     values: torch.Tensor, trajectory: torch.Tensor, first: torch.Tensor, length: int
 ) -> torch.Tensor:
-    """Stretches of trajectories: (n_trajectories, samples, channels) to (B, length, channels).
+    """Cut stretches out of trajectories.
 
-    All stretches are one strided view of the memory, so that taking some is one copy.
+    All stretches are rows of one strided view of the memory, so that taking some is one copy. Rows
+    that run across the end of a trajectory exist in the view, but are never taken.
+
+    Args:
+        values: shape (n_trajectories, samples, channels).
+        trajectory: number of the trajectory of each stretch, shape (B,).
+        first: first sample of each stretch, shape (B,).
+        length: samples of a stretch.
+
+    Returns:
+        Shape (B, length, channels).
     """
     n_trajectories, samples, channels = values.shape
     flat = values.contiguous().view(-1)

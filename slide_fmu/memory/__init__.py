@@ -1,4 +1,6 @@
 """This room finds how long a system and its surrogate remember: modes, decay, stability.
 
-Here the eigenvalues decide how long the window must be. Nothing is trained here.
+``modes`` gives the eigenvalues of a linearized system, ``decay`` the time in which initial effects
+vanish along a motion, ``sizing`` the window that a recipe needs, and ``stability`` whether a
+recursive network forgets its state and stays bounded. Nothing is trained here.
 """

@@ -1,8 +1,8 @@
-"""How fast a system forgets its initial state, and the window that follows from it.
+"""How fast a system forgets its initial state decides how long the window must be.
 
-Two independent ways: from the equations linearized along a motion (paper, section "Computation of
-decay time in linearized multibody systems"), and measured, as the time in which two motions under
-the same input meet.
+The decay time comes in two independent ways: from the equations linearized along a motion (paper,
+section "Computation of decay time in linearized multibody systems"), and measured, as the time in
+which two motions under the same input meet.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.core.window import Window
 from slide_fmu.memory.modes import UnstableModeError, slowest_rate, time_to_decay
 from slide_fmu.systems.base import State, System, simulate
@@ -21,11 +21,11 @@ from slide_fmu.systems.base import State, System, simulate
 
 @dataclass(frozen=True, eq=False)
 class Decay:
-    """Decay of several motions, or at several instants of one.
+    """A decay holds the rates of several motions, or those at several instants of one motion.
 
     Attributes:
-        rates: real part Re(v) in 1/s of each, shape (n,): of a motion the mean along it.
-        remaining_amplitude: fraction to which initial effects decay.
+        rates: real part Re(v) in 1/s of each, shape (n,); that of a motion is the mean along it.
+        remaining_amplitude: fraction A_rel to which initial effects decay.
     """
 
     rates: FloatArray
@@ -33,31 +33,36 @@ class Decay:
 
     @property
     def times(self) -> FloatArray:
-        """Decay time in s of each, shape (n,); infinite where nothing decays."""
+        """Each rate has a decay time in s, shape (n,); it is infinite where nothing decays."""
         return np.array([time_to_decay(rate, self.remaining_amplitude) for rate in self.rates])
 
     @property
     def mean(self) -> float:
-        """Decay time in s of the mean rate (paper, eq. eigenValuesSum)."""
+        """The mean rate has this decay time in s (paper, eq. eigenValuesSum)."""
         return time_to_decay(float(np.mean(self.rates)), self.remaining_amplitude)
 
     @property
     def worst(self) -> float:
-        """The longest decay time in s."""
+        """The slowest motion or instant has this decay time in s."""
         return float(np.max(self.times))
 
 
 def decay_along(
     system: System, states: Sequence[State], remaining_amplitude: float = 0.01
 ) -> Decay:
-    """Rates of the slowest mode at states that are evenly spread along a motion.
+    """Compute the rates of the slowest mode at states in equal distances along a motion.
 
-    What was there at its start decays with the mean of these rates: exp(Re(v) h) at every state
-    after the other (paper, eq. eigenValuesSum). So a mode may grow for a moment.
+    What was there at the motion's start decays with the mean of these rates, by exp(Re(v) h) from
+    state to state (paper, eq. eigenValuesSum). So a mode may grow for a moment.
+
+    Args:
+        system: it is linearized at each state.
+        states: at least one.
+        remaining_amplitude: fraction A_rel to which initial effects decay.
 
     Raises:
-        UnstableModeError: it grows in the mean; the message tells the rates.
-        ValueError: no state was given.
+        UnstableModeError: the mode grows in the mean; the message names the rates.
+        ValueError: there is no state.
     """
     if not states:
         raise ValueError("decay along a motion: no states; expected at least one")
@@ -67,11 +72,11 @@ def decay_along(
 
 
 def decay_in_stretches(motions: Sequence[Decay], length: int) -> Decay:
-    """Mean rates over stretches of motions.
+    """Return the mean rates over stretches of motions.
 
     Args:
-        motions: each at its instants, as many in all of them.
-        length: least instants in a stretch; a motion that is shorter is one stretch.
+        motions: decay along each motion, at instants in equal distances.
+        length: least number of instants in a stretch; a motion that is shorter is one stretch.
 
     Raises:
         UnstableModeError: a mode grows in the mean over a stretch.
@@ -94,21 +99,24 @@ def measured_decay_time(
     second: State,
     remaining_amplitude: float = 0.01,
 ) -> float:
-    """Time in which the outputs from two initial states under the same inputs meet.
+    """Measure the time in which the outputs from two initial states under the same inputs meet.
 
     The energy that the difference still has ahead of it, E(t) = sum over t' >= t of |e(t')|^2,
-    falls like exp(2 Re(v) t) without the zero crossings of e itself. A line through log E, from
-    the start until E has fallen to the square of the remaining amplitude, gives Re(v).
+    falls like exp(2 Re(v) t) without the zero crossings of e itself (backward integration, as for
+    the decay of sound in rooms: Schroeder, 1965). A line through log E, from the start until E has
+    fallen to the square of the remaining amplitude, gives Re(v).
 
     Args:
-        inputs: shape (N, n_inputs); give it twice the expected decay time.
+        system: it is simulated twice.
+        inputs: inputs in their units, shape (N, n_inputs), over about twice the expected decay
+            time.
         first: initial state of one motion.
         second: initial state of the other.
-        remaining_amplitude: fraction of its start that the difference decays to.
+        remaining_amplitude: fraction of its start to which the difference decays.
 
     Returns:
-        The decay time in s; infinite if the outputs have not met after three quarters of the
-        record (too short a record, or a motion that depends on its start for good).
+        The decay time in s. It is infinite if the outputs have not met after three quarters of
+        the record: the record is too short, or the motion depends on its start for good.
 
     Raises:
         ValueError: the outputs never differ, or meet within two samples.
@@ -125,11 +133,21 @@ def measured_decay(
     rng: np.random.Generator,
     remaining_amplitude: float = 0.01,
 ) -> Decay:
-    """``measured_decay_time`` of each input record from a pair of random states of the system.
+    """Measure the decay on several input records, each from its own pair of random states.
 
     A nonlinear motion decays faster at some times than at others; the mean over several records
     is what compares with the linearized equations. A record in which the outputs do not meet
-    counts with the rate 0 and has an infinite time.
+    counts with the rate 0 and has an infinite decay time.
+
+    Args:
+        system: it is simulated twice for each record.
+        inputs: records of inputs in their units, shape (N, n_inputs) each.
+        rng: draws the initial states.
+        remaining_amplitude: fraction to which the difference of two motions decays.
+
+    Raises:
+        ValueError: there is no record, or one on which ``measured_decay_time`` is not defined.
+        SimulationError: a motion could not be simulated.
     """
     if not inputs:
         raise ValueError("measured decay: no inputs; expected at least one record")
@@ -141,7 +159,9 @@ def measured_decay(
 
 
 def recommend_window(decay_time: float, step: float, n_out: int) -> Window:
-    """The shortest window whose truncated part (n_in - n_out) h is at least the decay time.
+    """Return the shortest window whose truncated part (n_in - n_out) h holds the decay time.
+
+    This is the paper's condition on the window (eq. truncated_time), with equality allowed.
 
     Args:
         decay_time: t_d in s.
@@ -149,13 +169,13 @@ def recommend_window(decay_time: float, step: float, n_out: int) -> Window:
         n_out: wanted number of output samples.
 
     Raises:
-        ValueError: the decay time is not a finite number from 0.
+        ValueError: the decay time is infinite or negative.
     """
     return Window(step, n_out + _needed_samples(decay_time, step), n_out)
 
 
 def too_short(window: Window, decay_time: float) -> str | None:
-    """What is wrong with a window for a system of this decay time in s; None if it is fine."""
+    """Say why a window is too short for a system of this decay time in s; None if it is not."""
     needed = _needed_samples(decay_time, window.step)
     if window.n_truncated >= needed:
         return None
@@ -168,7 +188,7 @@ def too_short(window: Window, decay_time: float) -> str | None:
 
 
 def _needed_samples(decay_time: float, step: float) -> int:
-    """Whole steps that cover the decay time, one rounding error forgiven."""
+    """Return the number of whole steps that cover the decay time; a rounding error adds none."""
     if not 0.0 <= decay_time < math.inf:
         raise ValueError(
             f"decay time = {decay_time} s; expected a finite time: no window can hold a motion "
@@ -181,7 +201,7 @@ def _measured_rate(
     system: System, inputs: FloatArray, first: State, second: State, remaining_amplitude: float
 ) -> float:
     """Slope Re(v) in 1/s of the decaying difference of two motions, 0 if they do not meet."""
-    if system.hold == "ramp":  # both motions see the same input from the start
+    if hold_of(system.inputs) == "first_order":  # both motions see the same input from the start
         second = State(second.coordinates, second.velocities, first.last_input)
     ranges = np.array([signal.high - signal.low for signal in system.outputs])
     one = simulate(system, inputs, first).outputs
@@ -202,7 +222,7 @@ def _measured_rate(
 
 
 def _refuse_growing_motion(rates: FloatArray) -> None:
-    """Refuse a motion on which initial effects grow in the mean."""
+    """Raise UnstableModeError for a motion on which initial effects grow in the mean."""
     mean = float(np.mean(rates))
     if mean > 0.0:
         raise UnstableModeError(

@@ -1,8 +1,9 @@
-"""Modes of a linearized, constrained system and the time each takes to decay.
+"""A linearized, constrained system has modes, each of which takes its own time to decay.
 
-Paper, section "Computation of decay time in linearized multibody systems", with the corrections of
-its printed formulas: the nullspace of the constraint Jacobian G comes from the right singular
-vectors, and the eigenvalues from the generalized problem, which works with rigid-body modes too.
+The method is that of the paper, section "Computation of decay time in linearized multibody
+systems", with corrections of its printed formulas: the right singular vectors span the nullspace
+of the constraint Jacobian G, and the eigenvalues come from the generalized problem, which works
+with rigid-body modes too.
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import Linearization
 
 INSTANT = 1e6
-"""Eigenvalues above this multiple of the system's rate come from coordinates without mass."""
+"""Eigenvalues above this multiple of the system's rate belong to coordinates without mass."""
 UNSTABLE = 1e-6
-"""Re(v) above this fraction of |v| is growth; below it is rounding of an undamped mode."""
+"""Re(v) above this fraction of |v| is growth; what is smaller is rounding of an undamped mode."""
 
 
 class UnstableModeError(ValueError):
@@ -29,11 +30,12 @@ class UnstableModeError(ValueError):
 
 @dataclass(frozen=True)
 class Mode:
-    """A decaying mode; a conjugate pair of eigenvalues is one mode.
+    """A mode decays with the rate of its eigenvalue; a conjugate pair of eigenvalues is one mode.
 
     Attributes:
-        eigenvalue: v in 1/s, imaginary part not negative.
-        decay_time: time in s until the remaining amplitude; infinite for an undamped mode.
+        eigenvalue: v in 1/s, with an imaginary part that is not negative.
+        decay_time: time in s until only the remaining amplitude is left; infinite for an undamped
+            mode.
     """
 
     eigenvalue: complex
@@ -41,24 +43,25 @@ class Mode:
 
     @property
     def natural_frequency(self) -> float:
-        """omega_0 = |v| in rad/s."""
+        """The natural frequency is omega_0 = |v| in rad/s."""
         return abs(self.eigenvalue)
 
     @property
     def damping_ratio(self) -> float:
-        """D = -Re(v) / |v|; 1 for an overdamped mode."""
+        """The damping ratio is D = -Re(v) / |v| (paper, eq. decay), 1 for an overdamped mode."""
         return -self.eigenvalue.real / abs(self.eigenvalue)
 
 
 @dataclass(frozen=True)
 class Spectrum:
-    """All modes of a linearized system.
+    """A spectrum holds all modes of a linearized system.
 
     Attributes:
-        modes: decaying modes, the slowest first.
+        modes: modes that are not those of rigid bodies, the slowest first.
         rigid: eigenvalues in 1/s of rigid-body modes, which neither decay nor swing: two for each
             free direction, one if it is damped.
-        n_instant: infinite eigenvalues: coordinates without mass, which follow at once.
+        n_instant: number of infinite eigenvalues. They belong to coordinates without mass, which
+            follow the others at once.
     """
 
     modes: tuple[Mode, ...]
@@ -67,12 +70,19 @@ class Spectrum:
 
     @property
     def decay_time(self) -> float:
-        """Decay time in s of the slowest mode, 0 without any; rigid-body modes do not count."""
+        """The slowest mode has this decay time in s, 0 without any; rigid bodies do not count."""
         return self.modes[0].decay_time if self.modes else 0.0
 
 
 def time_to_decay(rate: float, remaining_amplitude: float) -> float:
-    """t_d = ln(A_rel) / Re(v) in s, infinite for ``rate`` = Re(v) = 0 (paper, eq. dampingTimes).
+    """Return the decay time t_d = ln(A_rel) / Re(v) (paper, eq. dampingTimes).
+
+    Args:
+        rate: Re(v) in 1/s.
+        remaining_amplitude: fraction A_rel to which initial effects decay.
+
+    Returns:
+        The decay time in s, infinite for a rate that is not negative.
 
     Raises:
         ValueError: the remaining amplitude is not between 0 and 1.
@@ -86,14 +96,14 @@ def time_to_decay(rate: float, remaining_amplitude: float) -> float:
 
 
 def nullspace(constraints: FloatArray, rank_tolerance: float = 1e-10) -> FloatArray:
-    """Orthonormal directions that the constraints leave free.
+    """Return orthonormal directions that the constraints leave free.
 
     Args:
         constraints: Jacobian G, shape (n_constraints, n); redundant rows are fine.
         rank_tolerance: singular values below this fraction of the largest count as zero.
 
     Returns:
-        N, shape (n, n_free), with G N = 0.
+        N, shape (n, n_free), with G N = 0 and columns of unit length.
     """
     if len(constraints) == 0:
         return np.eye(constraints.shape[1])
@@ -105,13 +115,13 @@ def nullspace(constraints: FloatArray, rank_tolerance: float = 1e-10) -> FloatAr
 def spectrum(
     linearization: Linearization, remaining_amplitude: float = 0.01, uncertainty: float = 1e-10
 ) -> Spectrum:
-    """Modes of a linearized system in the directions that its constraints leave free.
+    """Compute the modes of a linearized system in the directions that its constraints leave free.
 
     Args:
-        linearization: M, D, K, G at one state.
-        remaining_amplitude: fraction A_rel that initial effects decay to.
-        uncertainty: of the stiffness, relative to its norm: rounding and numerical
-            differentiation. A mode that this alone would explain is a rigid-body mode.
+        linearization: M, D, K, G at one state (paper, eq. linearized2).
+        remaining_amplitude: fraction A_rel to which initial effects decay.
+        uncertainty: uncertainty of the stiffness, relative to its norm, from rounding and
+            numerical differentiation. A mode that this alone would explain is a rigid-body mode.
 
     Raises:
         UnstableModeError: a mode has Re(v) > 0.
@@ -126,15 +136,18 @@ def spectrum(
 
 
 def slowest_rate(linearization: Linearization, uncertainty: float = 1e-10) -> float:
-    """Re(v) in 1/s of the mode that decays most slowly, at one instant of a motion.
+    """Return Re(v) of the mode that decays most slowly, at one instant of a motion.
 
-    Positive if it grows: in motion it may for a while, as the equations change with the time.
+    The rate is positive if the mode grows: in motion it may do so for a while, since the equations
+    change with the time.
 
     Args:
-        linearization, uncertainty: as for ``spectrum``.
+        linearization: M, D, K, G at one state.
+        uncertainty: uncertainty of the stiffness, as for ``spectrum``.
 
     Returns:
-        0 for an undamped mode, minus infinity if all modes are those of rigid bodies.
+        The rate in 1/s; 0 for an undamped mode, minus infinity if all modes are those of rigid
+        bodies.
 
     Raises:
         ValueError: as for ``spectrum``.
@@ -147,7 +160,11 @@ def slowest_rate(linearization: Linearization, uncertainty: float = 1e-10) -> fl
 def _finite_eigenvalues(
     linearization: Linearization, uncertainty: float
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128], int]:
-    """Eigenvalues but for those of rigid-body modes, these, and the number of infinite ones."""
+    """Return the finite eigenvalues in 1/s, those of rigid-body modes apart.
+
+    Returns:
+        Eigenvalues of all other modes, those of rigid-body modes, and the number of infinite ones.
+    """
     free = nullspace(linearization.constraints)
     mass, damping, stiffness = (
         free.T @ matrix @ free
@@ -162,11 +179,19 @@ def _finite_eigenvalues(
 def _rigid_limits(
     mass: FloatArray, damping: FloatArray, stiffness: float, shapes: NDArray[np.complex128]
 ) -> FloatArray:
-    """|v| up to which a small stiffness k alone explains a slow mode: v^2 m + v d + k = 0.
+    """Return |v| up to which a small stiffness k alone explains a slow mode.
+
+    A stiffness of either sign moves v no further than the positive root of v^2 m + v d - k = 0,
+    with the mass m and the damping d of the mode's shape; it is written without cancellation.
 
     Args:
+        mass: M, shape (n, n).
+        damping: D, shape (n, n).
         stiffness: k in N/m for shapes of unit length, not negative.
-        shapes: one column for each mode, shape (n, n_modes).
+        shapes: one column of unit length for each mode, shape (n, n_modes).
+
+    Returns:
+        Bounds in 1/s, shape (n_modes,).
     """
     m, d = (np.abs(np.sum(shapes.conj() * (matrix @ shapes), 0)) for matrix in (mass, damping))
     root = d + np.sqrt(d**2 + 4 * m * stiffness)
@@ -176,12 +201,18 @@ def _rigid_limits(
 def _eigenvalues(
     mass: FloatArray, damping: FloatArray, stiffness: FloatArray
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128], int]:
-    """Finite eigenvalues v of v^2 M + v D + K, their shapes, and the number of infinite ones.
+    """Solve v^2 M + v D + K for its finite eigenvalues.
 
-    Solves A z = -v B z for z = [q, q'] with A = [[K, D], [0, -I]], B = [[0, M], [I, 0]]: the
-    paper's form with I for M in the second row, so that a singular M gives infinite eigenvalues
-    instead of undetermined ones. Time is scaled by the system's rate first: the larger of
-    sqrt(|K| / |M|) and |D| / |M|.
+    The linear problem is A z = -v B z for z = [q, q'] with A = [[K, D], [0, -I]] and
+    B = [[0, M], [I, 0]]. It is the paper's form with I for M in the second row, so that a singular
+    M gives infinite eigenvalues instead of undetermined ones.
+
+    Returns:
+        Finite eigenvalues v in 1/s, shape (n_finite,), their shapes of unit length, shape
+        (n, n_finite), and the number of infinite ones.
+
+    Raises:
+        ValueError: a matrix is not finite, or a coordinate has neither mass nor force.
     """
     for name, matrix in (("mass", mass), ("damping", damping), ("stiffness", stiffness)):
         if not np.isfinite(matrix).all():
@@ -193,13 +224,14 @@ def _eigenvalues(
     size, stiff, damped = (float(np.linalg.norm(m)) for m in (mass, stiffness, damping))
     if size == 0.0:
         raise ValueError("linearization: mass matrix is zero; expected mass in some coordinate")
+    # time in units of the system's own rate: all blocks are then of one order of magnitude
     rate = max(math.sqrt(stiff / size), damped / size) or 1.0
     one, zero = np.eye(n), np.zeros((n, n))
     a = np.block([[stiffness / (size * rate**2), damping / (size * rate)], [zero, -one]])
     b = np.block([[zero, mass / size], [one, zero]])
     (alpha, beta), vectors = scipy.linalg.eig(a, -b, homogeneous_eigvals=True)
     scale = np.maximum(np.abs(alpha), np.abs(beta))
-    if np.any(scale < 1e-12):
+    if np.any(scale < 1e-12):  # 0 / 0: the pencil is singular
         raise ValueError(
             "linearization: a free coordinate has neither mass nor stiffness nor damping; "
             "expected one of them: fix it, or give it a constraint"
@@ -211,7 +243,7 @@ def _eigenvalues(
 
 
 def _refuse_growth(values: NDArray[np.complex128]) -> None:
-    """Name the fastest growing mode, if any grows."""
+    """Raise UnstableModeError with the fastest growing mode, if any grows."""
     growing = values[values.real > UNSTABLE * np.abs(values)]
     if len(growing):
         worst = growing[np.argmax(growing.real)]
@@ -223,6 +255,6 @@ def _refuse_growth(values: NDArray[np.complex128]) -> None:
 
 
 def _mode_decay_time(eigenvalue: complex, remaining_amplitude: float) -> float:
-    """Decay time of a mode; rounding of an undamped one does not count as damping."""
+    """Return the decay time of a mode in s; rounding of an undamped one is no damping."""
     undamped = abs(eigenvalue.real) <= UNSTABLE * abs(eigenvalue)
     return time_to_decay(0.0 if undamped else eigenvalue.real, remaining_amplitude)

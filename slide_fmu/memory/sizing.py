@@ -1,4 +1,8 @@
-"""Window sizing for a recipe: decay along its own motions, linearized and measured."""
+"""The window of a recipe is sized by the decay along its own motions, linearized and measured.
+
+The eigenvalues of the linearized equations decide. Where the measured decay asks for more, this is
+a remark.
+"""
 
 from __future__ import annotations
 
@@ -24,18 +28,18 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import State, System
 
 MOTIONS = 40
-"""Pairs of motions, at most, that are measured."""
+"""At most this many pairs of motions are measured."""
 LINEARIZED_MOTIONS = 20
-"""Motions, at most, along which is linearized."""
+"""The equations are linearized along at most this many motions."""
 WINDOWS_PER_MOTION = 10
-"""Length of these motions, at most, in input windows."""
+"""These motions are at most this many input windows long."""
 POINTS_PER_WINDOW = 8
-"""States in each of these windows at which is linearized."""
+"""The equations are linearized at this many states in each of these windows."""
 MEASURED_DECAYS = 3.0
-"""Length of the measured motions, in decay times."""
+"""The measured motions are at least this many linearized decay times long."""
 MEASURED_SAMPLES, LEAST_MEASURED = 20_000, 4
-"""Samples after which no more motions are measured, but at least so many motions: where the decay
-takes long, a few pairs tell what the window needs."""
+"""No more motions are measured after this many samples, but at least this many motions: where the
+decay takes long, a few pairs show what the window needs."""
 
 
 class ShortWindowError(ValueError):
@@ -44,17 +48,18 @@ class ShortWindowError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Sizing:
-    """What the window of a recipe must hold, and what it holds.
+    """A sizing says what the window of a recipe must hold, and what it holds.
 
     Attributes:
         window: the recipe's window.
-        remaining_amplitude: fraction to which initial effects shall decay.
-        modes: of the system at rest.
+        remaining_amplitude: fraction A_rel to which initial effects shall decay.
+        modes: modes of the system linearized at rest.
         linearized: decay along stretches of the recipe's motions, each as long as the input
             window, or as the mean decay time if that is longer.
-        local_worst: the longest decay time in s at an instant on the way; infinite where a mode
-            grows for a moment.
-        measured: decay times of the difference of two motions under the same input.
+        local_worst: the longest decay time in s at a single instant; infinite where a mode grows
+            for a moment.
+        measured: decay of the difference of two motions under the same input, one rate for each
+            pair.
     """
 
     window: Window
@@ -66,7 +71,7 @@ class Sizing:
 
     @property
     def problem(self) -> str | None:
-        """Why the window is too short; None if it is long enough."""
+        """The text says why the window is too short; None if it is long enough."""
         if not math.isfinite(self.measured.mean):
             rigid = len(self.modes.rigid)
             return (
@@ -78,7 +83,7 @@ class Sizing:
 
     @property
     def remark(self) -> str | None:
-        """Where the measured decay asks for more than a window that the eigenvalues accept."""
+        """The text says that the measured decay asks for more than the eigenvalues; or None."""
         window, worst = self.window, self.measured.worst
         if self.problem is not None or worst <= window.truncation_time:
             return None
@@ -98,7 +103,7 @@ class Sizing:
         )
 
     def figures(self) -> dict[str, Any]:
-        """The figures as plain values, as written to JSON."""
+        """Return the figures as plain values with SI units in their names, as written to JSON."""
         recommended = recommend_window(self.linearized.worst, self.window.step, self.window.n_out)
         return {
             "remaining_amplitude": self.remaining_amplitude,
@@ -132,13 +137,15 @@ def size_window(recipe: Recipe, system: System, seed: int | None = None) -> Sizi
     """Compute and measure the decay times of a recipe's system along its motions.
 
     Args:
-        seed: of the motions; the recipe's data seed if None.
+        recipe: window, excitation and durations.
+        system: the recipe's system.
+        seed: seed of the motions; the recipe's data seed if None.
 
     Raises:
         UnstableModeError: a mode of the system linearized at rest grows, or the slowest mode
             grows in the mean along a motion.
         SimulationError: a motion could not be simulated.
-        ValueError: the system has no damping, so that its motions never meet.
+        ValueError: the system has no damping, so that initial effects never decay.
     """
     amplitude = recipe.window.remaining_amplitude
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
@@ -150,10 +157,10 @@ def size_window(recipe: Recipe, system: System, seed: int | None = None) -> Sizi
     stream = Stream(training.number, entropy, (1.0, 1.0), duration)
     followed = range(min(MOTIONS, LINEARIZED_MOTIONS))
     draws = [draw(recipe, system, stream, index) for index in followed]
-    stride = -(-window.n_in // POINTS_PER_WINDOW)
+    stride = -(-window.n_in // POINTS_PER_WINDOW)  # rounded up
     along = _decay_along_motions(system, draws, stride, amplitude)
     linearized = _decay_over_windows(along, window, stride)
-    recommend_window(linearized.worst, window.step, window.n_out)  # refuses a lasting motion
+    recommend_window(linearized.worst, window.step, window.n_out)  # raises for an infinite time
     count = max(window.n_in, int(np.ceil(MEASURED_DECAYS * linearized.worst / window.step)))
     whole = replace(stream, duration=max(duration, count * window.step))
     pairs = min(MOTIONS, max(LEAST_MEASURED, MEASURED_SAMPLES // count))
@@ -168,7 +175,7 @@ def require_window(recipe: Recipe, sizing: Sizing) -> None:
     """Refuse a recipe whose window is too short, unless it says ``allow_short``.
 
     Raises:
-        ShortWindowError: with the numbers and the remedy.
+        ShortWindowError: the window is too short; the message gives the numbers and the remedy.
     """
     if sizing.problem is not None and not recipe.window.allow_short:
         raise ShortWindowError(
@@ -179,7 +186,7 @@ def require_window(recipe: Recipe, sizing: Sizing) -> None:
 def _decay_along_motions(
     system: System, draws: list[Draw], stride: int, remaining_amplitude: float
 ) -> list[Decay]:
-    """Decay along each of the motions, at every ``stride``-th sample."""
+    """Compute the decay along each of the motions, at every ``stride``-th sample."""
     along = []
     for index, drawn in enumerate(draws):
         states = _states_along(system, drawn.initial, drawn.inputs, stride)
@@ -191,21 +198,21 @@ def _decay_along_motions(
 
 
 def _decay_over_windows(along: list[Decay], window: Window, stride: int) -> Decay:
-    """Decay over stretches of the motions in which initial effects decay.
+    """Return the decay over stretches of the motions, one mean rate for each.
 
     A stretch is as long as the input window, as in the paper, but not shorter than the decay
-    takes in the mean: rates at single instants tell little where it takes many windows.
+    takes in the mean: rates at single instants say little where the decay takes many windows.
     """
     decay_time = Decay(
         np.concatenate([decay.rates for decay in along]), along[0].remaining_amplitude
     ).mean
-    recommend_window(decay_time, window.step, window.n_out)  # refuses a lasting motion
+    recommend_window(decay_time, window.step, window.n_out)  # raises for an infinite time
     samples = max(window.n_in, decay_time / window.step)
     return decay_in_stretches(along, math.ceil(samples / stride))
 
 
 def _states_along(system: System, initial: State, inputs: FloatArray, stride: int) -> list[State]:
-    """States at every ``stride``-th sample of a motion."""
+    """Simulate a motion and return its states at every ``stride``-th sample."""
     system.set_state(initial)
     states = []
     for k, row in enumerate(inputs):
@@ -216,9 +223,9 @@ def _states_along(system: System, initial: State, inputs: FloatArray, stride: in
 
 
 def decay_rows(figures: dict[str, Any]) -> list[tuple[str, str, str, str]]:
-    """The decay times of ``Sizing.figures`` as people read them, the headings first.
+    """Return the decay times of ``Sizing.figures`` as rows of a table, the headings first.
 
-    Measured times are those of whole motions: they have none at an instant.
+    Measured times are those of whole motions, so their last column is empty.
     """
     linearized, measured = figures["decay_time_s"], figures["measured_decay_time_s"]
     local = seconds(linearized["local_worst"])
@@ -230,7 +237,7 @@ def decay_rows(figures: dict[str, Any]) -> list[tuple[str, str, str, str]]:
 
 
 def seconds(value: float | None) -> str:
-    """A decay time as people read it."""
+    """Write a decay time in s as people read it; None stands for a motion that never decays."""
     return "without end" if value is None else f"{value:.4g} s"
 
 
@@ -239,5 +246,5 @@ def _times(decay: Decay) -> dict[str, float | None]:
 
 
 def _finite(value: float) -> float | None:
-    """A number for JSON, which knows no infinity: a motion that never decays has no time."""
+    """Return a number for JSON, which knows no infinity: None stands for it."""
     return value if math.isfinite(value) else None

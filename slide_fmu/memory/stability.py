@@ -1,7 +1,9 @@
-"""Does a state-space network forget its state, and stay bounded, beyond its trained amplitude too?
+"""A state-space network must forget its state and stay bounded, beyond its trained amplitude too.
 
-Contraction: runs from different states under the same inputs meet within one window; else the
-window does not hold the response. Growth: outputs stay bounded when the inputs grow.
+Fading memory (contraction in the recipe and in the figures): runs from different states under the
+same inputs meet within one window; else the window does not hold the response. Boundedness
+(growth): outputs grow at most a given factor faster than the inputs. Both are tested on records of
+the recipe's excitation at several amplitudes, which is no proof.
 """
 
 from __future__ import annotations
@@ -20,11 +22,12 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 
 RECORDS = 32
-"""Records of inputs at every amplitude."""
+"""The test uses this many records of inputs at every amplitude."""
 WINDOWS = 3
-"""Length of a record in input windows: until a state is usual, until two have met, and more."""
+"""A record is this many input windows long: in the first a usual state is reached, in the second
+two runs must meet, and in the third the run goes on."""
 NEWEST = 8
-"""Last samples over which a difference is taken: at a single one it may be zero by chance."""
+"""A difference is the RMS over this many last samples: a single one may be zero by chance."""
 
 
 class UnstableSurrogateError(ValueError):
@@ -33,18 +36,19 @@ class UnstableSurrogateError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class AmplitudeTest:
-    """The test at one amplitude.
+    """An amplitude test holds what was found at one amplitude.
 
     Attributes:
         amplitude: factor on the excitation's amplitude.
         growth: largest deviation of an output from its mean at amplitude 1, relative to the
-            largest there times the factor; of the worst output.
-        differences: of two runs at the end of a window, relative to the output's standard
-            deviation, of the worst output, one per record, shape (R,); infinite where a run is
-            not finite.
-        pair: outputs of two runs along the window, of the worst record, scaled,
+            largest deviation there times the factor, of the worst output; 1 is proportional
+            growth, infinite stands for outputs that are not finite.
+        differences: difference of two runs at the end of a window, relative to the output's
+            standard deviation, of the worst output, one for each record, shape (R,); infinite
+            where a run is not finite.
+        pair: outputs of the two runs of the worst record along the window, in scaled units,
             shape (2, n_in, n_outputs).
-        problem: what is wrong, in words; None if nothing.
+        problem: what is wrong, as text; None if the test has passed.
     """
 
     amplitude: float
@@ -59,12 +63,18 @@ def check_stability(
 ) -> tuple[AmplitudeTest, ...]:
     """Test a state-space surrogate at all amplitudes of its recipe.
 
+    Args:
+        surrogate: what is tested.
+        recipe: excitation, amplitudes and limits (``recipe.stability``).
+        system: the recipe's system, for the signals of its inputs.
+
     Returns:
         One test per amplitude; none for other networks, whose memory is their window.
     """
     network = surrogate.network
     if not isinstance(network, StateSpace):
         return ()
+    # a network that diverges overflows: the test reports it, so numpy need not warn
     with np.errstate(over="ignore", invalid="ignore"):
         unit, _ = network.run(_records(surrogate, recipe, system, 1.0))
     return tuple(
@@ -77,10 +87,12 @@ def require_stability(tests: tuple[AmplitudeTest, ...], recipe: Recipe, picture:
     """Refuse a network that failed a test, unless the recipe says ``allow_unstable``.
 
     Args:
-        picture: where the tests can be seen.
+        tests: as from ``check_stability``.
+        recipe: says whether failures are allowed.
+        picture: where the tests can be seen, for the message.
 
     Raises:
-        UnstableSurrogateError: with every failure and the remedy.
+        UnstableSurrogateError: a test failed; the message has every failure and the remedy.
     """
     problems = [test.problem for test in tests if test.problem is not None]
     if problems and not recipe.stability.allow_unstable:
@@ -93,7 +105,7 @@ def require_stability(tests: tuple[AmplitudeTest, ...], recipe: Recipe, picture:
 
 
 def stability_figures(tests: tuple[AmplitudeTest, ...]) -> list[dict[str, Any]]:
-    """The figures as plain values, as written to JSON."""
+    """Return the figures as plain values, as written to JSON; None stands for infinity."""
     return [
         {
             "amplitude": test.amplitude,
@@ -112,16 +124,20 @@ def _test(
     reference: tuple[float, Float32Array],
     recipe: Recipe,
 ) -> AmplitudeTest:
-    """Growth along records, and contraction of pairs of runs in their second window.
+    """Test boundedness along whole records, and fading memory in their second window.
 
     Args:
+        network: the network.
+        features: features of the records, shape (R, WINDOWS n_in, n_features).
         reference: factor on the amplitude, and outputs at amplitude 1.
+        recipe: has the limits.
     """
     (factor, unit), n = reference, network.n_samples
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         first, states = network.run(features[:, :n])
         inputs = features[:, n : 2 * n]
         own, ends = network.run(inputs, states)
+        # the other run of a pair starts from the state of the next record
         other, _ = network.run(inputs, np.roll(states, 1, axis=0))
         last, _ = network.run(features[:, 2 * n :], ends)
         middle = unit.mean(axis=(0, 1), dtype=np.float64)
@@ -138,17 +154,19 @@ def _test(
 
 
 def _at_least_tiny(values: FloatArray) -> FloatArray:
-    """Values to divide by: an output that never moves shall not move later either."""
+    """Return values to divide by: an output that never moves shall not move later either."""
     return np.maximum(values, np.finfo(np.float32).tiny)
 
 
 def _problem(factor: float, growth: float, gaps: FloatArray, recipe: Recipe) -> str | None:
+    """Say which limit of the recipe a test exceeds; None if it passes."""
     limits = recipe.stability
     if not growth <= limits.growth:
         return (
             f"at {factor:g} times the trained amplitude outputs grow {growth:.3g} times as fast "
             f"as the inputs; expected at most {limits.growth:g} times"
         )
+    # beyond the trained amplitude single pairs may stay apart: the median pair counts
     beyond = factor > 1
     gap = float(np.median(gaps) if beyond else np.max(gaps))
     limit = limits.contraction_beyond if beyond else limits.contraction
@@ -163,7 +181,7 @@ def _problem(factor: float, growth: float, gaps: FloatArray, recipe: Recipe) -> 
 
 
 def _records(surrogate: Surrogate, recipe: Recipe, system: System, factor: float) -> Float32Array:
-    """Features of records of the recipe's excitation, (RECORDS, WINDOWS n_in, q)."""
+    """Draw records of the recipe's excitation as features, (RECORDS, WINDOWS n_in, n_features)."""
     assert isinstance(surrogate.network, StateSpace)
     count = WINDOWS * surrogate.window.n_in
     duration = count * surrogate.window.step
@@ -173,5 +191,5 @@ def _records(surrogate: Surrogate, recipe: Recipe, system: System, factor: float
 
 
 def _finite(value: float) -> float | None:
-    """A number for JSON, which knows no infinity."""
+    """Return a number for JSON, which knows no infinity: None stands for it."""
     return value if np.isfinite(value) else None

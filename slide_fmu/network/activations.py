@@ -1,33 +1,63 @@
-"""The activations of networks, by name."""
+"""The activations of networks by name: value and slope, once for numpy and torch.
+
+The functions take the array and its namespace (``numpy`` or ``torch``) and use only what both
+offer under the same name and with the same positional arguments. numpy alone is imported here.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
-import numpy as np
+Array = Any
+"""An array of numpy or a tensor of torch; results have the data type of the arguments."""
+Namespace = Any
+"""The module whose functions take the arrays: ``numpy`` or ``torch``."""
 
-from slide_fmu.network.base import Float32Array
-
-
-def _elu(values: Float32Array) -> Float32Array:
-    return np.where(values > 0, values, np.expm1(np.minimum(values, 0)))
-
-
-def _gelu(values: Float32Array) -> Float32Array:
-    inner = np.float32(math.sqrt(2 / math.pi)) * (values + np.float32(0.044715) * values**3)
-    return np.asarray(np.float32(0.5) * values * (1 + np.tanh(inner)))
+_ROOT, _CUBIC = math.sqrt(2 / math.pi), 0.044715
 
 
-ACTIVATIONS: dict[str, Callable[[Float32Array], Float32Array]] = {
-    "identity": lambda values: values,
-    "relu": lambda values: np.maximum(values, 0),
-    "elu": _elu,
-    "tanh": np.tanh,
-    "gelu": _gelu,
-    "cubic": lambda values: values * values * values,
+@dataclass(frozen=True)
+class Activation:
+    """One activation, element by element, on arrays of any shape.
+
+    Attributes:
+        value: a(z), of the arguments z and their namespace.
+        slope: da/dz, of the arguments z, the value a(z) that they have, and their namespace.
+    """
+
+    value: Callable[[Array, Namespace], Array]
+    slope: Callable[[Array, Array, Namespace], Array]
+
+
+def _bend(z: Array, xp: Namespace) -> Array:
+    """The hyperbolic tangent inside of ``gelu``."""
+    return xp.tanh(_ROOT * (z + _CUBIC * z**3))
+
+
+def _gelu_slope(z: Array, _value: Array, xp: Namespace) -> Array:
+    bend = _bend(z, xp)
+    return 0.5 * (1 + bend) + 0.5 * z * (1 - bend * bend) * _ROOT * (1 + 3 * _CUBIC * z * z)
+
+
+ACTIVATIONS: dict[str, Activation] = {
+    "identity": Activation(lambda z, _xp: z, lambda z, _value, xp: xp.ones_like(z)),
+    "relu": Activation(
+        lambda z, xp: xp.where(z > 0, z, 0.0),
+        lambda z, _value, xp: xp.where(z > 0, xp.ones_like(z), 0.0),
+    ),
+    "elu": Activation(
+        lambda z, xp: xp.where(z > 0, z, xp.expm1(xp.clip(z, None, 0.0))),
+        lambda z, value, xp: xp.where(z > 0, 1.0, value + 1),
+    ),
+    "tanh": Activation(lambda z, xp: xp.tanh(z), lambda _z, value, _xp: 1 - value * value),
+    "gelu": Activation(lambda z, xp: 0.5 * z * (1 + _bend(z, xp)), _gelu_slope),
+    "cubic": Activation(lambda z, _xp: z * z * z, lambda z, _value, _xp: 3 * z * z),
 }
-"""Activation functions by name; their order is their number in the payload.
+"""The activations by name; their order is their number in the payload.
 
-``gelu`` is the form with the hyperbolic tangent.
+``elu`` is that of Clevert et al. (2016) with alpha = 1; ``gelu`` is the form with the hyperbolic
+tangent (Hendrycks and Gimpel, 2016).
 """

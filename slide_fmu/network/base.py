@@ -1,8 +1,7 @@
-"""Networks as data: what is left of a trained network, evaluated with numpy.
+"""Networks as data: what is left of a trained network, evaluated with numpy. The interface.
 
-The interface and the feed-forward family; the other family is in ``state_space.py``. A family is
-a final class of ``Network``, its reader and writer in ``network_bytes.py``, and its kernel in the
-C runtime.
+A family is a package beside this module: a final class of ``Network``, its byte layout and its
+gradient, registered in ``families.py``; and its kernel in the C runtime.
 """
 
 from __future__ import annotations
@@ -79,6 +78,15 @@ class Network(abc.ABC):
     @abc.abstractmethod
     def stepper(self) -> Stepper:
         """Start a record that is taken in sample by sample: ``stream``, step by step."""
+
+    @abc.abstractmethod
+    def block_length(self, n_outputs: int) -> int:
+        """Samples of the outputs that it knows at a time, of so many outputs."""
+
+    @property
+    @abc.abstractmethod
+    def measures_truncation(self) -> bool:
+        """Whether its steppers say what their finite memory costs: ``truncation_error``."""
 
     @property
     @abc.abstractmethod

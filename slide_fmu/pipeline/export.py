@@ -9,13 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slide_fmu.core.progress import Bar
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.python_fmu.torch_files import SUFFIXES, is_module
-from slide_fmu.surrogate.half_precision import is_rounded, rounding_loss, with_weights
 from slide_fmu.surrogate.surrogate import Surrogate
 
 if TYPE_CHECKING:
@@ -26,13 +25,6 @@ RUNS = Path("runs")
 """Where trained recipes lie if nothing else is said."""
 
 
-WIDENED = (
-    "its weights were rounded to float16 before and stay rounded: as float32 the FMU is larger, "
-    "not more accurate"
-)
-"""What is said about weights that take more room than they have digits for."""
-
-
 @dataclass(frozen=True)
 class Form:
     """Which FMU of a surrogate is written.
@@ -40,27 +32,10 @@ class Form:
     Attributes:
         fmi: version of the standard.
         sources: with C sources.
-        weights: precision of the weights of layers (``with_weights``); as they are if None.
     """
 
     fmi: FmiVersion = 2
     sources: bool = False
-    weights: str | None = None
-
-
-@dataclass(frozen=True)
-class Written:
-    """An FMU that was written.
-
-    Attributes:
-        path: of the FMU.
-        rounding: what rounding to float16 changes (``rounding_loss``); None without.
-        remark: what the user should know about it, if there is anything.
-    """
-
-    path: Path
-    rounding: dict[str, Any] | None = None
-    remark: str | None = None
 
 
 @dataclass(frozen=True)
@@ -88,7 +63,7 @@ class Request:
     runs: Path | None = None
 
 
-def export(request: Request, bar: Bar) -> Written:
+def export(request: Request, bar: Bar) -> Path:
     """Write the FMU of a recipe, of an FMU, or of a torch module.
 
     Each kind imports what it needs: an FMU is written again without the packages of the training.
@@ -96,6 +71,9 @@ def export(request: Request, bar: Bar) -> Written:
     Args:
         request: what is to become an FMU.
         bar: opens progress bars.
+
+    Returns:
+        The FMU that was written.
 
     Raises:
         FmuError: the source is no FMU of slide-fmu.
@@ -115,7 +93,7 @@ def export(request: Request, bar: Bar) -> Written:
     return export_again(request.source, request.path, request.form)
 
 
-def _export_recipe(request: Request, bar: Bar) -> Written:
+def _export_recipe(request: Request, bar: Bar) -> Path:
     from slide_fmu.pipeline.job import open_job
 
     _refuse_options_of_modules(request)
@@ -124,7 +102,7 @@ def _export_recipe(request: Request, bar: Bar) -> Written:
     return export_recipe(job, request.path, request.form)
 
 
-def export_recipe(job: Job, path: Path | None, form: Form) -> Written:
+def export_recipe(job: Job, path: Path | None, form: Form) -> Path:
     """Write the FMU of a trained recipe.
 
     An FMU of the same surrogate that ``run`` has finished keeps its report and measured error.
@@ -135,7 +113,6 @@ def export_recipe(job: Job, path: Path | None, form: Form) -> Written:
 
     Raises:
         StageError: nothing was trained.
-        ValueError: no such precision.
     """
     from slide_fmu.pipeline.job import provenance
     from slide_fmu.pipeline.stability import examine_stability
@@ -153,7 +130,7 @@ def export_recipe(job: Job, path: Path | None, form: Form) -> Written:
     return write_form(surrogate, path, form, provenance=origin)
 
 
-def export_again(source: Path, path: Path, form: Form) -> Written:
+def export_again(source: Path, path: Path, form: Form) -> Path:
     """Write the surrogate of an FMU as FMU of either standard, with this version's runtime.
 
     Args:
@@ -163,7 +140,6 @@ def export_again(source: Path, path: Path, form: Form) -> Written:
 
     Raises:
         FmuError: the source is no FMU of slide-fmu.
-        ValueError: no such precision.
     """
     surrogate, found = read_fmu(source)
     page = read_member(source, "documentation/index.html")
@@ -178,24 +154,19 @@ def write_form(
     *,
     provenance: dict[str, object] | None,
     documentation: Mapping[str, bytes] | None = None,
-) -> Written:
+) -> Path:
     """Write a surrogate as FMU of a form."""
-    stored = surrogate if form.weights is None else with_weights(surrogate, form.weights)
-    export_fmu(
-        stored,
+    return export_fmu(
+        surrogate,
         path,
         fmi=form.fmi,
         provenance=provenance,
         documentation=documentation,
         sources=form.sources,
     )
-    if form.weights == "float16":
-        return Written(path, rounding_loss(surrogate, stored))
-    widened = form.weights == "float32" and is_rounded(surrogate)
-    return Written(path, remark=WIDENED if widened else None)
 
 
-def _export_module(request: Request) -> Written:
+def _export_module(request: Request) -> Path:
     """Write a torch module as FMU that needs Python where it runs."""
     from slide_fmu.python_fmu.torch_export import ModuleError, export_module
 
@@ -206,7 +177,7 @@ def _export_module(request: Request) -> Written:
             f"{request.source}: what are its signals, and where to? give --description "
             "signals.toml and -o PATH"
         )
-    return Written(export_module(request.source, request.description, request.path))
+    return export_module(request.source, request.description, request.path)
 
 
 def _require_module_export(request: Request) -> None:
@@ -231,7 +202,7 @@ def _require_module_export(request: Request) -> None:
     if request.form != Form():
         raise ModuleError(
             f"{source}: the python backend writes the module as it is, as FMI 2.0; leave out "
-            "--fmi 3, --source and --weights, which are for native FMUs"
+            "--fmi 3 and --source, which are for native FMUs"
         )
 
 

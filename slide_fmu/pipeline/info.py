@@ -24,7 +24,10 @@ def describe_fmu(fmu: Path) -> dict[str, Any]:
     return {
         "name": surrogate.name,
         "inputs": [vars(signal) for signal in surrogate.inputs],
-        "outputs": [vars(signal) for signal in surrogate.outputs],
+        "outputs": [
+            {name: value for name, value in vars(signal).items() if name not in ("hold", "angle")}
+            for signal in surrogate.outputs
+        ],
         "hold": surrogate.hold,
         "window": vars(surrogate.window),
         "parameters": surrogate.network.count_parameters(),

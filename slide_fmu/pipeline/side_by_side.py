@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, cosines_of
 from slide_fmu.cosim.ssp import write_comparison
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
-from slide_fmu.features.director import Director
 from slide_fmu.fmu.description.reading import read_description
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
@@ -80,14 +79,15 @@ def led_in(surrogate: Surrogate, drawn: Draw) -> FloatArray:
     There are masters that step all FMUs once before they pass any values on, so that the first
     step sees start values, or zeros. If the second step were somewhere else, a prescribed motion
     would begin with a blow that no training saw. So the deviation from the start values grows
-    smoothly over the burn-in. An angle's director stays as it was drawn: there is no way to it
-    from zero, which is no direction.
+    smoothly over the burn-in. The cosine and sine of an angle stay as they were drawn: there is
+    no way to them from zero, which is no direction.
 
     Returns:
         Shape (burn_in + N, n_inputs), in the inputs' units.
     """
-    if isinstance(surrogate.network.features.features, Director):
-        return drawn.inputs
     passed = np.minimum(np.arange(len(drawn.inputs)) / max(1, drawn.burn_in), 1.0)[:, None]
     part = passed**3 * (10 - 15 * passed + 6 * passed**2)  # smooth at both ends, twice
-    return np.asarray(surrogate.starts + part * (drawn.inputs - surrogate.starts))
+    inputs = np.asarray(surrogate.starts + part * (drawn.inputs - surrogate.starts))
+    turning = [index + i for index in cosines_of(surrogate.inputs) for i in (0, 1)]
+    inputs[:, turning] = drawn.inputs[:, turning]
+    return inputs

@@ -15,7 +15,7 @@ import numpy as np
 from pythonfmu import Boolean, DefaultExperiment, Fmi2Causality, Fmi2Slave, Real
 from pythonfmu.enums import Fmi2Initial, Fmi2Status, Fmi2Variability
 
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.python_fmu.writer import child, complete, keep_module_of
 from slide_fmu.systems.base import SimulationError, State
 from slide_fmu.systems.loading import Parameter, load_system
@@ -56,7 +56,7 @@ class SystemSlave(Fmi2Slave):  # type: ignore[misc]
             "coordinates": rest.coordinates.copy(),
             "velocities": rest.velocities.copy(),
         }
-        if self.system.hold == "ramp":
+        if hold_of(self.system.inputs) == "first_order":
             self.initial["last_input"] = rest.last_input.copy()
         self.from_state = False
         self.started = False

@@ -20,7 +20,7 @@ from typing import Annotated, Any
 from pydantic import ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from slide_fmu.core.scaling import Affine, range_scaling
-from slide_fmu.core.signals import Hold, Signal
+from slide_fmu.core.signals import FORMER_HOLDS, Hold, Signal
 from slide_fmu.core.window import MAX_WINDOW
 from slide_fmu.fmu.description.names import IN_RANGE, PREHISTORY_KNOWN, WINDOW_FILLED, initial_name
 from slide_fmu.fmu.export import MODULE
@@ -30,6 +30,9 @@ from slide_fmu.recipe.learning import PositiveFloat, Table
 from slide_fmu.recipe.reading import mistakes
 
 NEEDED = ("torch", "numpy")
+
+SAID = ("name", "unit", "low", "high", "description", "start")
+"""What a description says of every signal."""
 
 LONGEST_NAME = 100
 """Of an FMU: it becomes part of the names of files."""
@@ -120,7 +123,7 @@ class SignalTable(Table):
         """As the slave reads it: nothing left out."""
         signal, scaling = self.signal(), self.scaling()
         return {
-            **asdict(signal),
+            **{name: value for name, value in asdict(signal).items() if name in SAID},
             "start": signal.start_value,
             "offset": float(scaling.offset[0]),
             "scale": float(scaling.scale[0]),
@@ -132,7 +135,8 @@ class ModuleTable(Table):
 
     Attributes:
         name: of the FMU and of its class: an identifier in C and in Python.
-        hold: how inputs act between samples, as in the module's training.
+        hold: how inputs act between samples, as in the module's training; the words of former
+            versions, ``held`` and ``ramp``, are read too.
         window: what it sees.
         inputs: in the order of the columns of its argument, shape (1, n_in, n_inputs), float32,
             oldest sample first.
@@ -140,10 +144,15 @@ class ModuleTable(Table):
     """
 
     name: str
-    hold: Hold = "held"
+    hold: Hold = "zero_order"
     window: WindowTable
     inputs: Annotated[tuple[SignalTable, ...], Field(min_length=1)]
     outputs: Annotated[tuple[SignalTable, ...], Field(min_length=1)]
+
+    @field_validator("hold", mode="before")
+    @classmethod
+    def _in_words_of_today(cls, hold: object) -> object:
+        return FORMER_HOLDS.get(hold, hold) if isinstance(hold, str) else hold
 
     @field_validator("name")
     @classmethod
@@ -194,7 +203,7 @@ def export_module(module: Path, description: Path, path: Path) -> Path:
         "needs": needs,
         "hold": table.hold,
         "window": table.window.model_dump(),
-        "inputs": [signal.figures() for signal in table.inputs],
+        "inputs": [{**signal.figures(), "hold": table.hold} for signal in table.inputs],
         "outputs": [signal.figures() for signal in table.outputs],
     }
     resources = {

@@ -66,7 +66,7 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         self.prehistory_known = 0.0
         self.offset = np.array([signal["offset"] for signal in signals])
         self.scale = np.array([signal["scale"] for signal in signals])
-        self.past = PastInputs(self.n_in, self.sample_step, self.about["hold"] == "ramp")
+        self.past = PastInputs(self.n_in, self.sample_step, signals[0]["hold"] == "first_order")
         self.clock, self.filled = Clock(self.sample_step), 0.0
         self.stepping = False
         self.refused: str | None = None  # why the next step is

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from slide_fmu.core.scaling import Affine, range_scaling
-from slide_fmu.features.base import Features
-from slide_fmu.features.chain_motion import ChainMotion
-from slide_fmu.features.differences import Differences
-from slide_fmu.features.director import Director
-from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
+from slide_fmu.features.base import Features, Offered
+from slide_fmu.features.sets import feature_set as set_of_names
+from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.systems.base import System
 
@@ -23,32 +19,8 @@ def feature_set(names: tuple[str, ...], system: System, scaling: Affine) -> Feat
     Raises:
         ValueError: names are unknown or of several sets, or the system has not what the set needs.
     """
-    offered = {
-        "differences": Differences.NAMES,
-        "director": tuple(Director.blocks),
-        "chain motion": tuple(ChainMotion.WIDTHS),
-    }
-    found = [kind for kind, names_of in offered.items() if set(names) <= set(names_of)]
-    if not found:
-        lists = "; ".join(f"{', '.join(known)} ({kind})" for kind, known in offered.items())
-        raise ValueError(f"features {list(names)}; expected names of one set: {lists}")
-    n_inputs = len(system.inputs)
-    if found[0] == "differences":
-        return Differences(n_inputs, max(Differences.NAMES.index(name) for name in names))
-    if found[0] == "director":
-        centred = np.allclose(scaling.offset, 0) and np.ptp(scaling.scale) == 0
-        if n_inputs != Director.n_channels or not centred:
-            raise ValueError(
-                f"features {list(names)} of {n_inputs} inputs; expected two, the cosine and sine "
-                "of an angle, with the same range about 0"
-            )
-        return Director()
-    if system.chain is None:
-        raise ValueError(
-            f"features {list(names)} need the system's serial chain (System.chain); this system "
-            "has none: give it one, or use other features"
-        )
-    return ChainMotion(system.chain, scaling.offset, scaling.scale, system.step)
+    offered = Offered(system.inputs, scaling, system.step, system.chain)
+    return set_of_names(names, offered)
 
 
 def require_features(recipe: Recipe, system: System) -> None:
@@ -57,7 +29,7 @@ def require_features(recipe: Recipe, system: System) -> None:
     Raises:
         RecipeError: with the table, and what is wrong in it.
     """
-    tables: dict[str, FeedForwardRecipe | StateSpaceRecipe] = {"network": recipe.network}
+    tables: dict[str, NetworkTable] = {"network": recipe.network}
     if recipe.estimator is not None:
         tables["estimator.network"] = recipe.estimator.network
     for place, table in tables.items():

@@ -1,13 +1,17 @@
-"""The recipe's tables about learning: network families and how they are trained."""
+"""The recipe's tables about learning: network families and how they are trained.
+
+A network family joins with its table, that of its training, and its place in ``NetworkTable``,
+``TrainingTable`` and ``METHODS`` at the end; nothing else of the recipe names the families.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, model_validator
 
-from slide_fmu.features.differences import Differences
+from slide_fmu.features.sets import LINEAR_NAMES
 
 PositiveInt = Annotated[int, Field(gt=0)]
 NonNegativeInt = Annotated[int, Field(ge=0)]
@@ -23,12 +27,12 @@ class Table(BaseModel):
 
 def _require_odd(names: tuple[str, ...], readout: tuple[str, ...] = ()) -> None:
     """Refuse to leave out the biases of a network that is not odd without them either."""
-    others = [name for name in names if name not in Differences.NAMES]
+    others = [name for name in names if name not in LINEAR_NAMES]
     if others or readout:
         more = f" and readout = {list(readout)}" if readout else ""
         raise ValueError(
             f"bias = false with the features {list(names)}{more}; expected true, or features "
-            f"out of {', '.join(Differences.NAMES)} without a readout: only then does the network "
+            f"out of {', '.join(LINEAR_NAMES)} without a readout: only then does the network "
             "answer -u with -y"
         )
 
@@ -37,6 +41,7 @@ class FeedForwardRecipe(Table):
     """The paper's feed-forward network.
 
     Attributes:
+        LEARNS_BEYOND: whether its fit uses trajectories beyond the range (``data.beyond``).
         family: names the network family.
         hidden: widths of the hidden layers; empty for one affine map.
         activation: activation of the hidden layers.
@@ -48,6 +53,7 @@ class FeedForwardRecipe(Table):
         features: names of the features that it sees (``slide_fmu.features.base``).
     """
 
+    LEARNS_BEYOND: ClassVar[bool] = False
     family: Literal["feed_forward"]
     hidden: tuple[PositiveInt, ...]
     activation: Literal["identity", "relu", "elu", "tanh", "gelu", "cubic"] = "relu"
@@ -66,6 +72,11 @@ class FeedForwardRecipe(Table):
         """Names of all features that it uses."""
         return self.features
 
+    @property
+    def sees_whole_window(self) -> bool:
+        """Whether every output depends on all n_in inputs of the window, by its form alone."""
+        return not self.time_invariant
+
 
 def _size_from(least: int) -> Callable[[Any], Any]:
     """Check of a size that may also be found automatically."""
@@ -83,6 +94,7 @@ class StateSpaceRecipe(Table):
     """The nonlinear state-space network, run from zero state over the window.
 
     Attributes:
+        LEARNS_BEYOND: whether its fit uses trajectories beyond the range (``data.beyond``).
         family: names the network family.
         order: number of states that carry the response; ``"auto"``: from the eigenvalues of the
             linearized system in the excited band (else from impulse responses), raised while the
@@ -104,6 +116,7 @@ class StateSpaceRecipe(Table):
         turned_pairs: pairs of states that gated units see in the turned frame of the features.
     """
 
+    LEARNS_BEYOND: ClassVar[bool] = True
     family: Literal["state_space"] = "state_space"
     order: Annotated[int | Literal["auto"], PlainValidator(_size_from(1))] = "auto"
     hidden: Annotated[int | Literal["auto"], PlainValidator(_size_from(0))] = "auto"
@@ -152,6 +165,11 @@ class StateSpaceRecipe(Table):
     def feature_names(self) -> tuple[str, ...]:
         """Names of all features that it uses, each once."""
         return tuple(dict.fromkeys(name for names in self.roles().values() for name in names))
+
+    @property
+    def sees_whole_window(self) -> bool:
+        """Whether every output depends on all n_in inputs of the window: only the newest does."""
+        return False
 
 
 class LeastSquaresRecipe(Table):
@@ -231,5 +249,9 @@ class TrainingRecipe(Table):
     precision: Literal["float32", "float64"] = "float32"
 
 
+NetworkTable = Annotated[FeedForwardRecipe | StateSpaceRecipe, Field(discriminator="family")]
+"""The table of any network family."""
+TrainingTable = Annotated[TrainingRecipe | LeastSquaresRecipe, Field(discriminator="method")]
+"""The table of any training."""
 METHODS = {"feed_forward": "adam", "state_space": "levenberg_marquardt"}
 """Training method of each network family."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Any
 
 from pydantic import Field, model_validator
 
@@ -11,13 +11,13 @@ from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.learning import (
     METHODS,
-    FeedForwardRecipe,
     LeastSquaresRecipe,
+    NetworkTable,
     PositiveFloat,
     PositiveInt,
     StateSpaceRecipe,
     Table,
-    TrainingRecipe,
+    TrainingTable,
 )
 
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond")
@@ -144,12 +144,8 @@ class Recipe(Table):
     system: SystemRecipe
     window: WindowRecipe
     data: DataRecipe
-    network: Annotated[FeedForwardRecipe | StateSpaceRecipe, Field(discriminator="family")] = (
-        StateSpaceRecipe()
-    )
-    training: Annotated[TrainingRecipe | LeastSquaresRecipe, Field(discriminator="method")] = (
-        LeastSquaresRecipe()
-    )
+    network: NetworkTable = StateSpaceRecipe()
+    training: TrainingTable = LeastSquaresRecipe()
     estimator: EstimatorRecipe | None = None
     stability: StabilityRecipe = StabilityRecipe()
     validation: ValidationRecipe = ValidationRecipe()
@@ -181,7 +177,7 @@ class Recipe(Table):
 
     @model_validator(mode="after")
     def _beyond_is_learnt(self) -> Recipe:
-        if self.data.beyond and not isinstance(self.network, StateSpaceRecipe):
+        if self.data.beyond and not self.network.LEARNS_BEYOND:
             raise ValueError(
                 f"data.beyond = {self.data.beyond}; expected 0 for network.family = "
                 f"{self.network.family!r}: state-space networks alone learn from them"
@@ -204,7 +200,7 @@ class Recipe(Table):
             return 0
         return int(getattr(self.data, split))
 
-    def trainings(self) -> tuple[TrainingRecipe | LeastSquaresRecipe, ...]:
+    def trainings(self) -> tuple[TrainingTable, ...]:
         """All trainings of the recipe: of the surrogate, then of its error estimator."""
         if self.estimator is None:
             return (self.training,)
@@ -218,8 +214,7 @@ class Recipe(Table):
         whole span is scored.
         """
         window, burn_in = self.window, round(self.data.burn_in / self.window.step)
-        network = self.network
-        whole = isinstance(network, FeedForwardRecipe) and not network.time_invariant
+        whole = self.network.sees_whole_window
         seen = window.n_in if whole else window.n_in - window.n_out + 1
         first = max(burn_in + 1, seen)
         scored = 1 if self.estimator is None else self.estimator.span or window.n_out

@@ -50,7 +50,7 @@ def _require_same_signals(recipe: Recipe, made: System, reference: System) -> No
     for what, found, wanted in (
         ("inputs", _ranges(reference.inputs), _ranges(made.inputs)),
         ("outputs", _ranges(reference.outputs), _ranges(made.outputs)),
-        ("hold of the inputs", reference.hold, made.hold),
+        ("hold and angle of the inputs", _meanings(reference.inputs), _meanings(made.inputs)),
         ("geometry of the serial chain", _geometry(reference), _geometry(made)),
     ):
         if found != wanted:
@@ -63,6 +63,10 @@ def _require_same_signals(recipe: Recipe, made: System, reference: System) -> No
 
 def _ranges(signals: tuple[Signal, ...]) -> list[tuple[str, str, float, float]]:
     return [(signal.name, signal.unit, signal.low, signal.high) for signal in signals]
+
+
+def _meanings(signals: tuple[Signal, ...]) -> list[tuple[str, str | None]]:
+    return [(signal.hold, signal.angle) for signal in signals]
 
 
 def _geometry(system: System) -> dict[str, list[float]] | None:

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.features.gradient import PullBack, pull_back_features
-from slide_fmu.network.state_space.gradient import pull_back_block
+from slide_fmu.features.base import PullBack
+from slide_fmu.network.gradient import pull_back_block
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
@@ -71,7 +71,7 @@ def _pull_back(surrogate: Surrogate, windows: NDArray[Any]) -> PullBack:
     if len(checked) == 0:
         return lambda _weights: np.zeros(checked.shape)
     scaled = surrogate.input_scaling.apply(checked)
-    of_features = pull_back_features(network.features, scaled)
+    of_features = network.features.pull_back(scaled)
     of_values = pull_back_block(network, network.features.along(scaled), window.n_out)
 
     def pull_back(weights: FloatArray) -> FloatArray:

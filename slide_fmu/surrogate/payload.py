@@ -3,20 +3,26 @@
 The second reader is the C runtime, ``slide_fmu/fmu/runtime/bytes/payload.c``; both reject the same
 files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` IEEE 754.
 
-    file     := "SLIDEFMU"  u32 version (4)  section*  u32 crc32 (of all bytes before it)
+    file     := "SLIDEFMU"  u32 version (5)  section*  u32 crc32 (of all bytes before it)
     section  := 4-byte tag  u32 length in bytes (a multiple of 4)  content
     sections, in this order, each once; ESTI may be absent:
-    WIND     := f64 step/s  u32 n_in  u32 n_out  u32 n_inputs  u32 n_outputs  u32 hold
-    SCIN     := n_inputs  x (f64 offset  f64 scale  f64 start)   input = (u - offset) / scale
+    WIND     := f64 step/s  u32 n_in  u32 n_out  u32 n_inputs  u32 n_outputs
+    SCIN     := n_inputs  x (f64 offset  f64 scale  f64 start    input = (u - offset) / scale
+                             u32 hold  u32 angle)
     SCOU     := n_outputs x (f64 offset  f64 scale)              y = offset + scale * output
     PRED     := network                                          the surrogate
     ESTI     := f64 low  f64 high  u32 positions  network        the error estimator
                 f32 least[count]  f32 largest[count]             of its features
     META     := UTF-8 JSON, padded with spaces                   signals; the C runtime skips it
-    network  := see network_bytes.py
+    network  := see slide_fmu/network/bytes.py
 
-Inputs and outputs in SCIN and SCOU are those of the network. Hold (signals.Hold): 0 held, 1 ramp.
-Start: u before anybody sets it, finite and within offset -+ scale (``check_starts``).
+Inputs and outputs in SCIN and SCOU are those of the network. Start: u before anybody sets it,
+finite and within offset -+ scale. Hold: 0 zero-order, 1 first-order; the same for all inputs.
+Angle: 0 none; 1 the cosine of an angle, with its sine, 2, in the next row; both with offset 0 and
+the same scale. What else a signal is stands in META, and its start there too.
+
+Files of version 4 (one hold for all inputs behind n_outputs in WIND, no hold and angle in SCIN)
+are read here only: their angle is found in the features of their network.
 
 A feed-forward surrogate gives n_outputs values per evaluation (n_samples = n_in - n_out + 1; a
 block is n_out evaluations, one per position), or n_out * n_outputs values (n_samples = n_in; a
@@ -32,77 +38,72 @@ the mean square of e, times the scale of SCOU, is the estimate.
 
 from __future__ import annotations
 
-import math
+import json
 import struct
 import zlib
-from dataclasses import dataclass
-from typing import get_args
+from collections.abc import Callable
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.scaling import Affine, LogError
-from slide_fmu.core.signals import FloatArray, Hold
-from slide_fmu.core.window import MAX_WINDOW, Window
-from slide_fmu.network.base import Network
-from slide_fmu.network.bytes import Reader, decode_network, encode_network
+from slide_fmu.core.signals import Angle, FloatArray, Hold, Signal
+from slide_fmu.core.window import Window
+from slide_fmu.features.director import Director
+from slide_fmu.network.bytes import decode_network, encode_network
 from slide_fmu.network.feed_forward import FeedForward
-from slide_fmu.network.state_space import StateSpace
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 
-MAGIC = b"SLIDEFMU"
-VERSION = 4
-HOLDS: tuple[Hold, ...] = get_args(Hold)
-"""How inputs act between samples; their order is their number in the payload."""
+if TYPE_CHECKING:
+    from slide_fmu.surrogate.surrogate import Surrogate
 
-START_TOLERANCE = 1e-12
-"""How far a start may lie outside offset -+ scale, relative to |offset| + scale: rounding."""
+MAGIC = b"SLIDEFMU"
+VERSION = 5
+HOLDS: tuple[Hold, ...] = ("zero_order", "first_order")
+ANGLES: tuple[Angle | None, ...] = (None, "cosine", "sine")
+"""Places in both are the numbers in the file."""
+
+INPUT_ROW = struct.Struct("<dddII")
+
+Made = TypeVar("Made")
 
 
 class PayloadError(ValueError):
     """A surrogate file is damaged, of another version, or not a surrogate file."""
 
 
-@dataclass(frozen=True, eq=False)
-class Payload:
-    """All that a surrogate file holds; starts: inputs before anybody sets them."""
-
-    window: Window
-    hold: Hold
-    input_scaling: Affine
-    starts: FloatArray
-    output_scaling: Affine
-    network: Network
-    estimator: ErrorEstimator | None
-    metadata: str
-
-
-def encode(payload: Payload) -> bytes:
-    """The bytes of a surrogate file; the same payload gives the same bytes."""
-    window = payload.window
-    n_inputs, n_outputs = len(payload.input_scaling.scale), len(payload.output_scaling.scale)
+def encode(surrogate: Surrogate) -> bytes:
+    """The bytes of a surrogate file; the same surrogate gives the same bytes."""
+    window, scaling = surrogate.window, surrogate.output_scaling
+    sizes = len(surrogate.inputs), len(surrogate.outputs)
     body = MAGIC + struct.pack("<I", VERSION)
     body += _section(
-        b"WIND",
-        struct.pack("<dIIII", window.step, window.n_in, window.n_out, n_inputs, n_outputs)
-        + struct.pack("<I", HOLDS.index(payload.hold)),
+        b"WIND", struct.pack("<dIIII", window.step, window.n_in, window.n_out, *sizes)
     )
-    scaling = payload.input_scaling
-    body += _section(b"SCIN", _columns(scaling.offset, scaling.scale, payload.starts))
-    scaling = payload.output_scaling
-    body += _section(b"SCOU", _columns(scaling.offset, scaling.scale))
-    body += _section(b"PRED", encode_network(payload.network))
-    if payload.estimator is not None:
-        log_error = payload.estimator.log_error
-        head = struct.pack("<ddI", log_error.low, log_error.high, payload.estimator.positions)
-        ranges = payload.estimator.ranges.astype("<f4").tobytes()
-        body += _section(b"ESTI", head + encode_network(payload.estimator.network) + ranges)
-    metadata = payload.metadata.encode("utf-8")
-    body += _section(b"META", metadata + b" " * (-len(metadata) % 4))
+    body += _section(b"SCIN", _input_rows(surrogate.inputs, surrogate.input_scaling))
+    body += _section(b"SCOU", np.stack([scaling.offset, scaling.scale], 1).astype("<f8").tobytes())
+    body += _section(b"PRED", encode_network(surrogate.network))
+    if surrogate.estimator is not None:
+        body += _section(b"ESTI", _encode_estimator(surrogate.estimator))
+    metadata = {
+        "name": surrogate.name,
+        "inputs": [_row(signal) for signal in surrogate.inputs],
+        "outputs": [_row(signal) for signal in surrogate.outputs],
+    }
+    text = json.dumps(metadata, sort_keys=True, ensure_ascii=False).encode("utf-8")
+    body += _section(b"META", text + b" " * (-len(text) % 4))
     return body + struct.pack("<I", zlib.crc32(body))
 
 
-def decode(data: bytes) -> Payload:
+def decode(data: bytes, make: Callable[..., Made]) -> Made:
     """Read a surrogate file.
+
+    Args:
+        data: its bytes.
+        make: gives the result from the fields of ``Surrogate``, in their order, and checks that
+            they belong together: ``Surrogate`` itself.
 
     Raises:
         PayloadError: with the offset and what was expected there.
@@ -110,102 +111,143 @@ def decode(data: bytes) -> Payload:
     if len(data) < 16 or data[:8] != MAGIC:
         raise PayloadError("not a surrogate file: expected it to begin with 'SLIDEFMU'")
     (version,) = struct.unpack_from("<I", data, 8)
-    if version != VERSION:
-        raise PayloadError(f"surrogate file of version {version}; expected version {VERSION}")
+    if version not in (4, VERSION):
+        raise PayloadError(
+            f"surrogate file of version {version}; expected version {VERSION}: make it again from "
+            "its recipe with slide-fmu train, or use the version of slide-fmu that made it"
+        )
     (checksum,) = struct.unpack_from("<I", data, len(data) - 4)
     if zlib.crc32(data[:-4]) != checksum:
         raise PayloadError("surrogate file is damaged: its checksum does not match its content")
     reader = Reader(data[:-4], 12)
     try:
-        payload = _decode_sections(reader)
+        if version == 4:
+            reader = Reader(_sections_of_version_4(reader), 0)
+        parts = _decode_sections(reader)
+        if reader.position != len(reader.data):
+            raise ValueError("unexpected bytes after the last section")
+        return make(*parts)
+    except RecursionError as error:
+        raise PayloadError("surrogate file: metadata is nested too deeply") from error
     except ValueError as error:
         raise PayloadError(f"surrogate file, near byte {reader.position}: {error}") from error
-    if reader.position != len(reader.data):
-        raise PayloadError(f"surrogate file: unexpected bytes after byte {reader.position}")
-    return payload
 
 
-def check_starts(scaling: Affine, starts: FloatArray) -> None:
-    """Refuse start values of inputs that do not lie in offset -+ scale, the scaled range.
-
-    Raises:
-        ValueError: with the input.
-    """
-    rows = zip(scaling.offset.tolist(), scaling.scale.tolist(), starts.tolist(), strict=True)
-    for index, (offset, scale, start) in enumerate(rows):
-        allowed = scale + START_TOLERANCE * (abs(offset) + scale)
-        if not (math.isfinite(start) and abs(start - offset) <= allowed):
-            raise ValueError(
-                f"input {index} starts at {start:g}, but its scaling covers {offset - scale:g} to "
-                f"{offset + scale:g}; scale the input by its range"
-            )
-
-
-def check_block_sizes(window: Window, network: Network, n_outputs: int) -> None:
-    """Refuse a surrogate network that does not fit its window.
-
-    Raises:
-        ValueError: neither one sample per evaluation nor one block per evaluation.
-    """
-    if isinstance(network, StateSpace):
-        found = (network.n_samples, network.n_out, network.n_values)
-        expected = (window.n_in, window.n_out, n_outputs)
-        if found != expected:
-            raise ValueError(
-                f"state-space network with n_samples, n_out, n_values = {found}; "
-                f"expected {expected}, those of the window and the outputs"
-            )
-        return
-    one = (window.receptive_field, n_outputs)
-    block = (window.n_in, window.n_out * n_outputs)
-    if (network.n_samples, network.n_values) not in (one, block):
-        raise ValueError(
-            f"surrogate network maps {network.n_samples} samples to {network.n_values} values; "
-            f"expected {one[0]} to {one[1]} or {block[0]} to {block[1]}"
-        )
+def _sections_of_version_4(reader: Reader) -> bytes:
+    """The sections of a file of version 4 as they are in one of this version."""
+    window, inputs = reader.section(b"WIND"), reader.section(b"SCIN")
+    sizes, hold = window.take(24), window.u32()
+    rest = reader.data[reader.position :]
+    reader.section(b"SCOU")
+    network = reader.section(b"PRED")
+    network.u32()  # its family
+    angles = (1, 2) if network.u32() == Director.NUMBER else ()
+    rows = b""
+    for index in range(len(inputs.data) // 24):
+        angle = angles[index] if index < len(angles) else 0
+        rows += inputs.take(24) + struct.pack("<II", hold, angle)
+    return _section(b"WIND", sizes) + _section(b"SCIN", rows) + rest
 
 
 def _section(tag: bytes, content: bytes) -> bytes:
     return tag + struct.pack("<I", len(content)) + content
 
 
-def _columns(*columns: FloatArray) -> bytes:
-    """Numbers by channel, those of a channel together."""
-    return np.stack(columns, axis=1).astype("<f8").tobytes()
+def _row(signal: Signal) -> dict[str, Any]:
+    """What META says of a signal."""
+    row = asdict(signal)
+    del row["hold"], row["angle"]
+    return row
 
 
-def _decode_sections(reader: Reader) -> Payload:
+def _input_rows(inputs: tuple[Signal, ...], scaling: Affine) -> bytes:
+    rows = zip(inputs, scaling.offset.tolist(), scaling.scale.tolist(), strict=True)
+    return b"".join(
+        INPUT_ROW.pack(
+            offset,
+            scale,
+            signal.start_value,
+            HOLDS.index(signal.hold),
+            ANGLES.index(signal.angle),
+        )
+        for signal, offset, scale in rows
+    )
+
+
+def _decode_sections(reader: Reader) -> tuple[Any, ...]:
+    """The fields of ``Surrogate``, in their order."""
     section = reader.section(b"WIND")
     step = float(section.f64(1)[0])
-    n_in, n_out, n_inputs, n_outputs, hold = (section.u32() for _ in range(5))
+    n_in, n_out, n_inputs, n_outputs = (section.u32() for _ in range(4))
     section.done()
     window = Window(step, n_in, n_out)
-    if hold >= len(HOLDS):
-        raise ValueError(f"hold {hold}; expected less than {len(HOLDS)}")
-    if n_in > MAX_WINDOW or n_inputs < 1 or n_outputs < 1:
-        raise ValueError(f"n_in {n_in}, n_inputs {n_inputs}, n_outputs {n_outputs} out of range")
-    offset, scale, starts = _decode_columns(reader.section(b"SCIN"), n_inputs, 3)
-    input_scaling = Affine(offset, scale)
-    check_starts(input_scaling, starts)
+    if n_inputs < 1 or n_outputs < 1:
+        raise ValueError(f"n_inputs {n_inputs}, n_outputs {n_outputs}; expected some of both")
+    rows = _decode_input_rows(reader.section(b"SCIN"), n_inputs)
+    input_scaling = Affine.of_channels([row[0] for row in rows], [row[1] for row in rows])
     output_scaling = Affine(*_decode_columns(reader.section(b"SCOU"), n_outputs, 2))
     section = reader.section(b"PRED")
     network = decode_network(section, n_inputs)
     section.done()
-    check_block_sizes(window, network, n_outputs)
     estimator = None
     if reader.data[reader.position : reader.position + 4] == b"ESTI":
         estimator = _decode_estimator(reader.section(b"ESTI"), n_inputs)
-        estimator.require_outputs(n_outputs)
     section = reader.section(b"META")
-    metadata = section.take(len(section.data)).decode("utf-8").rstrip(" ")
-    scalings = input_scaling, starts, output_scaling
-    return Payload(window, HOLDS[hold], *scalings, network, estimator, metadata)
+    text = section.take(len(section.data)).decode("utf-8").rstrip(" ")
+    name, inputs, outputs = _signals(text, rows)
+    return name, window, inputs, outputs, input_scaling, output_scaling, network, estimator
+
+
+def _decode_input_rows(
+    section: Reader, n_inputs: int
+) -> list[tuple[float, float, float, Hold, Angle | None]]:
+    """Offset, scale, start, hold and angle of every input."""
+    rows = []
+    for row in INPUT_ROW.iter_unpack(section.take(INPUT_ROW.size * n_inputs)):
+        for what, number, words in (("hold", row[3], HOLDS), ("angle", row[4], ANGLES)):
+            if number >= len(words):
+                raise ValueError(f"{what} {number}; expected less than {len(words)}")
+        rows.append((*row[:3], HOLDS[row[3]], ANGLES[row[4]]))
+    section.done()
+    return rows
+
+
+def _signals(
+    text: str, rows: list[tuple[float, float, float, Hold, Angle | None]]
+) -> tuple[str, tuple[Signal, ...], tuple[Signal, ...]]:
+    """The name and the signals, by META and by the rows of the inputs."""
+    try:
+        metadata = json.loads(text)
+        described = metadata["inputs"]
+        if len(described) != len(rows):
+            raise ValueError(f"{len(described)} inputs; expected {len(rows)}, those of SCIN")
+        inputs = tuple(
+            Signal(**signal, hold=hold, angle=angle)
+            for signal, (*_, hold, angle) in zip(described, rows, strict=True)
+        )
+        name, outputs = metadata["name"], tuple(Signal(**row) for row in metadata["outputs"])
+        if not isinstance(name, str):
+            raise ValueError(f"name {name!r}; expected text")
+    except (AttributeError, KeyError, OverflowError, TypeError, ValueError) as error:
+        raise ValueError(f"metadata is damaged: {error!r}") from error
+    starts = [signal.start_value for signal in inputs]
+    if starts != [row[2] for row in rows]:
+        raise ValueError(
+            f"by its metadata, inputs start at {starts}; expected {[row[2] for row in rows]}"
+        )
+    return name, inputs, outputs
 
 
 def _decode_columns(section: Reader, channels: int, count: int) -> tuple[FloatArray, ...]:
     rows = section.f64(count * channels).reshape(channels, count)
     section.done()
     return tuple(rows.T.copy())
+
+
+def _encode_estimator(estimator: ErrorEstimator) -> bytes:
+    log_error = estimator.log_error
+    head = struct.pack("<ddI", log_error.low, log_error.high, estimator.positions)
+    return head + encode_network(estimator.network) + estimator.ranges.astype("<f4").tobytes()
 
 
 def _decode_estimator(section: Reader, n_inputs: int) -> ErrorEstimator:

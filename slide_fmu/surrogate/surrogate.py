@@ -2,36 +2,28 @@
 
 from __future__ import annotations
 
-import json
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.scaling import Affine
-from slide_fmu.core.signals import FloatArray, Hold, Signal
+from slide_fmu.core.signals import FloatArray, Hold, Signal, cosines_of, hold_of
 from slide_fmu.core.window import Window
-from slide_fmu.features.director import Director
 from slide_fmu.network.base import BATCH, Network, Stepper
 from slide_fmu.network.feed_forward import SlidingWindow
+from slide_fmu.surrogate.checks import check_block_sizes, check_signals, check_starts
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
-from slide_fmu.surrogate.payload import (
-    Payload,
-    PayloadError,
-    check_block_sizes,
-    check_starts,
-    decode,
-    encode,
-)
+from slide_fmu.surrogate.payload import decode, encode
 
 RANGE_SLACK = 1e-6
 """Scaled inputs have the range -1 to 1; how far outside they still count as inside: rounding."""
 
 LENGTH_SLACK = 0.01
-"""How far the length of a director, which was 1 in the training, may be from that."""
+"""How far the length of an angle's cosine and sine, 1 in the training, may be from that."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,10 +33,9 @@ class Surrogate:
     Attributes:
         name: C identifier; name of the FMU.
         window: the index law.
-        inputs: input signals, in channel order; their ranges are those of the training, and their
-            start values lie in offset -+ scale of the scaling.
+        inputs: input signals, in channel order; their ranges, holds and angles are those of the
+            training, and their start values lie in offset -+ scale of the scaling.
         outputs: output signals, in channel order.
-        hold: how an input acts between samples, as in the training data.
         input_scaling: physical inputs to network inputs.
         output_scaling: physical outputs to network outputs.
         network: scaled input window to scaled outputs.
@@ -58,7 +49,6 @@ class Surrogate:
     window: Window
     inputs: tuple[Signal, ...]
     outputs: tuple[Signal, ...]
-    hold: Hold
     input_scaling: Affine
     output_scaling: Affine
     network: Network
@@ -70,12 +60,9 @@ class Surrogate:
                 f"surrogate name {self.name!r}; expected letters, digits and underscores, "
                 "not beginning with a digit (it becomes the FMU's model identifier)"
             )
-        if self.hold not in get_args(Hold):
-            raise ValueError(
-                f"surrogate hold {self.hold!r}; expected one of {list(get_args(Hold))}"
-            )
         self._check_channels()
-        check_starts(self.input_scaling, self.starts)
+        check_signals(self.inputs, self.outputs, self.input_scaling)
+        check_starts(self.input_scaling, self.inputs)
         check_block_sizes(self.window, self.network, len(self.outputs))
         if self.estimator is not None:
             self.estimator.require_outputs(len(self.outputs))
@@ -88,6 +75,17 @@ class Surrogate:
                 f"{len(self.inputs)} inputs and {len(self.outputs)} outputs, but networks and "
                 f"scaling for {sorted(inputs)} inputs and {len(self.output_scaling.scale)} outputs"
             )
+        angle = cosines_of(self.inputs) == (0,)
+        if any(network.features.features.of_angle for network in networks) and not angle:
+            raise ValueError(
+                f"inputs {[signal.name for signal in self.inputs]} are no angle, but a network "
+                "sees features of one; expected a signal with angle 'cosine' and one with 'sine'"
+            )
+
+    @property
+    def hold(self) -> Hold:
+        """How the inputs act between samples, as in the training data."""
+        return hold_of(self.inputs)
 
     @property
     def starts(self) -> FloatArray:
@@ -204,9 +202,9 @@ class Surrogate:
     def inputs_in_range(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
         """Whether all inputs behind the outputs lie where the training had them, at each sample.
 
-        The last ``network.n_needed`` inputs lie in their ranges; of a director, its length is
-        about 1. With an estimator, its features of the samples that an estimate depends on lie in
-        their ranges too.
+        The last ``network.n_needed`` inputs lie in their ranges; of an angle, the length of cosine
+        and sine is about 1. With an estimator, its features of the samples that an estimate
+        depends on lie in their ranges too.
 
         Args:
             inputs: shape (N, n_inputs), N >= 1, in the inputs' units; the first counts as held
@@ -227,10 +225,11 @@ class Surrogate:
 
     def covers(self, scaled: NDArray[Any]) -> NDArray[np.bool_]:
         """Whether single inputs lie in their ranges: scaled ones (N, n_inputs) to (N,)."""
-        if isinstance(self.network.features.features, Director):
-            lengths = np.hypot(scaled[:, 0], scaled[:, 1])
-            return np.asarray(np.abs(lengths - 1) <= LENGTH_SLACK)
-        return np.asarray((np.abs(scaled) <= 1 + RANGE_SLACK).all(axis=1))
+        inside = np.abs(scaled) <= 1 + RANGE_SLACK
+        for cosine in cosines_of(self.inputs):
+            lengths = np.hypot(scaled[:, cosine], scaled[:, cosine + 1])
+            inside[:, cosine : cosine + 2] = (np.abs(lengths - 1) <= LENGTH_SLACK)[:, None]
+        return np.asarray(inside.all(axis=1))
 
     def stream(self) -> Stream:
         """Start a step-by-step evaluation, as in a co-simulation."""
@@ -256,55 +255,16 @@ class Surrogate:
 
     def to_bytes(self) -> bytes:
         """The surrogate file (``payload.py``); the same surrogate gives the same bytes."""
-        metadata = {
-            "name": self.name,
-            "inputs": [asdict(signal) for signal in self.inputs],
-            "outputs": [asdict(signal) for signal in self.outputs],
-        }
-        return encode(
-            Payload(
-                self.window,
-                self.hold,
-                self.input_scaling,
-                self.starts,
-                self.output_scaling,
-                self.network,
-                self.estimator,
-                json.dumps(metadata, sort_keys=True, ensure_ascii=False),
-            )
-        )
+        return encode(self)
 
     @staticmethod
     def from_bytes(data: bytes) -> Surrogate:
-        """Read a surrogate file's bytes.
+        """Read a surrogate file's bytes (``payload.py``), also those of version 4.
 
         Raises:
             PayloadError: the bytes are damaged or of another version.
         """
-        payload = decode(data)
-        try:
-            metadata = json.loads(payload.metadata)
-            surrogate = Surrogate(
-                metadata["name"],
-                payload.window,
-                tuple(Signal(**signal) for signal in metadata["inputs"]),
-                tuple(Signal(**signal) for signal in metadata["outputs"]),
-                payload.hold,
-                payload.input_scaling,
-                payload.output_scaling,
-                payload.network,
-                payload.estimator,
-            )
-        except RecursionError as error:
-            raise PayloadError("surrogate file: metadata is nested too deeply") from error
-        except (AttributeError, KeyError, OverflowError, TypeError, ValueError) as error:
-            raise PayloadError(f"surrogate file: metadata is damaged: {error!r}") from error
-        if not np.array_equal(surrogate.starts, payload.starts):
-            raise PayloadError(
-                f"surrogate file: by its metadata, inputs start at {surrogate.starts.tolist()}; "
-                f"expected {payload.starts.tolist()}"
-            )
-        return surrogate
+        return decode(data, Surrogate)
 
     def save(self, path: Path) -> None:
         """Write the surrogate file."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, Hold, Signal, Trajectory
+from slide_fmu.core.signals import FloatArray, Signal, Trajectory
 from slide_fmu.features.serial_chain import SerialChain
 
 
@@ -35,7 +35,8 @@ class State:
     Attributes:
         coordinates: generalized coordinates q, shape (n,).
         velocities: their rates q', shape (n,).
-        last_input: the input that acted last, shape (n_inputs,); a ramp starts from it.
+        last_input: the input that acted last, shape (n_inputs,); a first-order hold starts from
+            it.
     """
 
     coordinates: FloatArray
@@ -51,8 +52,8 @@ class System(abc.ABC):
 
     Attributes:
         step: sample step h in s.
-        inputs, outputs: signals in channel order.
-        hold: how inputs act between samples.
+        inputs, outputs: signals in channel order; inputs say how they act between samples and
+            which of them are an angle (``check_inputs``).
         chain: rigid bodies of a system whose inputs are the joint angles of a serial chain, for
             features of its motion; None for other systems.
     """
@@ -60,7 +61,6 @@ class System(abc.ABC):
     step: float
     inputs: tuple[Signal, ...]
     outputs: tuple[Signal, ...]
-    hold: Hold
     chain: SerialChain | None = None
 
     @abc.abstractmethod

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import cast
 
+from slide_fmu.core.signals import check_inputs
 from slide_fmu.systems.base import System
 from slide_fmu.systems.naming import LoadError, Parameter, imported
 from slide_fmu.systems.python_class import system_of_class
@@ -27,11 +28,17 @@ def load_system(model: str, parameters: Mapping[str, Parameter], kind: str = "cl
         kind: one of ``KINDS``.
 
     Raises:
-        LoadError: there is no such kind or model, or the parameters do not fit.
+        LoadError: there is no such kind or model, the parameters do not fit, or the inputs do not
+            belong together (``check_inputs``).
     """
     if kind not in KINDS:
         raise LoadError(f"kind of system {kind!r}; expected one of {sorted(KINDS)}")
-    return KINDS[kind](model, parameters)
+    system = KINDS[kind](model, parameters)
+    try:
+        check_inputs(system.inputs)
+    except ValueError as error:
+        raise LoadError(f"system {model!r} with {dict(parameters)}: {error}") from error
+    return system
 
 
 def load_picture(name: str) -> Callable[[System], bytes]:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from slide_fmu.core.measures import moving_rms
+from slide_fmu.core.signals import hold_of
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.data.pool import process_pool
@@ -188,7 +189,7 @@ def compare(
 def _initial_parameters(system: System, drawn: Draw) -> dict[str, float | bool]:
     """Parameters that start the reference FMU in the drawn state."""
     parts = {"coordinates": drawn.initial.coordinates, "velocities": drawn.initial.velocities}
-    if system.hold == "ramp":
+    if hold_of(system.inputs) == "first_order":
         parts["last_input"] = drawn.initial.last_input
     values: dict[str, float | bool] = {FROM_STATE: True}
     for part, vector in parts.items():

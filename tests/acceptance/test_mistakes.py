@@ -25,6 +25,7 @@ from slide_fmu.pipeline.stability import STABILITY_PICTURE
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.acceptance.conftest import SMALL_DUFFING, SMALL_LINEAR, Finished, invoke
+from tests.marks import essential
 
 CART = '''
 import numpy as np
@@ -36,7 +37,7 @@ class Cart(System):
     """A mass that a damper brakes and nothing holds: where it is depends on its past for ever."""
 
     def __init__(self, *, step):
-        self.step, self.hold = step, "held"
+        self.step = step
         self.inputs = (Signal("force", "N", -1, 1),)
         self.outputs = (Signal("position", "m", -10, 10),)
         self.state = State(np.zeros(1), np.zeros(1), np.zeros(1))
@@ -131,7 +132,9 @@ def test_training_refuses_a_window_that_was_made_too_short(
     assert (duffing.runs / duffing.name / "surrogate.slide").read_bytes() == before
 
 
-@pytest.mark.parametrize("table", ["training", "estimator.pretraining", "estimator.training"])
+@pytest.mark.parametrize(
+    "table", essential(["training", "estimator.pretraining", "estimator.training"], "training")
+)
 def test_flipped_signs_need_symmetric_ranges_in_every_training(tmp_path: Path, table: str) -> None:
     (tmp_path / "lopsided.py").write_text(LOPSIDED, encoding="utf-8")
     text = SMALL_DUFFING.replace("flip_signs = true\n", "")
@@ -148,6 +151,7 @@ def test_flipped_signs_need_symmetric_ranges_in_every_training(tmp_path: Path, t
     assert "the range of 'position' is -1.0 .. 3.0 m" in " ".join(result.output.split())
 
 
+@pytest.mark.extended
 def test_training_refuses_data_of_a_model_that_has_changed(tmp_path: Path) -> None:
     model = tmp_path / "softening.py"
     recipe, runs = tmp_path / "softening.toml", tmp_path / "runs"
@@ -274,16 +278,6 @@ def test_a_description_means_nothing_for_a_recipe(duffing: Finished) -> None:
     assert "--description x.toml is for torch modules" in " ".join(result.output.split())
 
 
-def test_precision_that_was_lost_does_not_come_back(duffing: Finished, tmp_path: Path) -> None:
-    half, whole = tmp_path / "half.fmu", tmp_path / "whole.fmu"
-    assert invoke("export", duffing.fmu, "--weights", "float16", "-o", half).exit_code == 0
-    for source, said in ((duffing.fmu, False), (half, True)):
-        result = invoke("export", source, "--weights", "float32", "-o", whole)
-        assert result.exit_code == 0
-        message = "weights were rounded to float16 before and stay rounded"
-        assert (message in " ".join(result.output.split())) is said
-
-
 def test_other_fmus_may_log_after_a_run(duffing: Finished) -> None:
     """fmpy keeps one logger for the whole process: ours must not stay in it when it is gone."""
     script = """
@@ -323,7 +317,7 @@ def surrogate_of(job: Job, pole: float = NEVER_FORGETS) -> Surrogate:
     system, table = recipe_system(job.recipe), job.recipe.window
     scaling = Affine.of_channels([0.0], [1.0])
     window = Window(table.step, table.n_in, table.n_out)
-    signals = system.inputs, system.outputs, system.hold
+    signals = system.inputs, system.outputs
     network = StateSpace(cell, table.n_in, table.n_out, FeatureMap(Differences(1)))
     return Surrogate(job.recipe.name, window, *signals, scaling, scaling, network)
 

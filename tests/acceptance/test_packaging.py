@@ -7,14 +7,11 @@ import sys
 import zipfile
 from pathlib import Path
 
-import pytest
-
 from slide_fmu.fmu.libraries.build import STAMP, TARGETS
 
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.mark.slow
 def test_wheel_holds_the_compiled_runtime(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)]
     subprocess.run(command, cwd=ROOT, check=True, capture_output=True)

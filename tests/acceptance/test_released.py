@@ -15,6 +15,7 @@ from slide_fmu.pipeline.measurement import validate_fmu_file
 from slide_fmu.validation.comparison import Task
 from slide_fmu.validation.model_card import variable_table
 from tests.acceptance.conftest import invoke
+from tests.marks import essential
 
 ROOT = Path(__file__).parents[2]
 RELEASED = {
@@ -45,7 +46,7 @@ def test_nothing_is_wrong_with_it(name: str) -> None:
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-@pytest.mark.parametrize("name", RELEASED)
+@pytest.mark.parametrize("name", essential(RELEASED, "duffing", "slider_crank"))
 def test_fmpy_has_nothing_to_say(name: str, fmi: int, tmp_path: Path) -> None:
     assert validate_fmu(released(name)) == []
     path = tmp_path / f"{name}.fmu"
@@ -61,7 +62,7 @@ def test_it_was_made_from_the_recipe(name: str) -> None:
     assert provenance["recipe"] == (ROOT / "training" / f"{name}.toml").read_text("utf-8")
 
 
-@pytest.mark.parametrize("name", RELEASED)
+@pytest.mark.parametrize("name", essential(RELEASED, "linear", "duffing", "mass_chain"))
 def test_it_is_as_accurate_as_promised(name: str) -> None:
     figures = validate_fmu_file(released(name), FEW, lambda stage: lambda *state: None).figures()
     assert figures["outputs"][0]["relative_rmse"] < RELEASED[name]

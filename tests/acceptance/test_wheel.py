@@ -102,13 +102,11 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> Environment:
     return Environment(tmp_path_factory.mktemp("environment"), wheel)
 
 
-@pytest.mark.slow
 def test_nothing_else_is_there(environment: Environment) -> None:
     said = environment.call("python", "-c", ABSENT)
     assert json.loads(said.stdout) == [], said.stderr
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_export_check_and_run(environment: Environment, fmi: int) -> None:
     fmu = environment.folder / f"duffing{fmi}.fmu"
@@ -127,7 +125,6 @@ def test_export_check_and_run(environment: Environment, fmi: int) -> None:
     assert abs(position - expected) < OUTPUT_TOLERANCE * surrogate.output_scaling.scale[0]
 
 
-@pytest.mark.slow
 def test_export_is_the_same_there(environment: Environment, tmp_path: Path) -> None:
     paths = [environment.folder / "there.fmu", tmp_path / "here.fmu"]
     there = environment.call("slide-fmu", "export", DUFFING, "-o", paths[0])

@@ -2,9 +2,9 @@
 
     python tests/benchmarks/runtime_proofs.py --json -
 
-The robot-sized network with random weights (``slide-fmu bench --synthetic robot``), in float32 and
-float16. Given are the kernel, every ratio of every run, their medians, what is wanted of them, and
-those that fell short.
+The robot-sized network with random weights (``slide-fmu bench --synthetic robot``). Given are
+the kernel, every ratio of every run, their medians, what is wanted of them, and those that fell
+short.
 """
 
 from __future__ import annotations
@@ -20,11 +20,8 @@ from slide_fmu.cosim.synthetic import Effort
 
 WANTED = {
     "part_of_memory_bound": 0.85,
-    "float16_against_float32": 1.8,
     "set_step_get_against_onnxruntime": 1.25,
     "set_step_get_against_pythonfmu": 1.25,
-    "float16_set_step_get_against_onnxruntime": 2.0,
-    "float16_set_step_get_against_pythonfmu": 2.0,
     "batch_against_onnxruntime": 1.0,
     "batch_against_torch": 1.0,
 }
@@ -33,14 +30,12 @@ WANTED = {
 
 def ratios_of(figures: dict[str, Any]) -> dict[str, float]:
     """The ratios of one run."""
-    half, batch = figures["float16"], figures["batch"]
+    batch = figures["batch"]
     rivals = {"onnxruntime": "onnxruntime", "pythonfmu": "pythonfmu_set_step_get"}
     return {
         "part_of_memory_bound": figures["memory_bound"] / figures["kernel"],
-        "float16_against_float32": figures["kernel"] / half["kernel"],
         **{
-            f"{prefix}set_step_get_against_{rival}": figures[key] / own["fmu_set_step_get"]
-            for prefix, own in (("", figures), ("float16_", half))
+            f"set_step_get_against_{rival}": figures[key] / figures["fmu_set_step_get"]
             for rival, key in rivals.items()
         },
         "batch_against_onnxruntime": batch["native"] / batch["onnxruntime"],

@@ -9,8 +9,8 @@ from matplotlib.image import imread
 from seed_study import draw_curve, studies
 
 from slide_fmu.core.progress import Advance
-from slide_fmu.fmu.libraries.build import build_all
 from slide_fmu.pipeline.measurement import IN_RANGE
+from tests.libraries import build_libraries
 from tests.recipes import TINY
 
 
@@ -29,7 +29,7 @@ def arguments(folder: Path, train: list[int] | None) -> argparse.Namespace:
 
 def test_learning_curve(tmp_path: Path) -> None:
     """One study for each number of trajectories, the smallest first, on the same data."""
-    build_all()
+    build_libraries()
     found = studies(arguments(tmp_path, [3, 2]), no_bar)
     fewer, more = found["studies"]
     assert [study["simulated_seconds"] for study in found["studies"]] == [4.0, 6.0]

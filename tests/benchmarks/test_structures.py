@@ -16,6 +16,8 @@ from slide_fmu.core.progress import Advance
 from slide_fmu.recipe.reading import parse_recipe
 from tests.recipes import TINY
 
+pytestmark = pytest.mark.extended
+
 HERE = Path(__file__).parent
 TRAINING = HERE.parents[1] / "training"
 VARIANTS = """

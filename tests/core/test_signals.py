@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from slide_fmu.core.signals import Signal, Trajectory
+from slide_fmu.core.signals import Signal, Trajectory, check_inputs, cosines_of, hold_of
 
 
 @pytest.mark.parametrize("name", ["", "two words", "tab\there", " "])
@@ -60,3 +61,46 @@ def test_trajectory_has_two_axes() -> None:
         Trajectory(0.25, np.zeros(4), np.zeros((5, 1)))
     with pytest.raises(ValueError, match=r"outputs of shape \(5,\)"):
         Trajectory(0.25, np.zeros((4, 1)), np.zeros(5))
+
+
+def test_signal_needs_a_known_hold_and_angle() -> None:
+    with pytest.raises(ValueError, match=r"signal 'u': hold 'ramp'; expected one of .*order"):
+        Signal("u", "N", 0.0, 1.0, hold="ramp")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"signal 'u': angle 'tangent'; expected one of .*'sine'"):
+        Signal("u", "N", 0.0, 1.0, angle="tangent")  # type: ignore[arg-type]
+
+
+COSINE = Signal("c", "1", -1.0, 1.0, angle="cosine", hold="first_order")
+SINE = Signal("s", "1", -1.0, 1.0, angle="sine", hold="first_order")
+OTHER = Signal("u", "N", -2.0, 3.0, hold="first_order")
+
+
+def test_inputs_that_belong_together_are_accepted() -> None:
+    for inputs in ((OTHER,), (COSINE, SINE), (OTHER, COSINE, SINE, COSINE, SINE, OTHER)):
+        check_inputs(inputs)
+        assert hold_of(inputs) == "first_order"
+        assert [inputs[index] for index in cosines_of(inputs)] == [COSINE] * inputs.count(COSINE)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "message"),
+    [
+        ((COSINE,), "'c' is the cosine of an angle; expected its sine directly behind it"),
+        ((SINE,), "'s' is the sine of an angle; expected its cosine directly before it"),
+        ((SINE, COSINE), "'s' is the sine of an angle; expected its cosine directly before it"),
+        ((COSINE, OTHER, SINE), "'c' is the cosine of an angle; expected its sine"),
+        ((COSINE, COSINE, SINE), "'c' is the cosine of an angle; expected its sine"),
+        ((COSINE, SINE, SINE), "'s' is the sine of an angle; expected its cosine"),
+        ((COSINE, replace(SINE, high=2.0)), r"\(-1.0, 1.0\) and \(-1.0, 2.0\); expected the same"),
+        ((replace(COSINE, low=0.0), replace(SINE, low=0.0)), "expected the same range about 0"),
+        (
+            (OTHER, Signal("v", "N", 0, 1)),
+            "several holds, {'u': 'first_order', 'v': 'zero_order'}",
+        ),
+    ],
+)
+def test_inputs_that_do_not_belong_together_are_refused(
+    inputs: tuple[Signal, ...], message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        check_inputs(inputs)

@@ -15,10 +15,10 @@ from slide_fmu.cosim.rivals import RivalError, onnx_layers, torch_layers
 from slide_fmu.cosim.synthetic import synthetic_surrogate
 from slide_fmu.features.differences import Differences
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.fmu.libraries.build import build_all
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.network.feed_forward import FeedForward
 from tests.fmu.samples import CellShape, Shape, random_surrogate
+from tests.libraries import build_libraries
 
 TIMES = ("fmu_step", "fmu_set_step_get", "kernel", "numpy", "pythonfmu_set_step_get")
 RIVALS = ("torch", "onnxruntime")
@@ -27,7 +27,7 @@ LITTLE = ["--rounds", "1", "--steps", "3", "--json", "-"]
 
 @pytest.fixture(scope="module", autouse=True)
 def _binaries() -> None:
-    build_all()
+    build_libraries()
 
 
 def _bench(path: Path) -> dict[str, object]:

@@ -85,6 +85,7 @@ def _check_all(folder: Path, damages: Iterable[tuple[str, bytes]]) -> None:
         assert ("check" in said) == (what not in HARMLESS), (what, said)
 
 
+@pytest.mark.extended
 def test_damaged_archives_and_surrogates(tmp_path: Path) -> None:
     _check_all(tmp_path, named_damages(_members(tmp_path, 2)))
 
@@ -94,6 +95,7 @@ def test_damaged_model_descriptions(tmp_path: Path, fmi: FmiVersion) -> None:
     _check_all(tmp_path, description_damages(_members(tmp_path, fmi)))
 
 
+@pytest.mark.extended
 @both_standards
 def test_random_damages(tmp_path: Path, fmi: FmiVersion) -> None:
     members, path = _members(tmp_path, fmi), tmp_path / "damaged.fmu"
@@ -104,6 +106,7 @@ def test_random_damages(tmp_path: Path, fmi: FmiVersion) -> None:
     assert SEEDS / 2 < refused < SEEDS
 
 
+@pytest.mark.extended
 @both_standards
 def test_verbs_that_run_fmus(tmp_path: Path, fmi: FmiVersion) -> None:
     """An FMU that comes as far: its recipe names a reference system."""

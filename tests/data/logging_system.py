@@ -19,7 +19,7 @@ class LoggingSystem(System):
 
     def __init__(self, *, step: float, damping: float, substeps: int) -> None:
         self._inner = LinearOscillator(step=step, damping=damping, substeps=substeps)
-        self.step, self.hold = step, self._inner.hold
+        self.step = step
         self.inputs, self.outputs = self._inner.inputs, self._inner.outputs
 
     def set_state(self, state: State) -> None:

@@ -80,7 +80,6 @@ def test_threads_do_not_disturb_each_other(tmp_path: Path, request: pytest.Fixtu
     assert_complete(SMALL, tmp_path / "s")
 
 
-@pytest.mark.slow
 def test_process_pool(tmp_path: Path) -> None:
     with process_pool(WORKERS) as pool:
         assert generate(SMALL, tmp_path / "s", pool, ignore) == 14
@@ -219,7 +218,7 @@ def kill(process: subprocess.Popen[bytes]) -> None:
     assert process.wait() == -signal.SIGKILL
 
 
-@pytest.mark.slow
+@pytest.mark.extended
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks for workers in /proc")
 def test_killed_generation_repeats_nothing_that_was_done(
     scene: Scene, monkeypatch: pytest.MonkeyPatch

@@ -9,15 +9,15 @@ import fmpy
 import pytest
 
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.fmu.libraries.build import build_all
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import Loaded, Native
 from tests.fmu.samples import Shape, random_surrogate, sum_surrogate
+from tests.libraries import build_libraries
 
 
 @pytest.fixture(scope="session", autouse=True)
 def _binaries() -> None:
-    build_all()
+    build_libraries()
 
 
 @pytest.fixture

@@ -81,7 +81,7 @@ def build_program(
     ]
     units += [(path, f"own_{path.stem}", []) for path in own]
     units.append((KERNEL, "baseline", ["-DSLIDE_KERNEL=slide_kernel_baseline"]))
-    wide = ["-mavx2", "-mfma", "-mf16c", "-ffp-contract=fast"]
+    wide = ["-mavx2", "-mfma", "-ffp-contract=fast"]
     units.append((KERNEL, "avx2", ["-DSLIDE_KERNEL=slide_kernel_avx2", *wide]))
     widest = [*wide, "-mavx512f", "-mavx512dq", "-mavx512bw", "-mavx512vl"]
     units.append((KERNEL, "avx512", ["-DSLIDE_KERNEL=slide_kernel_avx512", *widest]))

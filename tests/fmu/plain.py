@@ -15,6 +15,7 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.feed_forward import FeedForward
 from slide_fmu.network.state_space import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.plain_cell import PlainCell
 
 SLACK = 1e-6
 """Times that differ by less, in sample steps, are the same."""
@@ -45,45 +46,15 @@ def plain_features(features: FeatureMap, records: FloatArray) -> FloatArray:
     return np.array(rows)
 
 
-def plain_turn(network: StateSpace, features: FloatArray) -> FloatArray:
-    """The matrix that turns states out of the frame of gated units."""
-    matrix = np.eye(len(network.cell.a))
-    for i in range(0, 2 * network.turned, 2):
-        c, s = features[list(network.roles.turn)]
-        matrix[i : i + 2, i : i + 2] = [[c, -s], [s, c]]
-    return matrix
-
-
-def plain_units(network: StateSpace, x: FloatArray, features: FloatArray) -> FloatArray:
-    """What the units add to the next state."""
-    cell, roles = network.cell, network.roles
-    if cell.v is None:
-        inner = cell.w @ np.concatenate([x, features[list(roles.drive)], [1.0]])
-        return np.asarray(cell.e @ (np.tanh(inner) if cell.activation == "tanh" else inner**3))
-    turn = plain_turn(network, features)
-    gates = np.tanh(cell.w @ np.append(features[list(roles.schedule)], 1.0))
-    offered = cell.v @ np.concatenate([turn.T @ x, features[list(roles.gated)]])
-    return np.asarray(turn @ cell.e @ (gates * offered))
-
-
-def plain_step(network: StateSpace, x: FloatArray, f: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """One cell: the next state and its values."""
-    cell, roles = network.cell, network.roles
-    x = cell.a @ x + cell.b @ f[list(roles.drive)] + plain_units(network, x, f)
-    rows = cell.c @ x + cell.d @ f[list(roles.static)] + cell.d0
-    factors = np.array([1.0, *f[list(roles.readout)]])
-    return x, rows.reshape(-1, len(factors)) @ factors
-
-
 def plain_pair(network: StateSpace, features: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Two states from zero, restarted in turn: values and truncation errors, (N, n_values)."""
-    n = network.n_samples
+    n, cell = network.n_samples, PlainCell.of(network)
     older = younger = np.zeros(len(network.cell.a))
     age, error, values, errors = 0, np.zeros(network.n_values), [], []
     largest = np.zeros(network.n_values)  # of what the younger changes, since the last hand-over
     for f in features:
-        older, y_old = plain_step(network, older, f)
-        younger, y_young = plain_step(network, younger, f)
+        older, y_old = cell.step(older, f)
+        younger, y_young = cell.step(younger, f)
         age += 1
         weight = max(0.0, (age - (n - network.n_out)) / network.n_out)
         values.append((1 - weight) * y_old + weight * y_young)
@@ -122,10 +93,7 @@ def plain_outputs(surrogate: Surrogate, window: FloatArray) -> FloatArray:
     features = plain_features(network.features, surrogate.input_scaling.apply(window))
     values = []
     if isinstance(network, StateSpace):
-        x = np.zeros(len(network.cell.a))
-        for f in features:
-            x, y = plain_step(network, x, f)
-            values.append(y)
+        values.extend(PlainCell.of(network).run(features)[0])
     else:
         for first in range(len(features) - network.n_samples + 1):
             values.append(plain_layers(network, features[first : first + network.n_samples]))
@@ -155,11 +123,13 @@ def plain_moved(
     surrogate: Surrogate, inputs: FloatArray, rates: FloatArray, time: float
 ) -> FloatArray:
     """Inputs a time after these, by their derivatives; a director stays on its circle."""
-    if not isinstance(surrogate.network.features.features, Director):  # type: ignore[attr-defined]
-        return np.asarray(inputs + rates * time)
-    z = complex(*inputs)
-    z *= np.exp(complex(*rates) / z * time)
-    return np.array([z.real, z.imag])
+    moved = inputs + rates * time
+    for i, signal in enumerate(surrogate.inputs):
+        if signal.angle == "cosine":
+            z = complex(*inputs[i : i + 2])
+            z *= np.exp(complex(*rates[i : i + 2]) / z * time)
+            moved[i : i + 2] = z.real, z.imag
+    return np.asarray(moved)
 
 
 class Resampling:
@@ -179,14 +149,17 @@ class Resampling:
     def input_from(self, begin: float) -> FloatArray:
         """The sample that acts for one h from a time on; the first step begins at 0."""
         step, ends = self.surrogate.window.step, np.cumsum(self.lengths)
-        if self.surrogate.hold == "held":
+        if self.surrogate.hold == "zero_order":
             started = np.nonzero(ends - self.lengths <= begin + SLACK * step)[0]
             return self.inputs[started[-1] if len(started) else 0]
         rows = np.array([self.inputs[0], *self.inputs])
         times = [0.0, *ends]
-        if isinstance(self.surrogate.network.features.features, Director):  # type: ignore[attr-defined]
-            return plain_arc(begin + step, np.array(times), rows)
-        return np.array([np.interp(begin + step, times, column) for column in rows.T])
+        reached = np.array([np.interp(begin + step, times, column) for column in rows.T])
+        for i, signal in enumerate(self.surrogate.inputs):
+            if signal.angle == "cosine":
+                pair = slice(i, i + 2)
+                reached[pair] = plain_arc(begin + step, np.array(times), rows[:, pair])
+        return reached
 
     def _move(self, length: float, inputs: FloatArray, rates: FloatArray) -> None:
         """A step whose inputs move: held ones in parts of at most h, by the middle of each."""
@@ -194,7 +167,7 @@ class Resampling:
             self.lengths.append(self.surrogate.window.step)
             self.inputs.append(inputs)
         parts, times = [length], [length]
-        if self.surrogate.hold == "held":
+        if self.surrogate.hold == "zero_order":
             count = math.ceil(length / self.surrogate.window.step - SLACK)
             further = [self.surrogate.window.step] * (count - 1)
             parts = [length - sum(further), *further]

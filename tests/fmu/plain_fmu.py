@@ -188,7 +188,7 @@ class PlainFmu:
             return self.do_step(time, length)
         kept, until, self.ended_early = self.kept(), math.inf, False
         begin, end = self._past().inputs[-1] if self.steps else self._before(), self.inputs
-        moves = self.surrogate.hold == "ramp"
+        moves = self.surrogate.hold == "first_order"
         for sample in range(1, count + 1):
             if moves:
                 left = 1 - sample / count

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from slide_fmu.core.scaling import Affine, LogError
-from slide_fmu.core.signals import Hold, Signal
+from slide_fmu.core.signals import Angle, FloatArray, Hold, Signal
 from slide_fmu.core.window import Window
 from slide_fmu.features.base import Features
 from slide_fmu.features.chain_motion import ChainMotion
@@ -23,7 +23,6 @@ from slide_fmu.network.state_space import StateSpace
 from slide_fmu.network.state_space.cell import GATED, Cell
 from slide_fmu.network.state_space.roles import Roles
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
-from slide_fmu.surrogate.half_precision import with_weights
 from slide_fmu.surrogate.surrogate import Surrogate
 
 STEP = 0.005
@@ -65,9 +64,8 @@ class Shape:
     ages: int = 0  # samples of their windows that layers look at; 0: all
     name: str = "sample"
     seed: int = 0
-    hold: Hold = "held"
+    hold: Hold = "zero_order"
     cell: CellShape | None = None
-    half: bool = False  # layers with weights of float16
 
 
 def random_chain(n: int, seed: int) -> SerialChain:
@@ -224,22 +222,17 @@ def _ranges(shape: Shape, network: FeedForward) -> Float32Array:
 
 def random_surrogate(shape: Shape) -> Surrogate:
     """A surrogate of this shape; its estimator is there when positions > 0."""
-    surrogate = _random_surrogate(shape)
-    return with_weights(surrogate, "float16") if shape.half else surrogate
-
-
-def _random_surrogate(shape: Shape) -> Surrogate:
     rng = np.random.default_rng(shape.seed + 1000)
     window = Window(STEP, shape.n_in, shape.n_out)
     offset = np.clip(rng.normal(size=shape.n_inputs), -2, 2)
     scale = rng.uniform(1, 2, shape.n_inputs)
-    starts = np.maximum(offset - 0.5 * scale, -2)
+    if shape.features == "director":
+        offset, scale = 0 * offset, scale[:1].repeat(2)
     return Surrogate(
         shape.name,
         window,
-        tuple(Signal(f"u{i}", "N", -2, 3, start=float(u)) for i, u in enumerate(starts)),
+        _inputs(shape, np.maximum(offset - 0.5 * scale, -2)),
         tuple(Signal(f"y{i}", "m", -4, 4) for i in range(shape.n_outputs)),
-        shape.hold,
         Affine(offset, scale),
         Affine.of_channels(rng.normal(size=shape.n_outputs), rng.uniform(1, 2, shape.n_outputs)),
         _predictor(shape),
@@ -247,11 +240,23 @@ def _random_surrogate(shape: Shape) -> Surrogate:
     )
 
 
-def sum_surrogate(n_in: int = 4) -> Surrogate:
+def _inputs(shape: Shape, starts: FloatArray) -> tuple[Signal, ...]:
+    """An angle where the network sees features of one."""
+    angles: list[Angle | None] = [None] * shape.n_inputs
+    low = -2
+    if shape.features == "director":
+        angles, low = ["cosine", "sine"], -3
+    return tuple(
+        Signal(f"u{i}", "N", low, 3, start=float(start), hold=shape.hold, angle=angle)
+        for i, (start, angle) in enumerate(zip(starts, angles, strict=True))
+    )
+
+
+def sum_surrogate(n_in: int = 4, hold: Hold = "zero_order") -> Surrogate:
     """The output is the sum of the inputs in the window."""
     ones = Layer(np.ones((1, n_in), np.float32), np.zeros(1, np.float32), "identity")
     unit = Affine.of_channels([0.0], [1.0])
     network = FeedForward((ones,), n_in, FeatureMap(Differences(1)))
-    signals = [(Signal(name, "1", -1.0, high),) for name, high in (("u", 1.0), ("y", 9.0))]
+    inputs, outputs = (Signal("u", "1", -1.0, 1.0, hold=hold),), (Signal("y", "1", -1.0, 9.0),)
     window = Window(STEP, n_in, 1)
-    return Surrogate("window_sum", window, signals[0], signals[1], "held", unit, unit, network)
+    return Surrogate("window_sum", window, inputs, outputs, unit, unit, network)

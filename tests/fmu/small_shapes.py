@@ -34,12 +34,12 @@ DIRECTOR = Shape(
     features="director",
     positions=2,
     hidden=(2,),
-    hold="ramp",
+    hold="first_order",
     cell=CellShape(2, 2, "gated", turned=1),
 )
-HALVES = Shape(n_in=3, n_out=2, n_inputs=2, hidden=(3,), skip=True, positions=2, half=True)
+TWO_LAYERS = Shape(n_in=3, n_out=2, n_inputs=2, hidden=(3, 2), skip=True, positions=2, ages=2)
 ROLES = Shape(n_in=3, n_out=2, differences=2, cell=CellShape(9, 2, "cubic", roles=True, factors=1))
-RAMP = Shape(n_in=4, n_out=2, positions=2, hidden=(3,), hold="ramp", cell=CellShape(9, 9))
+RAMP = Shape(n_in=4, n_out=2, positions=2, hidden=(3,), hold="first_order", cell=CellShape(9, 9))
 BENT = Shape(
     n_in=5,
     n_out=2,
@@ -51,7 +51,7 @@ BENT = Shape(
     positions=3,
     means=True,
     narrow=True,
-    hold="ramp",
+    hold="first_order",
 )
 TURNING = Shape(
     n_in=4,
@@ -63,7 +63,7 @@ TURNING = Shape(
     block=False,
     positions=2,
     ages=2,
-    hold="ramp",
+    hold="first_order",
 )
 CHAIN = Shape(n_in=3, n_out=1, n_inputs=1, features="chain", activation="cubic", positions=1)
 ARM = Shape(
@@ -75,7 +75,7 @@ ARM = Shape(
     hidden=(3,),
     activation="tanh",
     block=False,
-    hold="ramp",
+    hold="first_order",
 )
 
 FUZZED = (
@@ -84,7 +84,7 @@ FUZZED = (
     CELLS,
     GATED,
     DIRECTOR,
-    HALVES,
+    TWO_LAYERS,
     ROLES,
     RAMP,
     BENT,

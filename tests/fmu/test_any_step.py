@@ -14,6 +14,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import OK, Loaded, Native
 from tests.fmu.plain import Resampling
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
+from tests.marks import essential
 
 Load = Callable[[Surrogate], Loaded]
 
@@ -49,7 +50,7 @@ PATTERNS: dict[str, list[float]] = {
     "random": np.random.default_rng(0).uniform(0.25, 3.5, 50).tolist(),
 }
 
-both_holds = pytest.mark.parametrize("hold", ["held", "ramp"])
+both_holds = pytest.mark.parametrize("hold", ["zero_order", "first_order"])
 
 
 def drawn(count: int, n_inputs: int) -> FloatArray:
@@ -68,7 +69,7 @@ def go(native: Native, lengths: Iterable[float], inputs: FloatArray, first: int 
 
 
 @both_holds
-@pytest.mark.parametrize("pattern", PATTERNS)
+@pytest.mark.parametrize("pattern", essential(PATTERNS, "switching"))
 @pytest.mark.parametrize("shape", SHAPES, ids=NAMES)
 def test_any_step_is_resampling(load: Load, shape: Shape, pattern: str, hold: Hold) -> None:
     surrogate = random_surrogate(dataclasses.replace(shape, hold=hold))
@@ -101,7 +102,7 @@ def test_a_multiple_is_as_many_single_steps(
     loaded, inputs = load(surrogate), drawn(20, 1)
     variables = 5 if cell else 4
     found = go(loaded.instance().start(), [count] * 20, inputs, variables)
-    before = np.concatenate([inputs[:1], inputs[:-1]]) if hold == "ramp" else inputs
+    before = np.concatenate([inputs[:1], inputs[:-1]]) if hold == "first_order" else inputs
     parts = np.arange(count - 1, -1, -1) / count
     singles = inputs[:, None] - parts[:, None] * (inputs - before)[:, None]
     single = go(
@@ -148,7 +149,7 @@ def test_an_endless_step(load: Load) -> None:
 
 def test_short_steps_are_joined_without_loss_on_a_line(load: Load) -> None:
     """Steps of h / 40 under an input that grows linearly: the remembered points are fewer."""
-    surrogate = random_surrogate(Shape(hold="ramp"))
+    surrogate = random_surrogate(Shape(hold="first_order"))
     native, oracle = load(surrogate).instance().start(), Resampling(surrogate)
     count = 40 * 30
     inputs = np.linspace(-2, 3, count)[:, None]
@@ -187,7 +188,7 @@ def test_a_jump_of_a_ramp_in_a_short_step_stays_short(
     load: Load, short: float, long: float
 ) -> None:
     """A tiny step at an event, then a long one: the jump does not last as long as that."""
-    surrogate = dataclasses.replace(sum_surrogate(), hold="ramp")
+    surrogate = sum_surrogate(hold="first_order")
     native = load(surrogate).instance().start()
     found = go(native, [1, 1, short, long], np.array([[0.0], [0.0], [1.0], [1.0]]))
     assert found[-1] == [4.0]
@@ -217,7 +218,7 @@ def test_an_event_step_after_a_summed_time_is_taken(load: Load) -> None:
 @pytest.mark.parametrize(
     "shape",
     [
-        Shape(positions=3, hold="ramp"),
+        Shape(positions=3, hold="first_order"),
         Shape(positions=20, estimator_samples=4, cell=LASTING, differences=1),
         Shape(
             positions=3,

@@ -41,10 +41,10 @@ SHAPES = {
         activation="cubic",
         positions=2,
         means=True,
-        hold="ramp",
+        hold="first_order",
     ),
     "cell": Shape(n_inputs=2, n_outputs=2, cell=CUBIC, positions=3),
-    "cell, ramp": Shape(n_inputs=2, n_outputs=2, cell=CUBIC, hold="ramp"),
+    "cell, ramp": Shape(n_inputs=2, n_outputs=2, cell=CUBIC, hold="first_order"),
 }
 """With cubic units, so that steps can fail: of inputs that are huge, outputs are not finite."""
 

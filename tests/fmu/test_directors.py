@@ -5,21 +5,23 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
+from typing import get_args
 
 import numpy as np
 import pytest
 
 from slide_fmu.core.scaling import Affine
-from slide_fmu.core.signals import FloatArray, Hold, Signal
+from slide_fmu.core.signals import Angle, FloatArray, Hold, Signal
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import DISCARD, ERROR, OK, Loaded, Native
+from tests.fmu.plain import Resampling
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 
 Load = Callable[[Surrogate], Loaded]
 
 ALLOWED = 4 * OUTPUT_TOLERANCE * 8
-LAYERS = Shape(n_inputs=2, features="director", hold="ramp", positions=3)
+LAYERS = Shape(n_inputs=2, features="director", hold="first_order", positions=3)
 SHAPES = {
     "layers": LAYERS,
     "cell": dataclasses.replace(LAYERS, cell=CellShape(activation="gated", contraction=0.9)),
@@ -28,7 +30,10 @@ SHAPES = {
 
 def unscaled(shape: Shape) -> Surrogate:
     """Whose network sees the director as it is."""
-    signals = (Signal("c", "1", -1, 1, start=1.0), Signal("s", "1", -1, 1, start=0.0))
+    signals = (
+        Signal("c", "1", -1, 1, start=1.0, hold=shape.hold, angle="cosine"),
+        Signal("s", "1", -1, 1, start=0.0, hold=shape.hold, angle="sine"),
+    )
     scaling = Affine.of_channels([0.0, 0.0], [1.0, 1.0])
     return dataclasses.replace(random_surrogate(shape), inputs=signals, input_scaling=scaling)
 
@@ -90,7 +95,7 @@ def test_a_director_that_stays_is_exact(load: Load) -> None:
     assert np.array_equal(coarse, single)
 
 
-@pytest.mark.parametrize("hold", ["held", "ramp"])
+@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
 def test_no_direction_is_refused(load: Load, hold: Hold) -> None:
     loaded = load(unscaled(dataclasses.replace(LAYERS, hold=hold)))
     native = loaded.instance().start()
@@ -111,6 +116,36 @@ def test_no_direction_is_refused(load: Load, hold: Hold) -> None:
         assert "set both and step again; nothing was changed" in native.messages[0]
     assert native.set(math.nan, 1.0) == DISCARD
     native.step(0.0, 2e-6)
+
+
+@pytest.mark.parametrize("length", [1.0, 3.0, 2.5])
+@pytest.mark.parametrize("hold", get_args(Hold))
+def test_angle_between_other_inputs_turns_whatever_the_network_sees(
+    load: Load, hold: Hold, length: float
+) -> None:
+    """The first and the last of four inputs move linearly; features are differences."""
+    shape = Shape(n_inputs=4, n_outputs=2, differences=1, hold=hold)
+    random = random_surrogate(shape)
+    pair = [
+        dataclasses.replace(signal, low=-3.0, angle=angle, start=start)
+        for signal, angle, start in zip(
+            random.inputs[1:3], get_args(Angle), (1.0, 0.0), strict=True
+        )
+    ]
+    scaling = Affine(random.input_scaling.offset.copy(), random.input_scaling.scale.copy())
+    scaling.offset[1:3], scaling.scale[1:3] = 0.0, 1.5
+    inputs = (random.inputs[0], *pair, random.inputs[3])
+    surrogate = dataclasses.replace(random, inputs=inputs, input_scaling=scaling)
+    native, plain = load(surrogate).instance().start(), Resampling(surrogate)
+    for k, angle in enumerate((0.2, 1.4, 3.0, 4.5, 4.4, 2.0)):
+        row = [0.3 * k, math.cos(angle), math.sin(angle), -0.2 * k]
+        assert native.set(*row) == OK
+        assert native.do_step(native.time(), length * STEP) == OK, native.messages
+        expected, _ = plain.step(length * STEP, np.array(row))
+        np.testing.assert_allclose(native.get(4, 2), expected, atol=ALLOWED)
+    assert native.set(0.0, 0.0, 0.0, 0.0) == OK
+    assert native.do_step(native.time(), STEP) == ERROR
+    assert "value references 1 and 2 = 0, 0" in native.messages[0]
 
 
 def test_zeros_are_fine_where_there_is_no_director(load: Load) -> None:

@@ -21,10 +21,10 @@ LONG = Shape(n_inputs=2, n_outputs=2, positions=31, estimator_samples=5, differe
 
 SHAPES = {
     "long_span": LONG,
-    "short_span": Shape(n_inputs=2, n_outputs=2, positions=3, means=True, hold="ramp"),
+    "short_span": Shape(n_inputs=2, n_outputs=2, positions=3, means=True, hold="first_order"),
     "ages": dataclasses.replace(LONG, estimator_samples=12, ages=4),
-    "one_position": dataclasses.replace(LONG, positions=1, hold="ramp"),
-    "cell": dataclasses.replace(LONG, cell=CellShape(contraction=0.9), hold="ramp"),
+    "one_position": dataclasses.replace(LONG, positions=1, hold="first_order"),
+    "cell": dataclasses.replace(LONG, cell=CellShape(contraction=0.9), hold="first_order"),
     "chain": dataclasses.replace(LONG, features="chain", positions=7),
 }
 PATTERNS: dict[str, list[float]] = {
@@ -126,7 +126,7 @@ def test_estimates_of_the_prehistory(load: Load, shape: Shape) -> None:
 @pytest.mark.parametrize("length", [1.0, 2.0, 1.5])
 def test_a_step_that_fails_keeps_what_is_due(load: Load, length: float) -> None:
     """Features overflow where the inputs do not."""
-    shape = dataclasses.replace(LONG, features="chain", activation="tanh", hold="ramp")
+    shape = dataclasses.replace(LONG, features="chain", activation="tanh", hold="first_order")
     loaded = load(random_surrogate(shape))
     native, other = loaded.instance().start(), loaded.instance().start()
     for each in (native, other):

@@ -318,7 +318,7 @@ def test_missing_runtime(
     surrogate: Surrogate, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(platforms, "BINARIES", tmp_path)
-    with pytest.raises(FileNotFoundError, match=r"python -m slide_fmu\.fmu\.build"):
+    with pytest.raises(FileNotFoundError, match=r"python -m slide_fmu\.fmu\.libraries\.build"):
         export_fmu(surrogate, tmp_path / "m.fmu")
 
 

@@ -22,7 +22,7 @@ from tests.fmu.test_derivatives import derivatives
 Load = Callable[[Surrogate], Loaded]
 SHAPES = [
     Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3),
-    Shape(n_inputs=2, positions=3, hold="ramp", cell=CellShape(9, 17)),
+    Shape(n_inputs=2, positions=3, hold="first_order", cell=CellShape(9, 17)),
 ]
 
 

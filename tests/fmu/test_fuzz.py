@@ -13,6 +13,8 @@ import pytest
 from tests.fmu.driver import sanitizing_compiler
 from tests.fmu.fuzz import CORPUS, LONGEST, build_target
 
+pytestmark = pytest.mark.extended
+
 RUNS = 5_000
 """Inputs changed at random."""
 

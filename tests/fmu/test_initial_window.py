@@ -139,7 +139,7 @@ def test_a_first_step_that_fails_is_undone(load: Load, hold: Hold) -> None:
         before = native.save()
         for length in (1, 3, 0.6, 50.2):
             # held for 0.6 h, the inputs are not seen yet
-            status = OK if (hold, length) == ("held", 0.6) else ERROR
+            status = OK if (hold, length) == ("zero_order", 0.6) else ERROR
             assert native.do_step(0.0, length * STEP) == status
             assert status == OK or native.save() == before
             assert native.restore(before) == OK

@@ -28,6 +28,7 @@ from tests.fmu.test_any_step import (
     drawn,
 )
 from tests.fmu.test_derivatives import ROUNDED, derivative, inputs_for, surrogate_of
+from tests.marks import essential
 
 Load = Callable[[Surrogate], Loaded]
 
@@ -42,7 +43,7 @@ def rates_for(lengths: list[float], n_inputs: int) -> FloatArray:
 
 
 @both_holds
-@pytest.mark.parametrize("pattern", PATTERNS)
+@pytest.mark.parametrize("pattern", essential(PATTERNS, "switching"))
 @pytest.mark.parametrize("shape", SHAPES, ids=NAMES)
 def test_moving_inputs_are_resampled(load: Load, shape: Shape, pattern: str, hold: Hold) -> None:
     surrogate = random_surrogate(dataclasses.replace(shape, hold=hold))
@@ -70,7 +71,7 @@ def test_by_hand(load: Load) -> None:
 
 
 def test_a_ramp_ends_where_the_derivative_leads(load: Load) -> None:
-    native = load(dataclasses.replace(sum_surrogate(1), hold="ramp")).instance().start()
+    native = load(sum_surrogate(1, hold="first_order")).instance().start()
     for length in (1, 2, 0.4):
         assert native.set(3.0) == native.set_rates(0.5 / STEP) == OK
         assert native.do_step(native.time(), length * STEP) == OK
@@ -93,7 +94,7 @@ def test_derivatives_count_for_one_step(load: Load) -> None:
     assert native.get(0) == [0.5]
 
 
-@pytest.mark.parametrize("hold", ["held", "ramp"])
+@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
 def test_without_motion_nothing_differs(load: Load, hold: Hold) -> None:
     loaded = load(random_surrogate(Shape(n_inputs=2, positions=3, cell=LASTING, hold=hold)))
     native, other = (loaded.instance().start() for _ in range(2))
@@ -121,7 +122,7 @@ def test_they_are_part_of_the_state(load: Load, cell: CellShape | None, hold: Ho
     assert native.save() == loaded.instance().save()
 
 
-@pytest.mark.parametrize("hold", ["held", "ramp"])
+@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
 def test_a_step_that_fails_changes_nothing(load: Load, hold: Hold) -> None:
     loaded = load(random_surrogate(Shape(n_in=8, hold=hold, cell=CellShape(activation="cubic"))))
     native = loaded.instance().start()

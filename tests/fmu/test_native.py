@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.fmu.native import NativeError, NativeSurrogate, Part, kernels
-from slide_fmu.surrogate.half_precision import with_weights
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.strategies import all_shapes
@@ -41,10 +40,9 @@ def assert_same(found: FloatArray, expected: FloatArray, surrogate: Surrogate) -
         np.testing.assert_allclose(found[..., column], expected[..., column], atol=allowed, rtol=0)
 
 
-@pytest.mark.parametrize("weights", ["float32", "float16"])
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
-def test_every_kernel_gives_what_numpy_gives(shape: Shape, weights: str) -> None:
-    surrogate = with_weights(random_surrogate(shape), weights)
+def test_every_kernel_gives_what_numpy_gives(shape: Shape) -> None:
+    surrogate = random_surrogate(shape)
     windows = overlapping(surrogate)
     expected = surrogate.predict_windows(windows)
     for kernel in range(len(kernels())):

@@ -27,7 +27,7 @@ SHAPES = {
     "block": Shape(n_inputs=2, n_outputs=3, n_out=5, positions=2),
     "linear": Shape(n_inputs=2, n_outputs=2, hidden=(), skip=True),
     "deep, skip": Shape(n_inputs=2, n_outputs=30, hidden=(9, 40, 7), skip=True),
-    "float16": Shape(n_inputs=2, n_outputs=2, half=True, skip=True),
+    "skip": Shape(n_inputs=2, n_outputs=2, skip=True),
     "ages": Shape(n_inputs=2, n_outputs=2, ages=3),
     "cell": Shape(n_inputs=2, n_outputs=2, cell=LASTING, n_out=5),
     "gated": Shape(

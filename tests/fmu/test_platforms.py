@@ -28,6 +28,8 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.driver import run_compiler
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
+pytestmark = pytest.mark.extended
+
 MASTER = Path(__file__).parent / "c" / "master.c"
 STEPS = 60
 ARM_LIBRARIES = Path("/usr/aarch64-linux-gnu")
@@ -38,8 +40,10 @@ same order and fused products; another mathematical library or an older processo
 
 FAMILIES = {
     "layers": Shape(activation="elu", positions=3),
-    "tanh layers": Shape(activation="tanh", n_inputs=2, n_outputs=2, hold="ramp", means=True),
-    "cells": Shape(n_inputs=2, positions=3, hold="ramp", cell=CellShape(9, 17)),
+    "tanh layers": Shape(
+        activation="tanh", n_inputs=2, n_outputs=2, hold="first_order", means=True
+    ),
+    "cells": Shape(n_inputs=2, positions=3, hold="first_order", cell=CellShape(9, 17)),
     "chain": Shape(
         n_inputs=2,
         n_outputs=2,
@@ -47,7 +51,9 @@ FAMILIES = {
         positions=2,
         cell=CellShape(8, 11, "gated", turned=2, factors=2),
     ),
-    "director": Shape(n_inputs=2, features="director", hold="ramp", cell=CellShape(5, 9, "gated")),
+    "director": Shape(
+        n_inputs=2, features="director", hold="first_order", cell=CellShape(5, 9, "gated")
+    ),
 }
 
 
@@ -180,7 +186,6 @@ def _here(
     return _run(linux, 2, masters(linux), surrogate, folder, environment)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("name", "fmi"), RUNS, ids=str)
 @pytest.mark.parametrize("family", FAMILIES)
 def test_all_platforms_give_the_same(

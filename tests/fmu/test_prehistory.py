@@ -44,7 +44,7 @@ def go(native: Native, rows: FloatArray, length: float) -> FloatArray:
     return np.array(outputs)
 
 
-@pytest.mark.parametrize("hold", ["held", "ramp"])
+@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
 @pytest.mark.parametrize("length", [1.0, 3.0, 0.6])
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 def test_as_if_the_fmu_had_run_before(load: Load, shape: Shape, length: float, hold: Hold) -> None:

@@ -134,3 +134,21 @@ def test_the_flag_belongs_to_the_state(load: Load) -> None:
     native.call("fmi2Reset")
     native.start()
     assert native.get(place) == [1.0]
+
+
+@pytest.mark.parametrize(("positions", "samples"), [(1, 1), (3, 4), (2, 7)])
+def test_features_unknown_to_the_estimator_count_for_exactly_its_reach(
+    load: Load, positions: int, samples: int
+) -> None:
+    """The step after the last estimate that rests on the stray sample is in range again."""
+    shape = Shape(n_in=6, n_out=2, positions=positions, estimator_samples=samples)
+    surrogate = wide_surrogate(shape)
+    assert surrogate.estimator is not None
+    known = np.array([[-0.5], [0.5]], np.float32)  # inputs -1 to 2; the FMU's range is wider
+    narrow = dataclasses.replace(surrogate.estimator, ranges=known)
+    surrogate = dataclasses.replace(surrogate, estimator=narrow)
+    rows, reach = np.full(40, 2.0), positions + samples - 1
+    rows[9], rows[25] = 2.001, -1.001
+    expected = [not (9 <= k < 9 + reach or 25 <= k < 25 + reach) for k in range(40)]
+    assert flags(load(surrogate), rows) == expected
+    assert surrogate.inputs_in_range(rows[:, None]).tolist() == expected

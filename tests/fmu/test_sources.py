@@ -27,10 +27,12 @@ from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 
 SHAPES = {
     "layers": Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3),
-    "float16": Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3, half=True),
-    "cell": Shape(n_outputs=2, positions=3, hold="ramp", cell=CellShape()),
+    "cell": Shape(n_outputs=2, positions=3, hold="first_order", cell=CellShape()),
     "chain": Shape(
-        n_inputs=6, features="chain", hold="ramp", cell=CellShape(activation="gated", turned=1)
+        n_inputs=6,
+        features="chain",
+        hold="first_order",
+        cell=CellShape(activation="gated", turned=1),
     ),
 }
 SHARED = ("-shared", "-Wl,--no-as-needed", "-lm")
@@ -68,6 +70,7 @@ def run(native: Native, n_inputs: int, n_results: int) -> FloatArray:
     return np.array(rows)
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 def test_same_results_as_the_library(shape: Shape, tmp_path: Path) -> None:
     loaded = exported(random_surrogate(shape), tmp_path)
@@ -127,6 +130,7 @@ def test_no_file_is_opened(tmp_path: Path) -> None:
         assert not re.search(r"\b(fopen|_wfopen|fread|windows\.h)\b", text), path.name
 
 
+@pytest.mark.extended
 def test_wrong_guid_is_refused(tmp_path: Path) -> None:
     loaded = exported(random_surrogate(SHAPES["layers"]), tmp_path)
     library = ctypes.CDLL(str(compiled(loaded, tmp_path / "own.so", *SHARED)))
@@ -135,6 +139,7 @@ def test_wrong_guid_is_refused(tmp_path: Path) -> None:
     assert "GUID another" in refused.messages[0]
 
 
+@pytest.mark.extended
 def test_several_in_one_program(tmp_path: Path) -> None:
     """Their functions begin with their names."""
     names, parts = ("first", "second"), []
@@ -155,7 +160,7 @@ def test_several_in_one_program(tmp_path: Path) -> None:
     assert not hasattr(library, "fmi2GetVersion")
 
 
-@pytest.mark.slow
+@pytest.mark.extended
 @pytest.mark.skipif(
     shutil.which("cmake") is None, reason="fmpy compiles with cmake: not installed"
 )

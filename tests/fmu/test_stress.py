@@ -18,6 +18,8 @@ from tests.fmu.native import Loaded
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 from tests.fmu.small_shapes import CELLS, DIRECTOR, GATED, SMALL
 
+pytestmark = pytest.mark.extended
+
 SOURCE = Path(__file__).parent / "c" / "stress.c"
 RELEASED = sorted((Path(__file__).parents[2] / "fmus").glob("*/*.fmu"))
 SHAPES = {"layers": SMALL, "cells": CELLS, "gated": GATED, "director": DIRECTOR}

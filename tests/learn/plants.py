@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.signals import Angle, FloatArray, Signal
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.systems.base import Linearization, State, System
 
@@ -24,11 +26,16 @@ ARM = SerialChain(
 
 
 class Still(System):
-    """Inputs from -1 to 1 and one output, at rest for ever. Final."""
+    """Inputs from -1 to 1, or cosine and sine of an angle, and one output, at rest. Final."""
 
-    def __init__(self, n_inputs: int, chain: SerialChain | None = None) -> None:
-        self.step, self.hold, self.chain = STEP, "held", chain
-        self.inputs = tuple(Signal(f"u{i}", "rad", -1.0, 1.0) for i in range(n_inputs))
+    def __init__(
+        self, n_inputs: int, chain: SerialChain | None = None, angle: bool = False
+    ) -> None:
+        self.step, self.chain = STEP, chain
+        meanings = get_args(Angle) if angle else (None,) * n_inputs
+        self.inputs = tuple(
+            Signal(f"u{i}", "rad", -1.0, 1.0, angle=meaning) for i, meaning in enumerate(meanings)
+        )
         self.outputs = (Signal("y", "m", -1.0, 1.0),)
 
     def random_state(

@@ -15,7 +15,7 @@ import torch
 from slide_fmu.core.window import Window
 from slide_fmu.learn.training import History, TrainingProgress, train
 from slide_fmu.learn.windows import WindowData
-from slide_fmu.recipe.recipe import TrainingRecipe
+from slide_fmu.recipe.learning import TrainingRecipe
 
 WINDOW = Window(0.1, 4, 2)
 EXACT = torch.tensor([[0.5, -1.0, 2.0, 0.25], [0.0, 1.5, -0.5, 1.0]], dtype=torch.float64)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ import torch
 
 from slide_fmu.core.measures import relative_deviation
 from slide_fmu.core.scaling import Affine, LogError
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import Angle, FloatArray
 from slide_fmu.data.store import Split
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.director import Director
@@ -27,7 +27,7 @@ from slide_fmu.learn.estimator import (
 from slide_fmu.learn.feed_forward import FeedForwardModule
 from slide_fmu.network.feed_forward import FeedForward
 from slide_fmu.recipe.estimator import EstimatorRecipe
-from slide_fmu.recipe.recipe import FeedForwardRecipe
+from slide_fmu.recipe.learning import FeedForwardRecipe
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import Shape, random_surrogate
@@ -208,9 +208,12 @@ def test_surrogate_without_errors_has_nothing_to_estimate(tmp_path: Path) -> Non
 
 
 def centred_surrogate() -> Surrogate:
-    """Of two inputs, whose ranges are about 0: they may be a director."""
+    """Of two inputs, cosine and sine of an angle."""
     surrogate = random_surrogate(Shape(n_in=6, n_out=2, n_inputs=2, n_outputs=2, block=False))
-    inputs = tuple(dataclasses.replace(signal, start=None) for signal in surrogate.inputs)
+    inputs = tuple(
+        dataclasses.replace(signal, low=-3.0, start=None, angle=angle)
+        for signal, angle in zip(surrogate.inputs, get_args(Angle), strict=True)
+    )
     scaling = Affine(np.zeros(2), np.ones(2))
     return dataclasses.replace(surrogate, inputs=inputs, input_scaling=scaling)
 
@@ -226,7 +229,7 @@ def short_fit(folder: Path, network: dict[str, Any], **changes: Any) -> ErrorEst
     )
     estimator, _ = fit_estimator(
         surrogate,
-        Still(2),
+        Still(2, angle=True),
         (splits[0], splits[1]),
         recipe,
         folder / "c.pt",

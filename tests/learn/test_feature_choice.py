@@ -48,7 +48,8 @@ def chosen(
     names: tuple[str, ...], inputs: FloatArray, chain: SerialChain | None = None
 ) -> FeatureMap:
     n = inputs.shape[2]
-    return choose_features(names, Still(n, chain), unit(n), inputs)
+    system = Still(n, chain, angle=n == 2 and set(names) <= set(Director.blocks))
+    return choose_features(names, system, unit(n), inputs)
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
@@ -203,10 +204,10 @@ EXPECTED = (
             ("direction",),
             1,
             None,
-            r"^features \['direction'\] of 1 inputs; expected two, the cosine and sine of an "
-            "angle, with the same range about 0$",
+            r"^features \['direction'\] of 1 inputs \['u0'\]; expected two, the cosine and sine "
+            "of an angle: say so with angle = ",
         ),
-        (("direction",), 3, None, r"^features \['direction'\] of 3 inputs; expected two"),
+        (("direction",), 3, None, r"^features \['direction'\] of 3 inputs .*; expected two"),
         (("rates",), 3, ARM, "chain of 2 joints with 3 inputs; expected one input per joint"),
     ],
 )
@@ -217,10 +218,10 @@ def test_what_cannot_be_chosen_is_told(
         chosen(names, noise(n_inputs), chain)
 
 
-def test_director_needs_ranges_about_zero() -> None:
-    scaling = Affine(np.array([0.0, 0.5]), np.array([1.0, 0.5]))
-    with pytest.raises(ValueError, match=r"with the same range about 0$"):
-        choose_features(("direction",), Still(2), scaling, directors())
+def test_director_of_inputs_that_are_no_angle_is_refused() -> None:
+    """Whatever their ranges and values are."""
+    with pytest.raises(ValueError, match=r"of 2 inputs \['u0', 'u1'\]; expected two, the cosine"):
+        choose_features(("direction",), Still(2), unit(2), directors())
 
 
 ROLES: list[tuple[dict[str, Any], tuple[str, ...], Roles]] = [
@@ -282,7 +283,7 @@ def test_turned_pairs_see_the_frame() -> None:
 
 def test_feed_forward_networks_see_the_features_they_name() -> None:
     recipe = FeedForwardRecipe(family="feed_forward", hidden=(), features=("turn", "direction"))
-    features = feature_map(recipe, Still(2), unit(2), directors())
+    features = feature_map(recipe, Still(2, angle=True), unit(2), directors())
     assert features.chosen == (2, 0, 1)
     plain = FeedForwardRecipe(family="feed_forward", hidden=())
     assert feature_map(plain, Still(2), unit(2), directors()).chosen == (0, 1)

@@ -12,9 +12,9 @@ import torch
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.director import Director
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.learn.feed_forward import ACTIVATION_MODULES, FeedForwardModule
+from slide_fmu.learn.feed_forward import FeedForwardModule, activation_module
 from slide_fmu.network.activations import ACTIVATIONS
-from slide_fmu.recipe.recipe import FeedForwardRecipe
+from slide_fmu.recipe.learning import FeedForwardRecipe
 
 SAMPLES, CHANNELS, VALUES = 20, 2, 6
 
@@ -37,8 +37,17 @@ def windows(count: int) -> torch.Tensor:
     return 2 * torch.rand(shape, generator=torch.Generator().manual_seed(1)) - 1
 
 
-def test_every_activation_is_there() -> None:
-    assert ACTIVATION_MODULES.keys() == ACTIVATIONS.keys()
+@pytest.mark.parametrize("name", ACTIVATIONS)
+def test_activation_and_its_derivative_are_those_of_the_shared_table(name: str) -> None:
+    values = torch.linspace(-4, 4, 81, dtype=torch.float64).requires_grad_()
+    found = activation_module(name)(values)
+    (slope,) = torch.autograd.grad(found.sum(), values)
+    activation, seen = ACTIVATIONS[name], values.detach()
+    expected = activation.value(seen, torch)
+    torch.testing.assert_close(found.detach(), expected, rtol=1e-12, atol=1e-12)
+    torch.testing.assert_close(
+        slope, activation.slope(seen, expected, torch), rtol=1e-12, atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("activation", ACTIVATIONS)

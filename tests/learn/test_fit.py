@@ -223,6 +223,7 @@ def test_same_seed_gives_the_same_bytes_and_another_seed_others(
     assert len(list(tmp_path.iterdir())) == 2
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("broken_at", [2, 12])
 def test_broken_fit_gives_the_same_bytes(
     state_space: Fit, folder: Path, tmp_path: Path, broken_at: int

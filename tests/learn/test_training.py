@@ -25,7 +25,7 @@ from slide_fmu.learn.training import (
     train,
 )
 from slide_fmu.learn.windows import WindowData
-from slide_fmu.recipe.recipe import TrainingRecipe
+from slide_fmu.recipe.learning import TrainingRecipe
 from tests.learn.regression import EXACT, RECIPE, Slow, ignore, regression_data
 
 LEAST_SQUARES = 1e-6
@@ -45,7 +45,7 @@ def unbroken(tmp_path_factory: pytest.TempPathFactory) -> dict[str, torch.Tensor
     return weights
 
 
-@pytest.mark.slow
+@pytest.mark.extended
 def test_killed_training_ends_with_the_weights_of_an_unbroken_one(
     tmp_path: Path, unbroken: dict[str, torch.Tensor]
 ) -> None:

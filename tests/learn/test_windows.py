@@ -38,9 +38,9 @@ def test_cut_is_that_of_the_window_for_all_numbers(
 
 
 @pytest.mark.parametrize("count", [1, 7, 50, 1000])
-def test_spread_covers_all_trajectories_evenly(count: int) -> None:
+def test_evenly_chosen_windows_cover_all_trajectories(count: int) -> None:
     data = data_of(Window(0.1, 4, 2), 5, 23)
-    numbers = data.spread(count).numpy()
+    numbers = data.evenly_chosen(count).numpy()
     assert data.n_windows == 100
     assert min(count, 100) <= len(numbers) <= min(2 * count, 100)
     assert len(set(np.diff(numbers).tolist())) <= 1

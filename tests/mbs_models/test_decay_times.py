@@ -69,6 +69,7 @@ def window(
     return result.exit_code, " ".join(result.output.split()), found
 
 
+@pytest.mark.extended
 def test_the_window_of_the_paper_is_refused_for_its_weak_drive(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -88,6 +89,7 @@ def test_the_window_of_the_paper_is_refused_for_its_weak_drive(
     assert figures["measured_decay_time_s"]["worst"] == pytest.approx(WEAK_DECAY, rel=0.1)
 
 
+@pytest.mark.extended
 def test_it_is_refused_at_full_speed_too_though_the_mode_grows_for_moments(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

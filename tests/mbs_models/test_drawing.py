@@ -24,6 +24,7 @@ from slide_fmu.systems.loading import LoadError
 from tests.recipes import tiny_recipe
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("model", ["slider_crank", "robot_6r"])
 def test_command_draws_the_same_motion_again(
     model: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

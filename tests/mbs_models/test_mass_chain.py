@@ -12,7 +12,7 @@ from scipy.linalg import expm
 
 from mbs_models.mass_chain.mass_chain import OBSERVED, MassChain
 from mbs_models.mass_chain.mass_chain_plant import LOADED
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.systems.base import SimulationError, State, simulate
 
@@ -253,7 +253,7 @@ def test_signals() -> None:
     assert [s.high for s in system.outputs] == pytest.approx([reach] * 3)
     assert [s.low for s in system.outputs] == pytest.approx([-reach] * 3)
     assert {s.unit for s in system.outputs} == {"m"}
-    assert (system.step, system.hold) == (0.02, "held")
+    assert (system.step, hold_of(system.inputs)) == (0.02, "zero_order")
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from mbs_models.oscillators.oscillators import (
     DuffingOscillator,
     LinearOscillator,
 )
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.systems.base import SimulationError, State, System, simulate
 
 K, D, ALPHA = 1600.0, 8.0, 0.5
@@ -68,7 +68,7 @@ def test_base_motion_with_a_linear_spring_is_the_exact_response_to_ramps() -> No
 @pytest.mark.parametrize("system", [DuffingOscillator(), DuffingBaseMotion()])
 def test_duffing_agrees_with_another_integrator(system: System) -> None:
     inputs = inputs_of(system, 100)
-    ramp = system.hold == "ramp"
+    ramp = hold_of(system.inputs) == "first_order"
     z, last, expected = np.array([0.8, -8.0]), 0.05, [0.8]
     for value in inputs[:, 0]:
 
@@ -131,7 +131,7 @@ def test_linearization(make: type[System]) -> None:
     system = make()
     system.set_state(state(0.2, 1.0))
     found = system.linearize(state(0.7, 3.0, 0.1))
-    s = 0.7 - (0.1 if system.hold == "ramp" else 0.0)
+    s = 0.7 - (0.1 if hold_of(system.inputs) == "first_order" else 0.0)
     alpha = 0.0 if make is LinearOscillator else ALPHA
     assert found.mass == pytest.approx(1.0)
     assert found.damping == pytest.approx(D, rel=1e-5)

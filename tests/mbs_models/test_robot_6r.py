@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from mbs_models.robot_6r.puma_560 import DAMPING, JOINTS, LIMITS, STIFFNESS
 from mbs_models.robot_6r.robot_6r import Robot6R
 from mbs_models.robot_6r.socket import FLANGE, Socket
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.systems.base import SimulationError, State, simulate
 
@@ -218,7 +218,7 @@ def test_signals() -> None:
     assert [signal.name for signal in system.outputs] == names
     assert [signal.unit for signal in system.outputs] == ["m"] * 3 + ["rad"] * 3
     assert {signal.high for signal in system.outputs[:3]} == {0.02}
-    assert (system.step, system.hold) == (0.02, "ramp")
+    assert (system.step, hold_of(system.inputs)) == (0.02, "first_order")
     assert Robot6R().chain.tool == pytest.approx(np.zeros(3))
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from mbs_models.slider_crank.slider_crank import SliderCrank, director
 from mbs_models.slider_crank.slider_crank_plant import AXIAL_STIFFNESS, CRANK_LENGTH, ROD_LENGTH
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.systems.base import SimulationError, State, simulate
 
@@ -290,10 +290,11 @@ def test_signals() -> None:
         ("director_x", "1", -1.0, 1.0),
         ("director_y", "1", -1.0, 1.0),
     ]
+    assert [signal.angle for signal in system.inputs] == ["cosine", "sine"]
     (deflection,) = system.outputs
     assert (deflection.name, deflection.unit) == ("deflection", "m")
     assert (deflection.low, deflection.high) == (-0.2, 0.2)
-    assert (system.step, system.hold) == (STEP, "ramp")
+    assert (system.step, hold_of(system.inputs)) == (STEP, "first_order")
 
 
 @pytest.mark.parametrize(

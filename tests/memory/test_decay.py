@@ -34,7 +34,7 @@ class Rates(System):
     """Unit mass whose damping is 2 times its coordinate: Re(v) = -q. Linearizes, nothing else."""
 
     def __init__(self) -> None:
-        self.step, self.hold = 0.1, "held"
+        self.step = 0.1
         self.inputs = self.outputs = (Signal("x", "m", -1.0, 1.0),)
 
     def random_state(

@@ -15,7 +15,9 @@ from typer.testing import CliRunner
 
 from mbs_models.oscillators.oscillators import LinearOscillator
 from slide_fmu.cli import app
+from slide_fmu.core.window import Window
 from slide_fmu.memory import sizing
+from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.modes import UnstableModeError
 from slide_fmu.memory.sizing import ShortWindowError, decay_rows, require_window, size_window
 from slide_fmu.pipeline import preparation
@@ -237,3 +239,33 @@ class Unstable(LinearOscillator):
 def test_growth_at_rest_is_refused() -> None:
     with pytest.raises(UnstableModeError, match=r"mode with v = .* grows; .* signs of damping"):
         size_window(oscillator("LinearOscillator"), Unstable(damping=8.0, step=0.03))
+
+
+RATES = np.array([-1.0, -9.0, -1.0, -9.0, -5.0, -5.0, -5.0, -5.0])
+"""In 1/s, at eight instants of a motion; -5 in the mean, over two or four instants too."""
+
+
+@pytest.mark.parametrize(
+    ("n_in", "step", "stretch"),
+    [
+        (4, 0.5, 2),  # the window is longer than the decay: 4 of 2 samples between instants
+        (1, 0.5, 1),  # the decay is longer: 0.92 s are 1.8 samples
+        (1, 0.231, 2),  # 3.99 samples
+        (1, 0.1, 5),  # 9.2 samples
+        (8, 0.231, 4),
+        (9, 0.231, 5),  # a part of a stretch counts as a whole one
+    ],
+)
+def test_stretch_is_as_long_as_the_window_or_the_decay_whichever_is_longer(
+    n_in: int, step: float, stretch: int
+) -> None:
+    along = [Decay(RATES, 0.01), Decay(RATES[::-1] * 1.0, 0.01)]
+    assert along[0].mean == pytest.approx(math.log(100) / 5)
+    found = sizing._decay_over_windows(along, Window(step, n_in, 1), 2)
+    parts = [
+        part
+        for motion in along
+        for part in np.array_split(motion.rates, max(1, len(motion.rates) // stretch))
+    ]
+    assert found.rates == pytest.approx([np.mean(part) for part in parts])
+    assert found.remaining_amplitude == 0.01

@@ -62,7 +62,7 @@ INPUTS = FeatureMap(Differences(1))
 def surrogate_of(network: Network, outputs: tuple[Signal, ...] = SYSTEM.outputs) -> Surrogate:
     window = Window(*(getattr(RECIPE.window, name) for name in ("step", "n_in", "n_out")))
     return Surrogate(
-        "tiny", window, SYSTEM.inputs, outputs, SYSTEM.hold,
+        "tiny", window, SYSTEM.inputs, outputs,
         range_scaling(SYSTEM.inputs), range_scaling(outputs), network,
     )  # fmt: skip
 

@@ -78,8 +78,29 @@ def test_evaluation_is_the_plain_loop(shape: Shape) -> None:
 def test_activation_is_that_of_torch(name: str) -> None:
     values = np.linspace(-20, 20, 4001, dtype=np.float32)
     expected = TORCH[name](torch.from_numpy(values)).numpy()
-    assert ACTIVATIONS[name](values) == pytest.approx(expected, abs=1e-6, rel=1e-6)
-    assert ACTIVATIONS[name](values).dtype == np.float32
+    found = ACTIVATIONS[name].value(values, np)
+    assert found == pytest.approx(expected, abs=1e-6, rel=1e-6)
+    assert found.dtype == np.float32
+    of_tensors = ACTIVATIONS[name].value(torch.from_numpy(values), torch)
+    assert of_tensors.dtype == torch.float32
+    assert of_tensors.numpy() == pytest.approx(expected, abs=1e-6, rel=1e-6)
+
+
+@pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
+@pytest.mark.parametrize("name", ACTIVATIONS)
+def test_activation_slope_is_the_derivative_that_torch_finds(
+    name: str, dtype: torch.dtype
+) -> None:
+    values = torch.linspace(-6, 6, 601, dtype=torch.float64).to(dtype).requires_grad_()
+    (expected,) = torch.autograd.grad(TORCH[name](values).sum(), values)
+    allowed = 1e-5 if dtype == torch.float32 else 1e-12
+    activation, seen = ACTIVATIONS[name], values.detach()
+    found = activation.slope(seen, activation.value(seen, torch), torch)
+    torch.testing.assert_close(found, expected, rtol=allowed, atol=allowed)
+    rows = seen.numpy()
+    of_rows = activation.slope(rows, activation.value(rows, np), np)
+    assert of_rows.dtype == rows.dtype
+    assert of_rows == pytest.approx(expected.numpy(), rel=allowed, abs=allowed)
 
 
 def test_activations_keep_their_numbers() -> None:

@@ -53,6 +53,7 @@ def plain_ping_pong(network: StateSpace, record: FloatArray) -> tuple[FloatArray
     return values[lead:], errors[lead:]
 
 
+@pytest.mark.extended
 @given(state_space_shapes(), st.integers(1, 45))
 def test_ping_pong_is_the_plain_loop(shape: Shape, count: int) -> None:
     """In batches and step by step; hand-overs and truncation errors included."""

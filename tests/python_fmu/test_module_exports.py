@@ -217,7 +217,7 @@ def test_a_module_that_fails_before_the_first_step(
 def test_no_step_ends_after_the_stop_time(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    files = saved(surrogate_with("held"), tmp_path, ".pt")
+    files = saved(surrogate_with("zero_order"), tmp_path, ".pt")
     slave = start(export_module(*files, tmp_path / "m.fmu"), tmp_path / "a")
     slave.reset()
     slave.setupExperiment(startTime=0.0, stopTime=3 * STEP)

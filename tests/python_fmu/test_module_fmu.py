@@ -8,7 +8,7 @@ import sys
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import fmpy
 import numpy as np
@@ -141,7 +141,7 @@ STEPS = {
 
 @pytest.mark.parametrize("steps", STEPS.values(), ids=STEPS)
 @pytest.mark.parametrize("parameters", [(), (1.0, 0.3, -0.4)], ids=["first held", "known"])
-@pytest.mark.parametrize("hold", ["held", "ramp"])
+@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
 def test_it_gives_what_the_native_one_gives(
     hold: Hold, parameters: tuple[float, ...], steps: FloatArray, tmp_path: Path
 ) -> None:
@@ -160,7 +160,7 @@ def test_it_gives_what_the_native_one_gives(
 
 
 def test_inputs_in_range_are_those_of_the_scaling(tmp_path: Path) -> None:
-    surrogate = surrogate_with("held")
+    surrogate = surrogate_with("zero_order")
     path = export_module(*saved(surrogate, tmp_path, ".pt"), tmp_path / "module.fmu")
     slave = start(path, tmp_path / "a")
     offset, scale = surrogate.input_scaling.offset, surrogate.input_scaling.scale
@@ -175,7 +175,7 @@ def test_inputs_in_range_are_those_of_the_scaling(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("suffix", [".pt", ".pt2"])
 def test_variables_are_those_of_a_native_one(suffix: str, tmp_path: Path) -> None:
-    surrogate = surrogate_with("held")
+    surrogate = surrogate_with("zero_order")
     native = export_fmu(surrogate, tmp_path / "native.fmu")
     path = export_module(*saved(surrogate, tmp_path, suffix), tmp_path / "module.fmu")
     assert validate_fmu(str(path)) == []
@@ -196,7 +196,7 @@ def test_variables_are_those_of_a_native_one(suffix: str, tmp_path: Path) -> Non
 
 
 def test_state_comes_back_also_in_another_instance(tmp_path: Path) -> None:
-    surrogate = surrogate_with("ramp")
+    surrogate = surrogate_with("first_order")
     path = export_module(*saved(surrogate, tmp_path, ".pt"), tmp_path / "module.fmu")
     inputs = np.random.default_rng(2).uniform(-2, 3, (20, 2))
     one, two = start(path, tmp_path / "a"), start(path, tmp_path / "b")
@@ -241,7 +241,7 @@ def test_steps_that_cannot_be_taken(
     tmp_path: Path,
     capfd: pytest.CaptureFixture[str],
 ) -> None:
-    path = export_module(*saved(surrogate_with("held"), tmp_path, ".pt"), tmp_path / "m.fmu")
+    path = export_module(*saved(surrogate_with("zero_order"), tmp_path, ".pt"), tmp_path / "m.fmu")
     slave = start(path, tmp_path / "a")
     slave.setReal([0, 1], inputs)
     with pytest.raises(FMICallException):
@@ -276,7 +276,7 @@ print(sys.modules["pythonfmu"].__file__)
 
 
 def test_values_that_cannot_be_set(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    path = export_module(*saved(surrogate_with("held"), tmp_path, ".pt"), tmp_path / "m.fmu")
+    path = export_module(*saved(surrogate_with("zero_order"), tmp_path, ".pt"), tmp_path / "m.fmu")
     slave = start(path, tmp_path / "a", 1.0, 0.3, -0.4)
     before, everything = slave.getReal(list(range(9))), list(range(9))
     for references, values, message in (
@@ -304,7 +304,7 @@ def test_damaged_states_and_those_of_others_are_refused(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     paths = []
-    for hold in ("held", "ramp"):
+    for hold in get_args(Hold):
         (tmp_path / hold).mkdir()
         files = saved(surrogate_with(hold), tmp_path / hold, ".pt")
         paths.append(export_module(*files, tmp_path / hold / "m.fmu"))
@@ -330,7 +330,7 @@ def test_damaged_states_and_those_of_others_are_refused(
 
 
 def test_it_runs_without_slide_fmu_and_pythonfmu(tmp_path: Path) -> None:
-    surrogate = surrogate_with("held")
+    surrogate = surrogate_with("zero_order")
     path = export_module(*saved(surrogate, tmp_path, ".pt"), tmp_path / "module.fmu")
     command = [sys.executable, "-c", ALONE, str(path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
@@ -342,7 +342,7 @@ def test_it_runs_without_slide_fmu_and_pythonfmu(tmp_path: Path) -> None:
 
 
 def test_info_says_what_it_needs(tmp_path: Path) -> None:
-    module, description = saved(surrogate_with("held"), tmp_path, ".pt")
+    module, description = saved(surrogate_with("zero_order"), tmp_path, ".pt")
     path = tmp_path / "m.fmu"
     arguments = ("--backend", "python", "--description", description, "-o", path)
     result = invoke("export", module, *arguments)
@@ -354,7 +354,7 @@ def test_info_says_what_it_needs(tmp_path: Path) -> None:
 
 
 def test_backends_refuse_what_they_cannot_make(tmp_path: Path) -> None:
-    module, description = saved(surrogate_with("held"), tmp_path, ".pt")
+    module, description = saved(surrogate_with("zero_order"), tmp_path, ".pt")
     refused = invoke("export", module, "-o", tmp_path / "m.fmu")
     assert refused.exit_code == 1
     assert "add --backend python" in refused.output.replace("\n", " ")
@@ -362,7 +362,7 @@ def test_backends_refuse_what_they_cannot_make(tmp_path: Path) -> None:
     assert other.exit_code == 1
     assert "takes a torch module" in other.output.replace("\n", " ")
     about = ("--backend", "python", "--description", description, "-o", tmp_path / "m.fmu")
-    for form in (("--fmi", 3), ("--source",), ("--weights", "float16")):
+    for form in (("--fmi", 3), ("--source",)):
         native = invoke("export", module, *about, *form)
         assert native.exit_code == 1
         assert "which are for native FMUs" in native.output.replace("\n", " ")
@@ -382,17 +382,17 @@ def test_backends_refuse_what_they_cannot_make(tmp_path: Path) -> None:
         ("low = -2.0", "low = false", r"inputs.0.low = False: .* valid number"),
         ("low = -2.0", f"low = -1{'0' * 400}", r"inputs.0.low"),
         ("low = -2.0", f"low = {'9' * 5000}", "signals.toml: not valid TOML"),
-        ('hold = "held"', f"hold = {'[' * 100_000}", "signals.toml: not valid TOML"),
+        ('hold = "zero_order"', f"hold = {'[' * 100_000}", "signals.toml: not valid TOML"),
         ("n_in = 12", "n_in = 12\nn_im = 3", "window.n_im is not a known key"),
         ("n_in = 12", "n_in = 7", "mat1 and mat2|size|shape|expected"),
         ('name = "u1"', 'name = "u0"', "signals.toml: module: two variables have the name 'u0'"),
-        ('hold = "held"', 'hold = "sometimes"', "hold = 'sometimes'"),
+        ('hold = "zero_order"', 'hold = "sometimes"', "hold = 'sometimes'"),
         ("low = -2.0", "low = 4.0", "expected two finite numbers"),
         ('name = "twin"', "name = 'twin", "not valid TOML"),
     ],
 )
 def test_mistakes_in_the_description(old: str, new: str, message: str, tmp_path: Path) -> None:
-    module, description = saved(surrogate_with("held"), tmp_path, ".pt")
+    module, description = saved(surrogate_with("zero_order"), tmp_path, ".pt")
     text = description.read_text(encoding="utf-8")
     assert old in text
     description.write_text(text.replace(old, new), encoding="utf-8")

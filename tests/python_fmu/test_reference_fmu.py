@@ -16,7 +16,7 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
 
 from slide_fmu.core.files import OLDEST
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.python_fmu.reference import write_reference_fmu
 from slide_fmu.systems.base import State, System, simulate
 from slide_fmu.systems.loading import LoadError, load_system
@@ -77,7 +77,9 @@ def parts_of(system: System, state: State) -> dict[str, float]:
         "initial_velocities[0]": state.velocities[0],
     }
     return parts | (
-        {"initial_last_input[0]": state.last_input[0]} if system.hold == "ramp" else {}
+        {"initial_last_input[0]": state.last_input[0]}
+        if hold_of(system.inputs) == "first_order"
+        else {}
     )
 
 

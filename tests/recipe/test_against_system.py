@@ -76,7 +76,7 @@ def test_what_the_system_has_not_is_refused() -> None:
     )
     refused(
         tiny_state_space_recipe(network={"drive": ["direction"]}),
-        r"network: features \['direction'\] of 1 inputs; expected two, the cosine and sine of an ",
+        r"network: features \['direction'\] of 1 inputs \['force'\]; expected two, the cosine ",
     )
 
 

@@ -14,9 +14,10 @@ from hypothesis import strategies as st
 
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.network import base as network_module
-from slide_fmu.network import state_space
 from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.feed_forward import network as feed_forward
+from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space import network as state_space
 from slide_fmu.surrogate import surrogate as surrogate_module
 from slide_fmu.surrogate.payload import PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -91,7 +92,7 @@ def test_batch_is_one_record_after_the_other(shape: Shape, count: int) -> None:
 def test_truncation_error_of_the_stream_is_in_output_units() -> None:
     surrogate = random_surrogate(Shape(n_in=5, n_out=2, n_outputs=2, cell=CellShape()))
     network, inputs = surrogate.network, record(Shape(), 20)
-    assert isinstance(network, state_space.StateSpace)
+    assert isinstance(network, StateSpace)
     _, errors = network.ping_pong(surrogate.input_scaling.apply(inputs)[None])
     stream = surrogate.stream()
     assert stream.truncation_error is None
@@ -122,7 +123,7 @@ def test_batches_do_not_change_results(shape: Shape, monkeypatch: pytest.MonkeyP
     names = ("predict", "predict_newest", "estimate_error")
     whole = [getattr(surrogate, name)(inputs) for name in names]
     monkeypatch.setattr(surrogate_module, "BATCH", 3)
-    monkeypatch.setattr(network_module, "BATCH", 3)
+    monkeypatch.setattr(feed_forward, "BATCH", 3)
     monkeypatch.setattr(state_space, "CHUNK", 25)
     for name, expected in zip(names, whole, strict=True):
         found = getattr(surrogate, name)(inputs)
@@ -208,11 +209,12 @@ def test_parts_that_do_not_fit_are_refused() -> None:
     estimator = surrogate.estimator
     assert estimator is not None
     two = random_surrogate(Shape(n_inputs=2))
+    moving = random_surrogate(Shape(hold="first_order")).inputs
     nothing = np.array([[0.0], [1.0]], np.float32)
     changes = [
         ({"name": "2nd"}, "surrogate name '2nd'"),
         ({"name": "ü"}, "surrogate name 'ü'"),
-        ({"hold": "later"}, "hold 'later'"),
+        ({"outputs": moving}, "output 'u0' with hold 'first_order'"),
         ({"window": dataclasses.replace(surrogate.window, n_in=13)}, "maps 12 samples to 4"),
         ({"inputs": two.inputs}, "2 inputs and 1 outputs"),
         ({"inputs": two.inputs, "input_scaling": two.input_scaling}, "2 inputs and 1 outputs"),

@@ -15,7 +15,6 @@ from slide_fmu.core.window import Window
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.excitation.mix import names_of
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.fmu.libraries.build import build_all
 from slide_fmu.pipeline.preparation import check_recipe
 from slide_fmu.pipeline.side_by_side import write_reference
 from slide_fmu.recipe.recipe import Recipe, RecipeError
@@ -30,6 +29,7 @@ from slide_fmu.validation.model_card import card
 from slide_fmu.validation.report import validation_sections
 from slide_fmu.validation.validate import validate
 from tests.fmu.samples import sum_surrogate
+from tests.libraries import build_libraries
 from tests.recipes import tiny_recipe
 
 MODEL = {"damping": 40.0, "substeps": 1}
@@ -53,7 +53,7 @@ def surrogate() -> Surrogate:
 
 @pytest.fixture(scope="module")
 def fmu(surrogate: Surrogate, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    build_all()
+    build_libraries()
     return export_fmu(surrogate, tmp_path_factory.mktemp("fmu") / "tiny.fmu")
 
 

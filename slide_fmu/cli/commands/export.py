@@ -10,7 +10,6 @@ import typer
 
 from slide_fmu.cli.console import console, progress_bars, write_json
 from slide_fmu.cli.options import DataSeedOption, JsonOption, TrainingSeedOption
-from slide_fmu.cli.tables import show_remark, show_rounding
 
 
 class Backend(StrEnum):
@@ -28,10 +27,6 @@ def export(
     fmi: Annotated[
         int, typer.Option("--fmi", min=2, max=3, help="Version of the standard: 2 or 3.")
     ] = 2,
-    weights: Annotated[
-        str | None,
-        typer.Option(help="float32 or float16 for feed-forward layers; as they are if not given."),
-    ] = None,
     sources: Annotated[
         bool, typer.Option("--source", help="With C sources, for targets of your own compiler.")
     ] = False,
@@ -55,12 +50,9 @@ def export(
     from slide_fmu.pipeline.export import export as write
 
     with progress_bars() as bar:
-        form = Form(checked_version(fmi), sources, weights)
+        form = Form(checked_version(fmi), sources)
         python = backend == Backend.python
         request = Request(source, output, form, python, description, seed, data_seed, runs)
-        written = write(request, bar)
-        write_json(json_path, {"fmu": str(written.path), "rounding": written.rounding})
-    if written.rounding is not None:
-        show_rounding(written.rounding)
-    show_remark(written.remark)
-    console.print(f"FMU     {written.path}")
+        path = write(request, bar)
+        write_json(json_path, {"fmu": str(path)})
+    console.print(f"FMU     {path}")

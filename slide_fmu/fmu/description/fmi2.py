@@ -21,7 +21,6 @@ from xml.etree import ElementTree
 from slide_fmu.core.signals import Signal
 from slide_fmu.core.units import BASE_UNITS
 from slide_fmu.fmu.description.names import IN_RANGE, PREHISTORY_KNOWN, WINDOW_FILLED, initial_name
-from slide_fmu.network.state_space import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 
 CAPABILITIES = {
@@ -92,7 +91,7 @@ def fmu_variables(surrogate: Surrogate) -> list[Variable]:
         variables += [_error_estimate(signal, count) for signal in surrogate.outputs]
     for name in samples_behind(surrogate):
         variables.append(Variable(name, "1", "output", FILLED[name], 0.0, 1.0))
-    if isinstance(surrogate.network, StateSpace):
+    if surrogate.network.measures_truncation:
         variables += [_truncation_error(signal) for signal in surrogate.outputs]
     variables.append(_in_range(surrogate))
     variables += _parameters(surrogate)

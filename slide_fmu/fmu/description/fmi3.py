@@ -25,7 +25,6 @@ from slide_fmu.fmu.description.fmi2 import (
     summary,
 )
 from slide_fmu.fmu.description.names import PREHISTORY_KNOWN, initial_name
-from slide_fmu.network.state_space import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 
 CAPABILITIES = {
@@ -74,10 +73,7 @@ def initial_window_size(surrogate: Surrogate) -> int:
 def block_size(surrogate: Surrogate) -> int:
     """Samples of the outputs that the network knows at a time: it gives them at once, or, with a
     state space, they are those of its output window."""
-    network = surrogate.network
-    if isinstance(network, StateSpace):
-        return network.n_out
-    return network.n_values // len(surrogate.outputs)
+    return surrogate.network.block_length(len(surrogate.outputs))
 
 
 def model_description3(surrogate: Surrogate, guid: str) -> bytes:

@@ -34,7 +34,7 @@ HASHES = Path(__file__).parent / "hashes.sha256"
 BASELINE = {"x86_64": "x86_64_v2", "aarch64": "baseline"}
 """Processor that the code is compiled for, by architecture."""
 
-AVX2 = "x86_64_v2+avx2+fma+f16c-slow_unaligned_mem_32"
+AVX2 = "x86_64_v2+avx2+fma-slow_unaligned_mem_32"
 """x86-64-v3 as far as kernels use it. Processors of v2 read 32 bytes at once slowly where they are
 not aligned: no reason to split such reads on others."""
 

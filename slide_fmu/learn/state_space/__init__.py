@@ -1,4 +1,6 @@
-"""The fit of state-space networks: linear starts, Levenberg-Marquardt, multi-start.
+"""This folder fits state-space networks: linear starts, Levenberg-Marquardt, multi-start.
 
-Nothing of other families belongs here.
+The way goes from a linear model (``linear_start``) over random starts of the units
+(``coordinates``, ``multi_start``) to nonlinear least squares (``levenberg_marquardt``, or
+``preconditioned_descent`` for large cells). Nothing of other families belongs here.
 """

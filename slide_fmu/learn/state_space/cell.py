@@ -1,42 +1,17 @@
 """The cell of the state-space network as a function of one parameter vector.
 
-    x[k+1] = A x[k] + B f[k] + T E h
-    y[k+1] = sum over r in [1, r[k]] of r (C_r x[k+1] + D_r w[k] + d_r)
-
-with x = 0 at the first sample and the units h = act(W [x, f, 1]), or gated ones,
-h = tanh(W [s, 1]) * (V [T' x, g]): the next state is then linear in the state, and the schedule s
-decides how. T turns the first pairs of states into the frame of the units; f, w, s, g, r are
-features of the window (``slide_fmu.features``). ``network.state_space`` holds the same cell as
-data; the class of models is the nonlinear state space of system identification (polynomial in
-Paduart et al., 2010), with gated units a linear parameter-varying one.
+The equations are those of ``slide_fmu.network.state_space.equations``, with x = 0 at the first
+sample; here are the sizes of a cell and the order of its parameters.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import torch
 
+from slide_fmu.network.state_space.equations import GATED, ByRole, Equations, Weights, outputs
 from slide_fmu.network.state_space.roles import Roles
-
-
-def _tanh(values: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-    result = torch.tanh(values)
-    return result, 1 - result * result
-
-
-def _cubic(values: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-    square = values * values
-    return square * values, 3 * square
-
-
-ACTIVATIONS: dict[str, Callable[[torch.Tensor], tuple[torch.Tensor, torch.Tensor]]] = {
-    "tanh": _tanh,
-    "cubic": _cubic,
-    "gated": _tanh,
-}
-"""Value and derivative of the units' activation by name."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +27,7 @@ class CellShape:
         n_units: H.
         n_outputs: p.
         roles: indices of f, w, g, s, r among the features.
-        units: key of ``ACTIVATIONS``; ``gated`` units have a V.
+        units: one of ``CELL_ACTIVATIONS``; ``gated`` units have a V.
         bias: whether there are constant terms.
         turned: pairs of states that gated units see in the turned frame.
     """
@@ -68,7 +43,7 @@ class CellShape:
     @property
     def gated(self) -> bool:
         """Whether the units are gated."""
-        return self.units == "gated"
+        return self.units == GATED
 
     @property
     def n_factors(self) -> int:
@@ -161,73 +136,27 @@ class Matrices:
     d: torch.Tensor
     constant: torch.Tensor
 
-
-@dataclass(frozen=True, eq=False)
-class Sequences:
-    """Features along sequences by their roles; the sample first, then the sequence.
-
-    Attributes:
-        drive: f, shape (N, B, q).
-        static: w, shape (N, B, m).
-        arguments: of the activation apart from x: [f, 1], of gated units [s, 1].
-        gated: g.
-        factors: [1, r], shape (N, B, R).
-        turn: cosine and sine, shape (N, B, 2), or (N, B, 0).
-    """
-
-    drive: torch.Tensor
-    static: torch.Tensor
-    arguments: torch.Tensor
-    gated: torch.Tensor
-    factors: torch.Tensor
-    turn: torch.Tensor
-
-    @staticmethod
-    def of(shape: CellShape, features: torch.Tensor) -> Sequences:
-        """From all features, shape (N, B, n_signals)."""
-        roles, one = shape.roles, features.new_ones(*features.shape[:2], 1)
-
-        def chosen(indices: tuple[int, ...]) -> torch.Tensor:
-            whole = indices == tuple(range(features.shape[2]))
-            return features if whole else features[:, :, list(indices)]
-
-        drive = chosen(roles.drive)
-        seen = chosen(roles.schedule) if shape.gated else drive
-        return Sequences(
-            drive,
-            drive if roles.static == roles.drive else chosen(roles.static),
-            torch.cat([seen, one], 2) if shape.bias else seen,
-            chosen(roles.gated),
-            torch.cat([one, chosen(roles.readout)], 2) if roles.readout else one,
-            chosen(roles.turn),
+    def weights(self, shape: CellShape) -> Weights:
+        """The matrices by name, as views."""
+        n, q, arguments = shape.n_states, len(shape.roles.drive), self.w
+        w_1 = None
+        if shape.bias:
+            arguments, w_1 = self.w[:, :-1], self.w[:, -1]
+        return Weights(
+            a=self.f[:, :n],
+            b=self.f[:, n : n + q],
+            e=self.f[:, n + q :],
+            w_x=None if shape.gated else arguments[:, :n],
+            w_f=arguments if shape.gated else arguments[:, n:],
+            w_1=w_1,
+            v_x=self.v[:, :n] if shape.gated else None,
+            v_g=self.v[:, n:] if shape.gated else None,
+            c=self.c.flatten(0, 1),
+            d=self.d.flatten(0, 1),
+            d0=self.constant.flatten(),
+            units=shape.units,
+            turned=shape.turned,
         )
-
-    def chosen(self, samples: slice) -> Sequences:
-        """A stretch of the samples."""
-        parts = (getattr(self, field.name)[samples] for field in fields(self))
-        return Sequences(*parts)
-
-
-def turned(vectors: torch.Tensor, turn: torch.Tensor, pairs: int) -> torch.Tensor:
-    """Vectors whose first pairs are turned by an angle.
-
-    Args:
-        vectors: shape (B, n).
-        turn: cosine and sine of the angle, shape (B, 2).
-        pairs: number of pairs; none leaves the vectors as they are.
-    """
-    if pairs == 0:
-        return vectors
-    first = vectors[:, : 2 * pairs].reshape(-1, pairs, 2)
-    c, s = turn[:, :1], turn[:, 1:]
-    x, y = first[:, :, 0], first[:, :, 1]
-    moved = torch.stack([c * x - s * y, s * x + c * y], 2).flatten(1)
-    return torch.cat([moved, vectors[:, 2 * pairs :]], 1)
-
-
-def opposite(turn: torch.Tensor) -> torch.Tensor:
-    """The turn by the opposite angle."""
-    return torch.cat([turn[..., :1], -turn[..., 1:]], -1)
 
 
 def simulate(
@@ -236,6 +165,8 @@ def simulate(
     """Run the cell from zero state.
 
     Args:
+        shape: sizes of the cell, and what its features are for.
+        theta: shape (n_parameters,).
         features: shape (samples, B, n_signals); the sample comes first, so that each is one
             piece of memory.
 
@@ -243,49 +174,7 @@ def simulate(
         Outputs (samples, B, n_outputs) and states (samples, B, n_states), each one step after
         the feature of its row.
     """
-    m, sequences = shape.split(theta), Sequences.of(shape, features)
-    run = _run_gated if shape.gated else _run_plain
-    states = run(shape, m, sequences)
-    return values(m, states, sequences), states
-
-
-def values(m: Matrices, states: torch.Tensor, sequences: Sequences) -> torch.Tensor:
-    """Outputs (N, B, p) of states (N, B, n), one step after the features."""
-    p, factors, n = m.c.shape
-    parts = states @ m.c.view(-1, n).T + sequences.static @ m.d.view(p * factors, -1).T
-    parts = parts + m.constant.reshape(-1)
-    if factors > 1:
-        shares = parts.view(*parts.shape[:2], p, factors)
-        parts = (shares * sequences.factors[:, :, None]).sum(3)
-    return parts
-
-
-def _run_plain(shape: CellShape, m: Matrices, sequences: Sequences) -> torch.Tensor:
-    n, q = shape.n_states, len(shape.roles.drive)
-    a, e = m.f[:, :n].T, m.f[:, n + q :].T
-    driven = sequences.drive @ m.f[:, n : n + q].T
-    seen = sequences.arguments @ m.w[:, n:].T
-    w, act = m.w[:, :n].T, ACTIVATIONS[shape.units]
-    state, states = driven.new_zeros(driven.shape[1], n), []
-    for k in range(len(driven)):
-        units = act(torch.addmm(seen[k], state, w))[0]
-        state = torch.addmm(torch.addmm(driven[k], state, a), units, e)
-        states.append(state)
-    return torch.stack(states)
-
-
-def _run_gated(shape: CellShape, m: Matrices, sequences: Sequences) -> torch.Tensor:
-    n, q = shape.n_states, len(shape.roles.drive)
-    a, e, v = m.f[:, :n].T, m.f[:, n + q :].T, m.v[:, :n].T
-    driven = sequences.drive @ m.f[:, n : n + q].T
-    gates = torch.tanh(sequences.arguments @ m.w.T)
-    offered = sequences.gated @ m.v[:, n:].T
-    back = opposite(sequences.turn)
-    state, states = driven.new_zeros(driven.shape[1], n), []
-    for k in range(len(driven)):
-        seen = turned(state, back[k], shape.turned)
-        units = gates[k] * torch.addmm(offered[k], seen, v)
-        moved = turned(units @ e, sequences.turn[k], shape.turned)
-        state = torch.addmm(driven[k], state, a) + moved
-        states.append(state)
-    return torch.stack(states)
+    weights, inputs = shape.split(theta).weights(shape), ByRole.of(shape.roles, features)
+    rest = features.new_zeros(features.shape[1], shape.n_states)
+    states = Equations(weights, inputs, torch).run(rest)
+    return outputs(weights, states, inputs), states

@@ -1,4 +1,8 @@
-"""Cells that answer alike: states in other coordinates, more states, more units."""
+"""A cell is rewritten so that it answers as before: other coordinates, more states, more units.
+
+Random starts of the units need this: the units see states of unit size, and a start answers as the
+linear model that it comes from.
+"""
 
 from __future__ import annotations
 
@@ -9,22 +13,26 @@ import torch
 from slide_fmu.learn.state_space.cell import CellShape, Matrices
 
 PAD_POLE, PAD_GAIN = 0.6, 0.8
-"""Of states that are added: short memories of the features, which no output sees yet."""
+"""States that are added have this pole and this gain: short memories that no output sees yet."""
 JITTER = 1e-10
-"""Added to the variances of the states, relative to them, before they are made uncorrelated."""
+"""The states' variances are raised by this part before the states are made uncorrelated."""
 
 
 def rescale(shape: CellShape, m: Matrices, states: torch.Tensor, whiten: bool) -> Matrices:
-    """Change the coordinates of the states to unit standard deviation.
+    """Change the coordinates of the states to unit root mean square.
 
     Args:
-        m: matrices of a cell of this shape.
-        states: of a run, shape (..., n).
-        whiten: make them uncorrelated too.
+        shape: shape of the cell.
+        m: matrices of the cell.
+        states: states of a run of the cell, shape (..., n).
+        whiten: make the states uncorrelated too.
+
+    Returns:
+        Matrices of the cell in the new coordinates; its outputs are the same.
 
     Raises:
-        ValueError: units see pairs of states in a turned frame: in other coordinates they are no
-            pairs.
+        ValueError: units see pairs of states in a turned frame; in other coordinates the states
+            would be no pairs.
     """
     if shape.turned and shape.n_units:
         raise ValueError(
@@ -34,42 +42,48 @@ def rescale(shape: CellShape, m: Matrices, states: torch.Tensor, whiten: bool) -
     n = shape.n_states
     flat = states.reshape(-1, n)
     if whiten:
-        # of states in units of their spread, and in double precision: they may be nearly dependent
-        spread = _spread(flat).double()
-        unit = flat.double() / spread
+        # the states may be nearly dependent: unit size first, and double precision
+        size = _rms(flat).double()
+        unit = flat.double() / size
         covariance = unit.T @ unit / len(unit)
         covariance.diagonal().add_(JITTER)
-        back = spread[:, None] * torch.linalg.cholesky(covariance)
+        back = size[:, None] * torch.linalg.cholesky(covariance)
         there, back = torch.linalg.inv(back).to(flat), back.to(flat)
     else:
-        spread = _spread(flat)
-        there, back = torch.diag(1 / spread), torch.diag(spread)
+        size = _rms(flat)
+        there, back = torch.diag(1 / size), torch.diag(size)
     f = torch.cat([there @ m.f[:, :n] @ back, there @ m.f[:, n:]], 1)
     w, v = m.w, m.v
-    if v.shape[1]:  # the units are gated: W does not see the states
+    if v.shape[1]:  # LPV units: V sees the states, W the scheduling variables alone
         v = torch.cat([v[:, :n] @ back, v[:, n:]], 1)
     else:
         w = torch.cat([w[:, :n] @ back, w[:, n:]], 1)
     return Matrices(f, w, v, m.c @ back, m.d, m.constant)
 
 
-def _spread(states: torch.Tensor) -> torch.Tensor:
-    """RMS of every state, shape (n,); of one that never moves, a little."""
-    spread = states.square().mean(0).sqrt()
-    return spread.clamp_min(1e-9 * float(spread.max()) + 1e-30)
+def _rms(states: torch.Tensor) -> torch.Tensor:
+    """Return the RMS of every state, shape (n,), of states (N, n).
+
+    A state that never moves gets a small value above 0, since one divides by it.
+    """
+    rms = states.square().mean(0).sqrt()
+    return rms.clamp_min(1e-9 * float(rms.max()) + 1e-30)
 
 
 def widen(m: Matrices, old: CellShape, new: CellShape, generator: torch.Generator) -> torch.Tensor:
-    """Parameters of a larger cell that answers exactly as a smaller one.
+    """Return the parameters of a larger cell that answers exactly as a smaller one.
 
     New states are short memories of the features that no output sees; new units have random
     arguments and act on nothing.
 
     Args:
-        m: matrices of the smaller cell, of shape ``old``.
+        m: matrices of the smaller cell.
+        old: shape of the smaller cell.
+        new: shape of the larger cell, with the same roles and outputs.
+        generator: the only source of randomness.
 
     Returns:
-        Shape (new.n_parameters,).
+        Parameters of the larger cell, shape (new.n_parameters,).
     """
     n, q, units = old.n_states, len(old.roles.drive), old.n_units
     f = m.f.new_zeros(new.n_states, new.n_next)
@@ -78,7 +92,7 @@ def widen(m: Matrices, old: CellShape, new: CellShape, generator: torch.Generato
     f[:n, first : first + units] = m.f[:, n + q :]
     for state in range(n, new.n_states):
         f[state, state] = PAD_POLE
-        f[state, new.n_states + (state - n) % q] = PAD_GAIN
+        f[state, new.n_states + (state - n) % q] = PAD_GAIN  # the features take turns
     w = _random(new.n_units, new.n_arguments, generator).to(m.f)
     v = _random(new.n_units, new.n_products if new.gated else 0, generator).to(m.f)
     seeing = v if new.gated else w
@@ -92,6 +106,6 @@ def widen(m: Matrices, old: CellShape, new: CellShape, generator: torch.Generato
 
 
 def _random(units: int, arguments: int, generator: torch.Generator) -> torch.Tensor:
-    """Normal numbers, such that sums over the arguments have unit variance."""
+    """Draw normal numbers, (units, arguments); a sum over the arguments has unit variance."""
     values = torch.randn(units, arguments, generator=generator, dtype=torch.float64)
     return values / math.sqrt(max(1, arguments))

@@ -1,4 +1,8 @@
-"""Fits a state-space network: chooses its size, runs the multi-start, freezes the winner."""
+"""A state-space network is fitted here: its size is chosen, its multi-start run, its best frozen.
+
+The class of models is the nonlinear state space of system identification (Paduart et al., 2010);
+the cell's equations stand in ``slide_fmu.network``.
+"""
 
 from __future__ import annotations
 
@@ -24,15 +28,15 @@ from slide_fmu.network.state_space.cell import Cell
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 SEARCH_STARTS = 3
-"""Random starts by which a size is judged when it is chosen automatically."""
+"""A size is judged by this many random starts when it is chosen automatically."""
 WORTHWHILE = 0.8
-"""A larger network is chosen when it has at most this part of the smaller one's error."""
+"""A larger network is chosen when its error is below this part of the smaller one's."""
 FIRST_UNITS, MOST_UNITS = 16, 64
-"""Numbers of units that are tried."""
+"""The automatic choice tries 0 units, then the first number, then doubles it up to the second."""
 FEWEST = 8
-"""Segments that the starts have, at least, where there are as many."""
+"""The starts have at least this many segments, where there are as many."""
 MORE_STATES = 8
-"""States tried beyond the first guess, at most."""
+"""At most this many states are tried beyond the first guess."""
 
 
 def fit_state_space(
@@ -43,9 +47,19 @@ def fit_state_space(
 ) -> tuple[StateSpace, History]:
     """Fit a state-space network.
 
+    Args:
+        problem: the regression.
+        network: order, units and roles of the features in the recipe.
+        training: numbers of starts and iterations, segments, precision.
+        progress: is called after every iteration of every run.
+
+    Returns:
+        The best network, and the history of its last run, in scaled units.
+
     Raises:
         TrainingError: no start gives a finite error.
-        ValueError: trajectories are too short for the window, or the order is too high for it.
+        ValueError: trajectories are too short for the window, the order is too high for it, or
+            a weight is not finite.
     """
     data = prepare(problem, network, training)
     multi_start = MultiStart(problem, network, training, data, progress)
@@ -61,7 +75,7 @@ def fit_state_space(
 
 
 def _history(winner: Candidate, data: FitData) -> History:
-    """The winner's last run; with its start as step 0 where no step was better."""
+    """Return the course of the winner's last run; its start is step 0 where no step was better."""
     rows = winner.state.history
     if not rows or min(row[2] for row in rows) > winner.error:
         cost = sum_of_squares(winner.shape, winner.state.best, data.whole)
@@ -71,7 +85,16 @@ def _history(winner: Candidate, data: FitData) -> History:
 
 
 def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresRecipe) -> FitData:
-    """Features, and trajectories cut into segments."""
+    """Cut trajectories into segments, for the starts and for the whole fit.
+
+    Args:
+        problem: features and scaled outputs.
+        network: names the features of each role.
+        training: length of segments, share of the starts, weights, precision.
+
+    Raises:
+        ValueError: trajectories are not longer than the truncated part of the window.
+    """
     dtype = getattr(torch, training.precision)
 
     def segments(record: tuple[torch.Tensor, torch.Tensor]) -> Segments:
@@ -93,7 +116,11 @@ def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresR
 
 
 def _stride(part: int, pieces: int, count: int) -> int:
-    """Stride by which the starts' segments are taken: early and late pieces of trajectories."""
+    """Choose the stride by which the segments of the starts are taken.
+
+    It is the least from ``part`` on, or the greatest below it, that has no divisor in common with
+    the number of pieces of a trajectory: else only early pieces, say, would be taken.
+    """
     most = max(1, count // FEWEST)
     wished = [*range(part, most + 1), *range(min(part, most), 0, -1)]
     fitting: list[int] = [stride for stride in wished if math.gcd(stride, pieces) == 1]
@@ -101,14 +128,14 @@ def _stride(part: int, pieces: int, count: int) -> int:
 
 
 def choose_sizes(multi_start: MultiStart) -> tuple[int, int]:
-    """Order and number of units: as the recipe says, or raised while the error falls."""
+    """Return order and number of units, as the recipe says, or raised while the error falls."""
     order, units = multi_start.network.order, multi_start.network.hidden
     first = multi_start.first_order() if order == "auto" else order
     found = first if order != "auto" else None
     if found is None:
         tried = 0 if units == 0 else FIRST_UNITS if units == "auto" else units
         last = min(first + MORE_STATES, max(first, multi_start.highest_order()))
-        orders = range(first, last + 1, 2)
+        orders = range(first, last + 1, 2)  # by two: an oscillation has two states
         found = _largest_worthwhile(list(orders), lambda n: _judge(multi_start, n, tried))
     if units != "auto":
         return found, units
@@ -119,7 +146,13 @@ def choose_sizes(multi_start: MultiStart) -> tuple[int, int]:
 
 
 def compete(multi_start: MultiStart, order: int, units: int) -> Candidate:
-    """Run the multi-start of one size and return its winner, refined on all data."""
+    """Run the multi-start of one size and return its winner, refined on all data.
+
+    Args:
+        multi_start: runs and data.
+        order: number of states without the padding.
+        units: number of units; 0 for a linear network.
+    """
     training = multi_start.training
     linear = multi_start.linear(order)
     if units == 0:
@@ -133,13 +166,20 @@ def compete(multi_start: MultiStart, order: int, units: int) -> Candidate:
 
 
 def _iterations(training: LeastSquaresRecipe, last: int) -> int:
-    """Most iterations of one multi-start after its linear models, with the winner's last ones."""
+    """Return the greatest number of iterations of a multi-start after its linear models.
+
+    The last ones, of the winner alone, are given.
+    """
     first = training.starts * training.start_iterations
     return first + training.kept * training.kept_iterations + last
 
 
 def _dense_units(multi_start: MultiStart, order: int, units: int) -> int:
-    """Units for which normal equations are solved: all, or those of half the largest size."""
+    """Return the number of units for which normal equations are solved.
+
+    These are all, up to the limit of parameters; else those of half that limit: the fit is widened
+    from there by gradient steps.
+    """
     limit = multi_start.training.dense_limit
     if multi_start.shape(order, units).n_parameters <= limit:
         return units
@@ -149,7 +189,7 @@ def _dense_units(multi_start: MultiStart, order: int, units: int) -> int:
 
 
 def _judge(multi_start: MultiStart, order: int, units: int) -> float:
-    """Validation error that a size reaches in a few short runs."""
+    """Return the validation error that a size reaches in a few short runs."""
     linear = multi_start.linear(order)
     if units == 0:
         return linear.error
@@ -161,7 +201,7 @@ def _judge(multi_start: MultiStart, order: int, units: int) -> float:
 
 
 def _largest_worthwhile(sizes: list[int], judge: Callable[[int], float]) -> int:
-    """The largest size that still was worth its price against the one before."""
+    """Return the largest size that was worth its price against the one before it."""
     chosen, error = sizes[0], judge(sizes[0])
     for size in sizes[1:]:
         larger = judge(size)
@@ -172,7 +212,11 @@ def _largest_worthwhile(sizes: list[int], judge: Callable[[int], float]) -> int:
 
 
 def freeze(winner: Candidate, problem: Problem) -> StateSpace:
-    """The fitted network as data, in float32.
+    """Return the fitted network as data, in float32.
+
+    Args:
+        winner: shape and best parameters.
+        problem: window and features.
 
     Raises:
         ValueError: a weight is not finite.

@@ -1,4 +1,4 @@
-"""The course of a fit that consists of several runs, stored so that it resumes where it broke."""
+"""A ledger stores a fit that consists of several runs, so that it resumes where it broke off."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from slide_fmu.learn.training import TrainingError
 State = TypeVar("State")
 
 STORE_EVERY = 2.0
-"""Seconds between two writings of the file; the end of a run is always written."""
+"""The file is written at most once in this many seconds, and at the end of every run."""
 
 
 class Ledger:
-    """Named runs and where each stands, in one file. Final.
+    """A ledger holds named runs and where each stands, in one file. Final.
 
     A run is a sequence of states, each computed from the one before alone. So a fit that goes on
     from the file ends with the same weights as an unbroken one.
@@ -47,7 +47,7 @@ class Ledger:
 
     @property
     def iterations(self) -> int:
-        """Iterations done in all runs."""
+        """All runs together have done this many iterations."""
         return sum(run["iterations"] for run in self._runs.values())
 
     def run(
@@ -57,14 +57,20 @@ class Ledger:
         advance: Callable[[State], State],
         iterations: int,
     ) -> State:
-        """Do a run, what is left of it, or nothing if it has been done.
+        """Do a run, or what is left of it, or nothing if it has been done.
 
         Args:
-            name: unique in this fit.
-            start: before the first iteration: a dataclass of plain values and tensors, with an
-                attribute ``finished``.
-            advance: does one iteration.
-            iterations: at most.
+            name: name of the run, unique in this fit.
+            start: state before the first iteration: a dataclass of plain values and tensors, with
+                an attribute ``finished``.
+            advance: does one iteration; it depends on nothing but the state.
+            iterations: greatest number of iterations.
+
+        Returns:
+            The state after the last iteration.
+
+        Raises:
+            TrainingError: the file holds a run of this name that another version has written.
         """
         stored = self._runs.get(name, {"iterations": 0, "state": None})
         done, state = stored["iterations"], start
@@ -101,10 +107,10 @@ class Ledger:
 
 
 def _checked(runs: Any) -> dict[str, dict[str, Any]]:
-    """The runs of a file.
+    """Check that a file held runs, and return them.
 
     Raises:
-        ValueError: it holds something else.
+        ValueError: the file holds something else.
     """
     found = runs.values() if isinstance(runs, dict) else [None]
     if not all(isinstance(run, dict) and run.keys() == {"iterations", "state"} for run in found):

@@ -1,5 +1,9 @@
-"""Levenberg-Marquardt with Marquardt's diagonal and Nielsen's damping (Madsen, Nielsen, Tingleff,
-"Methods for non-linear least squares problems", 2004), in steps that can be stored and resumed."""
+"""Levenberg-Marquardt minimises a sum of squares, in steps that can be stored and resumed.
+
+The damping multiplies the diagonal of J'J (Marquardt, 1963) and follows Nielsen's rule (Madsen,
+Nielsen, Tingleff, "Methods for non-linear least squares problems", 2004, algorithm 3.16). Cost and
+gradient stand for the sum of squares r'r and for J'r, the half of its gradient.
+"""
 
 from __future__ import annotations
 
@@ -12,29 +16,31 @@ import torch
 from slide_fmu.learn.state_space.normal_equations import NormalEquations
 
 FIRST_DAMPING = 1e-2
+"""A fit starts with this damping lambda, relative to the diagonal of J'J."""
 LEAST_DAMPING = 1e-12
+"""The damping falls no further, so that a few rejections bring it back."""
 MOST_REJECTIONS = 12
-"""Rejected steps in a row after which the fit counts as finished."""
+"""The fit counts as finished after this many rejected steps in a row."""
 SMALLEST_GAIN = 1e-4
-"""Least ratio of the reached to the predicted reduction of an accepted step."""
+"""A step is accepted if it reaches this part of the reduction that it predicts."""
 DIAGONAL_FLOOR = 1e-9
-"""Of the damped diagonal, relative to its largest entry: parameters that do nothing yet."""
+"""Every entry of the damped diagonal is raised to this part of the largest: some parameters do
+nothing yet."""
 STALLED = 1e-6
-"""Relative reduction of the cost per iteration, below which ...
-"""
+"""An iteration that reduces the cost by less than this part of it counts as stalled."""
 PATIENCE = 5
-"""... for so many iterations in a row the fit counts as finished."""
+"""The fit counts as finished after this many stalled iterations in a row."""
 
 
 @dataclass(frozen=True, eq=False)
 class LeastSquares:
-    """A sum of squares to be minimised.
+    """A least-squares problem is a sum of squares to be minimised.
 
     Attributes:
-        normal: its normal equations at parameters.
-        cost: its value alone, which is cheaper.
-        count: number of residuals, each as much as its weight's square.
-        validation: RMS error on data that choose the parameters.
+        normal: gives the normal equations at parameters, shape (P,).
+        cost: gives the sum of squares alone, which is cheaper.
+        count: number of residuals, each counted as often as its weight squared.
+        validation: gives the RMS error, in scaled units, on the data that choose the parameters.
     """
 
     normal: Callable[[torch.Tensor], NormalEquations]
@@ -45,16 +51,16 @@ class LeastSquares:
 
 @dataclass(frozen=True, eq=False)
 class Iterate:
-    """Where a fit stands; all that the next iteration depends on.
+    """An iterate says where a fit stands: it is all that the next iteration depends on.
 
     Attributes:
         theta: parameters, shape (P,).
-        best: parameters of the best validation so far.
+        best: parameters of the best validation so far, shape (P,).
         best_error: their validation error.
         damping: lambda, relative to the diagonal of J'J.
         growth: factor of the next increase of the damping.
-        stalled: iterations in a row that reduced the cost by next to nothing.
-        finished: no further step helps.
+        stalled: number of iterations in a row that have stalled.
+        finished: whether no further step helps.
         history: (iteration, training error, validation error) after every iteration.
     """
 
@@ -69,14 +75,18 @@ class Iterate:
 
     @staticmethod
     def begin(theta: torch.Tensor, problem: LeastSquares) -> Iterate:
-        """Before the first iteration."""
+        """Return the iterate before the first iteration, at the parameters theta, shape (P,)."""
         return Iterate(theta, theta, _finite_or_worst(problem.validation(theta)))
 
 
 def advance(state: Iterate, problem: LeastSquares) -> Iterate:
-    """One iteration: normal equations, then damped steps until one reduces the cost.
+    """Do one iteration: solve damped normal equations until a step reduces the cost.
 
-    A start whose cost is not finite, or whose steps all fail, is finished.
+    A fit whose cost is not finite, or whose steps are all rejected, is finished.
+
+    Args:
+        state: the iterate before.
+        problem: what is minimised.
     """
     normal = problem.normal(state.theta)
     if not math.isfinite(normal.cost):
@@ -87,7 +97,7 @@ def advance(state: Iterate, problem: LeastSquares) -> Iterate:
         cost = math.nan if step is None else problem.cost(state.theta + step)
         gain = (normal.cost - cost) / predicted if predicted > 0 else -1.0
         if step is not None and gain > SMALLEST_GAIN:  # false for a cost that is not a number
-            damping *= max(1 / 3, 1 - (2 * gain - 1) ** 3)
+            damping *= max(1 / 3, 1 - (2 * gain - 1) ** 3)  # Nielsen: no jumps with the gain
             accepted = replace(state, damping=max(damping, LEAST_DAMPING), growth=2.0)
             return _take(accepted, step, (normal.cost, cost), problem)
         damping *= growth
@@ -98,7 +108,7 @@ def advance(state: Iterate, problem: LeastSquares) -> Iterate:
 def _take(
     state: Iterate, step: torch.Tensor, costs: tuple[float, float], problem: LeastSquares
 ) -> Iterate:
-    """The state after an accepted step that changes the cost from the first to the second."""
+    """Return the iterate after an accepted step, with the costs before and after it."""
     theta = state.theta + step
     error = _finite_or_worst(problem.validation(theta))
     iteration = state.history[-1][0] + 1 if state.history else 1
@@ -117,7 +127,10 @@ def _take(
 
 
 def _damped_step(normal: NormalEquations, damping: float) -> tuple[torch.Tensor | None, float]:
-    """Step of the damped normal equations and the reduction of the cost it predicts."""
+    """Return the step of the damped normal equations and the reduction of the cost it predicts.
+
+    The step is None where the damped matrix is not positive definite.
+    """
     diagonal = normal.matrix.diagonal()
     floor = DIAGONAL_FLOOR * float(diagonal.max())
     damped = normal.matrix + torch.diag(damping * diagonal.clamp_min(floor))

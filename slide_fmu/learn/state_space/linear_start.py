@@ -1,4 +1,8 @@
-"""Linear models that a state-space fit starts from: of eigenvalues, or of impulse responses."""
+"""A state-space fit starts from linear models: from eigenvalues, or from impulse responses.
+
+Models of impulse responses are realized as by Ho and Kalman (1966) with the singular value
+decomposition of the eigensystem realization algorithm (Juang and Pappa, 1985).
+"""
 
 from __future__ import annotations
 
@@ -13,21 +17,27 @@ from numpy.typing import NDArray
 from slide_fmu.recipe.against_system import require_turned_pairs
 
 RIDGE = 1e-6
-"""Of the impulse responses' regression, relative to the mean power of the features."""
+"""The regression is regularised by this part of the mean power of the features."""
 LARGEST_POLE = 0.995
-"""Faster decay than this radius is asked of every start; a fit may leave it again."""
+"""Poles of a start lie within this radius; a fit may leave it again."""
 LEAST_SHOWN = 0.03
-"""Singular values of the impulse responses below this part of the largest show no state."""
+"""Singular values of the Hankel matrix below this part of the largest show no state."""
 NEIGHBOURS = 1.3
-"""Oscillations whose eigenvalues differ by less than this factor are taken as one that turns."""
+"""Two oscillations whose eigenvalues differ by less than this factor count as one that turns."""
 MEMORIES = (0.2, 0.6)
-"""First and last pole of states that are short memories."""
+"""States that are short memories have poles from the first to the last of these."""
 EXCITED_POWER = 0.999
-"""The excited band holds this part of the drive's power."""
+"""The excited band holds this part of the power of the state input."""
 
 
 class LinearModel(NamedTuple):
-    """x[k+1] = A x[k] + B f[k], y[k+1] = C x[k+1]."""
+    """A linear model is x[k+1] = A x[k] + B f[k], y[k+1] = C x[k+1].
+
+    Attributes:
+        a: A, shape (n, n).
+        b: B, shape (n, q), for the state input f of scaled features.
+        c: C, shape (p, n), for the scaled outputs y.
+    """
 
     a: torch.Tensor
     b: torch.Tensor
@@ -37,16 +47,18 @@ class LinearModel(NamedTuple):
 def impulse_responses(
     drive: torch.Tensor, static: torch.Tensor, targets: torch.Tensor, taps: int
 ) -> torch.Tensor:
-    """Impulse responses to the drive by ridge regression on the last samples.
+    """Estimate impulse responses to the state input, by ridge regression (a FIR model).
 
     Args:
-        drive: shape (n_trajectories, N, q).
-        static: shape (n_trajectories, N, m): what the targets also follow at once.
-        targets: shape (n_trajectories, N + 1, p); targets[k + 1] follows features[.. k].
-        taps: their length.
+        drive: state input, shape (n_trajectories, N, q).
+        static: feedthrough, shape (n_trajectories, N, m): features that the targets also follow at
+            once. Its coefficients are estimated with the others and left out.
+        targets: scaled outputs, shape (n_trajectories, N + 1, p); targets[:, k + 1] belongs to
+            features[:, : k + 1].
+        taps: number of samples of the responses.
 
     Returns:
-        Shape (taps, p, q); the first is the response to the newest feature.
+        Impulse responses, shape (taps, p, q); the first is that to the newest feature.
     """
     q, p = drive.shape[2], targets.shape[2]
     width = taps * q + static.shape[2] + 1
@@ -58,13 +70,22 @@ def impulse_responses(
         rows = torch.cat([regressors, other[taps - 1 :], one], 1)
         matrix += rows.T @ rows
         right += rows.T @ target[taps:]
+    # the last column, the constant, is regularised with the rest, but does not set the size
     matrix.diagonal().add_(RIDGE * matrix.diagonal()[:-1].mean())
     solution: torch.Tensor = torch.linalg.solve(matrix, right)
     return solution[: taps * q].view(taps, q, p).transpose(1, 2)
 
 
 def _hankel(responses: torch.Tensor, shift: int) -> torch.Tensor:
-    """Block Hankel matrix of impulse responses, from the first (shift 0) or the second on."""
+    """Return the block Hankel matrix of impulse responses, from the first (shift 0) or next on.
+
+    Args:
+        responses: shape (taps, p, q).
+        shift: 0, or 1 for the shifted matrix of the realization.
+
+    Returns:
+        Shape (taps // 2 * p, taps // 2 * q).
+    """
     taps, p, q = responses.shape
     rows = taps // 2
     index = torch.arange(rows)[:, None] + torch.arange(rows)
@@ -73,16 +94,16 @@ def _hankel(responses: torch.Tensor, shift: int) -> torch.Tensor:
 
 
 def states_shown(responses: torch.Tensor) -> int:
-    """Number of states that impulse responses show, at least 1."""
+    """Count the states that impulse responses, shape (taps, p, q), show: at least 1."""
     singular = torch.linalg.svdvals(_hankel(responses, 0))
     return int((singular > LEAST_SHOWN * singular[0]).sum())
 
 
 def realize(responses: torch.Tensor, n_states: int) -> LinearModel:
-    """A linear model of impulse responses: eigensystem realization (Juang and Pappa, 1985).
+    """Realize impulse responses as a linear model (Ho and Kalman, 1966; Juang and Pappa, 1985).
 
     Args:
-        responses: shape (taps, p, q).
+        responses: impulse responses, shape (taps, p, q).
         n_states: order of the model.
 
     Raises:
@@ -103,12 +124,13 @@ def realize(responses: torch.Tensor, n_states: int) -> LinearModel:
 
 
 def band_edge(drive: torch.Tensor, step: float) -> float:
-    """Angular frequency in rad/s below which nearly all power of the drive lies.
+    """Return the angular frequency in rad/s below which nearly all power of the state input lies.
 
-    Records fade in and out (Hann), else oscillations that do not close within them would leak.
+    Records fade in and out (Hann window): the spectrum of an oscillation that does not close
+    within its record would leak otherwise.
 
     Args:
-        drive: shape (n_trajectories, N, q).
+        drive: state input, shape (n_trajectories, N, q).
         step: sample step in s.
     """
     fade = torch.hann_window(drive.shape[1], dtype=drive.dtype, device=drive.device)
@@ -121,7 +143,13 @@ def band_edge(drive: torch.Tensor, step: float) -> float:
 def excited_eigenvalues(
     eigenvalues: NDArray[np.complex128], drive: torch.Tensor, step: float
 ) -> NDArray[np.complex128]:
-    """The eigenvalues in the excited band, the lowest first; at least one."""
+    """Return the eigenvalues in the excited band, the lowest first; at least one.
+
+    Args:
+        eigenvalues: in 1/s, one of each conjugate pair.
+        drive: state input, shape (n_trajectories, N, q).
+        step: sample step in s.
+    """
     ordered = eigenvalues[np.argsort(np.abs(eigenvalues), kind="stable")]
     count = int(np.sum(np.abs(ordered) <= band_edge(drive, step)))
     return ordered[: max(1, count)]
@@ -130,7 +158,10 @@ def excited_eigenvalues(
 def lowest_eigenvalues(
     eigenvalues: NDArray[np.complex128], order: int
 ) -> NDArray[np.complex128] | None:
-    """The lowest eigenvalues that have so many states; None if no number of them has."""
+    """Return the lowest eigenvalues that need exactly ``order`` states; None if there are none.
+
+    A real eigenvalue needs one state, one of a conjugate pair needs two.
+    """
     ordered = eigenvalues[np.argsort(np.abs(eigenvalues), kind="stable")]
     states = np.cumsum(np.where(ordered.imag != 0, 2, 1))
     found = np.flatnonzero(states == order)
@@ -138,7 +169,7 @@ def lowest_eigenvalues(
 
 
 def states_of(eigenvalues: NDArray[np.complex128]) -> int:
-    """Number of states that they need: two for one of a conjugate pair."""
+    """Count the states that eigenvalues need: two for one of a conjugate pair."""
     return int(np.sum(np.where(eigenvalues.imag != 0, 2, 1)))
 
 
@@ -148,12 +179,13 @@ def from_eigenvalues(
     sizes: tuple[int, int],
     generator: torch.Generator,
 ) -> LinearModel:
-    """A linear model in modal form with the poles exp(v h), and random B and C.
+    """Build a linear model in modal form with the poles exp(v h), and random B and C.
 
     Args:
         eigenvalues: v in 1/s, one of each conjugate pair.
         step: sample step h in s.
-        sizes: numbers of features and outputs.
+        sizes: numbers q of state inputs and p of outputs.
+        generator: the only source of randomness.
     """
     blocks = []
     for value in eigenvalues:
@@ -175,20 +207,21 @@ def from_turned_pairs(
     sizes: tuple[int, int, int, int],
     generator: torch.Generator,
 ) -> LinearModel:
-    """A linear model whose first states are pairs that turn with the system about the z axis.
+    """Build a linear model whose first states are pairs that turn with the system about z.
 
-    Two neighbouring oscillations that are nearly as fast are one that may go any way across the
-    axis, with their mean eigenvalue: two pairs. Further states are the next oscillations, and
-    short memories. Drive and outputs are vectors (x, y, z), one after the other: pairs are moved
-    by x and y alone, and move nothing else.
+    Two neighbouring oscillations that are nearly as fast as each other are one that may go any way
+    across the axis, with their mean eigenvalue: two pairs. Further states are the next
+    oscillations, and short memories. The state input and the outputs are vectors (x, y, z), one
+    after the other: pairs are moved by x and y alone, and move nothing else.
 
     Args:
-        eigenvalues: as for ``from_eigenvalues``; none are needed.
+        eigenvalues: v in 1/s, one of each conjugate pair; none are needed.
         step: sample step h in s.
-        sizes: numbers of states, of pairs among them, of drives and of outputs.
+        sizes: numbers of states, of pairs among them, of state inputs and of outputs.
+        generator: the only source of randomness.
 
     Raises:
-        ValueError: drive or outputs are no vectors.
+        ValueError: state inputs or outputs are no vectors, or there are more pairs than states.
     """
     order, pairs, n_drive, n_outputs = sizes
     require_turned_pairs(pairs, order, n_drive, n_outputs)
@@ -216,7 +249,10 @@ def from_turned_pairs(
 def _turning_modes(
     eigenvalues: NDArray[np.complex128],
 ) -> tuple[list[complex], list[complex]]:
-    """Means of neighbouring oscillations that belong together, and those left, lowest first."""
+    """Return means of neighbouring oscillations that belong together, and those left over.
+
+    Both are in 1/s, the lowest first.
+    """
     waves = sorted((complex(v) for v in eigenvalues if v.imag > 0), key=abs)
     turning, single = [], []
     while waves:
@@ -229,23 +265,30 @@ def _turning_modes(
 
 
 def _mode(eigenvalue: complex, step: float) -> torch.Tensor:
-    """The 2 x 2 block of an oscillation."""
+    """Return the real 2 x 2 block of an oscillation with an eigenvalue in 1/s."""
     pole = complex(np.exp(eigenvalue * step))
     return torch.tensor([[pole.real, pole.imag], [-pole.imag, pole.real]], dtype=torch.float64)
 
 
 def _memories(count: int) -> list[float]:
-    """Poles of short memories."""
+    """Return the poles of ``count`` short memories."""
     return [float(pole) for pole in np.linspace(*MEMORIES, count)]
 
 
 def _turning_matrix(
     shape: tuple[int, int], pairs: tuple[int, int], generator: torch.Generator
 ) -> torch.Tensor:
-    """Random coefficients between states and vectors that turn alike: (order, 3 m).
+    """Draw coefficients between states and vectors that turn alike.
+
+    A pair commutes with every turn if its block is a I + b J, with a quarter turn J.
 
     Args:
-        pairs: number of pairs among the states, and of states that they are.
+        shape: number of states, and of components of all vectors.
+        pairs: number of pairs among the states, and the number of states that they make up.
+        generator: the only source of randomness.
+
+    Returns:
+        Coefficients of this shape, (order, 3 m).
     """
     result = torch.zeros(*shape, dtype=torch.float64)
     for first in range(0, shape[1], 3):
@@ -259,7 +302,7 @@ def _turning_matrix(
 
 
 def _pulled_inside(a: torch.Tensor, b: torch.Tensor, c: torch.Tensor) -> LinearModel:
-    """A linear model with its poles pulled inside the circle."""
+    """Return the linear model with its poles pulled inside the circle of ``LARGEST_POLE``."""
     values, vectors = torch.linalg.eig(a)
     radius = values.abs()
     if float(radius.max()) > LARGEST_POLE:

@@ -1,7 +1,8 @@
-"""The runs of a state-space fit: multi-start with successive halving.
+"""The runs of a state-space fit are a multi-start with successive halving.
 
-Linear models come first; random starts of the units follow; the best of them go on, fewer in every
-round, and the last one is refined on all data.
+Linear models come first; random starts of the units follow; the best of these candidates go on,
+fewer in every round, and the last one is refined on all data. (Successive halving: Jamieson and
+Talwalkar, 2016, with rounds of the recipe's own sizes.)
 """
 
 from __future__ import annotations
@@ -44,25 +45,26 @@ from slide_fmu.recipe.against_system import require_turned_pairs
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 LINEAR_ITERATIONS = 15
+"""A linear model is fitted in at most this many iterations."""
 MOST_RESIDUALS = 1_000_000
-"""Residuals that linear models are fitted to; of more data, those of the starts will do."""
+"""Linear models are fitted to all data up to this many residuals, else to the starts' data."""
 SHORTEST_RESPONSE, LONGEST_RESPONSE = 40, 200
-"""Samples of the impulse responses that a linear model is realized from; between them, as many as
-the window truncates."""
+"""A linear model is realized from impulse responses of this many samples at least and at most;
+between these limits they are as long as the truncated part of the window."""
 START_STRIDE = 1009
-"""Random starts that a seed has of its own."""
+"""A seed has this many random starts of its own, so that two seeds share none."""
 
 
 @dataclass(frozen=True, eq=False)
 class FitData:
-    """What a fit works on.
+    """Fit data are what all runs of a fit work on.
 
     Attributes:
         whole: segments of all trajectories.
-        part: the segments of the starts.
-        validation: segments to choose by.
-        features: of whole trajectories, scaled, shape (n_trajectories, N, q).
-        roles: what they are for.
+        part: some of these segments, for the starts.
+        validation: segments by which parameters are chosen.
+        features: scaled features of whole trajectories, shape (n_trajectories, N, n_features).
+        roles: which features are state inputs, feedthrough, scheduling variables and so on.
     """
 
     whole: Segments
@@ -74,24 +76,34 @@ class FitData:
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A network in the multi-start, and where its run stands."""
+    """A candidate is a network in the multi-start, and where its run stands.
+
+    Attributes:
+        shape: shape of its cell.
+        state: the last state of its run, with its best parameters.
+    """
 
     shape: CellShape
     state: Iterate | Descent
 
     @property
     def error(self) -> float:
-        """Its best validation error, in scaled units."""
+        """The candidate's best validation error is an RMS in scaled units."""
         return self.state.best_error
 
 
 class MultiStart:
-    """All runs of one fit, each named and stored in the ledger. Final.
+    """A multi-start does all runs of one fit, each named and stored in the ledger. Final.
 
     Args:
         problem: window, eigenvalues, checkpoint.
         network: units, padding, bias.
-        training: numbers of starts and iterations.
+        training: numbers of starts and iterations, and the seed.
+        data: segments and features.
+        progress: is called after every iteration.
+
+    Raises:
+        TrainingError: the checkpoint cannot be read.
     """
 
     def __init__(
@@ -116,7 +128,11 @@ class MultiStart:
         self._progress(done, max(done, self._planned), self._best)
 
     def shape(self, order: int, units: int) -> CellShape:
-        """The cell of an order and a number of units; a linear one has no states to spare.
+        """Return the shape of a cell; one with units has states to spare (the padding).
+
+        Args:
+            order: number of states without the padding.
+            units: number of units.
 
         Raises:
             ValueError: more pairs of states are turned than there are.
@@ -136,19 +152,25 @@ class MultiStart:
         )
 
     def first_order(self) -> int:
-        """Number of states of the excited eigenvalues, else of the impulse responses."""
+        """Guess the number of states: from the excited eigenvalues, else the impulse responses."""
         excited = self._excited()
         if excited is not None:
             return states_of(excited)
         return min(states_shown(self._impulse_responses()), self.highest_order())
 
     def highest_order(self) -> int:
-        """Number of states that impulse responses of this length can show."""
+        """Return the number of states that impulse responses of this length can show."""
         taps, p, q = self._impulse_responses().shape
         return taps // 2 * min(p, q)
 
     def linear(self, order: int) -> Candidate:
-        """The best linear model of an order, on all data; of very many, on those of the starts."""
+        """Fit linear models of an order from all linear starts, and return the best.
+
+        They are fitted to all data, or to those of the starts where there are very many.
+
+        Raises:
+            ValueError: the order is too high for the window, or its turned pairs do not fit.
+        """
         shape, data = self.shape(order, 0), self.data
         many = data.whole.targets.numel() > MOST_RESIDUALS
         found = []
@@ -160,7 +182,7 @@ class MultiStart:
         return min(found, key=lambda candidate: candidate.error)
 
     def _linear_starts(self, shape: CellShape) -> dict[str, LinearModel]:
-        """Linear models to start from, by what they come from."""
+        """Return the linear models to start from, by the name of what they come from."""
         order, step, n_drive = shape.n_states, self.problem.window.step, len(shape.roles.drive)
         generator = torch.Generator().manual_seed(self.training.seed)
         known = np.zeros(0, np.complex128)
@@ -178,7 +200,13 @@ class MultiStart:
         return starts
 
     def start(self, linear: Candidate, units: int, number: int) -> Candidate:
-        """A random start from a linear model; every second one in whitened coordinates."""
+        """Run a random start from a linear model; every second one in whitened coordinates.
+
+        Args:
+            linear: the linear model.
+            units: number of units, at least 1.
+            number: number of the start, from 0; with the seed it fixes the random numbers.
+        """
         old, order = linear.shape, linear.shape.n_states
         shape = self.shape(order, units)
         features = self.data.part.features
@@ -192,7 +220,7 @@ class MultiStart:
         return self._descend(name, shape, theta, self.data.part, self.training.start_iterations)
 
     def go_on(self, candidates: list[Candidate]) -> list[Candidate]:
-        """The best starts, some iterations more on the same data; the best first."""
+        """Run the best candidates some iterations more on the same data; return the best first."""
         ranked = sorted(candidates, key=lambda candidate: candidate.error)
         kept = []
         for place, candidate in enumerate(ranked[: self.training.kept]):
@@ -205,12 +233,17 @@ class MultiStart:
         return sorted(kept, key=lambda candidate: candidate.error)
 
     def refine(self, candidate: Candidate) -> Candidate:
-        """The winner on all data."""
+        """Run the winner on all data."""
         theta, iterations = candidate.state.best, self.training.iterations
         return self._descend("refined", candidate.shape, theta, self.data.whole, iterations)
 
     def widened(self, candidate: Candidate, units: int) -> Candidate:
-        """A network of more units than normal equations can be solved for, from a smaller one."""
+        """Run a network of more units than normal equations can be solved for, from a smaller one.
+
+        Args:
+            candidate: the smaller network; the larger one answers as it does at first.
+            units: number of units of the larger one.
+        """
         old, training = candidate.shape, self.training
         shape = self.shape(old.n_states - self.network.padding, units)
         generator = torch.Generator().manual_seed(training.seed)
@@ -232,7 +265,7 @@ class MultiStart:
     def _descend(
         self, name: str, shape: CellShape, theta: torch.Tensor, segments: Segments, iterations: int
     ) -> Candidate:
-        """A run of Levenberg-Marquardt."""
+        """Do a run of Levenberg-Marquardt from the parameters theta, shape (P,)."""
         least_squares = self._least_squares(shape, segments)
 
         def step(state: Iterate) -> Iterate:
@@ -251,11 +284,15 @@ class MultiStart:
 
     def _penalty(self, residuals: int) -> PolePenalty:
         excited, step = self._excited(), self.problem.window.step
+        # poles of the system itself: a mode v has the pole exp(v h)
         slowest = 0.0 if excited is None else float(np.exp(excited.real * step).max())
         return PolePenalty.of(self.problem.window, slowest, residuals)
 
     def _least_squares(self, shape: CellShape, segments: Segments) -> LeastSquares:
-        """Errors on segments with the penalty on poles; an unstable A never validates."""
+        """Return the problem on segments with the penalty on poles.
+
+        The validation error of an unstable A is infinite, so that it is never chosen.
+        """
         validation, penalty = self.data.validation, self._penalty(segments.targets.numel())
 
         def normal(theta: torch.Tensor) -> NormalEquations:
@@ -279,12 +316,14 @@ class MultiStart:
         return excited_eigenvalues(self.problem.eigenvalues, drive, self.problem.window.step)
 
     def _impulse_responses(self) -> torch.Tensor:
+        """Return the impulse responses to the state input, (taps, p, q), computed on first use."""
         if self._responses is None:
             longest = min(LONGEST_RESPONSE, self.data.features.shape[1] // 2)
             wanted = max(self.problem.window.receptive_field, SHORTEST_RESPONSE)
             taps = max(2, min(wanted, longest))
             targets = self.problem.training[1].to(self.data.features)
             roles, features = self.data.roles, self.data.features
+            # what drives the states has a response of its own: only the rest is feedthrough
             others = [index for index in roles.static if index not in roles.drive]
             drive, static = features[:, :, list(roles.drive)], features[:, :, others]
             self._responses = impulse_responses(drive, static, targets, taps)

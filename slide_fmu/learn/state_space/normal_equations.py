@@ -1,10 +1,11 @@
 """Sum of squares, gradient and Gauss-Newton matrix of a cell, by forward sensitivities.
 
 S[k] = dx[k]/dtheta follows S[k+1] = (A + E act' W_x) S[k] + df/dtheta along the segments (gated
-units: A + T E diag(gates) V_x T'). J'J and J'r are accumulated over blocks of samples, so that J
-itself is never stored. Where residuals outnumber the parameters by far, J'J is taken from every
-second, fourth or eighth sample and scaled: neighbours say nearly the same, and the gradient, which
-decides where a fit ends, has all.
+units: A + T E diag(gates) V_x T'). The states, the units and their slopes are those of
+``slide_fmu.network.state_space.equations``. J'J and J'r are accumulated over blocks of samples, so
+that J itself is never stored. Where residuals outnumber the parameters by far, J'J is taken from
+every second, fourth or eighth sample and scaled: neighbours say nearly the same, and the gradient,
+which decides where a fit ends, has all.
 """
 
 from __future__ import annotations
@@ -13,17 +14,9 @@ from dataclasses import dataclass
 
 import torch
 
-from slide_fmu.learn.state_space.cell import (
-    ACTIVATIONS,
-    CellShape,
-    Matrices,
-    Sequences,
-    opposite,
-    simulate,
-    turned,
-    values,
-)
+from slide_fmu.learn.state_space.cell import CellShape, Matrices, simulate
 from slide_fmu.learn.state_space.segments import Segments
+from slide_fmu.network.state_space.equations import ByRole, Equations, Units, outputs, turned
 
 SENSITIVITIES = {"cpu": 150_000, "cuda": 100_000_000}
 """Numbers in the sensitivities of one chunk of segments, by device: about what a core's cache
@@ -48,8 +41,8 @@ class NormalEquations:
 def sum_of_squares(shape: CellShape, theta: torch.Tensor, segments: Segments) -> float:
     """Sum of squared residuals over all scored samples; not finite where the cell diverges."""
     with torch.no_grad():
-        outputs, _ = simulate(shape, theta, segments.features)
-        residuals = (outputs[segments.burn_in :] - segments.targets).square().sum((0, 2))
+        found, _ = simulate(shape, theta, segments.features)
+        residuals = (found[segments.burn_in :] - segments.targets).square().sum((0, 2))
         return float(residuals @ segments.weights.square())
 
 
@@ -134,25 +127,32 @@ class _Rows:
 class _Sensitivities:
     """S = dx/dtheta of a chunk, shape (B, n, n_dynamic), with the state x, and their recursion."""
 
-    def __init__(self, shape: CellShape, m: Matrices, sequences: Sequences) -> None:
-        n, q = shape.n_states, len(shape.roles.drive)
-        batch = sequences.drive.shape[1]
-        self.shape, self.m, self._sequences = shape, m, sequences
-        self._a, self._b = m.f[:, :n].contiguous(), m.f[:, n : n + q].T.contiguous()
-        self._e = m.f[:, n + q :].contiguous()
-        self.state = m.f.new_zeros(batch, n)
-        self.values = m.f.new_zeros(batch, n, shape.n_dynamic)
+    def __init__(self, shape: CellShape, equations: Equations) -> None:
+        weights, inputs = equations.weights, equations.inputs
+        self._shape, self._weights, self._inputs = shape, weights, inputs
+        self._equations = equations
+        self._a, self._e = weights.a.contiguous(), weights.e.contiguous()
+        self._arguments = self._direct_arguments()
+        batch = inputs.drive.shape[1]
+        self.state = weights.a.new_zeros(batch, shape.n_states)
+        self.values = weights.a.new_zeros(batch, shape.n_states, shape.n_dynamic)
         self._next = torch.empty_like(self.values)
+
+    def _direct_arguments(self) -> torch.Tensor:
+        """What the columns of W see apart from the states: [f, 1], of gated units [s, 1]."""
+        seen = self._inputs.schedule if self._shape.gated else self._inputs.drive
+        one = seen.new_ones(*seen.shape[:2], 1)
+        return torch.cat([seen, one], 2) if self._shape.bias else seen
 
     def advance(self, k: int) -> None:
         """Take in sample k."""
-        step = self._gated if self.shape.gated else self._plain
-        units, acting, slopes, terms = step(k)
-        drive = self._sequences.drive[k]
+        units = self._equations.units_with_slopes(k, self.state)
+        slopes, terms = (self._gated if self._shape.gated else self._plain)(k, units)
         torch.bmm(self._a + slopes, self.values, out=self._next)
         self.values, self._next = self._next, self.values
-        self._add_direct(torch.cat([self.state, drive], 1), units, acting)
-        first = self.shape.sizes[0]
+        linear = torch.cat([self.state, self._inputs.drive[k]], 1)
+        self._add_direct(linear, units.values, self._inputs.turn[k])
+        first = self._shape.sizes[0]
         for gain, arguments in terms:
             size = gain.shape[2] * arguments.shape[1]
             part = self.values[..., first : first + size]
@@ -160,63 +160,46 @@ class _Sensitivities:
                 gain[..., None] * arguments[:, None, None, :]
             )
             first += size
-        moved = torch.bmm(acting, units[..., None])[..., 0]
-        self.state = torch.addmm(drive @ self._b, self.state, self._a.T) + moved
+        self.state = self._equations.after(k, self.state, units.values)
 
-    def _add_direct(self, linear: torch.Tensor, units: torch.Tensor, acting: torch.Tensor) -> None:
-        """What the state depends on F directly; ``acting`` is T E, shape (B, n, H)."""
-        shape, (batch, n) = self.shape, self.values.shape[:2]
+    def _add_direct(self, linear: torch.Tensor, units: torch.Tensor, turn: torch.Tensor) -> None:
+        """What the next state depends on F directly: on A and B as they are, on E through T."""
+        shape, (batch, n) = self._shape, self.values.shape[:2]
         of_f = self.values[..., : shape.sizes[0]].view(batch, n, n, shape.n_next)
-        before = linear.shape[1]
+        before, pairs = linear.shape[1], shape.turned
         of_f[..., :before].diagonal(dim1=1, dim2=2).add_(linear[..., None])
-        pairs = shape.turned
         rest = of_f[:, 2 * pairs :, 2 * pairs :, before:]
         rest.diagonal(dim1=1, dim2=2).add_(units[..., None])
         if pairs:
-            c, s = (part[:, None] * units for part in self._turn.unbind(1))
-            for first in range(0, 2 * pairs, 2):
-                of_f[:, first, first, before:] += c
-                of_f[:, first, first + 1, before:] -= s
-                of_f[:, first + 1, first, before:] += s
-                of_f[:, first + 1, first + 1, before:] += c
+            block = turned(torch.eye(2).to(turn).expand(batch, 2, 2), turn[:, None], 1, torch).mT
+            of_e = of_f[:, : 2 * pairs, : 2 * pairs, before:]
+            of_pairs = of_e.unflatten(2, (pairs, 2)).unflatten(1, (pairs, 2))
+            own = of_pairs.diagonal(dim1=1, dim2=3)  # (B, 2, 2, H, pairs)
+            own.add_((block[..., None] * units[:, None, None, :])[..., None])
 
-    def _plain(self, k: int) -> _Step:
-        n = self.shape.n_states
-        arguments = torch.cat([self.state, self._sequences.arguments[k]], 1)
-        units, slope = ACTIVATIONS[self.shape.units](arguments @ self.m.w.T)
-        gain = self._e * slope[:, None, :]
-        return units, self._e.expand_as(gain), gain @ self.m.w[:, :n], [(gain, arguments)]
+    def _plain(self, k: int, units: Units) -> _Step:
+        arguments = torch.cat([self.state, self._arguments[k]], 1)
+        gain = self._e * units.slope[:, None, :]
+        return gain @ self._weights.w_x, [(gain, arguments)]
 
-    def _gated(self, k: int) -> _Step:
-        n, sequences, pairs = self.shape.n_states, self._sequences, self.shape.turned
-        arguments, turn = sequences.arguments[k], sequences.turn[k]
-        gates, slope = ACTIVATIONS["gated"](arguments @ self.m.w.T)
-        offered = torch.cat([turned(self.state, opposite(turn), pairs), sequences.gated[k]], 1)
-        products = offered @ self.m.v.T
-        acting = _turned_rows(self._e.expand(len(turn), -1, -1), turn, pairs)
-        gain = acting * gates[:, None, :]
+    def _gated(self, k: int, units: Units) -> _Step:
+        weights, turn, pairs = self._weights, self._inputs.turn[k], self._shape.turned
+        assert weights.v_x is not None
+        assert units.gates is not None
+        assert units.seen is not None
+        count, turn = len(turn), turn[:, None]
+        acting = turned(self._e.T.expand(count, -1, -1), turn, pairs, torch).mT.contiguous()
+        gain = acting * units.gates[:, None, :]
         # V T': the transpose of T acting on the rows of V
-        seen = _turned_rows(self.m.v[:, :n].T.expand(len(turn), -1, -1), turn, pairs)
-        slopes = torch.bmm(gain, seen.transpose(1, 2))
-        terms = [(acting * (products * slope)[:, None, :], arguments), (gain, offered)]
-        self._turn = turn
-        return gates * products, acting, slopes, terms
+        seeing = turned(weights.v_x.expand(count, -1, -1), turn, pairs, torch)
+        offered = torch.cat([units.seen, self._inputs.gated[k]], 1)
+        terms = [(acting * units.slope[:, None, :], self._arguments[k]), (gain, offered)]
+        return torch.bmm(gain, seeing), terms
 
 
-_Step = tuple[torch.Tensor, torch.Tensor, torch.Tensor, list[tuple[torch.Tensor, torch.Tensor]]]
-"""Of one sample: units h (B, H); T E (B, n, H); what they add to dx'/dx (B, n, n); and for W, and
-V, the gains (B, n, H) and the arguments (B, ...) whose products are dx'/dW and dx'/dV."""
-
-
-def _turned_rows(matrices: torch.Tensor, turn: torch.Tensor, pairs: int) -> torch.Tensor:
-    """T M of matrices M (B, n, m)."""
-    if pairs == 0:
-        return matrices
-    first = matrices[:, : 2 * pairs].reshape(len(matrices), pairs, 2, -1)
-    c, s = turn[:, :1, None], turn[:, 1:, None]
-    x, y = first[:, :, 0], first[:, :, 1]
-    moved = torch.stack([c * x - s * y, s * x + c * y], 2).flatten(1, 2)
-    return torch.cat([moved, matrices[:, 2 * pairs :]], 1)
+_Step = tuple[torch.Tensor, list[tuple[torch.Tensor, torch.Tensor]]]
+"""Of one sample: what the units add to dx'/dx (B, n, n); and for W, and V, the gains (B, n, H) and
+the arguments (B, ...) whose products are dx'/dW and dx'/dV."""
 
 
 def _run(
@@ -224,24 +207,25 @@ def _run(
 ) -> None:
     """Run a chunk of segments with its sensitivities."""
     m, burn_in, samples = shape.split(theta), chunk.burn_in, len(chunk.features)
-    sequences = Sequences.of(shape, chunk.features)
+    inputs = ByRole.of(shape.roles, chunk.features)
+    equations = Equations(m.weights(shape), inputs, torch)
     rows, weights = _Rows(shape, theta, chunk.count), chunk.weights[:, None]
-    sensitivities = _Sensitivities(shape, m, sequences)
+    sensitivities = _Sensitivities(shape, equations)
     states, one = [], theta.new_ones(chunk.count, 1)
     for k in range(samples):
         sensitivities.advance(k)
         if k < burn_in:
             continue
-        factors = weights * sequences.factors[k]
+        factors = weights * torch.cat([one, inputs.readout[k]], 1)
         rows.dynamic[rows.filled] = _to_outputs(m, factors) @ sensitivities.values
-        rows.fill_own((sensitivities.state, sequences.static[k], one), factors)
+        rows.fill_own((sensitivities.state, inputs.static[k], one), factors)
         states.append(sensitivities.state)
         rows.filled += 1
         if rows.filled == BLOCK or k + 1 == samples:
             block = slice(k + 1 - rows.filled, k + 1)
-            outputs = values(m, torch.stack(states), sequences.chosen(block))
+            found = outputs(equations.weights, torch.stack(states), inputs.stretch(block))
             targets = chunk.targets[block.start - burn_in : block.stop - burn_in]
-            rows.residuals[: rows.filled] = weights * (outputs - targets)
+            rows.residuals[: rows.filled] = weights * (found - targets)
             accumulator.add(*rows.take())
             states = []
 

@@ -1,9 +1,9 @@
-"""Keep the poles of A inside the circle in which the window forgets them.
+"""A penalty keeps the poles of A inside the circle in which the window forgets them.
 
 Far beyond the trained amplitude tanh units are saturated and the cell moves as x[k+1] = A x[k] +
-bounded terms. With all poles of A inside the unit circle it stays bounded for every input; inside
-a circle whose poles decay within the truncated part of the window, it forgets its state there too.
-A penalty on poles outside this circle joins the sum of squares.
+bounded terms. With all poles of A inside the unit circle it stays bounded for every input
+(boundedness); inside a circle whose poles decay within the truncated part of the window, it
+forgets its state there too (fading memory). The penalty joins the sum of squares.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from slide_fmu.learn.state_space.cell import CellShape
 from slide_fmu.learn.state_space.normal_equations import NormalEquations
 
 REMAINING = 0.03
-"""Part of an initial amplitude that a pole on the circle leaves after the truncated samples."""
+"""A pole on the circle leaves this part of an initial amplitude after the truncated samples."""
 ROOM = 0.5
-"""Where the system's own slowest pole lies outside, the circle goes so far from 1 towards it."""
+"""Where the system's slowest pole lies outside, the circle has this part of its distance to 1."""
 LARGEST_RADIUS = 0.999
-"""Of the circle, however long the window."""
+"""The circle's radius is at most this, however long the window."""
 
 
 @dataclass(frozen=True)
 class PolePenalty:
-    """A penalty weight * sum of max(0, |pole| - radius)^2.
+    """The penalty is weight * sum over all poles of max(0, |pole| - radius)^2.
 
     Attributes:
-        radius: of the circle.
-        weight: of the penalty; the number of residuals, so that a pole 0.01 outside counts as an
-            RMS error of 0.01 of the outputs' scale.
+        radius: radius of the circle.
+        weight: weight of the penalty: the number of residuals, so that a pole 0.01 outside counts
+            as an RMS error of 0.01 of the outputs' scale.
     """
 
     radius: float
@@ -40,11 +40,13 @@ class PolePenalty:
 
     @staticmethod
     def of(window: Window, slowest: float, residuals: int) -> PolePenalty:
-        """The penalty for a window and a number of residuals.
+        """Return the penalty for a window and a number of residuals.
 
         Args:
+            window: its truncated part sets the radius.
             slowest: largest absolute value of the system's own poles; 0 if they are not known. A
                 short window, which a recipe may allow, must not hurry them.
+            residuals: number of residuals of the sum of squares.
         """
         truncated = window.n_truncated
         decayed = math.exp(math.log(REMAINING) / truncated) if truncated else LARGEST_RADIUS
@@ -52,16 +54,22 @@ class PolePenalty:
         return PolePenalty(min(max(decayed, own), LARGEST_RADIUS), residuals)
 
     def cost(self, shape: CellShape, theta: torch.Tensor) -> float:
-        """Its value."""
+        """Return the value of the penalty at the parameters theta, shape (P,)."""
         excess = pole_radii(shape, theta) - self.radius
         return self.weight * float(excess.clamp_min(0).square().sum())
 
     def join(
         self, normal: NormalEquations, shape: CellShape, theta: torch.Tensor
     ) -> NormalEquations:
-        """Normal equations with the penalty's: its residuals are sqrt(weight) (|pole| - radius).
+        """Add the penalty to normal equations, with the residuals sqrt(weight) (|pole| - radius).
 
-        The derivative of a pole is u^H dA v / (u^H v), with its left and right eigenvectors.
+        The derivative of a simple pole is u^H dA v / (u^H v), with its left and right eigenvectors
+        u and v.
+
+        Args:
+            normal: normal equations of the sum of squares at theta.
+            shape: shape of the cell.
+            theta: parameters, shape (P,).
         """
         n = shape.n_states
         values, right = torch.linalg.eig(shape.split(theta).f[:, :n])
@@ -71,6 +79,7 @@ class PolePenalty:
             return normal
         left = torch.linalg.inv(right)  # rows are u^H / (u^H v)
         slopes = left[outside][:, :, None] * right.T[outside][:, None, :]
+        # d|pole| = Re(conj(pole) / |pole| dpole)
         phase = (values[outside].conj() / radii[outside])[:, None, None]
         rows = theta.new_zeros(int(outside.sum()), shape.n_parameters)
         of_f = rows[:, : shape.sizes[0]].view(len(rows), n, shape.n_next)
@@ -84,6 +93,6 @@ class PolePenalty:
 
 
 def pole_radii(shape: CellShape, theta: torch.Tensor) -> torch.Tensor:
-    """Absolute values of the eigenvalues of A, shape (n_states,)."""
+    """Return the absolute values of the eigenvalues of A, shape (n_states,), at theta (P,)."""
     poles: torch.Tensor = torch.linalg.eigvals(shape.split(theta).f[:, : shape.n_states])
     return poles.abs()

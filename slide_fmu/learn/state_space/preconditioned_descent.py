@@ -1,8 +1,8 @@
-"""Large cells: gradient steps on many segments, preconditioned by a Gauss-Newton matrix.
+"""Large cells are fitted by gradient steps, preconditioned by a Gauss-Newton matrix.
 
 With many parameters the normal equations of every step cost too much, and hold for small steps
-only. Here they come from a part of the segments, are kept for a stretch of steps, and scale the
-gradients of large random batches (natural gradient with momentum).
+only. Here the matrix comes from a part of the segments, is kept for a stretch of steps, and scales
+the gradients of large random batches: natural gradient descent (Amari, 1998) with momentum.
 """
 
 from __future__ import annotations
@@ -20,32 +20,34 @@ from slide_fmu.learn.state_space.segments import Segments
 from slide_fmu.learn.training import SEED_STRIDE
 
 MATRIX_ROWS = 40
-"""Residuals for each parameter in the segments that the matrix is made of, about."""
+"""The segments that the matrix is made of have about this many residuals for each parameter."""
 KEPT = 0.5
-"""Share of the matrix before in a new one."""
+"""The matrix of the stretch before has this share in a new one."""
 BATCH = 512
-"""Segments of one gradient."""
+"""One gradient is that of this many segments."""
 STRETCH = 80
-"""Steps with the same matrix; after each stretch the validation decides whether to go on."""
+"""This many steps use the same matrix; after each stretch the validation decides how to go on."""
 RATE, MOMENTUM = 0.08, 0.8
+"""A step is multiplied by this rate, and the running sum of the steps by this momentum."""
 RECOVERY = 1.2
-"""Factor on a rate that was halved, after a stretch without failure."""
+"""A rate that was halved grows by this factor in every stretch without failure."""
 DAMPING = 0.005
-"""Of the diagonal, relative to itself ..."""
+"""This part of the diagonal is added to it, so that the matrix can be factorized."""
 FLOOR = 0.1
-"""... and relative to its mean: units that act on nothing yet have no curvature."""
+"""The same part of this share of the diagonal's mean is added: units that act on nothing have no
+curvature."""
 FAILED = 1.5
-"""A validation error of so many times the best one sends the fit back to the best weights."""
+"""A validation error of this many times the best one sends the fit back to the best weights."""
 
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """Where a descent stands between two stretches.
+    """A descent says where a fit stands between two stretches.
 
     Attributes:
         theta: parameters, shape (P,).
         momentum: running sum of the steps, shape (P,).
-        best: parameters of the best validation so far.
+        best: parameters of the best validation so far, shape (P,).
         best_error: their validation error.
         matrix: Gauss-Newton matrix per residual, shape (P, P); None before the first stretch.
         rate: factor on the steps, halved after a failure.
@@ -64,12 +66,12 @@ class Descent:
 
     @property
     def finished(self) -> bool:
-        """Never: a descent goes on for all its stretches."""
+        """A descent is never finished early: it goes on for all its stretches."""
         return False
 
     @staticmethod
     def begin(theta: torch.Tensor, error: float) -> Descent:
-        """Before the first stretch, with the validation error there."""
+        """Return the state before the first stretch, with the validation error there."""
         return Descent(theta, torch.zeros_like(theta), theta, error)
 
 
@@ -81,12 +83,18 @@ def advance_stretch(
     radius: float,
     seed: int,
 ) -> Descent:
-    """One stretch: a new matrix, then ``STRETCH`` preconditioned steps.
+    """Do one stretch: a new matrix, then ``STRETCH`` preconditioned steps.
+
+    A stretch that diverges, or ends far above the best validation error, is undone: the fit goes
+    on from the best weights at half the rate.
 
     Args:
-        validation: RMS error on data that choose the parameters.
-        radius: of the circle outside of which poles are penalised.
-        seed: of the batches, together with the number of the stretch.
+        state: the state before.
+        shape: shape of the cell.
+        segments: data to learn from.
+        validation: gives the RMS error on the data that choose the parameters.
+        radius: radius of the circle outside of which poles are penalised.
+        seed: seed of the batches, together with the number of the stretch.
     """
     generator = torch.Generator().manual_seed((seed * SEED_STRIDE + state.stretch) % 2**32)
     per_segment = segments.targets.numel() / segments.count
@@ -115,7 +123,7 @@ def advance_stretch(
         return replace(
             done, theta=state.best, momentum=torch.zeros_like(theta), rate=0.5 * state.rate
         )
-    counted = float(batch.weights.square().mean())  # as much as its weight's square, each
+    counted = float(batch.weights.square().mean())  # each residual counts as its weight squared
     row = (done.stretch, math.sqrt(cost / counted), error)
     done = replace(done, theta=theta, momentum=momentum, history=(*state.history, row))
     if error < state.best_error:
@@ -124,18 +132,18 @@ def advance_stretch(
 
 
 def _draw(segments: Segments, count: int, generator: torch.Generator) -> torch.Tensor:
-    """Numbers of random segments, none twice."""
+    """Draw the numbers of at most ``count`` segments, none twice."""
     order = torch.randperm(segments.count, generator=generator)[:count]
     return order.to(segments.features.device)
 
 
 def _matrix(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torch.Tensor:
-    """Mean of J'J per residual, shape (P, P)."""
+    """Return J'J per residual, shape (P, P)."""
     return normal_equations(shape, theta, segments).matrix / segments.targets.numel()
 
 
 def _factor(matrix: torch.Tensor) -> torch.Tensor | None:
-    """Cholesky factor of a damped matrix; None where it is not finite."""
+    """Return the Cholesky factor of the damped matrix; None where there is none."""
     diagonal = matrix.diagonal()
     damping = DAMPING * (diagonal + FLOOR * diagonal.mean())
     factor, failure = torch.linalg.cholesky_ex(matrix + torch.diag(damping))
@@ -145,7 +153,11 @@ def _factor(matrix: torch.Tensor) -> torch.Tensor | None:
 def _gradient(
     shape: CellShape, theta: torch.Tensor, segments: Segments, radius: float
 ) -> tuple[float, torch.Tensor]:
-    """Mean square of the residuals with the penalty, and half its gradient, by reverse mode."""
+    """Return the mean square of the residuals with the penalty, and half its gradient.
+
+    Half the gradient is J'r per residual, which belongs to the matrix J'J. It is computed in
+    reverse mode: the cost does not grow with the number of parameters.
+    """
     variable = theta.clone().requires_grad_()
     outputs, _ = simulate(shape, variable, segments.features)
     residuals = outputs[segments.burn_in :] - segments.targets

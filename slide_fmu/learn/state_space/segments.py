@@ -1,4 +1,8 @@
-"""Trajectories cut into segments: a burn-in from zero state, then samples that are scored."""
+"""Trajectories are cut into segments: a burn-in from zero state, then samples that are scored.
+
+A recursive network is run from zero state on every segment. Short segments run side by side, and
+in the burn-in, as long as the truncated part of the window, the zero state is forgotten.
+"""
 
 from __future__ import annotations
 
@@ -9,15 +13,15 @@ import torch
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """Segments that a recursive network is fitted to; no sample is scored twice.
+    """A recursive network is fitted to segments; no sample is scored twice.
 
     The sample comes first in the shapes, so that one sample of all segments is one piece of
     memory. Segments of one trajectory follow each other.
 
     Attributes:
-        features: shape (burn_in + scored, B, n_features).
-        targets: shape (scored, B, n_outputs): of the last samples.
-        weights: factors on the residuals, shape (B,).
+        features: features of the inputs, shape (burn_in + scored, B, n_features).
+        targets: scaled outputs one step after the last features, shape (scored, B, n_outputs).
+        weights: factors on the residuals of each segment, shape (B,).
     """
 
     features: torch.Tensor
@@ -26,29 +30,29 @@ class Segments:
 
     @property
     def burn_in(self) -> int:
-        """Samples in which the zero state is forgotten; not scored."""
+        """The zero state is forgotten in this many first samples, which are not scored."""
         return len(self.features) - len(self.targets)
 
     @property
     def count(self) -> int:
-        """Number of segments B."""
+        """The number of segments is B."""
         return self.features.shape[1]
 
     @property
     def counted(self) -> float:
-        """Number of residuals, each counted as often as its weight squared."""
+        """The number of residuals, each counted as its weight squared, scales the cost."""
         return self.targets.numel() * float(self.weights.square().mean())
 
     def every(self, stride: int) -> Segments:
-        """Every ``stride``-th segment, of trajectories all over the data."""
+        """Return every ``stride``-th segment; they come from trajectories all over the data."""
         return self.chosen(torch.arange(0, self.count, stride, device=self.weights.device))
 
     def chosen(self, numbers: torch.Tensor) -> Segments:
-        """Some segments, by their numbers."""
+        """Return the segments of some numbers, shape (K,)."""
         return Segments(self.features[:, numbers], self.targets[:, numbers], self.weights[numbers])
 
     def chunks(self, size: int) -> list[Segments]:
-        """Pieces of at most ``size`` segments."""
+        """Split the segments into pieces of at most ``size`` segments."""
         parts = [slice(first, first + size) for first in range(0, self.count, size)]
         return [
             Segments(self.features[:, part], self.targets[:, part], self.weights[part])
@@ -56,7 +60,7 @@ class Segments:
         ]
 
     def and_others(self, others: Segments, factor: float) -> Segments:
-        """These segments and some of the same lengths, with a factor on the others' weights."""
+        """Return these segments and others of the same lengths, with a factor on their weights."""
         return Segments(
             torch.cat([self.features, others.features], 1),
             torch.cat([self.targets, others.targets], 1),
@@ -64,10 +68,10 @@ class Segments:
         )
 
     def evened_out(self) -> Segments:
-        """The segments, those that move more than usual with lower weights.
+        """Return the segments with lower weights for those that move more than usual.
 
-        The weight of a segment falls from sqrt(2) to that divided by its RMS about the mean of
-        all segments, relative to the usual one: rare violent motions do not rule a fit.
+        With the ratio r of a segment's mean square, about the mean of all segments, to the usual
+        one, its weight is sqrt(2 / (1 + r)): rare violent motions do not rule a fit.
         """
         squares = (self.targets - self.targets.mean((0, 1))).square().mean((0, 2))
         usual = squares.mean().clamp_min(torch.finfo(squares.dtype).tiny)  # 0: none moves
@@ -75,7 +79,7 @@ class Segments:
         return Segments(self.features, self.targets, self.weights * weights)
 
     def mirrored(self) -> Segments:
-        """The segments with the opposite sign."""
+        """Return the segments with the opposite sign, which an odd system has too."""
         return Segments(-self.features, -self.targets, self.weights)
 
 
@@ -85,10 +89,15 @@ def cut_segments(
     """Cut trajectories into segments of equal length that overlap by the burn-in.
 
     Args:
-        features: shape (n_trajectories, N, n_features).
-        targets: shape (n_trajectories, N + 1, n_outputs); targets[k + 1] follows features[.. k].
+        features: features of the inputs, shape (n_trajectories, N, n_features).
+        targets: scaled outputs, shape (n_trajectories, N + 1, n_outputs); targets[:, k + 1]
+            belongs to features[:, : k + 1].
         burn_in: samples from zero state that are not scored.
-        scored: scored samples of a segment, about; the nearest length that leaves little over.
+        scored: wanted number of scored samples in a segment. The nearest length that leaves few
+            samples over is taken.
+
+    Returns:
+        Segments, those of one trajectory after the other, with the weight 1.
 
     Raises:
         ValueError: trajectories are not longer than the burn-in.

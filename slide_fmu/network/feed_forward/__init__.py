@@ -5,7 +5,6 @@ from slide_fmu.network.feed_forward.network import (
     Layer,
     SlidingWindow,
     check_ages,
-    rounded_to_half,
 )
 
-__all__ = ["FeedForward", "Layer", "SlidingWindow", "check_ages", "rounded_to_half"]
+__all__ = ["FeedForward", "Layer", "SlidingWindow", "check_ages"]

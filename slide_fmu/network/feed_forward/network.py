@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.features.base import BEFORE
-from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.activations import ACTIVATIONS
 from slide_fmu.network.base import BATCH, Float32Array, Network, Stepper
@@ -58,10 +57,9 @@ class FeedForward(Network):
             shape (n_values, n_seen * n_features).
         ages: of the n_seen samples that it looks at, 0 the newest, falling from n_samples - 1;
             empty: all n_samples.
-        half: the weights, not the biases, are numbers of float16, and stored as such.
 
     Raises:
-        ValueError: sizes do not fit, or a weight is no number of float16 though ``half`` says so.
+        ValueError: sizes do not fit, or a weight is not finite.
     """
 
     def __init__(
@@ -71,7 +69,6 @@ class FeedForward(Network):
         features: FeatureMap,
         skip: Float32Array | None = None,
         ages: tuple[int, ...] = (),
-        half: bool = False,
     ) -> None:
         if not layers:
             raise ValueError("feed-forward network without layers; expected at least one")
@@ -89,12 +86,8 @@ class FeedForward(Network):
             raise ValueError(f"linear skip of shape {skip.shape}; expected {(width, n_first)}")
         if skip is not None and not np.all(np.isfinite(skip)):
             raise ValueError("linear skip: a weight is not finite; was the training stable?")
-        weights = [layer.weights for layer in layers] + ([] if skip is None else [skip])
-        if half and not all(np.array_equal(matrix, rounded_to_half(matrix)) for matrix in weights):
-            raise ValueError("network of float16: a weight is no number of float16; round it")
         self.layers = layers
         self.skip = skip
-        self.half = half
         self.features = features
         self.ages = ages
         self.n_samples = self.n_needed = n_samples
@@ -111,7 +104,8 @@ class FeedForward(Network):
         flat = np.asarray(features, dtype=np.float32).reshape(len(features), -1)
         hidden = flat
         for layer in self.layers:
-            hidden = ACTIVATIONS[layer.activation](hidden @ layer.weights.T + layer.bias)
+            arguments = hidden @ layer.weights.T + layer.bias
+            hidden = ACTIVATIONS[layer.activation].value(arguments, np)
         if self.skip is not None:
             hidden = hidden + flat @ self.skip.T
         return np.asarray(hidden, dtype=np.float32)
@@ -141,27 +135,23 @@ class FeedForward(Network):
     def stepper(self) -> SlidingWindow:
         return SlidingWindow(self)
 
+    def block_length(self, n_outputs: int) -> int:
+        """Those of one evaluation."""
+        return self.n_values // n_outputs
+
+    @property
+    def measures_truncation(self) -> bool:
+        """False: the memory is the window."""
+        return False
+
     @property
     def is_affine(self) -> bool:
         affine = all(layer.activation == "identity" for layer in self.layers)
-        return affine and isinstance(self.features.features, Differences)
+        return affine and self.features.features.linear
 
     def count_parameters(self) -> int:
         count = sum(layer.weights.size + layer.bias.size for layer in self.layers)
         return count + (0 if self.skip is None else self.skip.size)
-
-
-def rounded_to_half(weights: Float32Array) -> Float32Array:
-    """The nearest numbers of float16, as float32.
-
-    Raises:
-        ValueError: a weight is larger than float16 can be.
-    """
-    largest = float(np.finfo(np.float16).max)
-    found = float(np.max(np.abs(weights), initial=0.0))
-    if found > largest:
-        raise ValueError(f"a weight of {found:g}; expected at most {largest:g} for float16")
-    return weights.astype(np.float16).astype(np.float32)
 
 
 def check_ages(ages: tuple[int, ...], n_samples: int) -> None:

@@ -7,9 +7,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from slide_fmu.network.base import Float32Array
+from slide_fmu.network.state_space.equations import GATED, Weights
 from slide_fmu.network.state_space.roles import Roles
 
-GATED = "gated"
 CELL_ACTIVATIONS = ("tanh", "cubic", GATED)
 """Activations that a cell may have: odd, and both exact and fast in the C runtime."""
 
@@ -85,6 +85,26 @@ class Cell:
     def gated(self) -> bool:
         """Whether the units are gated."""
         return self.activation == GATED
+
+    def weights(self, turned: int) -> Weights:
+        """The matrices by name, of a cell whose first ``turned`` pairs of states turn."""
+        n, w, v = len(self.a), self.w, self.v
+        plain = v is None
+        return Weights(
+            a=self.a,
+            b=self.b,
+            e=self.e,
+            w_x=w[:, :n] if plain else None,
+            w_f=w[:, n:-1] if plain else w[:, :-1],
+            w_1=w[:, -1],
+            v_x=None if v is None else v[:, :n],
+            v_g=None if v is None else v[:, n:],
+            c=self.c,
+            d=self.d,
+            d0=self.d0,
+            units=self.activation,
+            turned=turned,
+        )
 
     def _check(self, name: str, weights: Float32Array, shape: tuple[int, ...]) -> None:
         if weights.shape != shape or weights.dtype != np.float32:

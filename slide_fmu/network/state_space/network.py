@@ -1,15 +1,6 @@
 """State-space networks: one small cell, run along the inputs, evaluated in three ways.
 
-The cell, with features of the scaled inputs in several roles (``slide_fmu.features``): the drive
-f, the static part w, the factors r:
-
-    x_{k+1} = A x_k + B f_k + T_k E h_k
-    y_{k+1} = sum over r in [1, r_k] of r (C_r x_{k+1} + D_r w_k + d_r)
-    h_k     = act(W [x_k, f_k, 1]),  or gated:  tanh(W [s_k, 1]) * (V [T_k' x_k, g_k])
-
-Gated units are linear in the state; the schedule s says how. T turns the first pairs of states
-from the frame in which gated units act into the fixed one. Without factors, r has no entries; in
-the simplest case f = w are the inputs.
+The cell, and what features of the scaled inputs do in it, are in ``equations.py``.
 
 - Window: n_samples cells from x = 0; the values are a pure function of the window.
 - Recursive: one cell per sample, never restarted; it forgets by contraction alone.
@@ -30,11 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.features.base import BEFORE
-from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.activations import ACTIVATIONS
 from slide_fmu.network.base import Float32Array, Network, Stepper, check_sequences
 from slide_fmu.network.state_space.cell import Cell, check_roles
+from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
 from slide_fmu.network.state_space.roles import Roles
 
 CHUNK = 1 << 16
@@ -84,9 +74,18 @@ class StateSpace(Network):
         self.n_channels = features.n_channels
         self.n_values = len(cell.c) // (1 + len(self.roles.readout))
 
+    def block_length(self, n_outputs: int) -> int:
+        """Those of the output window, along which the cell runs."""
+        return self.n_out
+
+    @property
+    def measures_truncation(self) -> bool:
+        """True: by what the younger state of the ping-pong changes."""
+        return True
+
     @property
     def is_affine(self) -> bool:
-        plain = isinstance(self.features.features, Differences) and not self.roles.readout
+        plain = self.features.features.linear and not self.roles.readout
         return len(self.cell.w) == 0 and plain
 
     def count_parameters(self) -> int:
@@ -188,69 +187,11 @@ class StateSpace(Network):
             Values after each, shape (B, N, n_values), and x after the last, shape (B, n).
         """
         x = np.zeros((len(features), len(self.cell.a)), np.float32) if states is None else states
-        by_sample = np.moveaxis(features, 1, 0)
-        run = self._run_gated if self.cell.gated else self._run_plain
-        states_after, x = run(by_sample, x)
-        values = self._values(states_after, by_sample)
-        return np.ascontiguousarray(np.moveaxis(values, 0, 1)), x
-
-    def _run_plain(
-        self, features: Float32Array, x: Float32Array
-    ) -> tuple[Float32Array, Float32Array]:
-        """States (N, B, n) after features (N, B, q), and the last of them."""
-        cell, act, n = self.cell, ACTIVATIONS[self.cell.activation], len(self.cell.a)
-        of_states = np.ascontiguousarray(np.concatenate([cell.w[:, :n], cell.a]).T)
-        of_drive = np.concatenate([cell.w[:, n:-1], cell.b]).T
-        constant = np.concatenate([cell.w[:, -1], np.zeros(n, np.float32)])
-        driven = features[:, :, list(self.roles.drive)] @ of_drive + constant
-        units, states = len(cell.w), np.empty((*features.shape[:2], n), np.float32)
-        for row, state in zip(driven, states, strict=True):
-            total = x @ of_states + row
-            x = total[:, units:] + act(total[:, :units]) @ cell.e.T
-            state[:] = x
-        return states, x
-
-    def _run_gated(
-        self, features: Float32Array, x: Float32Array
-    ) -> tuple[Float32Array, Float32Array]:
-        """As ``_run_plain``, with gated units."""
-        cell, roles, n = self.cell, self.roles, len(self.cell.a)
-        assert cell.v is not None
-        driven = features[:, :, list(roles.drive)] @ cell.b.T
-        gates = np.tanh(features[:, :, list(roles.schedule)] @ cell.w[:, :-1].T + cell.w[:, -1])
-        offered = features[:, :, list(roles.gated)] @ cell.v[:, n:].T
-        turn = features[:, :, list(roles.turn)]
-        states = np.empty((*features.shape[:2], n), np.float32)
-        for k, state in enumerate(states):
-            seen = _turned(x, turn[k] * _BACK[: turn.shape[2]], self.turned)
-            units = gates[k] * (seen @ cell.v[:, :n].T + offered[k])
-            x = x @ cell.a.T + driven[k] + _turned(units @ cell.e.T, turn[k], self.turned)
-            state[:] = x
-        return states, x
-
-    def _values(self, states: Float32Array, features: Float32Array) -> Float32Array:
-        """Values (N, B, p) of states (N, B, n) and the features before them."""
-        cell, roles = self.cell, self.roles
-        parts = states @ cell.c.T + features[:, :, list(roles.static)] @ cell.d.T + cell.d0
-        if not roles.readout:
-            return np.asarray(parts)
-        factors = features[:, :, list(roles.readout)]
-        shares = parts.reshape(*parts.shape[:2], self.n_values, -1)
-        return np.asarray(shares[..., 0] + (shares[..., 1:] * factors[:, :, None]).sum(3))
-
-
-_BACK = np.array([1, -1], np.float32)
-"""Factors on cosine and sine that make the opposite turn."""
-
-
-def _turned(vectors: Float32Array, turn: Float32Array, pairs: int) -> Float32Array:
-    """Vectors (B, n) whose first pairs are turned by an angle with cosine and sine (B, 2)."""
-    if pairs == 0:
-        return vectors
-    c, s, result = turn[:, :1], turn[:, 1:], vectors.copy()
-    x, y = vectors[:, 0 : 2 * pairs : 2], vectors[:, 1 : 2 * pairs : 2]
-    result[:, 0 : 2 * pairs : 2], result[:, 1 : 2 * pairs : 2] = c * x - s * y, s * x + c * y
-    return result
+        inputs = ByRole.of(self.roles, np.moveaxis(features, 1, 0))
+        weights = self.cell.weights(self.turned)
+        after = Equations(weights, inputs, np).run(x)
+        values = outputs(weights, after, inputs)
+        return np.ascontiguousarray(np.moveaxis(values, 0, 1)), after[-1]
 
 
 class PingPong(Stepper):

@@ -106,26 +106,17 @@ static void report_activation(const SlideKernel *kernel, uint32_t activation, co
     printf("%s %s %.3g %.3g %d\n", kernel->name, name, worst, worst_relative, kept);
 }
 
-/* One row, and as the last row of a batch, of an odd number of inputs. Halves take all values, also
- * subnormal ones. */
-static void report_affine(const SlideKernel *kernel, bool half) {
+/* One row, and as the last row of a batch, of an odd number of inputs. */
+static void report_affine(const SlideKernel *kernel) {
     enum { N_IN = 51, N_PANELS = 3, N_OUT = N_PANELS * SLIDE_PANEL };
     static float weights[N_PANELS][N_IN][SLIDE_PANEL], start[N_OUT], x[N_IN], y[N_OUT];
     static float batch[SLIDE_ROWS][N_OUT];
-    static uint16_t halves[N_PANELS][N_IN][SLIDE_PANEL];
     const float *rows[SLIDE_ROWS];
     double worst = 0;
     for (int i = 0; i < N_IN; ++i) {
         x[i] = (float)sin(i);
         for (int row = 0; row < N_OUT; ++row) {
-            float *weight = &weights[row / SLIDE_PANEL][i][row % SLIDE_PANEL];
-            *weight = (float)cos(row + 7 * i);
-            if (half) {
-                const unsigned bits = (unsigned)(i * N_OUT + row) * 7919 % 0x4400;
-                const unsigned char bytes[2] = {bits & 255, (bits >> 8) | (i % 2 ? 0x80 : 0)};
-                halves[row / SLIDE_PANEL][i][row % SLIDE_PANEL] = slide_u16(bytes);
-                *weight = slide_f16(bytes);
-            }
+            weights[row / SLIDE_PANEL][i][row % SLIDE_PANEL] = (float)cos(row + 7 * i);
             start[row] = (float)row;
         }
     }
@@ -133,13 +124,8 @@ static void report_affine(const SlideKernel *kernel, bool half) {
         rows[row] = x;
     }
     const SlideRows all = {SLIDE_ROWS, rows, start, 0, &batch[0][0]};
-    if (half) {
-        kernel->affine_half(&halves[0][0][0], start, x, N_IN, N_PANELS, y);
-        kernel->affine_rows_half(&halves[0][0][0], N_IN, N_PANELS, &all);
-    } else {
-        kernel->affine(&weights[0][0][0], start, x, N_IN, N_PANELS, y);
-        kernel->affine_rows(&weights[0][0][0], N_IN, N_PANELS, &all);
-    }
+    kernel->affine(&weights[0][0][0], start, x, N_IN, N_PANELS, y);
+    kernel->affine_rows(&weights[0][0][0], N_IN, N_PANELS, &all);
     for (int row = 0; row < N_OUT; ++row) {
         double sum = start[row];
         for (int i = 0; i < N_IN; ++i) {
@@ -163,10 +149,7 @@ static int report_kernels(void) {
         report_activation(kernels[i], 3, "tanh");
         report_activation(kernels[i], 4, "gelu");
         report_activation(kernels[i], 5, "cubic");
-        report_affine(kernels[i], false);
-        if (kernels[i]->affine_half != NULL) {
-            report_affine(kernels[i], true);
-        }
+        report_affine(kernels[i]);
         report_cell(kernels[i]);
         report_gated_cell(kernels[i]);
     }

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import torch
 from hypothesis import strategies as st
 
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.learn.state_space.cell import CellShape, simulate
 from slide_fmu.learn.state_space.segments import Segments
-from slide_fmu.network.base import Float32Array
 from slide_fmu.network.state_space import StateSpace
 from slide_fmu.network.state_space.cell import Cell
 from slide_fmu.network.state_space.roles import Roles
+from tests.plain_cell import PlainCell
 
 
 def random(*shape: int, seed: int = 0) -> torch.Tensor:
@@ -129,14 +130,14 @@ def cell_shapes(draw: st.DrawFn) -> CellShape:
     return CellShape(n_states, n_units, n_outputs, roles, units, bias, turned)
 
 
-def numpy_network(shape: CellShape, theta: torch.Tensor) -> StateSpace:
-    """The network of the same weights that slide_fmu.network.state_space evaluates."""
+def plain_cell(shape: CellShape, theta: torch.Tensor) -> PlainCell:
+    """The cell of a parameter vector, cut by hand, for the plain loops."""
     roles, p, at = shape.roles, shape.n_outputs, 0
-    values, n, q = theta.numpy().astype(np.float32), shape.n_states, len(roles.drive)
+    values, n, q = theta.numpy().astype(np.float64), shape.n_states, len(roles.drive)
     rows = p * (1 + len(roles.readout))
     seen = len(roles.schedule) if shape.gated else n + q
 
-    def take(rows: int, columns: int) -> Float32Array:
+    def take(rows: int, columns: int) -> FloatArray:
         nonlocal at
         part = values[at : at + rows * columns].reshape(rows, columns)
         at += rows * columns
@@ -146,10 +147,21 @@ def numpy_network(shape: CellShape, theta: torch.Tensor) -> StateSpace:
     w = take(shape.n_units, seen + shape.bias)
     v = take(shape.n_units, n + len(roles.gated)) if shape.gated else None
     c, d = take(rows, n), take(rows, len(roles.static))
-    d0 = take(1, rows)[0] if shape.bias else np.zeros(rows, np.float32)
+    d0 = take(1, rows)[0] if shape.bias else np.zeros(rows)
     if not shape.bias:
-        w = np.concatenate([w, np.zeros((shape.n_units, 1), np.float32)], 1)
+        w = np.concatenate([w, np.zeros((shape.n_units, 1))], 1)
     assert at == len(values)
-    cell = Cell(f[:, :n], f[:, n : n + q], f[:, n + q :], w, c, d, d0, shape.units, v)
+    matrices = (f[:, :n], f[:, n : n + q], f[:, n + q :], w, c, d, d0)
+    return PlainCell(*matrices, shape.units, v, roles, shape.turned)
+
+
+def numpy_network(shape: CellShape, theta: torch.Tensor) -> StateSpace:
+    """The network of the same weights that slide_fmu.network.state_space evaluates."""
+    plain = plain_cell(shape, theta)
+    parts = {field.name: getattr(plain, field.name) for field in fields(Cell)}
+    parts = {
+        name: part.astype(np.float32) if isinstance(part, np.ndarray) else part
+        for name, part in parts.items()
+    }
     features = FeatureMap(Differences(count_features(shape)))
-    return StateSpace(cell, 1, 1, features, roles, shape.turned)
+    return StateSpace(Cell(**parts), 1, 1, features, shape.roles, shape.turned)

@@ -10,8 +10,7 @@ import torch
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from slide_fmu.learn.state_space.cell import ACTIVATIONS, CellShape, opposite, simulate, turned
-from slide_fmu.network.state_space.cell import CELL_ACTIVATIONS
+from slide_fmu.learn.state_space.cell import CellShape, simulate
 from tests.learn.state_space.cells import (
     FACTORS,
     GATED_SHAPES,
@@ -20,6 +19,7 @@ from tests.learn.state_space.cells import (
     cell_shapes,
     numpy_network,
     plain,
+    plain_cell,
     random,
     random_features,
     random_theta,
@@ -29,18 +29,6 @@ ROUNDING = 1e-5
 """Float32 sums of some ten terms of order 1, in a cell that contracts."""
 SAME = 1e-12
 """Roundings of float64 in sums of some ten terms of order 1."""
-
-
-def test_every_activation_of_the_network_can_be_learnt() -> None:
-    assert set(ACTIVATIONS) == set(CELL_ACTIVATIONS)
-
-
-@pytest.mark.parametrize("units", ACTIVATIONS)
-def test_units_know_their_derivative(units: str) -> None:
-    values = random(50).requires_grad_()
-    result, slope = ACTIVATIONS[units](values)
-    (expected,) = torch.autograd.grad(result.sum(), values)
-    torch.testing.assert_close(slope, expected, rtol=1e-12, atol=1e-12)
 
 
 @example(FACTORS, 30, 4, 0)
@@ -58,41 +46,6 @@ def test_simulation_is_that_of_the_numpy_network(
     assert np.max(np.abs(states[-1].numpy() - last)) < ROUNDING
 
 
-def by_the_equations(
-    shape: CellShape, theta: torch.Tensor, row: torch.Tensor
-) -> tuple[torch.Tensor, torch.Tensor]:
-    """Outputs and states of one sequence (N, q), written out as the module's docstring says."""
-    m, roles, n = shape.split(theta), shape.roles, shape.n_states
-    q, one = len(roles.drive), row.new_ones(1)
-    a, b, e = m.f[:, :n], m.f[:, n : n + q], m.f[:, n + q :]
-    state, outputs, states = row.new_zeros(n), [], []
-    for seen in row:
-        f, w, g, s, r = (
-            seen[list(getattr(roles, name))]
-            for name in ("drive", "static", "gated", "schedule", "readout")
-        )
-        turn = torch.eye(n, dtype=row.dtype)
-        for pair in range(shape.turned):
-            c, sine = seen[list(roles.turn)]
-            block = torch.stack([torch.stack([c, -sine]), torch.stack([sine, c])])
-            turn[2 * pair : 2 * pair + 2, 2 * pair : 2 * pair + 2] = block
-        if shape.units == "gated":
-            gates = torch.tanh(m.w @ torch.cat([s, one]))
-            units = gates * (m.v @ torch.cat([turn.T @ state, g]))
-        else:
-            arguments = m.w @ torch.cat([state, f, *([one] if shape.bias else [])])
-            units = torch.tanh(arguments) if shape.units == "tanh" else arguments**3
-        state = a @ state + b @ f + turn @ e @ units
-        factors = torch.cat([one, r])
-        value = row.new_zeros(shape.n_outputs)
-        for index, factor in enumerate(factors):
-            linear = m.c[:, index] @ state + m.d[:, index] @ w + m.constant[:, index]
-            value = value + factor * linear
-        outputs.append(value)
-        states.append(state)
-    return torch.stack(outputs), torch.stack(states)
-
-
 @example(FACTORS, 0)
 @example(READ, 0)
 @example(TURNED, 0)
@@ -101,9 +54,9 @@ def test_simulation_is_what_the_equations_say(shape: CellShape, seed: int) -> No
     theta, features = random_theta(shape, seed), random_features(8, 2, shape, seed + 1)
     outputs, states = simulate(shape, theta, features)
     for sequence in range(2):
-        expected, state = by_the_equations(shape, theta, features[:, sequence])
-        torch.testing.assert_close(outputs[:, sequence], expected, rtol=0, atol=SAME)
-        torch.testing.assert_close(states[:, sequence], state, rtol=0, atol=SAME)
+        expected, state = plain_cell(shape, theta).run(features[:, sequence].numpy())
+        assert outputs[:, sequence].numpy() == pytest.approx(expected, rel=0, abs=SAME)
+        assert states[:, sequence].numpy() == pytest.approx(state, rel=0, abs=SAME)
 
 
 @given(cell_shapes())
@@ -157,19 +110,6 @@ def test_gated_units_are_linear_in_drive_and_gated_features(shape: CellShape) ->
         features[:, :, held] = one[:, :, held]
     states = [simulate(shape, theta, features)[1] for features in (one, other, both)]
     torch.testing.assert_close(states[0] + states[1], states[2], rtol=0, atol=SAME)
-
-
-def test_turns_act_on_the_first_pairs() -> None:
-    vectors = random(3, 7)
-    angles = torch.tensor([0.0, 0.5 * torch.pi, 2.0], dtype=torch.float64)
-    turn = torch.stack([angles.cos(), angles.sin()], 1)
-    found = turned(vectors, turn, 2)
-    assert torch.equal(found[:, 4:], vectors[:, 4:])
-    torch.testing.assert_close(found[0], vectors[0])
-    quarter = torch.stack([-vectors[1, 1], vectors[1, 0], -vectors[1, 3], vectors[1, 2]])
-    torch.testing.assert_close(found[1, :4], quarter)
-    torch.testing.assert_close(turned(found, opposite(turn), 2), vectors)
-    assert turned(vectors, turn[:, :0], 0) is vectors
 
 
 def test_linear_model_has_no_statics_and_no_factors() -> None:

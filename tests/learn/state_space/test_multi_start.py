@@ -178,6 +178,7 @@ class Stop(Exception):
     pass
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("store_every", [0.0, 1e9])
 @pytest.mark.parametrize("share", [0.45, 0.6, 0.75, 0.97])
 def test_resumed_fit_tells_the_best_error_so_far(

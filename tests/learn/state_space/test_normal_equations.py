@@ -85,6 +85,7 @@ SHAPES = [
 ]
 
 
+@pytest.mark.extended
 @pytest.mark.filterwarnings(
     "ignore:`torch.jit.script` is deprecated"
 )  # torch.func warns of itself

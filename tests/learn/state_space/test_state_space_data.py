@@ -276,6 +276,7 @@ def test_trajectories_beyond_the_range_are_added_with_their_weight(
     assert set(both.part.weights.tolist()) == {1.0, 0.25}
 
 
+@pytest.mark.extended
 def test_motions_beyond_the_range_are_learnt_with_a_low_weight(tmp_path: Path) -> None:
     """They cost next to nothing in the range."""
     inside, outside = spring(3, 2, 400, CUBIC), spring(5, 2, 400, CUBIC, BEYOND)
@@ -287,6 +288,7 @@ def test_motions_beyond_the_range_are_learnt_with_a_low_weight(tmp_path: Path) -
     assert relative_error(network, inside) < SMALL
 
 
+@pytest.mark.extended
 def test_weight_of_next_to_nothing_changes_next_to_nothing(tmp_path: Path) -> None:
     outside = spring(5, 2, 400, CUBIC, BEYOND)
     errors = []
@@ -342,6 +344,7 @@ def test_validation_error_is_a_mean_by_the_weights(tmp_path: Path) -> None:
     assert found.error == pytest.approx(expected, rel=1e-3)
 
 
+@pytest.mark.extended
 def test_rare_violent_motions_do_not_rule_an_evened_out_fit(tmp_path: Path) -> None:
     """A linear network cannot follow all: it stands for the stiffness of the many others."""
     usual, errors = spring(5, 4, 160, CUBIC, 0.3), []

@@ -101,6 +101,7 @@ class Stop(Exception):
 WIDE = {"network": {"order": 2, "hidden": 12}, "dense_limit": 100, "stretches": 3}
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("store_every", [0.0, 1e9])
 @pytest.mark.parametrize(
     ("share", "wide"), [(0.0, False), (0.4, False), (0.95, False), (0.98, True)]
@@ -186,6 +187,7 @@ def test_beyond_the_dense_limit_the_network_is_widened(
     assert np.any(cell.e[:2, fewest:])
 
 
+@pytest.mark.extended
 def test_widened_network_gets_better_than_the_smaller_one_refined(tmp_path: Path) -> None:
     fewest = max(h for h in range(12) if plain(4, 1, h, 1).n_parameters <= 50)
     small = fit(problem_of(tmp_path / "small"), {"order": 2, "hidden": fewest})

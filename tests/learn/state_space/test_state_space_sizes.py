@@ -29,6 +29,7 @@ def few_units(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(state_space, "MOST_UNITS", 8)
 
 
+@pytest.mark.extended
 @pytest.mark.usefixtures("few_units")
 @pytest.mark.parametrize("eigenvalues", [EIGENVALUES, None], ids=["eigenvalues", "responses"])
 @pytest.mark.parametrize("cubic", [0.0, CUBIC], ids=["linear", "nonlinear"])

@@ -96,6 +96,7 @@ def runs(problem: Problem) -> dict[str, Any]:
     return dict(torch.load(problem.checkpoint, weights_only=True))
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("eigenvalues", [None, EIGENVALUES], ids=["memories", "eigenvalues"])
 def test_turned_pairs_find_what_turns_with_a_chain(tmp_path: Path, eigenvalues: Any) -> None:
     plain, turned = (problem_in(tmp_path / name, eigenvalues) for name in ("plain", "turned"))

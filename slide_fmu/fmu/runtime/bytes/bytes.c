@@ -1,6 +1,5 @@
 #include "bytes.h"
 
-#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -43,15 +42,6 @@ bool slide_take_f64(SlideCursor *cursor, double *value) {
 
 uint32_t slide_u32(const unsigned char *at) {
     return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
-}
-
-uint16_t slide_u16(const unsigned char *at) { return (uint16_t)(at[0] | at[1] << 8); }
-
-float slide_f16(const unsigned char *at) {
-    const uint32_t bits = slide_u16(at), exponent = bits >> 10 & 31, fraction = bits & 1023;
-    const float size = exponent == 0 ? ldexpf((float)fraction, -24)
-                                     : ldexpf((float)(1024 + fraction), (int)exponent - 25);
-    return bits >> 15 ? -size : size;
 }
 
 float slide_f32(const unsigned char *at) {

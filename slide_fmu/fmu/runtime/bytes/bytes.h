@@ -30,9 +30,7 @@ bool slide_take_f64(SlideCursor *cursor, double *value);
 
 /* Numbers at a place that was checked before, at any alignment. */
 uint32_t slide_u32(const unsigned char *at);
-uint16_t slide_u16(const unsigned char *at);
 float slide_f32(const unsigned char *at);
-float slide_f16(const unsigned char *at); /* of a finite number */
 double slide_f64(const unsigned char *at);
 
 /* The checksums of zlib. */

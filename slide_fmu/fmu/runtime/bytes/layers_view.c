@@ -2,26 +2,16 @@
 
 enum { N_ACTIVATIONS = 6 };
 
-/* Bytes of so many weights; those of f16 fill whole words. */
-static uint64_t weights_size(uint64_t count, bool half) {
-    return half ? (count + 1) / 2 * 4 : count * 4;
-}
-
-static bool read_weights(const unsigned char **matrix, uint64_t rows, uint64_t columns, bool half,
-                         SlideCursor *section, const char *what, SlideMessage *message) {
-    return (half ? slide_read_f16 : slide_read_f32)(matrix, rows, columns, section, what, message);
-}
-
-const unsigned char *slide_layer_view(const unsigned char *at, bool half, SlideLayerView *layer) {
+const unsigned char *slide_layer_view(const unsigned char *at, SlideLayerView *layer) {
     layer->n_in = slide_u32(at);
     layer->n_out = slide_u32(at + 4);
     layer->activation = slide_u32(at + 8);
     layer->weights = at + 12;
-    layer->bias = layer->weights + weights_size((uint64_t)layer->n_in * layer->n_out, half);
+    layer->bias = layer->weights + 4 * (uint64_t)layer->n_in * layer->n_out;
     return layer->bias + (uint64_t)layer->n_out * 4;
 }
 
-static bool read_layer(uint64_t *width, bool half, SlideCursor *section, SlideMessage *message) {
+static bool read_layer(uint64_t *width, SlideCursor *section, SlideMessage *message) {
     uint32_t n_in, n_out, activation;
     const unsigned char *weights, *bias;
     if (!slide_take_u32(section, &n_in) || !slide_take_u32(section, &n_out) ||
@@ -37,7 +27,7 @@ static bool read_layer(uint64_t *width, bool half, SlideCursor *section, SlideMe
                          (unsigned)activation, (int)N_ACTIVATIONS);
     }
     *width = n_out;
-    return read_weights(&weights, n_out, n_in, half, section, "weight", message) &&
+    return slide_read_f32(&weights, n_out, n_in, section, "weight", message) &&
            slide_read_f32(&bias, n_out, 1, section, "bias", message);
 }
 
@@ -51,8 +41,8 @@ static bool read_skip(SlideLayersView *layers, SlideCursor *section, SlideMessag
                          (unsigned)has_skip);
     }
     layers->skip = NULL;
-    return has_skip == 0 || read_weights(&layers->skip, layers->n_values, layers->n_first,
-                                         layers->half, section, "skip weight", message);
+    return has_skip == 0 || slide_read_f32(&layers->skip, layers->n_values, layers->n_first,
+                                           section, "skip weight", message);
 }
 
 /* The oldest sample of the window comes first, and each is newer than the one before. */
@@ -91,7 +81,7 @@ bool slide_layers_read(SlideLayersView *layers, uint32_t n_features, SlideCursor
     layers->n_first = (uint32_t)width; /* exact once the first layer fits */
     layers->layers = section->at;
     for (uint32_t i = 0; i < layers->n_layers; ++i) {
-        if (!read_layer(&width, layers->half, section, message)) {
+        if (!read_layer(&width, section, message)) {
             return false;
         }
     }

@@ -8,7 +8,7 @@
 /* All pointers point into the bytes that were read; their extent has been checked. */
 typedef struct {
     uint32_t n_in, n_out, activation;
-    const unsigned char *weights; /* [n_out][n_in] */
+    const unsigned char *weights; /* f32 [n_out][n_in] */
     const unsigned char *bias;    /* f32 [n_out] */
 } SlideLayerView;
 
@@ -17,15 +17,13 @@ typedef struct {
     SlideIndices ages;           /* samples that are looked at, 0 the newest; none: all */
     uint32_t n_first;            /* samples that are looked at, times n_features */
     const unsigned char *layers; /* the first layer; the others follow */
-    const unsigned char *skip;   /* [n_values][n_first], or NULL */
-    bool half;                   /* weights are f16, else f32 */
+    const unsigned char *skip;   /* f32 [n_values][n_first], or NULL */
 } SlideLayersView;
 
-/* half: set before, by the kind of the network. */
 bool slide_layers_read(SlideLayersView *layers, uint32_t n_features, SlideCursor *section,
                        SlideMessage *message);
 
 /* Describe the layer at a place of a checked network; gives the place of the next one. */
-const unsigned char *slide_layer_view(const unsigned char *at, bool half, SlideLayerView *layer);
+const unsigned char *slide_layer_view(const unsigned char *at, SlideLayerView *layer);
 
 #endif

@@ -1,5 +1,8 @@
 #include "network_view.h"
 
+/* In files of earlier versions: a network of layers with weights of float16. */
+enum { FLOAT16 = 3 };
+
 static bool read_feed_forward(SlideNetworkView *network, SlideCursor *section,
                               SlideMessage *message) {
     if (!slide_layers_read(&network->layers, network->features.chosen.count, section, message)) {
@@ -25,16 +28,18 @@ bool slide_network_read(SlideNetworkView *network, uint32_t n_inputs, SlideCurso
     if (!slide_take_u32(section, &network->kind)) {
         return slide_too_short(message, "a network");
     }
-    network->layers.half = network->kind == SLIDE_FEED_FORWARD_HALF;
-    if (network->layers.half) {
-        network->kind = SLIDE_FEED_FORWARD;
+    if (network->kind == FLOAT16) {
+        return slide_say(message,
+                         "surrogate file: network of kind %u, with weights of float16, which are "
+                         "no longer read; expected float32: export the surrogate again with "
+                         "slide-fmu export from its recipe or its float32 FMU",
+                         (unsigned)network->kind);
     }
     if (network->kind != SLIDE_FEED_FORWARD && network->kind != SLIDE_STATE_SPACE) {
         return slide_say(message,
-                         "surrogate file: network of kind %u; expected %d (feed-forward), %d "
-                         "(state space) or %d (feed-forward, float16)",
-                         (unsigned)network->kind, (int)SLIDE_FEED_FORWARD, (int)SLIDE_STATE_SPACE,
-                         (int)SLIDE_FEED_FORWARD_HALF);
+                         "surrogate file: network of kind %u; expected %d (feed-forward) or %d "
+                         "(state space)",
+                         (unsigned)network->kind, (int)SLIDE_FEED_FORWARD, (int)SLIDE_STATE_SPACE);
     }
     if (!slide_features_read(&network->features, n_inputs, section, message)) {
         return false;

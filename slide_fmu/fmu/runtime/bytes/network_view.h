@@ -8,9 +8,6 @@
 
 typedef enum { SLIDE_FEED_FORWARD = 1, SLIDE_STATE_SPACE = 2 } SlideKind;
 
-/* In files only: a network of kind SLIDE_FEED_FORWARD with weights of half precision. */
-enum { SLIDE_FEED_FORWARD_HALF = 3 };
-
 typedef struct {
     uint32_t kind; /* SlideKind */
     uint32_t n_samples, n_values;

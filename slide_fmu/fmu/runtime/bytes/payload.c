@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { VERSION = 4, MAX_WINDOW = 1 << 20 };
+enum { VERSION = 5, MAX_WINDOW = 1 << 20 };
 
 static const double START_TOLERANCE = 1e-12; /* relative to |offset| + scale: rounding */
 
@@ -31,14 +31,13 @@ static bool close_section(const SlideCursor *section, const char *tag, SlideMess
 
 static bool read_window(SlidePayload *payload, SlideCursor *file, SlideMessage *message) {
     SlideCursor section;
-    uint32_t hold;
     if (!open_section(file, "WIND", &section, message)) {
         return false;
     }
     if (!slide_take_f64(&section, &payload->step) || !slide_take_u32(&section, &payload->n_in) ||
         !slide_take_u32(&section, &payload->n_out) ||
         !slide_take_u32(&section, &payload->n_inputs) ||
-        !slide_take_u32(&section, &payload->n_outputs) || !slide_take_u32(&section, &hold)) {
+        !slide_take_u32(&section, &payload->n_outputs)) {
         return slide_too_short(message, "WIND");
     }
     if (!(isfinite(payload->step) && payload->step > 0)) {
@@ -51,10 +50,6 @@ static bool read_window(SlidePayload *payload, SlideCursor *file, SlideMessage *
     if (payload->n_inputs < 1 || payload->n_outputs < 1) {
         return slide_say(message, "surrogate file: no inputs or no outputs; expected both");
     }
-    if (hold > 1) {
-        return slide_say(message, "surrogate file: hold %u; expected 0 or 1", (unsigned)hold);
-    }
-    payload->ramp = hold == 1;
     return close_section(&section, "WIND", message);
 }
 
@@ -92,6 +87,47 @@ static bool read_scaling(const unsigned char **scaling, uint32_t channels, size_
     return close_section(&section, tag, message);
 }
 
+/* Rows of cosine and sine follow each other; both have offset 0 and one scale. */
+static bool is_angle(const SlidePayload *payload, uint32_t input) {
+    const unsigned char *row = payload->input_scaling + SLIDE_INPUT_ROW * (size_t)input;
+    const unsigned char *next = row + SLIDE_INPUT_ROW;
+    return input + 1 < payload->n_inputs && slide_angle_of(payload, input + 1) == SLIDE_SINE &&
+           slide_f64(row) == 0 && slide_f64(next) == 0 && slide_f64(row + 8) == slide_f64(next + 8);
+}
+
+/* One hold for all inputs, and every angle whole. */
+static bool read_meanings(SlidePayload *payload, SlideMessage *message) {
+    uint32_t first = slide_u32(payload->input_scaling + 24);
+    for (uint32_t i = 0; i < payload->n_inputs; ++i) {
+        uint32_t hold = slide_u32(payload->input_scaling + SLIDE_INPUT_ROW * (size_t)i + 24);
+        if (hold > 1 || hold != first) {
+            return slide_say(message, "surrogate file: hold %u of input %u; expected 0 or 1, and "
+                                      "the same for all inputs",
+                             (unsigned)hold, (unsigned)i);
+        }
+        uint32_t angle = slide_angle_of(payload, i);
+        bool cosine = angle == SLIDE_COSINE;
+        bool sine = angle == SLIDE_SINE && i > 0 && slide_angle_of(payload, i - 1) == SLIDE_COSINE;
+        if (!(angle == SLIDE_NO_ANGLE || sine || (cosine && is_angle(payload, i)))) {
+            return slide_say(message,
+                             "surrogate file: angle %u of input %u; expected 0, or cosine (1) and "
+                             "sine (2) in this order, both with offset 0 and the same scale",
+                             (unsigned)angle, (unsigned)i);
+        }
+    }
+    payload->ramp = first == 1;
+    return true;
+}
+
+/* What features of an angle are formed of must be one. */
+static bool sees_angle(const SlidePayload *payload, const SlideNetworkView *network,
+                       SlideMessage *message) {
+    return network->features.set != SLIDE_DIRECTOR || slide_angle_of(payload, 0) == SLIDE_COSINE ||
+           slide_say(message, "surrogate file: features of an angle (set %d) of inputs that are "
+                              "none; expected its cosine and sine",
+                     (int)SLIDE_DIRECTOR);
+}
+
 /* A cell gives one sample after the whole window; layers do so after the part of it that one
  * output may use, or give a block of samples at once. */
 static bool fits_window(const SlidePayload *payload) {
@@ -109,7 +145,8 @@ static bool read_predictor(SlidePayload *payload, SlideCursor *file, SlideMessag
     SlideCursor section;
     if (!open_section(file, "PRED", &section, message) ||
         !slide_network_read(&payload->predictor, payload->n_inputs, &section, message) ||
-        !close_section(&section, "PRED", message)) {
+        !close_section(&section, "PRED", message) ||
+        !sees_angle(payload, &payload->predictor, message)) {
         return false;
     }
     return fits_window(payload) ||
@@ -179,6 +216,7 @@ static bool read_estimator(SlidePayload *payload, SlideCursor *file, SlideMessag
     }
     if (!slide_network_read(&payload->estimator, payload->n_inputs, &section, message) ||
         !check_estimator(payload, message) ||
+        !sees_angle(payload, &payload->estimator, message) ||
         !slide_read_f32(&payload->ranges, 2, payload->estimator.features.chosen.count, &section,
                         "range", message) ||
         !close_section(&section, "ESTI", message)) {
@@ -192,6 +230,7 @@ static bool read_sections(SlidePayload *payload, SlideCursor *file, SlideMessage
     if (!read_window(payload, file, message) ||
         !read_scaling(&payload->input_scaling, payload->n_inputs, SLIDE_INPUT_ROW, "SCIN", file,
                       message) ||
+        !read_meanings(payload, message) ||
         !read_scaling(&payload->output_scaling, payload->n_outputs, SLIDE_OUTPUT_ROW, "SCOU", file,
                       message) ||
         !read_predictor(payload, file, message) || !read_estimator(payload, file, message) ||
@@ -208,7 +247,9 @@ bool slide_payload_read(SlidePayload *payload, const unsigned char *data, size_t
         return slide_say(message, "not a surrogate file: expected it to begin with SLIDEFMU");
     }
     if (slide_u32(data + 8) != VERSION) {
-        return slide_say(message, "surrogate file of version %u; expected version %d",
+        return slide_say(message,
+                         "surrogate file of version %u; expected version %d: make the FMU again "
+                         "with slide-fmu export OLD.fmu -o NEW.fmu",
                          (unsigned)slide_u32(data + 8), (int)VERSION);
     }
     uint32_t checksum = slide_u32(data + size - 4);

@@ -5,15 +5,16 @@
 
 #include "network_view.h"
 
-/* Bytes of a channel's numbers. */
-enum { SLIDE_INPUT_ROW = 24, SLIDE_OUTPUT_ROW = 16 };
+/* Bytes of a channel's numbers; what an input is of an angle, the sine in the row after its cosine. */
+enum { SLIDE_INPUT_ROW = 32, SLIDE_OUTPUT_ROW = 16 };
+typedef enum { SLIDE_NO_ANGLE, SLIDE_COSINE, SLIDE_SINE } SlideAngle;
 
 /* All pointers point into the bytes that were read; their extent has been checked. */
 typedef struct {
     double step; /* s */
     uint32_t n_in, n_out, n_inputs, n_outputs;
-    bool ramp; /* inputs move linearly to their new value, else they are held */
-    const unsigned char *input_scaling;  /* f64 [n_inputs][offset, scale, start] */
+    bool ramp; /* first-order hold: inputs move linearly to their new value, else they are held */
+    const unsigned char *input_scaling;  /* [n_inputs]: f64 offset, scale, start, u32 hold, angle */
     const unsigned char *output_scaling; /* f64 [n_outputs][offset, scale] */
     SlideNetworkView predictor;
     bool has_estimator;
@@ -23,6 +24,11 @@ typedef struct {
     const unsigned char *ranges; /* f32 [2][its features], least and largest values */
     char guid[48]; /* derived from the bytes, as in slide_fmu/fmu/description/fmi2.py */
 } SlidePayload;
+
+/* What an input is of an angle. */
+static inline SlideAngle slide_angle_of(const SlidePayload *payload, size_t input) {
+    return (SlideAngle)slide_u32(payload->input_scaling + SLIDE_INPUT_ROW * input + 28);
+}
 
 /* Check all bytes and describe them. False, with a message, when the file must not be used. */
 bool slide_payload_read(SlidePayload *payload, const unsigned char *data, size_t size,

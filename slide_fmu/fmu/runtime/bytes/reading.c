@@ -32,20 +32,6 @@ bool slide_read_f32(const unsigned char **matrix, uint64_t rows, uint64_t column
     return true;
 }
 
-bool slide_read_f16(const unsigned char **matrix, uint64_t rows, uint64_t columns,
-                    SlideCursor *section, const char *what, SlideMessage *message) {
-    *matrix = take(section, rows, columns, 2);
-    if (*matrix == NULL || (rows * columns % 2 == 1 && slide_take(section, 2, 1) == NULL)) {
-        return slide_too_short(message, what);
-    }
-    for (uint64_t i = 0; i < rows * columns; ++i) {
-        if ((slide_u16(*matrix + 2 * i) >> 10 & 31) == 31) {
-            return say_not_finite(message, what, i);
-        }
-    }
-    return true;
-}
-
 bool slide_read_f64(const unsigned char **matrix, uint64_t rows, uint64_t columns,
                     SlideCursor *section, const char *what, SlideMessage *message) {
     *matrix = take(section, rows, columns, 8);

@@ -7,11 +7,8 @@
 /* Say that a part of the file is cut off; always false. */
 bool slide_too_short(SlideMessage *message, const char *what);
 
-/* Take a matrix of numbers that must be finite; its place in the file. One of f16 fills whole words:
- * after an odd number of them come two bytes of padding. */
+/* Take a matrix of numbers that must be finite; its place in the file. */
 bool slide_read_f32(const unsigned char **matrix, uint64_t rows, uint64_t columns,
-                    SlideCursor *section, const char *what, SlideMessage *message);
-bool slide_read_f16(const unsigned char **matrix, uint64_t rows, uint64_t columns,
                     SlideCursor *section, const char *what, SlideMessage *message);
 bool slide_read_f64(const unsigned char **matrix, uint64_t rows, uint64_t columns,
                     SlideCursor *section, const char *what, SlideMessage *message);

@@ -21,15 +21,16 @@ static const double SHORTEST_DIRECTOR = 1e-6;
 /* An angle needs a direction. The file names inputs for people only: here they are references. */
 static bool has_direction(const SlideInstance *instance, const double *inputs, const char *which,
                           const char *function) {
-    double length = slide_director_length(&instance->model, inputs);
-    if (length >= SHORTEST_DIRECTOR) {
+    size_t cosine = slide_without_direction(&instance->model, inputs, SHORTEST_DIRECTOR);
+    if (cosine == instance->model.n_inputs) {
         return true;
     }
     slide_report(instance, SLIDE_ERROR,
-                 "%s: %s with value references 0 and 1 = %g, %g, which gives no direction; "
+                 "%s: %s with value references %u and %u = %g, %g, which gives no direction; "
                  "expected cosine and sine of an angle, not both zero (length at least %g): set "
                  "both and step again; nothing was changed",
-                 function, which, inputs[0], inputs[1], SHORTEST_DIRECTOR);
+                 function, which, (unsigned)cosine, (unsigned)cosine + 1, inputs[cosine],
+                 inputs[cosine + 1], SHORTEST_DIRECTOR);
     return false;
 }
 

@@ -4,12 +4,6 @@
 #include <stdbool.h>
 #include <string.h>
 
-#if defined(__F16C__)
-#include <immintrin.h>
-#elif defined(__aarch64__)
-#include <arm_neon.h>
-#endif
-
 #define TEXT_OF(name) #name
 #define TEXT(name) TEXT_OF(name)
 
@@ -30,55 +24,19 @@ typedef float Wide __attribute__((vector_size(4 * WIDTH), aligned(4), may_alias)
 
 enum { PARTS = SLIDE_PANEL / WIDTH, STRIP = 2 * WIDTH, PREFETCH = 4096 /* bytes */ };
 
-typedef enum { FLOATS, HALVES } Format;
-
-#if defined(__AVX512F__)
-#define HAS_HALVES
-static inline Wide widened(const uint16_t *halves) {
-    return _mm512_cvtph_ps(_mm256_loadu_si256((const __m256i *)(const void *)halves));
-}
-#elif defined(__F16C__)
-#define HAS_HALVES
-static inline Wide widened(const uint16_t *halves) {
-    return _mm256_cvtph_ps(_mm_loadu_si128((const __m128i *)(const void *)halves));
-}
-#elif defined(__aarch64__)
-#define HAS_HALVES
-static inline Wide widened(const uint16_t *halves) {
-    const float16x8_t narrow = vreinterpretq_f16_u16(vld1q_u16(halves));
-    const float32x4_t parts[] = {vcvt_f32_f16(vget_low_f16(narrow)), vcvt_high_f32_f16(narrow)};
-    Wide wide;
-    memcpy(&wide, parts, sizeof wide);
-    return wide;
-}
-#endif
-
-static inline void load(Wide *part, const void *weights, size_t place, Format format) {
-#if defined(HAS_HALVES)
-    if (format == HALVES) {
-        *part = widened((const uint16_t *)weights + place);
-        return;
-    }
-#endif
-    (void)format;
-    *part = *(const Wide *)((const float *)weights + place);
-}
-
 /* Panels are read once, in order; what comes next is fetched early, beyond the end of a layer too:
  * there the next one lies. */
-static inline void fetch_ahead(const void *weights, size_t place, Format format) {
-    const size_t size = format == HALVES ? sizeof(uint16_t) : sizeof(float);
-    const uintptr_t ahead = (uintptr_t)weights + place * size + PREFETCH;
-    for (size_t line = 0; line < SLIDE_PANEL * size; line += 64) {
+static inline void fetch_ahead(const float *weights) {
+    const uintptr_t ahead = (uintptr_t)weights + PREFETCH;
+    for (size_t line = 0; line < SLIDE_PANEL * sizeof(float); line += 64) {
         __builtin_prefetch((const void *)(ahead + line));
     }
 }
 
 /* Each output adds its terms in the order of the inputs, in chains that take turns, so that an
  * addition need not wait for the one before. */
-static inline void affine_of(const void *weights, Format format, const float *start,
-                             const float *x, size_t n_in, size_t n_panels, float *y) {
-    size_t place = 0;
+static void affine(const float *weights, const float *start, const float *x, size_t n_in,
+                   size_t n_panels, float *y) {
     for (size_t panel = 0; panel < n_panels; ++panel) {
         Wide sums[N_CHAINS][PARTS] = {{{0}}};
         for (size_t part = 0; part < PARTS; ++part) {
@@ -86,20 +44,16 @@ static inline void affine_of(const void *weights, Format format, const float *st
         }
         size_t i = 0;
         for (; i + N_CHAINS <= n_in; i += N_CHAINS) {
-            for (size_t chain = 0; chain < N_CHAINS; ++chain, place += SLIDE_PANEL) {
-                fetch_ahead(weights, place, format);
+            for (size_t chain = 0; chain < N_CHAINS; ++chain, weights += SLIDE_PANEL) {
+                fetch_ahead(weights);
                 for (size_t part = 0; part < PARTS; ++part) {
-                    Wide w;
-                    load(&w, weights, place + WIDTH * part, format);
-                    sums[chain][part] += x[i + chain] * w;
+                    sums[chain][part] += x[i + chain] * ((const Wide *)weights)[part];
                 }
             }
         }
-        for (; i < n_in; ++i, place += SLIDE_PANEL) {
+        for (; i < n_in; ++i, weights += SLIDE_PANEL) {
             for (size_t part = 0; part < PARTS; ++part) {
-                Wide w;
-                load(&w, weights, place + WIDTH * part, format);
-                sums[0][part] += x[i] * w;
+                sums[0][part] += x[i] * ((const Wide *)weights)[part];
             }
         }
         for (size_t part = 0; part < PARTS; ++part) {
@@ -113,27 +67,20 @@ static inline void affine_of(const void *weights, Format format, const float *st
     }
 }
 
-static void affine(const float *weights, const float *start, const float *x, size_t n_in,
-                   size_t n_panels, float *y) {
-    affine_of(weights, FLOATS, start, x, n_in, n_panels, y);
-}
-
 /* N_ROWS rows of x and a strip of a panel: y = start + weights x. */
-static inline void affine_strip(const void *weights, Format format, size_t n_in,
-                                const float *const *x, const float *start, size_t start_stride,
-                                float *y, size_t y_stride) {
+static inline void affine_strip(const float *weights, size_t n_in, const float *const *x,
+                                const float *start, size_t start_stride, float *y,
+                                size_t y_stride) {
     Wide sums[N_ROWS][2];
     for (size_t row = 0; row < N_ROWS; ++row) {
         const Wide *first = (const Wide *)(start + row * start_stride);
         sums[row][0] = first[0], sums[row][1] = first[1];
     }
     for (size_t i = 0; i < n_in; ++i) {
-        Wide a, b;
-        load(&a, weights, i * SLIDE_PANEL, format);
-        load(&b, weights, i * SLIDE_PANEL + WIDTH, format);
+        const Wide *w = (const Wide *)(weights + i * SLIDE_PANEL);
         for (size_t row = 0; row < N_ROWS; ++row) {
-            sums[row][0] += x[row][i] * a;
-            sums[row][1] += x[row][i] * b;
+            sums[row][0] += x[row][i] * w[0];
+            sums[row][1] += x[row][i] * w[1];
         }
     }
     for (size_t row = 0; row < N_ROWS; ++row) {
@@ -142,37 +89,19 @@ static inline void affine_strip(const void *weights, Format format, size_t n_in,
     }
 }
 
-static inline void affine_rows_of(const void *weights, Format format, size_t n_in,
-                                  size_t n_panels, const SlideRows *rows) {
-    const size_t size = format == HALVES ? sizeof(uint16_t) : sizeof(float);
+static void affine_rows(const float *weights, size_t n_in, size_t n_panels,
+                        const SlideRows *rows) {
     const size_t width = n_panels * SLIDE_PANEL;
     for (size_t at = 0; at < width; at += STRIP) {
         const size_t panel = at / SLIDE_PANEL, lane = at % SLIDE_PANEL;
-        const char *strip = (const char *)weights + size * (panel * n_in * SLIDE_PANEL + lane);
+        const float *strip = weights + panel * n_in * SLIDE_PANEL + lane;
         for (size_t row = 0; row < rows->count; row += N_ROWS) {
-            affine_strip(strip, format, n_in, rows->x + row,
+            affine_strip(strip, n_in, rows->x + row,
                          rows->start + row * rows->start_stride + at, rows->start_stride,
                          rows->y + row * width + at, width);
         }
     }
 }
-
-static void affine_rows(const float *weights, size_t n_in, size_t n_panels,
-                        const SlideRows *rows) {
-    affine_rows_of(weights, FLOATS, n_in, n_panels, rows);
-}
-
-#if defined(HAS_HALVES)
-static void affine_half(const uint16_t *weights, const float *start, const float *x, size_t n_in,
-                        size_t n_panels, float *y) {
-    affine_of(weights, HALVES, start, x, n_in, n_panels, y);
-}
-
-static void affine_rows_half(const uint16_t *weights, size_t n_in, size_t n_panels,
-                             const SlideRows *rows) {
-    affine_rows_of(weights, HALVES, n_in, n_panels, rows);
-}
-#endif
 
 /* As fast as a processor can read: sums of whole lines that do not wait for each other. */
 static float read_through(const float *values, size_t count) {
@@ -454,10 +383,6 @@ const SlideKernel SLIDE_KERNEL = {
     .name = TEXT(SLIDE_KERNEL),
     .affine = affine,
     .affine_rows = affine_rows,
-#if defined(HAS_HALVES)
-    .affine_half = affine_half,
-    .affine_rows_half = affine_rows_half,
-#endif
     .read_through = read_through,
     .activate = activate,
     .advance = advance,

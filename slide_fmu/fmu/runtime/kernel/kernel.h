@@ -59,14 +59,8 @@ typedef struct {
      * outputs j; start may be y. */
     void (*affine)(const float *weights, const float *start, const float *x, size_t n_in,
                    size_t n_panels, float *y);
-    /* The same with weights of half precision (IEEE 754 binary16, finite); NULL where the
-     * processor has no instruction for them. */
-    void (*affine_half)(const uint16_t *weights, const float *start, const float *x, size_t n_in,
-                        size_t n_panels, float *y);
     /* The same for many rows: weights are read once for several. */
     void (*affine_rows)(const float *weights, size_t n_in, size_t n_panels, const SlideRows *rows);
-    void (*affine_rows_half)(const uint16_t *weights, size_t n_in, size_t n_panels,
-                             const SlideRows *rows);
     /* The sum of values, for measuring how fast memory is read. */
     float (*read_through)(const float *values, size_t count);
     /* Apply activation 0 identity, 1 relu, 2 elu, 3 tanh, 4 gelu, 5 cubic in place; count: a
@@ -82,7 +76,7 @@ typedef struct {
 } SlideKernel;
 
 extern const SlideKernel slide_kernel_baseline; /* x86-64-v2; NEON on aarch64 */
-extern const SlideKernel slide_kernel_avx2;     /* x86-64-v3: with AVX2, FMA and F16C */
+extern const SlideKernel slide_kernel_avx2;     /* x86-64-v3: with AVX2 and FMA */
 extern const SlideKernel slide_kernel_avx512;   /* x86-64-v4: with AVX-512 F, DQ, BW and VL too */
 
 enum { SLIDE_KERNELS = 3 };

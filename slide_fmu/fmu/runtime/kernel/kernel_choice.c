@@ -14,10 +14,10 @@ static unsigned kept_registers(void) {
 }
 
 static unsigned found_sets(void) {
-    const unsigned fma = 1u << 12, osxsave = 1u << 27, f16c = 1u << 29, avx2 = 1u << 5;
+    const unsigned fma = 1u << 12, osxsave = 1u << 27, avx2 = 1u << 5;
     const unsigned avx512 = 1u << 16 | 1u << 17 | 1u << 30 | 1u << 31; /* F, DQ, BW, VL */
     const unsigned avx_registers = 0x06, avx512_registers = 0xE6;
-    const unsigned needed = fma | osxsave | f16c;
+    const unsigned needed = fma | osxsave;
     unsigned a, b, c, d;
     if (!__get_cpuid(1, &a, &b, &c, &d) || (c & needed) != needed ||
         !__get_cpuid_count(7, 0, &a, &b, &c, &d)) {

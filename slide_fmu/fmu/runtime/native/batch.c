@@ -6,11 +6,7 @@
 enum { CHUNK = 8 * SLIDE_ROWS }; /* rows that pass through a layer before the next layer */
 
 static void affine(const SlideKernel *kernel, const SlideLayer *layer, const SlideRows *rows) {
-    if (layer->halves != NULL) {
-        kernel->affine_rows_half(layer->halves, layer->n_in, layer->n_panels, rows);
-    } else {
-        kernel->affine_rows(layer->weights, layer->n_in, layer->n_panels, rows);
-    }
+    kernel->affine_rows(layer->weights, layer->n_in, layer->n_panels, rows);
 }
 
 /* CHUNK rows; gives [CHUNK][panels of the last layer][SLIDE_PANEL]. */

@@ -35,7 +35,7 @@ static void place(SlideNative *native, const SlidePayload *payload, SlideArena *
     slide_network_state_place(&native->network_state, &native->model.predictor, arena);
     native->memory = slide_place(arena, 0, 1);
     const size_t begin = arena->used;
-    slide_network_place(&native->network, view, view->n_values, native->kernel, arena);
+    slide_network_place(&native->network, view, view->n_values, arena);
     native->memory_size = arena->used - begin;
 }
 

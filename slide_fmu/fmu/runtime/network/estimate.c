@@ -22,7 +22,7 @@ static void place_ranges(SlideEstimator *estimator, const unsigned char *ranges,
 }
 
 void slide_estimator_place(SlideEstimator *estimator, const SlidePayload *payload,
-                           const SlideKernel *kernel, SlideArena *arena) {
+                           SlideArena *arena) {
     estimator->positions = 0;
     if (!payload->has_estimator) {
         return;
@@ -35,7 +35,7 @@ void slide_estimator_place(SlideEstimator *estimator, const SlidePayload *payloa
     estimator->log_middle = 0.5 * (payload->high + payload->low);
     estimator->log_half_range = 0.5 * (payload->high - payload->low);
     estimator->largest = square_of(estimator->log_middle + estimator->log_half_range);
-    slide_layers_place(&estimator->layers, view, view->n_values, kernel, arena);
+    slide_layers_place(&estimator->layers, view, view->n_values, arena);
     place_ranges(estimator, payload->ranges, arena);
 }
 

@@ -31,7 +31,7 @@ typedef struct {
 } SlideEstimate;
 
 void slide_estimator_place(SlideEstimator *estimator, const SlidePayload *payload,
-                           const SlideKernel *kernel, SlideArena *arena);
+                           SlideArena *arena);
 void slide_estimate_place(SlideEstimate *estimate, const SlideEstimator *estimator,
                           SlideArena *arena);
 

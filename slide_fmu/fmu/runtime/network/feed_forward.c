@@ -6,26 +6,14 @@
 typedef struct {
     const unsigned char *rows, *bias; /* bias: f32, or NULL for none */
     size_t n_in, n_out;
-    bool half;  /* f16 in the file, else f32 */
-    bool halve; /* placed as they are there */
 } Source;
-
-static float weight_of(const Source *source, size_t index) {
-    return source->half ? slide_f16(source->rows + 2 * index)
-                        : slide_f32(source->rows + 4 * index);
-}
 
 static void fill_layer(SlideLayer *layer, const Source *source) {
     for (size_t row = 0; row < source->n_out; ++row) {
         size_t panel = row / SLIDE_PANEL, lane = row % SLIDE_PANEL;
         for (size_t i = 0; i < source->n_in; ++i) {
             size_t place = (panel * source->n_in + i) * SLIDE_PANEL + lane;
-            size_t index = row * source->n_in + i;
-            if (source->halve) {
-                layer->halves[place] = slide_u16(source->rows + 2 * index);
-            } else {
-                layer->weights[place] = weight_of(source, index);
-            }
+            layer->weights[place] = slide_f32(source->rows + 4 * (row * source->n_in + i));
         }
         layer->bias[row] = source->bias == NULL ? 0 : slide_f32(source->bias + 4 * row);
     }
@@ -33,13 +21,9 @@ static void fill_layer(SlideLayer *layer, const Source *source) {
 
 /* Some rows of a matrix and its bias, where there are any. */
 static Source rows_of(const unsigned char *weights, const unsigned char *bias, size_t n_in,
-                      size_t first, size_t count, bool half, bool halve) {
-    return (Source){weights + (half ? 2 : 4) * first * n_in,
-                    bias == NULL ? NULL : bias + 4 * first, n_in, count, half, halve};
-}
-
-static bool are_halved(const SlideLayersView *view, const SlideKernel *kernel) {
-    return view->half && kernel->affine_half != NULL;
+                      size_t first, size_t count) {
+    return (Source){weights + 4 * first * n_in, bias == NULL ? NULL : bias + 4 * first, n_in,
+                    count};
 }
 
 /* The block comes zeroed, so the padding of the last panel needs no care. */
@@ -47,11 +31,7 @@ static SlideLayer place_layer(const Source *source, SlideArena *arena) {
     SlideLayer layer = {.n_in = source->n_in,
                         .n_panels = (source->n_out + SLIDE_PANEL - 1) / SLIDE_PANEL};
     size_t rows = layer.n_panels * source->n_in;
-    if (source->halve) {
-        layer.halves = slide_place(arena, rows, SLIDE_PANEL * sizeof(uint16_t));
-    } else {
-        layer.weights = slide_place(arena, rows, SLIDE_PANEL * sizeof(float));
-    }
+    layer.weights = slide_place(arena, rows, SLIDE_PANEL * sizeof(float));
     layer.bias = slide_place(arena, layer.n_panels, SLIDE_PANEL * sizeof(float));
     if (arena->base != NULL) {
         fill_layer(&layer, source);
@@ -60,19 +40,18 @@ static SlideLayer place_layer(const Source *source, SlideArena *arena) {
 }
 
 void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *view,
-                              uint32_t n_kept, const SlideKernel *kernel, SlideArena *arena) {
+                              uint32_t n_kept, SlideArena *arena) {
     const size_t n_dropped = view->n_values - n_kept;
-    const bool halve = are_halved(view, kernel);
     const unsigned char *at = view->layers;
     network->n_layers = view->n_layers;
     network->layers = slide_place(arena, view->n_layers, sizeof *network->layers);
     network->widest = 0;
     for (uint32_t i = 0; i < view->n_layers; ++i) {
         SlideLayerView found;
-        at = slide_layer_view(at, view->half, &found);
+        at = slide_layer_view(at, &found);
         size_t first = i + 1 == view->n_layers ? n_dropped : 0;
-        Source source = rows_of(found.weights, found.bias, found.n_in, first, found.n_out - first,
-                                view->half, halve);
+        Source source =
+            rows_of(found.weights, found.bias, found.n_in, first, found.n_out - first);
         SlideLayer layer = place_layer(&source, arena);
         layer.activation = found.activation;
         network->widest = layer.n_panels > network->widest ? layer.n_panels : network->widest;
@@ -82,8 +61,7 @@ void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *
     }
     network->skip = (SlideLayer){0};
     if (view->skip != NULL) {
-        Source source =
-            rows_of(view->skip, NULL, view->n_first, n_dropped, n_kept, view->half, halve);
+        Source source = rows_of(view->skip, NULL, view->n_first, n_dropped, n_kept);
         network->skip = place_layer(&source, arena);
     }
     network->scratch[0] = slide_place(arena, network->widest, SLIDE_PANEL * sizeof(float));
@@ -91,23 +69,20 @@ void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *
 }
 
 void slide_feed_forward_place_block(SlideFeedForward *network, const SlideLayersView *view,
-                                    uint32_t n_kept, const SlideKernel *kernel,
-                                    SlideArena *arena) {
-    const bool halve = are_halved(view, kernel);
+                                    uint32_t n_kept, SlideArena *arena) {
     const unsigned char *at = view->layers;
     SlideLayerView last = {0};
     for (uint32_t i = 0; i < view->n_layers; ++i) {
-        at = slide_layer_view(at, view->half, &last);
+        at = slide_layer_view(at, &last);
     }
     network->n_kept = n_kept;
     network->n_older = view->n_values - n_kept;
-    Source source = rows_of(last.weights, last.bias, last.n_in, 0, network->n_older, view->half,
-                            halve);
+    Source source = rows_of(last.weights, last.bias, last.n_in, 0, network->n_older);
     network->older = place_layer(&source, arena);
     network->older.activation = last.activation;
     network->older_skip = (SlideLayer){0};
     if (view->skip != NULL) {
-        source = rows_of(view->skip, NULL, view->n_first, 0, network->n_older, view->half, halve);
+        source = rows_of(view->skip, NULL, view->n_first, 0, network->n_older);
         network->older_skip = place_layer(&source, arena);
     }
     size_t padded = network->older.n_panels * SLIDE_PANEL;
@@ -116,11 +91,7 @@ void slide_feed_forward_place_block(SlideFeedForward *network, const SlideLayers
 
 void slide_layer_affine(const SlideLayer *layer, const SlideKernel *kernel, const float *start,
                         const float *x, float *y) {
-    if (layer->halves != NULL) {
-        kernel->affine_half(layer->halves, start, x, layer->n_in, layer->n_panels, y);
-    } else {
-        kernel->affine(layer->weights, start, x, layer->n_in, layer->n_panels, y);
-    }
+    kernel->affine(layer->weights, start, x, layer->n_in, layer->n_panels, y);
 }
 
 const float *slide_feed_forward_evaluate(const SlideFeedForward *network,

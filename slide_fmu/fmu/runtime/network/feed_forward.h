@@ -9,9 +9,8 @@
 typedef struct {
     size_t n_in, n_panels;
     uint32_t activation;
-    float *weights;   /* [panel][n_in][SLIDE_PANEL], zeros where no output is; or NULL, with */
-    uint16_t *halves; /* the same of half precision */
-    float *bias;      /* [panel][SLIDE_PANEL] */
+    float *weights; /* [panel][n_in][SLIDE_PANEL], zeros where no output is */
+    float *bias;    /* [panel][SLIDE_PANEL] */
 } SlideLayer;
 
 typedef struct {
@@ -26,15 +25,13 @@ typedef struct {
 } SlideFeedForward;
 
 /* Place a network in the arena; of the values it gives, only the last n_kept are kept (the newest
- * sample of a block). Weights of half precision stay so if the kernel, which must be that of the
- * evaluations, has use for them. While the arena measures, the network is not usable. */
+ * sample of a block). While the arena measures, the network is not usable. */
 void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *view,
-                              uint32_t n_kept, const SlideKernel *kernel, SlideArena *arena);
+                              uint32_t n_kept, SlideArena *arena);
 
 /* Place what slide_feed_forward_block needs, after the network; with the same arguments. */
 void slide_feed_forward_place_block(SlideFeedForward *network, const SlideLayersView *view,
-                                    uint32_t n_kept, const SlideKernel *kernel,
-                                    SlideArena *arena);
+                                    uint32_t n_kept, SlideArena *arena);
 
 /* y = start plus the layer's weights times x; start may be y. */
 void slide_layer_affine(const SlideLayer *layer, const SlideKernel *kernel, const float *start,

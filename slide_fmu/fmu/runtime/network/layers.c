@@ -13,13 +13,13 @@ static void place_ages(SlideLayers *layers, const SlideIndices *ages, SlideArena
 }
 
 void slide_layers_place(SlideLayers *layers, const SlideNetworkView *view, uint32_t n_kept,
-                        const SlideKernel *kernel, SlideArena *arena) {
+                        SlideArena *arena) {
     layers->n_samples = view->n_samples;
     slide_features_place(&layers->seen, &view->features, NULL, 0, arena);
     layers->features = slide_place(arena, layers->seen.count, sizeof(float));
     layers->replaced = slide_place(arena, layers->seen.count, sizeof(float));
     place_ages(layers, &view->layers.ages, arena);
-    slide_feed_forward_place(&layers->stack, &view->layers, n_kept, kernel, arena);
+    slide_feed_forward_place(&layers->stack, &view->layers, n_kept, arena);
 }
 
 void slide_layers_state_place(SlideLayersState *state, const SlideLayers *layers,

@@ -23,10 +23,9 @@ typedef struct {
                     n_samples slots apart, so that each window lies in one piece */
 } SlideLayersState;
 
-/* Of the values that the network gives, only the last n_kept are kept; kernel: that of the
- * evaluations. */
+/* Of the values that the network gives, only the last n_kept are kept. */
 void slide_layers_place(SlideLayers *layers, const SlideNetworkView *view, uint32_t n_kept,
-                        const SlideKernel *kernel, SlideArena *arena);
+                        SlideArena *arena);
 void slide_layers_state_place(SlideLayersState *state, const SlideLayers *layers,
                               SlideArena *arena);
 

@@ -1,7 +1,7 @@
 #include "network.h"
 
 void slide_network_place(SlideNetwork *network, const SlideNetworkView *view, uint32_t n_kept,
-                         const SlideKernel *kernel, SlideArena *arena) {
+                         SlideArena *arena) {
     network->kind = view->kind;
     network->n_samples = view->n_samples;
     network->n_needed = view->n_samples;
@@ -9,7 +9,7 @@ void slide_network_place(SlideNetwork *network, const SlideNetworkView *view, ui
         network->n_needed = view->n_samples - view->cell.n_out + 1;
         slide_cells_place(&network->cells, view, arena);
     } else {
-        slide_layers_place(&network->layers, view, n_kept, kernel, arena);
+        slide_layers_place(&network->layers, view, n_kept, arena);
     }
 }
 
@@ -64,10 +64,9 @@ uint32_t slide_network_block_size(const SlideNetworkView *view, uint32_t n_outpu
 }
 
 void slide_network_place_block(SlideNetwork *network, const SlideNetworkView *view,
-                               uint32_t n_kept, const SlideKernel *kernel, SlideArena *arena) {
+                               uint32_t n_kept, SlideArena *arena) {
     if (view->kind != SLIDE_STATE_SPACE) {
-        slide_feed_forward_place_block(&network->layers.stack, &view->layers, n_kept, kernel,
-                                       arena);
+        slide_feed_forward_place_block(&network->layers.stack, &view->layers, n_kept, arena);
     }
 }
 

@@ -20,9 +20,9 @@ typedef struct {
     SlideCellState cells;    /* of cells */
 } SlideNetworkState;
 
-/* Of the values that layers give, only the last n_kept are kept; kernel: that of the evaluations. */
+/* Of the values that layers give, only the last n_kept are kept. */
 void slide_network_place(SlideNetwork *network, const SlideNetworkView *view, uint32_t n_kept,
-                         const SlideKernel *kernel, SlideArena *arena);
+                         SlideArena *arena);
 void slide_network_state_place(SlideNetworkState *state, const SlideNetwork *network,
                                SlideArena *arena);
 
@@ -50,7 +50,7 @@ uint32_t slide_network_block_size(const SlideNetworkView *view, uint32_t n_outpu
 
 /* Place what slide_network_block needs, after the network. */
 void slide_network_place_block(SlideNetwork *network, const SlideNetworkView *view,
-                               uint32_t n_kept, const SlideKernel *kernel, SlideArena *arena);
+                               uint32_t n_kept, SlideArena *arena);
 
 /* All these values [block size][n_outputs] after a sample that was accepted, oldest first; they
  * stay valid until the next evaluation. */

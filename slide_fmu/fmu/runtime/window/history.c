@@ -9,10 +9,10 @@ static const double LARGEST_TURN = 3.141592654589793; /* a little more: rounding
 static const double SLACK = 1e-6; /* in sample steps */
 
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
-                                      bool ramp, bool director) {
+                                      bool ramp, const bool *cosine) {
     uint64_t capacity = slide_power_of_two(STEPS_PER_SAMPLE * ((uint64_t)n_samples + 1));
     double shortest = (ramp ? 2 : 1) * sample_step / STEPS_PER_SAMPLE;
-    return (SlideHistoryShape){n_inputs, capacity, shortest, SLACK * sample_step, ramp, director};
+    return (SlideHistoryShape){n_inputs, capacity, shortest, SLACK * sample_step, ramp, cosine};
 }
 
 static size_t step_size(const SlideHistoryShape *shape) {
@@ -111,12 +111,13 @@ static void on_arc(const double *from, const double *to, double left, double *di
 
 void slide_history_between(const SlideHistoryShape *shape, const double *from, const double *to,
                            double left, double *inputs) {
-    if (shape->director) {
-        on_arc(from, to, left, inputs);
-        return;
-    }
     for (size_t i = 0; i < shape->n_inputs; ++i) {
-        inputs[i] = to[i] - left * (to[i] - from[i]);
+        if (shape->cosine[i]) {
+            on_arc(from + i, to + i, left, inputs + i);
+            ++i;
+        } else {
+            inputs[i] = to[i] - left * (to[i] - from[i]);
+        }
     }
 }
 
@@ -136,16 +137,17 @@ static void add_end_slope(const double *end, const double *d_end, double part,
 void slide_history_between_slope(const SlideHistoryShape *shape, const double *from,
                                  const double *to, double left, const double *d_from,
                                  const double *d_to, double *d_inputs) {
-    if (shape->director) {
-        double director[2], slope[2] = {0, 0};
-        on_arc(from, to, left, director);
-        add_end_slope(from, d_from, left, director, slope);
-        add_end_slope(to, d_to, 1 - left, director, slope);
-        memcpy(d_inputs, slope, sizeof slope);
-        return;
-    }
     for (size_t i = 0; i < shape->n_inputs; ++i) {
-        d_inputs[i] = left * d_from[i] + (1 - left) * d_to[i];
+        if (shape->cosine[i]) {
+            double director[2], slope[2] = {0, 0};
+            on_arc(from + i, to + i, left, director);
+            add_end_slope(from + i, d_from + i, left, director, slope);
+            add_end_slope(to + i, d_to + i, 1 - left, director, slope);
+            memcpy(d_inputs + i, slope, sizeof slope);
+            ++i;
+        } else {
+            d_inputs[i] = left * d_from[i] + (1 - left) * d_to[i];
+        }
     }
 }
 

@@ -15,7 +15,8 @@ typedef struct {
                           joined that are not longer together */
     double slack;      /* s; a sample this little before a held input already has it */
     bool ramp;         /* inputs move and reach their value at the end of the step */
-    bool director;     /* the two inputs are a director: it turns at a constant rate */
+    const bool *cosine; /* [n_inputs]: this input and the next are cosine and sine of an angle, a
+                           director: it turns at a constant rate */
 } SlideHistoryShape;
 
 /* What changes; part of the flat state block. */
@@ -30,7 +31,7 @@ typedef struct {
 /* For n_samples samples of the past; a sample step of them holds 32 steps at most, held ones longer
  * than 1/32 of it, of ramps any two after each other longer than 1/16. */
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
-                                      bool ramp, bool director);
+                                      bool ramp, const bool *cosine);
 
 /* The count, then the steps, which are the last thing placed and have this size in bytes. */
 size_t slide_history_steps_size(const SlideHistoryShape *shape);

@@ -21,6 +21,14 @@ static double *place_starts(const SlidePayload *payload, SlideArena *arena) {
     return starts;
 }
 
+static bool *place_cosines(const SlidePayload *payload, SlideArena *arena) {
+    bool *cosine = slide_place(arena, payload->n_inputs, sizeof *cosine);
+    for (size_t i = 0; arena->base != NULL && i < payload->n_inputs; ++i) {
+        cosine[i] = slide_angle_of(payload, i) == SLIDE_COSINE;
+    }
+    return cosine;
+}
+
 /* How much of the past is kept: samples for the estimator, which catches up; steps for both
  * networks, for steps after which all samples are others. */
 static void shape_past(SlideModel *model, const SlidePayload *payload) {
@@ -30,7 +38,7 @@ static void shape_past(SlideModel *model, const SlidePayload *payload) {
     model->samples = (SlideSamplesShape){payload->n_inputs,
                                          slide_power_of_two((uint64_t)reach + SLIDE_BEFORE)};
     model->history = slide_history_shape(payload->n_inputs, model->n_sampled, payload->step,
-                                         payload->ramp, model->director);
+                                         payload->ramp, model->cosine);
 }
 
 void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideArena *arena) {
@@ -40,15 +48,14 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideAren
     model->n_outputs = payload->n_outputs;
     model->n_in = payload->n_in;
     model->n_block = 1;
-    model->director = payload->predictor.features.set == SLIDE_DIRECTOR;
     model->input_scaling =
         place_scaling(payload->input_scaling, SLIDE_INPUT_ROW, payload->n_inputs, arena);
     model->output_scaling =
         place_scaling(payload->output_scaling, SLIDE_OUTPUT_ROW, payload->n_outputs, arena);
     model->starts = place_starts(payload, arena);
-    slide_network_place(&model->predictor, &payload->predictor, payload->n_outputs, model->kernel,
-                        arena);
-    slide_estimator_place(&model->estimator, payload, model->kernel, arena);
+    model->cosine = place_cosines(payload, arena);
+    slide_network_place(&model->predictor, &payload->predictor, payload->n_outputs, arena);
+    slide_estimator_place(&model->estimator, payload, arena);
     shape_past(model, payload);
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
     model->part = slide_place(arena, payload->n_inputs, sizeof(double));
@@ -62,5 +69,5 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideAren
 void slide_model_place_block(SlideModel *model, const SlidePayload *payload, SlideArena *arena) {
     model->n_block = slide_network_block_size(&payload->predictor, payload->n_outputs);
     slide_network_place_block(&model->predictor, &payload->predictor, payload->n_outputs,
-                              model->kernel, arena);
+                              arena);
 }

@@ -16,7 +16,7 @@ typedef struct {
     uint32_t n_inputs, n_outputs;
     uint32_t n_in;      /* samples of the window */
     uint32_t n_block;   /* samples of the outputs that are given at a time; 1: the newest only */
-    bool director;      /* the two inputs are cosine and sine of an angle */
+    bool *cosine;       /* [n_inputs]: is it of an angle, with its sine in the next input? */
     uint32_t n_sampled; /* newest samples that any result depends on */
     SlideScaling *input_scaling, *output_scaling;
     double *starts; /* [n_inputs], physical: inputs before the first is set */

@@ -41,26 +41,28 @@ static void multiply(const double *a, const double *b, double *product) {
 
 void slide_moved(const SlideHistoryShape *shape, const double *inputs, const double *rates,
                  double time, double *moved) {
-    if (shape->director) {
-        double w[2], factor[2];
-        growth(inputs, rates, time, w, factor);
-        multiply(inputs, factor, moved);
-        return;
-    }
     for (size_t i = 0; i < shape->n_inputs; ++i) {
-        moved[i] = inputs[i] + rates[i] * time;
+        if (shape->cosine[i]) {
+            double w[2], factor[2];
+            growth(inputs + i, rates + i, time, w, factor);
+            multiply(inputs + i, factor, moved + i);
+            ++i;
+        } else {
+            moved[i] = inputs[i] + rates[i] * time;
+        }
     }
 }
 
 /* z e^w with w in proportion to 1 / z: its derivative is e^w (1 - w). */
 void slide_moved_slope(const SlideHistoryShape *shape, const double *inputs, const double *rates,
                        double time, const double *d_inputs, double *d_moved) {
-    if (shape->director) {
-        double w[2], factor[2];
-        growth(inputs, rates, time, w, factor);
-        multiply((double[]){1 - w[0], -w[1]}, factor, factor);
-        multiply(d_inputs, factor, d_moved);
-        return;
-    }
     memcpy(d_moved, d_inputs, shape->n_inputs * sizeof *d_inputs);
+    for (size_t i = 0; i < shape->n_inputs; ++i) {
+        if (shape->cosine[i]) {
+            double w[2], factor[2];
+            growth(inputs + i, rates + i, time, w, factor);
+            multiply((double[]){1 - w[0], -w[1]}, factor, factor);
+            multiply(d_inputs + i, factor, d_moved + i);
+        }
+    }
 }

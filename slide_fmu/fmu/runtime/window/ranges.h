@@ -13,15 +13,15 @@
  * move cosine and sine each by itself: then the angle does not turn steadily. */
 #define SLIDE_LENGTH_SLACK 0.01
 
-/* Of a scaled sample [n_inputs]. */
-static inline bool slide_in_range(const double *sample, size_t n_inputs, bool director) {
-    if (director) {
-        return fabs(hypot(sample[0], sample[1]) - 1) <= SLIDE_LENGTH_SLACK;
-    }
+/* Of a scaled sample [n_inputs]; cosine: which inputs are one of an angle, the next its sine. */
+static inline bool slide_in_range(const double *sample, size_t n_inputs, const bool *cosine) {
     for (size_t i = 0; i < n_inputs; ++i) {
-        if (!(fabs(sample[i]) <= 1 + SLIDE_RANGE_SLACK)) {
+        bool inside = cosine[i] ? fabs(hypot(sample[i], sample[i + 1]) - 1) <= SLIDE_LENGTH_SLACK
+                                : fabs(sample[i]) <= 1 + SLIDE_RANGE_SLACK;
+        if (!inside) {
             return false;
         }
+        i += cosine[i];
     }
     return true;
 }

@@ -60,8 +60,13 @@ bool slide_input_usable(const SlideModel *model, size_t input, double value) {
     return isfinite(value) && isfinite((float)slide_scaled(model, input, value));
 }
 
-double slide_director_length(const SlideModel *model, const double *inputs) {
-    return model->director ? hypot(inputs[0], inputs[1]) : 1;
+size_t slide_without_direction(const SlideModel *model, const double *inputs, double shortest) {
+    for (size_t i = 0; i < model->n_inputs; ++i) {
+        if (model->cosine[i] && !(hypot(inputs[i], inputs[i + 1]) >= shortest)) {
+            return i;
+        }
+    }
+    return model->n_inputs;
 }
 
 const double *slide_stream_prehistory(const SlideModel *model, const SlideState *state) {
@@ -129,7 +134,7 @@ static bool advance(const SlideModel *model, SlideState *state, bool last) {
 
 /* A sample that is out of range leaves its number, once it is counted. */
 static void watch_range(const SlideModel *model, SlideState *state) {
-    if (!slide_in_range(model->sample, model->n_inputs, model->director)) {
+    if (!slide_in_range(model->sample, model->n_inputs, model->cosine)) {
         state->head->strayed = *state->samples.count;
     }
 }

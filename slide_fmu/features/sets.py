@@ -1,0 +1,83 @@
+"""The sets of features, each registered by its class, and the bytes of those that a network sees.
+
+A set joins with its module (a final class of ``Features``) and its place in ``SETS``; in the C
+runtime with a branch in ``features_view.c`` and ``feature_set.c``, which read and form the same.
+
+    features := u32 set  parameters  u32 count  u32 signal[count]  f64 offset[count]
+                f64 scale[count]                  feature = (signal - offset) / scale
+    set 1, differences  := u32 order                             order <= 2
+    set 2, director     :=                                       n_inputs = 2
+    set 3, chain motion := f64 step  f64 middle[n]  f64 half_range[n]  f64 a[n]  f64 d[n]
+                           f64 alpha[n]  f64 masses[n]  f64 centres[n][3]
+                           f64 inertias[n][3][3]  f64 gravity[3]  f64 tool[3]
+                           n = n_inputs; step > 0; all finite
+
+The signals of a set and their order are its ``blocks``. All numbers are little-endian.
+"""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+
+from slide_fmu.core.byte_reader import Reader, indices_bytes
+from slide_fmu.features.base import Features, Offered
+from slide_fmu.features.chain_motion import ChainMotion
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.director import Director
+from slide_fmu.features.feature_map import FeatureMap
+
+SETS: tuple[type[Features], ...] = (Differences, Director, ChainMotion)
+"""All sets."""
+
+LINEAR_NAMES = tuple(name for kind in SETS if kind.linear for name in kind.NAMES)
+"""Names of all features that change their sign with the inputs."""
+
+
+def feature_set(names: tuple[str, ...], offered: Offered) -> Features:
+    """The set that all names belong to, on the inputs of a system.
+
+    Args:
+        names: of signals, at least one.
+        offered: what the system offers.
+
+    Raises:
+        ValueError: names are unknown or of several sets, or the system has not what the set needs.
+    """
+    for kind in SETS:
+        if set(names) <= set(kind.NAMES):
+            return kind.of_system(names, offered)
+    lists = "; ".join(f"{', '.join(kind.NAMES)} ({kind.TITLE})" for kind in SETS)
+    raise ValueError(f"features {list(names)}; expected names of one set: {lists}")
+
+
+def encode_features(features: FeatureMap) -> bytes:
+    """The bytes of the features that a network sees.
+
+    Raises:
+        TypeError: their set is not registered.
+    """
+    kind = features.features
+    if type(kind) not in SETS:
+        known = [known.__name__ for known in SETS]
+        raise TypeError(f"features of type {type(kind).__name__}; expected one of {known}")
+    normalisation = np.concatenate([features.offset, features.scale]).astype("<f8").tobytes()
+    head = struct.pack("<I", kind.NUMBER) + kind.parameters()
+    return head + indices_bytes(features.chosen) + normalisation
+
+
+def decode_features(section: Reader, n_inputs: int) -> FeatureMap:
+    """Read the features that a network sees.
+
+    Raises:
+        ValueError: the bytes are no features of so many inputs.
+    """
+    number = section.u32()
+    kinds = {kind.NUMBER: kind for kind in SETS}
+    if number not in kinds:
+        raise ValueError(f"features of set {number}; expected one of {list(kinds)}")
+    features = kinds[number].read(section, n_inputs)
+    chosen = section.indices()
+    offset, scale = section.f64(len(chosen)), section.f64(len(chosen))
+    return FeatureMap(features, chosen, offset, scale)

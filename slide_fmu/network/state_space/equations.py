@@ -1,0 +1,218 @@
+"""The cell equation, once, for numpy arrays and torch tensors alike.
+
+    x[k+1] = A x[k] + B f[k] + T[k] E h[k]
+    y[k+1] = sum over r in [1, r[k]] of r (C_r x[k+1] + D_r w[k] + d_r)
+    h[k]   = act(W_x x[k] + W_f f[k] + w_1),  or of gated units
+    h[k]   = tanh(W_f s[k] + w_1) * (V_x T[k]' x[k] + V_g g[k])
+
+The features f, w, s, g, r of a sample, and cosine and sine of the turn T, come by their roles
+(``roles.py``). T turns the first pairs of states out of the frame in which gated units act. The
+class of models is the nonlinear state space of system identification (Paduart et al., 2010, with
+polynomial units); with gated units it is a linear parameter-varying one.
+
+``Equations`` holds what does not depend on the states, for all samples at once. Everything that
+moves a cell asks it: the evaluation in numpy (``network.py``), its gradient (``gradient.py``), and
+the fits in torch (``slide_fmu.learn.state_space``). The C runtime has its own copy
+(``runtime/kernel/kernel.c``), the tests an independent one in plain loops
+(``tests/plain_cell.py``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from slide_fmu.network.activations import ACTIVATIONS, Array, Namespace
+from slide_fmu.network.state_space.roles import Roles
+
+GATED = "gated"
+"""The units that are linear in the states; their gates are those of ``tanh``."""
+
+
+@dataclass(frozen=True, eq=False)
+class Weights:
+    """The matrices of a cell: n states, q drives, H units, m static features, R factors, p values.
+
+    Attributes:
+        a: A, shape (n, n).
+        b: B, shape (n, q).
+        e: E, shape (n, H).
+        w_x: W_x, shape (H, n); None of gated units.
+        w_f: W_f, shape (H, q), of gated units (H, n_schedule).
+        w_1: shape (H,); None where there are no constant terms.
+        v_x: V_x of gated units, shape (H, n); else None.
+        v_g: V_g of gated units, shape (H, n_gated); else None.
+        c: C, shape (p R, n), the R rows of a value together.
+        d: D, shape (p R, m).
+        d0: shape (p R,).
+        units: an activation of ``ACTIVATIONS``, or ``GATED``.
+        turned: number of pairs of states, the first ones, that gated units see turned.
+    """
+
+    a: Array
+    b: Array
+    e: Array
+    w_x: Array | None
+    w_f: Array
+    w_1: Array | None
+    v_x: Array | None
+    v_g: Array | None
+    c: Array
+    d: Array
+    d0: Array
+    units: str
+    turned: int
+
+
+@dataclass(frozen=True, eq=False)
+class ByRole:
+    """Features along sequences by their roles, shape (N, B, ...): the sample first.
+
+    Attributes:
+        drive: f. static: w. gated: g. schedule: s. readout: r. turn: cosine and sine, or none.
+    """
+
+    drive: Array
+    static: Array
+    gated: Array
+    schedule: Array
+    readout: Array
+    turn: Array
+
+    @staticmethod
+    def of(roles: Roles, features: Array) -> ByRole:
+        """The features of every role out of all of them, shape (N, B, n_features)."""
+        every = tuple(range(features.shape[2]))
+        found: dict[tuple[int, ...], Array] = {every: features}
+        for field in fields(roles):
+            indices = getattr(roles, field.name)
+            if indices not in found:
+                found[indices] = features[:, :, list(indices)]
+        return ByRole(**{field.name: found[getattr(roles, field.name)] for field in fields(roles)})
+
+    def stretch(self, samples: slice) -> ByRole:
+        """The features of a stretch of the samples."""
+        return ByRole(**{field.name: getattr(self, field.name)[samples] for field in fields(self)})
+
+
+@dataclass(frozen=True, eq=False)
+class Units:
+    """The units of one sample, and how they move; shapes (B, H), of ``seen`` (B, n).
+
+    Attributes:
+        values: h.
+        slope: dh by the arguments of the activation, W_x x + W_f f + w_1.
+        gates: of gated units, dh by what V offers to them; else None.
+        seen: of gated units, the states in their frame, T' x; else None.
+    """
+
+    values: Array
+    slope: Array
+    gates: Array | None = None
+    seen: Array | None = None
+
+
+class Equations:
+    """The cell along given features, whatever its states. Final.
+
+    Args:
+        weights: of the cell.
+        inputs: the features by role, N samples of B sequences.
+        xp: ``numpy`` or ``torch``, to which weights and inputs belong.
+    """
+
+    def __init__(self, weights: Weights, inputs: ByRole, xp: Namespace) -> None:
+        self.weights, self.inputs, self._xp = weights, inputs, xp
+        self._gated = weights.v_x is not None
+        self._activation = ACTIVATIONS["tanh" if self._gated else weights.units]
+        self._add_product = getattr(xp, "addmm", _add_product)  # torch has both in one
+        arguments = (inputs.schedule if self._gated else inputs.drive) @ weights.w_f.T
+        self._arguments = arguments if weights.w_1 is None else arguments + weights.w_1
+        self._driven = inputs.drive @ weights.b.T
+        if self._gated:
+            assert weights.v_g is not None
+            self._gates = self._activation.value(self._arguments, xp)
+            self._offered = inputs.gated @ weights.v_g.T
+
+    def run(self, state: Array) -> Array:
+        """All states after the samples, shape (N, B, n), from that before them, shape (B, n)."""
+        states = []
+        for k in range(len(self._driven)):
+            state = self.after(k, state, self.units(k, state))
+            states.append(state)
+        return self._xp.stack(states)
+
+    def units(self, k: int, state: Array) -> Array:
+        """The units h at sample k, shape (B, H), of the states before it, shape (B, n)."""
+        if self._gated:
+            return self._gates[k] * self._products(k, self._seen(k, state))
+        return self._activation.value(self._plain_arguments(k, state), self._xp)
+
+    def units_with_slopes(self, k: int, state: Array) -> Units:
+        """As ``units``, with what the reverse mode and the sensitivities need of them."""
+        if self._gated:
+            gates, seen = self._gates[k], self._seen(k, state)
+            products = self._products(k, seen)
+            slope = products * self._activation.slope(self._arguments[k], gates, self._xp)
+            return Units(gates * products, slope, gates, seen)
+        arguments = self._plain_arguments(k, state)
+        values = self._activation.value(arguments, self._xp)
+        return Units(values, self._activation.slope(arguments, values, self._xp))
+
+    def after(self, k: int, state: Array, units: Array) -> Array:
+        """The states after sample k, shape (B, n), of those before it and its units."""
+        weights, moved = self.weights, self._add_product(self._driven[k], state, self.weights.a.T)
+        if weights.turned == 0:
+            return self._add_product(moved, units, weights.e.T)
+        return moved + turned(units @ weights.e.T, self.inputs.turn[k], weights.turned, self._xp)
+
+    def _plain_arguments(self, k: int, state: Array) -> Array:
+        assert self.weights.w_x is not None
+        return self._add_product(self._arguments[k], state, self.weights.w_x.T)
+
+    def _seen(self, k: int, state: Array) -> Array:
+        return turned(state, self.inputs.turn[k], self.weights.turned, self._xp, back=True)
+
+    def _products(self, k: int, seen: Array) -> Array:
+        assert self.weights.v_x is not None
+        return self._add_product(self._offered[k], seen, self.weights.v_x.T)
+
+
+def _add_product(constant: Array, vectors: Array, matrix: Array) -> Array:
+    return vectors @ matrix + constant
+
+
+def outputs(weights: Weights, states: Array, inputs: ByRole) -> Array:
+    """Values y, shape (N, B, p), of the states after the samples, shape (N, B, n)."""
+    parts = rows(weights, states, inputs.static)
+    factors = inputs.readout.shape[-1]
+    if factors == 0:
+        return parts
+    shares = parts.reshape(*parts.shape[:-1], -1, 1 + factors)
+    return shares[..., 0] + (shares[..., 1:] * inputs.readout[..., None, :]).sum(-1)
+
+
+def rows(weights: Weights, states: Array, static: Array) -> Array:
+    """The sums C_r x + D_r w + d_r, shape (..., p R), of states (..., n) and statics (..., m)."""
+    return states @ weights.c.T + static @ weights.d.T + weights.d0
+
+
+def turned(vectors: Array, turn: Array, pairs: int, xp: Namespace, *, back: bool = False) -> Array:
+    """Vectors whose first pairs of components are turned by an angle.
+
+    Args:
+        vectors: shape (..., n).
+        turn: cosine and sine of the angle, shape (..., 2).
+        pairs: number of pairs; none leaves the vectors as they are.
+        xp: ``numpy`` or ``torch``.
+        back: turn by the opposite angle: the transpose of the matrix.
+
+    Returns:
+        Shape (..., n).
+    """
+    if pairs == 0:
+        return vectors
+    first, rest = vectors[..., : 2 * pairs], vectors[..., 2 * pairs :]
+    x, y = first[..., 0::2], first[..., 1::2]
+    c, s = turn[..., :1], -turn[..., 1:] if back else turn[..., 1:]
+    moved = xp.stack([c * x - s * y, s * x + c * y], -1).reshape(first.shape)
+    return xp.concat([moved, rest], -1)

@@ -1,0 +1,108 @@
+"""Messages of the console script: wrapped on a terminal only."""
+
+from __future__ import annotations
+
+import io
+import os
+import pty
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from slide_fmu.cli import tables
+from slide_fmu.cli.console import Messages
+
+COMMAND = [sys.executable, "-m", "slide_fmu.cli"]
+FIGURES = {
+    "trajectories": 12,
+    "seed": 1,
+    "outputs": [
+        {
+            "name": "a_position_with_a_name_that_is_longer_than_any_narrow_terminal",
+            "unit": "m",
+            "rms_reference": 1.0,
+            "rmse": 0.25,
+            "relative_rmse": 0.25,
+            "max_error": 0.5,
+        }
+    ],
+    "error_estimate": {"mean_relative_deviation": 0.1, "p95_relative_deviation": 0.2},
+}
+
+
+def narrow(**more: str) -> dict[str, str]:
+    """The environment of a terminal of 60 columns."""
+    return {**os.environ, "COLUMNS": "60", "PYTHONIOENCODING": "utf-8", **more}
+
+
+def absent(folder: Path) -> Path:
+    """A path that no file has, longer than a narrow terminal."""
+    return folder / ("there is no such file " * 6).strip() / "absent.toml"
+
+
+@pytest.mark.parametrize("more", [{}, {"FORCE_COLOR": "1"}, {"TERM": "dumb"}], ids=str)
+def test_error_message_in_a_pipe_is_one_line_whatever_the_terminal(
+    tmp_path: Path, more: dict[str, str]
+) -> None:
+    recipe = absent(tmp_path)
+    done = subprocess.run(
+        [*COMMAND, "window", str(recipe)],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=narrow(**more),
+    )
+    assert done.returncode == 1
+    (line,) = done.stderr.splitlines()
+    assert line.removeprefix("\x1b[31m").startswith("error: ")
+    assert str(recipe) in line
+    assert done.stdout == ""
+
+
+def test_usage_error_in_a_pipe_is_one_line(tmp_path: Path) -> None:
+    option = "--an-option-that-no-subcommand-has-and-that-is-longer-than-a-narrow-terminal"
+    done = subprocess.run(
+        [*COMMAND, "train", str(absent(tmp_path)), option],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=narrow(),
+    )
+    assert done.returncode == 2
+    assert f"Error: No such option: {option}" in done.stderr.splitlines()
+
+
+def test_error_message_on_a_terminal_is_wrapped_to_its_width(tmp_path: Path) -> None:
+    master, terminal = pty.openpty()
+    try:
+        done = subprocess.run(
+            [*COMMAND, "window", str(absent(tmp_path))],
+            stdout=subprocess.DEVNULL,
+            stderr=terminal,
+            check=False,
+            env=narrow(TERM="xterm"),
+        )
+        said = os.read(master, 1 << 16).decode()
+    finally:
+        os.close(terminal)
+        os.close(master)
+    assert done.returncode == 1
+    plain = said.replace("\x1b[31m", "").replace("\x1b[0m", "").splitlines()
+    assert len(plain) > 2
+    assert max(map(len, plain)) <= 60
+
+
+def test_table_and_its_heading_in_a_pipe_are_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "60")
+    messages = Messages(file=io.StringIO(), markup=False, highlight=False)
+    monkeypatch.setattr(tables, "console", messages)
+    title = "unseen trajectories beyond the range that the training has seen, " * 4
+    tables.show_validation(FIGURES, title)
+    heading, *lines = messages.file.getvalue().splitlines()
+    assert heading == f"{title}: 12 trajectories, seed 1"
+    (row,) = [line for line in lines if FIGURES["outputs"][0]["name"] in line]
+    for cell in ("1 m", "0.25 m", "25 %", "0.5 m"):
+        assert f" {cell} " in row
+    assert lines[-1] == ("error estimate: mean relative deviation 10 %, 95 % within 20 %")

@@ -1,0 +1,26 @@
+"""Marks that several test files give."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import pytest
+from _pytest.mark import ParameterSet
+
+
+def essential(names: Iterable[str], *kept: str) -> list[str | ParameterSet]:
+    """Return all names as parameters of a test; those that are not kept are ``extended``.
+
+    ``make test`` runs the kept ones alone, so a test that is slow in its many variants still
+    runs there with a few of them.
+
+    Raises:
+        ValueError: a kept name is not among the names, so nothing would be kept for it.
+    """
+    listed = list(names)
+    unknown = sorted(set(kept) - set(listed))
+    if unknown:
+        raise ValueError(f"kept = {unknown}; expected some of {listed}")
+    return [
+        name if name in kept else pytest.param(name, marks=pytest.mark.extended) for name in listed
+    ]

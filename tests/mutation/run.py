@@ -1,0 +1,188 @@
+"""How many small faults the tests find: ``python -m tests.mutation.run --json -``.
+
+Every mutant of a module is a copy of its source with one fault. The tests of the module run on a
+copy of the repository that holds the mutant; it is killed if they fail. Those that survive are
+listed: either a test is missing, or the fault changes nothing that anybody can see.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from queue import SimpleQueue
+
+from tests.mutation.mutants import Mutant, c_mutants
+from tests.mutation.python_mutants import python_mutants
+
+ROOT = Path(__file__).parents[2]
+RUNTIME = "slide_fmu/fmu/runtime"
+PATIENCE = 4.0
+"""A mutant whose tests take so many times as long as those of the sources hangs: it is killed."""
+
+BUILD = """
+from slide_fmu.fmu.libraries import build
+name = next(name for name in build.TARGETS if name.startswith("x86_64-linux"))
+build._build_library(name, build.TARGETS[name])
+(build.BINARIES / build.STAMP).write_text(build.digest())  # the other platforms are not run here
+"""
+
+
+@dataclass(frozen=True)
+class Module:
+    """Sources that are mutated, and the tests that shall find it."""
+
+    sources: tuple[str, ...]
+    tests: tuple[str, ...]
+
+
+MODULES = {
+    "window": Module(("slide_fmu/core/window.py",), ("tests/core/test_window.py",)),
+    "validation": Module(
+        ("slide_fmu/validation/validate.py", "slide_fmu/validation/comparison.py"),
+        ("tests/validation/test_compare.py", "tests/validation/test_figures.py",
+         "tests/validation/test_validation.py"),
+    ),
+    "sizing": Module(("slide_fmu/memory/sizing.py",), ("tests/memory/test_sizing.py",)),
+    "stability": Module(("slide_fmu/memory/stability.py",), ("tests/memory/test_stability.py",)),
+    "estimate": Module(
+        ("slide_fmu/surrogate/error_estimator.py",),
+        ("tests/surrogate/test_error_estimator.py", "tests/surrogate/test_surrogate.py"),
+    ),
+    "estimate in C": Module(
+        (f"{RUNTIME}/network/estimate.c",),
+        ("tests/fmu/test_ranges.py", "tests/fmu/test_estimates.py", "tests/fmu/test_runtime.py"),
+    ),
+}  # fmt: skip
+
+
+@dataclass
+class Score:
+    """What became of the mutants of a module.
+
+    Attributes:
+        all: mutants that there are.
+        tried: those that ran; a sample if time was short.
+        killed: those that the tests found.
+        survivors: file, line and fault of the others.
+    """
+
+    all: int
+    tried: int = 0
+    killed: int = 0
+    survivors: list[str] = field(default_factory=list)
+
+
+def mutants_of(source: str) -> list[tuple[str, Mutant]]:
+    """All mutants of a source, by its path below the root."""
+    text = (ROOT / source).read_text(encoding="utf-8")
+    make = c_mutants if source.endswith(".c") else python_mutants
+    return [(source, mutant) for mutant in make(text)]
+
+
+@contextmanager
+def copies(count: int) -> Iterator[list[Path]]:
+    """Copies of the repository as it is here, with the compiled libraries."""
+    listed = subprocess.run(
+        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+        cwd=ROOT, capture_output=True, check=True, text=True,
+    ).stdout  # fmt: skip
+    names = [name for name in listed.split("\0") if name and (ROOT / name).is_file()]
+    names += [str(p.relative_to(ROOT)) for p in (ROOT / "slide_fmu/fmu/binaries").rglob("*.*")]
+    with tempfile.TemporaryDirectory() as folder:
+        places = [Path(folder) / f"copy {k}" for k in range(count)]
+        for place in places:
+            for name in names:
+                (place / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(ROOT / name, place / name)
+        yield places
+
+
+def passes(place: Path, module: Module, limit: float) -> bool:
+    """Whether the tests of a module pass in a copy, within a time in s."""
+    environment = {**os.environ, "PYTHONPATH": str(place), "PYTHONDONTWRITEBYTECODE": "1"}
+    commands = [["-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *module.tests]]
+    if any(source.endswith(".c") for source in module.sources):
+        commands.insert(0, ["-c", BUILD])
+    try:
+        return all(
+            subprocess.run(
+                [sys.executable, *command], cwd=place, env=environment, timeout=limit,
+                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False,
+            ).returncode == 0
+            for command in commands
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return False
+
+
+def measure(module: Module, places: list[Path], seconds: float, seed: int) -> Score:
+    """Try mutants of a module in a random order until all are tried or the time is over.
+
+    Raises:
+        RuntimeError: the tests fail on the sources as they are.
+    """
+    found = [mutant for source in module.sources for mutant in mutants_of(source)]
+    random.Random(seed).shuffle(found)
+    begin = time.monotonic()
+    if not passes(places[0], module, 600.0):
+        raise RuntimeError(f"{' '.join(module.tests)} fail on the sources as they are; mend them")
+    patience = PATIENCE * (time.monotonic() - begin) + 10
+    score, free = Score(len(found)), SimpleQueue[Path]()
+    for place in places:
+        free.put(place)
+
+    def attempt(source: str, mutant: Mutant) -> None:
+        if time.monotonic() - begin > seconds:
+            return
+        place = free.get()
+        (place / source).write_text(mutant.text, encoding="utf-8")
+        survived = passes(place, module, patience)
+        shutil.copy(ROOT / source, place / source)
+        free.put(place)
+        score.tried += 1
+        score.killed += not survived
+        if survived:
+            score.survivors.append(f"{source}:{mutant.line}: {mutant.fault}")
+
+    with ThreadPoolExecutor(len(places)) as pool:
+        for _ in pool.map(lambda pair: attempt(*pair), found):
+            pass
+    return score
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", metavar="FILE", help="write the scores there; - is stdout")
+    parser.add_argument("--limit", type=float, default=600.0, help="seconds for each module")
+    parser.add_argument("--seed", type=int, default=0, help="of the order of the mutants")
+    parser.add_argument("--only", choices=MODULES, action="append", help="one module of all")
+    parser.add_argument("--workers", type=int, default=2, help="mutants that are tried at once")
+    task = parser.parse_args()
+    scores: dict[str, Score] = {}
+    with copies(task.workers) as places:
+        for name in task.only or MODULES:
+            score = scores[name] = measure(MODULES[name], places, task.limit, task.seed)
+            share = 100 * score.killed / max(1, score.tried)
+            print(f"{name}: {score.killed} of {score.tried} killed ({share:.0f} %), "
+                  f"of {score.all} mutants", file=sys.stderr, flush=True)  # fmt: skip
+            for line in score.survivors:
+                print(f"  survived: {line}", file=sys.stderr, flush=True)
+    if task.json is not None:
+        text = json.dumps({name: asdict(score) for name, score in scores.items()}, indent=2) + "\n"
+        sys.stdout.write(text) if task.json == "-" else Path(task.json).write_text(text, "utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,104 @@
+"""The cell equation: the same of numpy arrays and torch tensors, and that of the plain loops."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.equations import ByRole, Equations, Weights, outputs, turned
+from tests.fmu.plain import five_point_slope
+from tests.fmu.samples import Shape, random_surrogate
+from tests.plain_cell import PlainCell
+from tests.strategies import state_space_shapes
+
+SAME = 1e-12
+"""Roundings of float64 in sums of some ten terms of order 1."""
+SLOPE = 1e-7
+"""Of a derivative of order one by five points, in float64."""
+
+
+def network_of(shape: Shape) -> StateSpace:
+    network = random_surrogate(shape).network
+    assert isinstance(network, StateSpace)
+    return network
+
+
+def in_double(network: StateSpace) -> Weights:
+    weights = network.cell.weights(network.turned)
+    parts = {
+        name: part.astype(np.float64) if isinstance(part, np.ndarray) else part
+        for name, part in vars(weights).items()
+    }
+    return Weights(**parts)
+
+
+def as_tensors(weights: Weights) -> Weights:
+    parts = {
+        name: torch.from_numpy(part.copy()) if isinstance(part, np.ndarray) else part
+        for name, part in vars(weights).items()
+    }
+    return Weights(**parts)
+
+
+@given(state_space_shapes(), st.integers(1, 8))
+def test_run_is_the_plain_loop_with_either_namespace(shape: Shape, samples: int) -> None:
+    network, rng = network_of(shape), np.random.default_rng(shape.seed)
+    features = rng.normal(size=(samples, 2, network.features.n_signals))
+    weights, rest = in_double(network), np.zeros((2, len(network.cell.a)))
+    inputs = ByRole.of(network.roles, features)
+    states = Equations(weights, inputs, np).run(rest)
+    values = outputs(weights, states, inputs)
+    for sequence in range(2):
+        expected, expected_states = PlainCell.of(network).run(features[:, sequence])
+        assert states[:, sequence] == pytest.approx(expected_states, rel=SAME, abs=SAME)
+        assert values[:, sequence] == pytest.approx(expected, rel=SAME, abs=SAME)
+    of_tensors = ByRole.of(network.roles, torch.from_numpy(features))
+    tensors = as_tensors(weights)
+    found = Equations(tensors, of_tensors, torch).run(torch.from_numpy(rest))
+    assert found.numpy() == pytest.approx(states, rel=SAME, abs=SAME)
+    assert outputs(tensors, found, of_tensors).numpy() == pytest.approx(values, rel=SAME, abs=SAME)
+
+
+@given(state_space_shapes())
+def test_slopes_of_units_are_their_derivatives(shape: Shape) -> None:
+    """Of plain units by their arguments; of gated ones by the gates' arguments and the states."""
+    network, rng = network_of(shape), np.random.default_rng(shape.seed)
+    features = rng.normal(size=(1, 1, network.features.n_signals))
+    inputs, weights = ByRole.of(network.roles, features), in_double(network)
+    state = rng.normal(size=(1, len(network.cell.a)))
+    units = Equations(weights, inputs, np).units_with_slopes(0, state)
+    assert units.values == pytest.approx(Equations(weights, inputs, np).units(0, state))
+
+    def with_more(amount: float) -> np.ndarray:
+        moved = Weights(**{**vars(weights), "w_1": weights.w_1 + amount})
+        return np.asarray(Equations(moved, inputs, np).units(0, state))
+
+    expected = five_point_slope(with_more)
+    assert units.slope == pytest.approx(expected, rel=SLOPE, abs=SLOPE)
+    if weights.v_x is not None:
+        assert units.seen is not None
+        assert weights.v_g is not None
+        offered = units.seen @ weights.v_x.T + inputs.gated[0] @ weights.v_g.T
+        assert units.gates * offered == pytest.approx(units.values, rel=SAME, abs=SAME)
+
+
+@pytest.mark.parametrize("kind", ["numpy", "torch"])
+def test_turns_act_on_the_first_pairs(kind: str) -> None:
+    rows = np.random.default_rng(0).normal(size=(3, 7))
+    angles = np.array([0.0, 0.5 * np.pi, 2.0])
+    cosines = np.stack([np.cos(angles), np.sin(angles)], 1)
+    xp = {"numpy": np, "torch": torch}[kind]
+    vectors, turn = xp.asarray(rows), xp.asarray(cosines)
+    found = turned(vectors, turn, 2, xp)
+    moved = np.asarray(found)
+    assert np.array_equal(moved[:, 4:], rows[:, 4:])
+    assert moved[0] == pytest.approx(rows[0], abs=SAME)
+    quarter = [-rows[1, 1], rows[1, 0], -rows[1, 3], rows[1, 2]]
+    assert moved[1, :4] == pytest.approx(quarter, abs=SAME)
+    again = turned(found, turn, 2, xp, back=True)
+    assert np.asarray(again) == pytest.approx(rows, abs=SAME)
+    assert turned(vectors, turn[:, :0], 0, xp) is vectors

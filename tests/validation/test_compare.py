@@ -1,0 +1,128 @@
+"""What is scored of a trajectory, and the true error beside an estimate, by explicit loops."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.scaling import LogError
+from slide_fmu.core.window import Window
+from slide_fmu.data.draws import TEST, Stream, draw
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.fmu.export import export_fmu
+from slide_fmu.network.feed_forward import FeedForward, Layer
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.surrogate.error_estimator import ErrorEstimator
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import simulate
+from slide_fmu.validation.comparison import Comparison, Task
+from slide_fmu.validation.validate import validate
+from tests.fmu.samples import sum_surrogate
+from tests.libraries import build_libraries
+from tests.recipes import tiny_recipe
+
+SAMPLES, SPAN = 20, 3
+"""Inputs that the network needs, and samples that an estimate is about."""
+
+EXACT = 1e-12
+"""Relative: the same sums in another order."""
+
+
+def recipe_of(burn_in: int) -> Recipe:
+    """The tiny recipe with so many samples of burn-in."""
+    return tiny_recipe(data={"burn_in": burn_in / 64, "duration": 1.0})
+
+
+def surrogate_of(recipe: Recipe) -> Surrogate:
+    """The sum of the last inputs, with an estimator that answers the same everywhere."""
+    system, features = recipe_system(recipe), FeatureMap(Differences(1))
+    flat = Layer(np.zeros((1, 1), np.float32), np.zeros(1, np.float32), "identity")
+    ranges = np.array([[-1e9], [1e9]], np.float32)
+    estimator = ErrorEstimator(FeedForward((flat,), 1, features), LogError(-3, 1), SPAN, ranges)
+    return replace(
+        sum_surrogate(SAMPLES),
+        name="tiny",
+        window=Window(recipe.window.step, SAMPLES, 1),
+        inputs=system.inputs,
+        outputs=system.outputs,
+        estimator=estimator,
+    )
+
+
+@pytest.fixture(scope="module", params=[0, 16, 25], ids="burn_in_{}".format)
+def measured(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Recipe, Surrogate, Comparison]:
+    """One trajectory: its burn-in is nothing, shorter and longer than what the network needs."""
+    build_libraries()
+    recipe = recipe_of(request.param)
+    surrogate = surrogate_of(recipe)
+    fmu = export_fmu(surrogate, tmp_path_factory.mktemp("fmu") / "tiny.fmu")
+    found = validate(fmu, surrogate, recipe, Task(3, trajectories=1), lambda done, total: None)
+    return recipe, surrogate, found.comparisons[0]
+
+
+Measured = tuple[Recipe, Surrogate, Comparison]
+
+
+def first_scored(recipe: Recipe) -> int:
+    """Index of the first sample after the burn-in whose inputs were all set."""
+    return max(round(recipe.data.burn_in / recipe.window.step) + 1, SAMPLES)
+
+
+def test_scores_begin_after_the_burn_in_where_all_inputs_were_set(measured: Measured) -> None:
+    recipe, _, found = measured
+    system, first = recipe_system(recipe), first_scored(recipe)
+    drawn = draw(recipe, system, Stream(TEST, 3, (1.0, 1.0), recipe.data.duration), 0)
+    true = simulate(system, drawn.inputs, drawn.initial).outputs
+    assert found.time[0] == pytest.approx(first * recipe.window.step)
+    assert np.diff(found.time) == pytest.approx(recipe.window.step)
+    assert len(found.time) == len(true) - first
+    assert found.reference == pytest.approx(true[first:], abs=EXACT)
+    np.testing.assert_array_equal(found.inputs, drawn.inputs[first - 1 :])
+    for row in range(len(found.time)):
+        newest = first + row  # an output rests on the inputs before it
+        expected = np.sum(drawn.inputs[newest - SAMPLES : newest])
+        assert found.surrogate[row, 0] == pytest.approx(expected, rel=1e-5, abs=1e-2)
+
+
+def test_true_error_is_that_of_the_span_which_ends_at_the_sample(measured: Measured) -> None:
+    found = measured[2]
+    error = found.surrogate - found.reference
+    assert np.isnan(found.true_error[: SPAN - 1]).all()
+    for row in range(SPAN - 1, len(error)):
+        squares = [error[row - back, 0] ** 2 for back in range(SPAN)]
+        expected = math.sqrt(sum(squares) / SPAN)
+        assert found.true_error[row, 0] == pytest.approx(expected, rel=1e-9)
+    assert len(np.unique(found.true_error[SPAN - 1 :])) > 10  # a shift would be seen
+
+
+def test_fmu_that_is_as_short_as_its_span_still_has_one_true_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The shortest trajectory that a recipe allows scores one estimate; a shorter one, none."""
+    recipe = recipe_of(16)
+    surrogate, shortest = surrogate_of(recipe), (SAMPLES + SPAN - 1 - 16) * recipe.window.step
+    fmu = export_fmu(surrogate, tmp_path / "tiny.fmu")
+    monkeypatch.setattr(Recipe, "shortest_validation", lambda self: 0.0)
+
+    def run(duration: float) -> Comparison:
+        task = Task(3, trajectories=1, duration=duration)
+        return validate(fmu, surrogate, recipe, task, lambda *numbers: None).comparisons[0]
+
+    assert np.isfinite(run(shortest).true_error).sum() == 1
+    assert np.isnan(run(shortest - recipe.window.step).true_error).all()
+
+
+def test_estimates_are_those_of_the_fmu_at_the_scored_samples(measured: Measured) -> None:
+    _, surrogate, found = measured
+    assert found.estimate is not None
+    middle = 10**-1.0 * surrogate.output_scaling.scale[0]
+    assert found.estimate.shape == found.reference.shape
+    assert found.estimate == pytest.approx(middle, rel=1e-5)

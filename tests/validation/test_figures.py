@@ -1,0 +1,202 @@
+"""The figures of a validation against numbers worked out by hand."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.scaling import Affine, LogError
+from slide_fmu.core.signals import Signal
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.network.feed_forward import FeedForward, Layer
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.surrogate.error_estimator import ErrorEstimator
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.comparison import Comparison, Task, Validation
+from tests.fmu.samples import sum_surrogate
+from tests.recipes import ESTIMATOR, tiny_recipe
+
+NAN = math.nan
+
+
+def recipe() -> Recipe:
+    """The tiny recipe with two kinds of excitation; the estimate's resolution is 0.01."""
+    sweep = {"kind": "sweep", "weight": 1.0, "angular_frequency": [1.0, 9.0]}
+    kinds = [{"kind": "held_random", "weight": 1.0}, sweep]
+    return tiny_recipe(
+        data={"excitation": kinds, "estimator": 1, "estimator_validation": 1},
+        estimator={**ESTIMATOR, "resolution": 0.01},
+    )
+
+
+def surrogate_of(units: tuple[str, ...] = ("m", "m"), scale: float = 2.0) -> Surrogate:
+    """Two outputs whose scale is 2; what the network gives does not matter here."""
+    count, features = len(units), FeatureMap(Differences(1))
+    flat = Layer(np.zeros((count, 1), np.float32), np.zeros(count, np.float32), "identity")
+    ranges = np.array([[-1], [1]], np.float32)
+    network = FeedForward((flat,), 1, features)
+    return replace(
+        sum_surrogate(1),
+        outputs=tuple(Signal(f"y{k}", unit, -9, 9) for k, unit in enumerate(units)),
+        output_scaling=Affine.of_channels([0.0] * count, [scale] * count),
+        network=network,
+        estimator=ErrorEstimator(network, LogError(-3, 1), 2, ranges),
+    )
+
+
+def comparison(errors: list[list[float]], kind: int = 0, **more: Any) -> Comparison:
+    """A trajectory whose references are 3 and -4 in turns, with the given errors."""
+    values = np.array(errors)
+    signs = np.where(np.arange(len(values)) % 2, -4.0, 3.0)
+    reference = np.repeat(signs[:, None], values.shape[1], axis=1)
+    plain = Comparison(
+        kind,
+        np.arange(len(values)) * 1.0,
+        np.zeros((len(values), 1)),
+        reference,
+        reference + values,
+        np.full(values.shape, 0.5),
+        np.full(values.shape, 0.25),
+        (np.array([2e-6, 4e-6, 9e-6]), np.array([8e-6, 8e-6, 12e-6])),
+        None,
+    )
+    return replace(plain, **more)
+
+
+def validation(*comparisons: Comparison, **more: Any) -> Validation:
+    plain = Validation(Task(5, amplitude=(1.0, 2.0)), surrogate_of(), recipe(), comparisons)
+    return replace(plain, **more)
+
+
+ONE = comparison([[1.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [-7.0, 0.0]])
+TWO = comparison([[0.0, 2.0], [0.0, 2.0]], kind=1)
+RMS_REFERENCE = math.sqrt((9 + 16) / 2)
+
+
+def test_errors_of_an_output_are_those_over_all_samples_of_all_trajectories() -> None:
+    figures = validation(ONE, TWO).figures()
+    first, second = figures["outputs"]
+    assert (figures["trajectories"], figures["seed"], figures["amplitude"]) == (2, 5, [1, 2])
+    assert (first["name"], first["unit"]) == ("y0", "m")
+    assert first["rms_reference"] == pytest.approx(RMS_REFERENCE)
+    assert first["rmse"] == pytest.approx(math.sqrt(52 / 6))
+    assert first["relative_rmse"] == pytest.approx(math.sqrt(52 / 6) / RMS_REFERENCE)
+    assert first["max_error"] == 7
+    assert second["rmse"] == pytest.approx(math.sqrt(8 / 6))
+    assert second["max_error"] == 2
+    assert "model_relative_rmse" not in first
+    json.dumps(figures, allow_nan=False)
+
+
+def test_quantiles_are_those_of_the_trajectories() -> None:
+    levels = [0.0, 1.0, 2.0, 3.0, 14.0]
+    found = validation(*(comparison([[level, 0.0]] * 2) for level in levels)).figures()
+    quantiles = found["outputs"][0]["relative_rmse_of_trajectories"]
+    expected = {"median": 2.0, "p10": 0.4, "p90": 9.6}
+    assert quantiles == pytest.approx({k: v / RMS_REFERENCE for k, v in expected.items()})
+
+
+def test_error_of_the_data_s_model_is_relative_to_the_reference() -> None:
+    off = replace(ONE, model=ONE.reference + np.array([[0.5, -1.0]]))
+    first, second = validation(off, TWO).figures()["outputs"]
+    assert first["model_relative_rmse"] == pytest.approx(0.5 / RMS_REFERENCE)
+    assert second["model_relative_rmse"] == pytest.approx(1.0 / RMS_REFERENCE)
+
+
+def test_reference_that_is_zero_throughout_gives_large_numbers_and_no_fault() -> None:
+    still = replace(TWO, reference=np.zeros((2, 2)), surrogate=np.full((2, 2), 1e-9))
+    outputs = validation(still).figures()["outputs"]
+    assert all(1e100 < output["relative_rmse"] < math.inf for output in outputs)
+
+
+def test_excitations_have_errors_of_their_own_trajectories() -> None:
+    third = replace(TWO, surrogate=TWO.reference)
+    rows = validation(ONE, TWO, third).figures()["excitations"]
+    assert [(row["name"], row["kind"], row["trajectories"]) for row in rows] == [
+        ("held_random", "held_random", 1),
+        ("sweep", "sweep", 2),
+    ]
+    assert rows[0]["relative_rmse"] == pytest.approx([math.sqrt(13) / RMS_REFERENCE, 0])
+    assert rows[1]["relative_rmse"] == pytest.approx([0, math.sqrt(2) / RMS_REFERENCE])
+    (alone,) = validation(TWO).figures()["excitations"]  # a kind that was not drawn has no row
+    assert alone["name"] == "sweep"
+
+
+def estimated(estimates: list[list[float]], true: list[list[float]]) -> Comparison:
+    """A comparison with these estimates and true errors."""
+    return comparison(
+        [[0.0] * len(true[0])] * len(true), estimate=np.array(estimates), true_error=np.array(true)
+    )
+
+
+def test_deviation_of_estimates_is_relative_to_true_errors_above_the_resolution() -> None:
+    """The resolution is 0.01 of the scale 2; samples whose span is not whole do not count."""
+    one = estimated([[9, 9], [1.5, 0.1], [0.01, 0.5]], [[NAN, NAN], [1.0, 0.2], [0.015, 0.001]])
+    two = estimated([[0.3, 0.1]], [[0.1, 0.1]])
+    found = validation(one, replace(two, estimate=None), two)
+    expected = [0.5, 0.5, 0.0, 0.48 / 0.02, 2.0, 0.0]
+    assert found.relative_deviations() == pytest.approx(expected)
+    figures = found.figures()["error_estimate"]
+    assert figures["mean_relative_deviation"] == pytest.approx(np.mean(expected))
+    assert figures["p95_relative_deviation"] == pytest.approx(np.quantile(expected, 0.95))
+    assert figures["span_samples"] == 2
+
+
+def test_norm_of_several_outputs_of_one_unit_is_scored_too() -> None:
+    one = estimated([[3.0, 4.0], [1.0, 0.0]], [[0.6, 0.8], [3.0, 4.0]])
+    euclidean = validation(one).figures()["error_estimate"]["euclidean"]
+    assert euclidean["mean_relative_deviation"] == pytest.approx((4.0 + 0.8) / 2)
+    mixed = validation(one, surrogate=surrogate_of(("m", "rad")))
+    assert "euclidean" not in mixed.figures()["error_estimate"]
+    single = estimated([[3.0]], [[1.0]])
+    alone = validation(single, surrogate=surrogate_of(("m",)))
+    assert "euclidean" not in alone.figures()["error_estimate"]
+
+
+def test_norm_has_the_resolution_of_the_outputs_together() -> None:
+    """0.02 in each of two outputs is 0.0283 in their norm."""
+    one = estimated([[0.0, 0.1]], [[0.0, 0.025]])
+    (found,) = validation(one).relative_deviations(euclidean=True)
+    floor = 0.02 * math.sqrt(2)
+    assert found == pytest.approx((0.1 - floor) / floor)
+
+
+def test_without_an_estimator_there_are_no_figures_of_estimates() -> None:
+    plain = replace(surrogate_of(), estimator=None)
+    assert validation(ONE, surrogate=plain).figures()["error_estimate"] is None
+
+
+def test_times_are_medians_over_all_steps() -> None:
+    slow = replace(TWO, step_seconds=(np.full(4, 10e-6), np.full(4, 40e-6)))
+    timing = validation(ONE, slow).figures()["timing"]
+    assert timing["fmu_step_us"] == pytest.approx(10.0)
+    assert timing["reference_step_us"] == pytest.approx(40.0)
+    assert timing["speedup"] == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"trajectories": 0}, "trajectories = 0; expected at least 1"),
+        ({"duration": 0.0}, "duration = 0.0 s; expected a positive, finite time"),
+        ({"duration": math.inf}, "duration = inf s"),
+        ({"duration": math.nan}, "duration = nan s"),
+        ({"amplitude": (0.0, 1.0)}, r"amplitude = \(0.0, 1.0\); expected two positive factors"),
+        ({"amplitude": (2.0, 1.0)}, "smaller one first"),
+        ({"amplitude": (1.0, math.inf)}, "amplitude"),
+    ],
+)
+def test_task_with_impossible_numbers_is_refused(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        Task(1, **changes)
+
+
+def test_task_at_the_ends_of_what_is_allowed_is_accepted() -> None:
+    Task(1, trajectories=1, duration=1e-9, amplitude=(1e-9, 1e-9))
+    Task(1, amplitude=(0.5, 0.5))

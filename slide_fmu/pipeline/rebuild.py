@@ -9,7 +9,7 @@ from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
 from slide_fmu.pipeline.run import PICTURE
 from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.validation.model_card import variable_table
-from slide_fmu.validation.pictures import page_with_palettes, with_palette
+from slide_fmu.validation.pictures import with_palette, with_small_pictures
 
 PAGE, CARD = "index.html", "README.md"
 HEADING = "| variable |"
@@ -20,9 +20,9 @@ def rebuild(fmu: Path) -> Path:
     """Write a released FMU again in its place, with its card and the pictures beside it.
 
     Surrogate, provenance and measured figures stay as they are. Model description and libraries
-    are those of this version. The report inside keeps its text; its pictures get palettes, and so
-    does ``side_by_side.png`` beside the FMU. The card (``README.md``) is written again from the
-    measured figures, with the variables that the FMU has now.
+    are those of this version. The report inside keeps its text; its pictures become smaller, and
+    so does ``side_by_side.png`` beside the FMU. The card (``README.md``) stays too, but lists the
+    variables that the FMU has now.
 
     Args:
         fmu: FMU that ``slide-fmu run`` finished; replaced as a whole.
@@ -45,7 +45,7 @@ def rebuild(fmu: Path) -> Path:
         )
     place, picture = fmu.with_name(CARD), fmu.with_name(PICTURE)
     text = _with_variables(place.read_text(encoding="utf-8"), variable_table(surrogate), place)
-    smaller = page_with_palettes(page.decode("utf-8")).encode("utf-8")
+    smaller = with_small_pictures(page.decode("utf-8")).encode("utf-8")
     export_fmu(surrogate, fmu, provenance=found, documentation={PAGE: smaller})
     write_whole(place, text.encode("utf-8"))
     if picture.exists():

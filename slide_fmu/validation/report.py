@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -19,6 +18,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.validation import figures
 from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.pictures import in_page
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_figures
 
 MODEL_TEXT = (
@@ -59,8 +59,7 @@ class Report:
             loader=jinja2.PackageLoader("slide_fmu.validation"), autoescape=True, trim_blocks=True
         )
         pictures = [
-            [base64.b64encode(picture).decode("ascii") for picture in section.pictures]
-            for section in self.sections
+            [in_page(picture) for picture in section.pictures] for section in self.sections
         ]
         template = environment.get_template("report.html")
         return template.render(report=self, sections=zip(self.sections, pictures, strict=True))

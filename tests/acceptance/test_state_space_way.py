@@ -60,7 +60,7 @@ def test_report_and_card_tell_of_contraction(state_space: Finished) -> None:
     page = (folder / "report.html").read_text(encoding="utf-8")
     (section,) = re.findall(r"<h2>Contraction and growth</h2>(.*?)<h2>", page, re.DOTALL)
     assert section.count("passed") == len(tests)
-    assert section.count("data:image/png;base64,") == 1
+    assert section.count("data:image/webp;base64,") == 1
     card = (folder / "card.md").read_text(encoding="utf-8")
     assert f"by {tests[0]['median_difference']:.1e} at 1.0 times" in card
     assert "(4 states, 8 units)" in card

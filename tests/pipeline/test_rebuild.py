@@ -57,7 +57,7 @@ def test_rebuild_keeps_surrogate_provenance_and_text_of_the_report(folder: Path)
     assert provenance == PROVENANCE
     page = read_member(fmu, "documentation/index.html")
     assert page is not None
-    assert page.startswith(b'<p>report</p><img src="data:image/png;base64,')
+    assert page.startswith(b'<p>report</p><img src="data:image/webp;base64,')
     assert fmu.stat().st_size < before
     assert (folder / "side_by_side.png").stat().st_size < len(shades())
 

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
 
-from slide_fmu.validation.pictures import COLOURS, page_with_palettes, with_palette
+from slide_fmu.validation.pictures import COLOURS, as_webp, with_palette, with_small_pictures
 
 RARE = "#2ca02c"
 APART = 16
@@ -27,6 +27,13 @@ def drawing() -> bytes:
     ax.legend()
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=100)
+    return buffer.getvalue()
+
+
+def shaded() -> bytes:
+    """A picture of many colours."""
+    buffer = io.BytesIO()
+    Image.radial_gradient("L").convert("RGB").save(buffer, "PNG")
     return buffer.getvalue()
 
 
@@ -61,9 +68,18 @@ def test_what_is_transparent_becomes_white() -> None:
     assert (pixels(with_palette(buffer.getvalue())) == 255).all()
 
 
-def test_page_keeps_its_text_and_order_of_pictures() -> None:
-    pictures = [drawing(), with_palette(drawing())]
+def test_webp_shows_the_same_pixels_as_the_palette_and_takes_less() -> None:
+    once = with_palette(drawing())
+    assert as_webp(once) == as_webp(drawing())
+    assert np.array_equal(pixels(as_webp(once)), pixels(once))
+    assert len(as_webp(once)) < 0.9 * len(once)
+
+
+def test_page_keeps_its_text_and_the_order_of_its_pictures() -> None:
+    pictures = [drawing(), shaded()]
     coded = [base64.b64encode(picture).decode("ascii") for picture in pictures]
     page = '<p>ä</p><img src="data:image/png;base64,{}"><img src="data:image/png;base64,{}">'
-    expected = base64.b64encode(with_palette(pictures[0])).decode("ascii")
-    assert page_with_palettes(page.format(*coded)) == page.format(expected, coded[1])
+    smaller = with_small_pictures(page.format(*coded))
+    expected = [base64.b64encode(as_webp(picture)).decode("ascii") for picture in pictures]
+    assert smaller == page.replace("png", "webp").format(*expected)
+    assert with_small_pictures(smaller) == smaller

@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.fmu.description.fmi2 import samples_behind
-from slide_fmu.fmu.description.fmi3 import initial_window_size
+from slide_fmu.fmu.description.surrogate_variables import initial_window_size, samples_behind
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import DISCARD, ERROR, OK, WARNING
 from tests.fmu.plain import Resampling

@@ -22,7 +22,7 @@ from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import Signal
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE, check_fmu
 from slide_fmu.cosim.run import CoSimulationError, run_fmu, unpacked
-from slide_fmu.fmu.description.fmi3 import initial_window_size
+from slide_fmu.fmu.description.surrogate_variables import initial_window_size
 from slide_fmu.fmu.export import FmuError, export_fmu, read_fmu
 from slide_fmu.fmu.libraries import build, platforms
 from slide_fmu.fmu.libraries.platforms import FmiVersion

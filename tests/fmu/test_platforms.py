@@ -20,7 +20,8 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.fmu.description.fmi2 import fmu_variables, guid_of
+from slide_fmu.fmu.description.fmi2 import guid_of
+from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.build import TARGETS, WARNINGS
 from slide_fmu.fmu.libraries.platforms import FmiVersion, library_members

@@ -56,7 +56,7 @@ typedef struct {
     fmi2Real nextEventTime;
 } fmi2EventInfo;
 
-/* Common functions. */
+/* The functions that are offered. */
 FMI2_Export const char *fmi2GetTypesPlatform(void);
 FMI2_Export const char *fmi2GetVersion(void);
 FMI2_Export fmi2Status fmi2SetDebugLogging(fmi2Component, fmi2Boolean, size_t, const fmi2String[]);
@@ -70,20 +70,12 @@ FMI2_Export fmi2Status fmi2ExitInitializationMode(fmi2Component);
 FMI2_Export fmi2Status fmi2Terminate(fmi2Component);
 FMI2_Export fmi2Status fmi2Reset(fmi2Component);
 FMI2_Export fmi2Status fmi2GetReal(fmi2Component, const fmi2ValueReference[], size_t, fmi2Real[]);
-FMI2_Export fmi2Status fmi2GetInteger(fmi2Component, const fmi2ValueReference[], size_t,
-                                      fmi2Integer[]);
 FMI2_Export fmi2Status fmi2GetBoolean(fmi2Component, const fmi2ValueReference[], size_t,
                                       fmi2Boolean[]);
-FMI2_Export fmi2Status fmi2GetString(fmi2Component, const fmi2ValueReference[], size_t,
-                                     fmi2String[]);
 FMI2_Export fmi2Status fmi2SetReal(fmi2Component, const fmi2ValueReference[], size_t,
                                    const fmi2Real[]);
-FMI2_Export fmi2Status fmi2SetInteger(fmi2Component, const fmi2ValueReference[], size_t,
-                                      const fmi2Integer[]);
 FMI2_Export fmi2Status fmi2SetBoolean(fmi2Component, const fmi2ValueReference[], size_t,
                                       const fmi2Boolean[]);
-FMI2_Export fmi2Status fmi2SetString(fmi2Component, const fmi2ValueReference[], size_t,
-                                     const fmi2String[]);
 FMI2_Export fmi2Status fmi2GetFMUstate(fmi2Component, fmi2FMUstate *);
 FMI2_Export fmi2Status fmi2SetFMUstate(fmi2Component, fmi2FMUstate);
 FMI2_Export fmi2Status fmi2FreeFMUstate(fmi2Component, fmi2FMUstate *);
@@ -95,30 +87,15 @@ FMI2_Export fmi2Status fmi2GetDirectionalDerivative(fmi2Component, const fmi2Val
                                                     size_t, const fmi2ValueReference[], size_t,
                                                     const fmi2Real[], fmi2Real[]);
 
-/* Co-simulation. */
 FMI2_Export fmi2Status fmi2SetRealInputDerivatives(fmi2Component, const fmi2ValueReference[],
                                                    size_t, const fmi2Integer[], const fmi2Real[]);
-FMI2_Export fmi2Status fmi2GetRealOutputDerivatives(fmi2Component, const fmi2ValueReference[],
-                                                    size_t, const fmi2Integer[], fmi2Real[]);
 FMI2_Export fmi2Status fmi2DoStep(fmi2Component, fmi2Real, fmi2Real, fmi2Boolean);
-FMI2_Export fmi2Status fmi2CancelStep(fmi2Component);
-FMI2_Export fmi2Status fmi2GetStatus(fmi2Component, const fmi2StatusKind, fmi2Status *);
 FMI2_Export fmi2Status fmi2GetRealStatus(fmi2Component, const fmi2StatusKind, fmi2Real *);
-FMI2_Export fmi2Status fmi2GetIntegerStatus(fmi2Component, const fmi2StatusKind, fmi2Integer *);
 FMI2_Export fmi2Status fmi2GetBooleanStatus(fmi2Component, const fmi2StatusKind, fmi2Boolean *);
-FMI2_Export fmi2Status fmi2GetStringStatus(fmi2Component, const fmi2StatusKind, fmi2String *);
 
-/* Model exchange. */
-FMI2_Export fmi2Status fmi2EnterEventMode(fmi2Component);
-FMI2_Export fmi2Status fmi2NewDiscreteStates(fmi2Component, fmi2EventInfo *);
-FMI2_Export fmi2Status fmi2EnterContinuousTimeMode(fmi2Component);
-FMI2_Export fmi2Status fmi2CompletedIntegratorStep(fmi2Component, fmi2Boolean, fmi2Boolean *,
-                                                   fmi2Boolean *);
-FMI2_Export fmi2Status fmi2SetTime(fmi2Component, fmi2Real);
-FMI2_Export fmi2Status fmi2SetContinuousStates(fmi2Component, const fmi2Real[], size_t);
-FMI2_Export fmi2Status fmi2GetDerivatives(fmi2Component, fmi2Real[], size_t);
-FMI2_Export fmi2Status fmi2GetEventIndicators(fmi2Component, fmi2Real[], size_t);
-FMI2_Export fmi2Status fmi2GetContinuousStates(fmi2Component, fmi2Real[], size_t);
-FMI2_Export fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component, fmi2Real[], size_t);
+/* The others. */
+#define REFUSED(function, arguments, reason) FMI2_Export fmi2Status function arguments;
+#define NO_SUCH_TYPE(function, arguments) FMI2_Export fmi2Status function arguments;
+#include "fmi2_refused.h"
 
 #endif

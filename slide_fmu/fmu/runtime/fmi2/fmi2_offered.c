@@ -1,5 +1,6 @@
 /* FMI 2.0: the functions that this FMU offers, over calls.h. */
 #include "calls.h"
+#include "derivatives_by_reference.h"
 #include "fmi2.h"
 
 const char *fmi2GetTypesPlatform(void) { return "default"; }
@@ -81,12 +82,12 @@ fmi2Status fmi2Reset(fmi2Component c) { return (fmi2Status)slide_reset(c, __func
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                        fmi2Real value[]) {
-    return (fmi2Status)slide_get(c, &(SlideValues){vr, nvr, nvr}, value, __func__);
+    return (fmi2Status)slide_get(c, &(SlideValues){vr, nvr, nvr, SLIDE_DOUBLES}, value, __func__);
 }
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                        const fmi2Real value[]) {
-    return (fmi2Status)slide_set(c, &(SlideValues){vr, nvr, nvr}, value, __func__);
+    return (fmi2Status)slide_set(c, &(SlideValues){vr, nvr, nvr, SLIDE_DOUBLES}, value, __func__);
 }
 
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
@@ -94,40 +95,14 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     return (fmi2Status)slide_set_rates(c, vr, nvr, order, value, __func__);
 }
 
-fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                          fmi2Integer value[]) {
-    (void)vr, (void)value;
-    return (fmi2Status)slide_only_real(c, nvr, __func__);
-}
-
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                           fmi2Boolean value[]) {
-    (void)vr, (void)value;
-    return (fmi2Status)slide_only_real(c, nvr, __func__);
-}
-
-fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                         fmi2String value[]) {
-    (void)vr, (void)value;
-    return (fmi2Status)slide_only_real(c, nvr, __func__);
-}
-
-fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                          const fmi2Integer value[]) {
-    (void)vr, (void)value;
-    return (fmi2Status)slide_only_real(c, nvr, __func__);
+    return (fmi2Status)slide_get(c, &(SlideValues){vr, nvr, nvr, SLIDE_INTS}, value, __func__);
 }
 
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                           const fmi2Boolean value[]) {
-    (void)vr, (void)value;
-    return (fmi2Status)slide_only_real(c, nvr, __func__);
-}
-
-fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                         const fmi2String value[]) {
-    (void)vr, (void)value;
-    return (fmi2Status)slide_only_real(c, nvr, __func__);
+    return (fmi2Status)slide_set(c, &(SlideValues){vr, nvr, nvr, SLIDE_INTS}, value, __func__);
 }
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
@@ -188,4 +163,13 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
     }
     *value = fmi2False; /* a surrogate never asks to end the simulation */
     return fmi2OK;
+}
+
+/* Of outputs by inputs; derivative.h says of what. */
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[],
+                                        size_t nUnknown, const fmi2ValueReference vKnown_ref[],
+                                        size_t nKnown, const fmi2Real dvKnown[],
+                                        fmi2Real dvUnknown[]) {
+    const SlideDerivativePair of = {vUnknown_ref, nUnknown, vKnown_ref, nKnown};
+    return (fmi2Status)slide_get_directional_derivative(c, &of, dvKnown, dvUnknown, __func__);
 }

@@ -63,18 +63,24 @@ fmi3Instance fmi3InstantiateCoSimulation(
     return slide_instantiate(&request);
 }
 
+static fmi3Instance refuse_instance(const char *function, fmi3String name, const char *fault,
+                                    fmi3LogMessageCallback callback,
+                                    fmi3InstanceEnvironment environment) {
+    return slide_instantiate(&(SlideRequest){.function = function,
+                                             .name = name,
+                                             .fault = fault,
+                                             .logger = logger_of(callback, environment)});
+}
+
 fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken,
                                           fmi3String resourcePath, fmi3Boolean visible,
                                           fmi3Boolean loggingOn,
                                           fmi3InstanceEnvironment instanceEnvironment,
                                           fmi3LogMessageCallback logMessage) {
     (void)instantiationToken, (void)resourcePath, (void)visible, (void)loggingOn;
-    return slide_instantiate(&(SlideRequest){
-        .function = __func__,
-        .name = instanceName,
-        .fault = "this FMU is for co-simulation, not for model exchange",
-        .logger = logger_of(logMessage, instanceEnvironment),
-    });
+    return refuse_instance(__func__, instanceName,
+                           "this FMU is for co-simulation, not for model exchange", logMessage,
+                           instanceEnvironment);
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(
@@ -84,12 +90,9 @@ fmi3Instance fmi3InstantiateScheduledExecution(
     fmi3LockPreemptionCallback lockPreemption, fmi3UnlockPreemptionCallback unlockPreemption) {
     (void)instantiationToken, (void)resourcePath, (void)visible, (void)loggingOn;
     (void)clockUpdate, (void)lockPreemption, (void)unlockPreemption;
-    return slide_instantiate(&(SlideRequest){
-        .function = __func__,
-        .name = instanceName,
-        .fault = "this FMU is for co-simulation, not for scheduled execution",
-        .logger = logger_of(logMessage, instanceEnvironment),
-    });
+    return refuse_instance(__func__, instanceName,
+                           "this FMU is for co-simulation, not for scheduled execution",
+                           logMessage, instanceEnvironment);
 }
 
 void fmi3FreeInstance(fmi3Instance instance) { slide_free(instance); }
@@ -122,13 +125,25 @@ fmi3Status fmi3Reset(fmi3Instance instance) { return (fmi3Status)slide_reset(ins
 
 fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[],
                           size_t nValueReferences, fmi3Float64 values[], size_t nValues) {
-    const SlideValues of = {valueReferences, nValueReferences, nValues};
+    const SlideValues of = {valueReferences, nValueReferences, nValues, SLIDE_DOUBLES};
     return (fmi3Status)slide_get(instance, &of, values, __func__);
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[],
                           size_t nValueReferences, const fmi3Float64 values[], size_t nValues) {
-    const SlideValues of = {valueReferences, nValueReferences, nValues};
+    const SlideValues of = {valueReferences, nValueReferences, nValues, SLIDE_DOUBLES};
+    return (fmi3Status)slide_set(instance, &of, values, __func__);
+}
+
+fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[],
+                          size_t nValueReferences, fmi3Boolean values[], size_t nValues) {
+    const SlideValues of = {valueReferences, nValueReferences, nValues, SLIDE_BOOLS};
+    return (fmi3Status)slide_get(instance, &of, values, __func__);
+}
+
+fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[],
+                          size_t nValueReferences, const fmi3Boolean values[], size_t nValues) {
+    const SlideValues of = {valueReferences, nValueReferences, nValues, SLIDE_BOOLS};
     return (fmi3Status)slide_set(instance, &of, values, __func__);
 }
 

@@ -154,8 +154,8 @@ def _run(
     uri = "file:///" + (platform.drive + resources.as_uri().removeprefix("file://")).lstrip("/")
     place = uri if fmi == 2 else f"{platform.drive}{quote(str(resources))}/"
     n_inputs = len(surrogate.inputs)
-    count = len(fmu_variables(surrogate)) - n_inputs
-    numbers = map(str, (STEPS, n_inputs, count))
+    read = [v.reference for v in fmu_variables(surrogate) if v.type == "Real"][n_inputs:]
+    numbers = map(str, (STEPS, n_inputs, *read))
     guid = guid_of(surrogate.to_bytes())
     result = subprocess.run(
         [*platform.command, master, library, str(fmi), place, guid, *numbers],
@@ -166,7 +166,7 @@ def _run(
         env=environment,
     )
     assert result.returncode == 0, result.stderr + result.stdout
-    return np.array(result.stdout.split(), dtype=float).reshape(STEPS, count)
+    return np.array(result.stdout.split(), dtype=float).reshape(STEPS, len(read))
 
 
 def _here(

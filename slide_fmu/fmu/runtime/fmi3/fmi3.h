@@ -58,9 +58,8 @@ typedef void (*fmi3IntermediateUpdateCallback)(fmi3InstanceEnvironment, fmi3Floa
 typedef void (*fmi3LockPreemptionCallback)(void);
 typedef void (*fmi3UnlockPreemptionCallback)(void);
 
-/* The functions that are offered. */
+/* Functions with code of their own, and those of the table. */
 FMI3_Export const char *fmi3GetVersion(void);
-FMI3_Export fmi3Status fmi3SetDebugLogging(fmi3Instance, fmi3Boolean, size_t, const fmi3String[]);
 FMI3_Export fmi3Instance fmi3InstantiateModelExchange(fmi3String, fmi3String, fmi3String,
                                                       fmi3Boolean, fmi3Boolean,
                                                       fmi3InstanceEnvironment,
@@ -81,24 +80,6 @@ FMI3_Export fmi3Instance fmi3InstantiateScheduledExecution(fmi3String, fmi3Strin
 FMI3_Export void fmi3FreeInstance(fmi3Instance);
 FMI3_Export fmi3Status fmi3EnterInitializationMode(fmi3Instance, fmi3Boolean, fmi3Float64,
                                                    fmi3Float64, fmi3Boolean, fmi3Float64);
-FMI3_Export fmi3Status fmi3ExitInitializationMode(fmi3Instance);
-FMI3_Export fmi3Status fmi3Terminate(fmi3Instance);
-FMI3_Export fmi3Status fmi3Reset(fmi3Instance);
-FMI3_Export fmi3Status fmi3GetFloat64(fmi3Instance, const fmi3ValueReference[], size_t,
-                                      fmi3Float64[], size_t);
-FMI3_Export fmi3Status fmi3GetBoolean(fmi3Instance, const fmi3ValueReference[], size_t,
-                                      fmi3Boolean[], size_t);
-FMI3_Export fmi3Status fmi3SetFloat64(fmi3Instance, const fmi3ValueReference[], size_t,
-                                      const fmi3Float64[], size_t);
-FMI3_Export fmi3Status fmi3SetBoolean(fmi3Instance, const fmi3ValueReference[], size_t,
-                                      const fmi3Boolean[], size_t);
-FMI3_Export fmi3Status fmi3GetFMUState(fmi3Instance, fmi3FMUState *);
-FMI3_Export fmi3Status fmi3SetFMUState(fmi3Instance, fmi3FMUState);
-FMI3_Export fmi3Status fmi3FreeFMUState(fmi3Instance, fmi3FMUState *);
-FMI3_Export fmi3Status fmi3SerializedFMUStateSize(fmi3Instance, fmi3FMUState, size_t *);
-FMI3_Export fmi3Status fmi3SerializeFMUState(fmi3Instance, fmi3FMUState, fmi3Byte[], size_t);
-FMI3_Export fmi3Status fmi3DeserializeFMUState(fmi3Instance, const fmi3Byte[], size_t,
-                                               fmi3FMUState *);
 FMI3_Export fmi3Status fmi3GetDirectionalDerivative(fmi3Instance, const fmi3ValueReference[],
                                                     size_t, const fmi3ValueReference[], size_t,
                                                     const fmi3Float64[], size_t, fmi3Float64[],
@@ -110,9 +91,7 @@ FMI3_Export fmi3Status fmi3GetAdjointDerivative(fmi3Instance, const fmi3ValueRef
 FMI3_Export fmi3Status fmi3DoStep(fmi3Instance, fmi3Float64, fmi3Float64, fmi3Boolean,
                                   fmi3Boolean *, fmi3Boolean *, fmi3Boolean *, fmi3Float64 *);
 
-/* The others. */
-#define REFUSED(function, arguments, reason) FMI3_Export fmi3Status function arguments;
-#define NO_SUCH_TYPE(function, arguments) FMI3_Export fmi3Status function arguments;
-#include "fmi3_refused.h"
+#define CALL(function, arguments, call) FMI3_Export fmi3Status function arguments;
+#include "fmi3_functions.h"
 
 #endif

@@ -97,11 +97,6 @@ fmi3Instance fmi3InstantiateScheduledExecution(
 
 void fmi3FreeInstance(fmi3Instance instance) { slide_free(instance); }
 
-fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories,
-                               const fmi3String categories[]) {
-    return (fmi3Status)slide_set_logging(instance, loggingOn, nCategories, categories, __func__);
-}
-
 fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean toleranceDefined,
                                        fmi3Float64 tolerance, fmi3Float64 startTime,
                                        fmi3Boolean stopTimeDefined, fmi3Float64 stopTime) {
@@ -111,66 +106,6 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean tolera
         status = slide_change_mode(instance, SLIDE_INSTANTIATED, SLIDE_INITIALIZATION, __func__);
     }
     return (fmi3Status)status;
-}
-
-fmi3Status fmi3ExitInitializationMode(fmi3Instance instance) {
-    return (fmi3Status)slide_change_mode(instance, SLIDE_INITIALIZATION, SLIDE_STEPPING, __func__);
-}
-
-fmi3Status fmi3Terminate(fmi3Instance instance) {
-    return (fmi3Status)slide_change_mode(instance, SLIDE_STEPPING, SLIDE_TERMINATED, __func__);
-}
-
-fmi3Status fmi3Reset(fmi3Instance instance) { return (fmi3Status)slide_reset(instance, __func__); }
-
-fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[],
-                          size_t nValueReferences, fmi3Float64 values[], size_t nValues) {
-    const SlideValues of = {valueReferences, nValueReferences, nValues, SLIDE_DOUBLES};
-    return (fmi3Status)slide_get(instance, &of, values, __func__);
-}
-
-fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[],
-                          size_t nValueReferences, const fmi3Float64 values[], size_t nValues) {
-    const SlideValues of = {valueReferences, nValueReferences, nValues, SLIDE_DOUBLES};
-    return (fmi3Status)slide_set(instance, &of, values, __func__);
-}
-
-fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[],
-                          size_t nValueReferences, fmi3Boolean values[], size_t nValues) {
-    const SlideValues of = {valueReferences, nValueReferences, nValues, SLIDE_BOOLS};
-    return (fmi3Status)slide_get(instance, &of, values, __func__);
-}
-
-fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[],
-                          size_t nValueReferences, const fmi3Boolean values[], size_t nValues) {
-    const SlideValues of = {valueReferences, nValueReferences, nValues, SLIDE_BOOLS};
-    return (fmi3Status)slide_set(instance, &of, values, __func__);
-}
-
-fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState) {
-    return (fmi3Status)slide_save(instance, FMUState, __func__);
-}
-
-fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState FMUState) {
-    return (fmi3Status)slide_restore(instance, FMUState, __func__);
-}
-
-fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *FMUState) {
-    return (fmi3Status)slide_free_state(instance, FMUState, __func__);
-}
-
-fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState FMUState, size_t *size) {
-    return (fmi3Status)slide_serialized_size(instance, FMUState, size, __func__);
-}
-
-fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState,
-                                 fmi3Byte serializedState[], size_t size) {
-    return (fmi3Status)slide_serialize(instance, FMUState, serializedState, size, __func__);
-}
-
-fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte serializedState[],
-                                   size_t size, fmi3FMUState *FMUState) {
-    return (fmi3Status)slide_deserialize(instance, serializedState, size, FMUState, __func__);
 }
 
 /* A surrogate has no events and never asks to end the simulation. */

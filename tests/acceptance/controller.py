@@ -8,7 +8,7 @@ from pathlib import Path
 
 import fmpy
 
-from slide_fmu.fmu.libraries.build import WARNINGS, run_compiler
+from slide_fmu.fmu.libraries.build import WARNINGS, include_flags, run_compiler
 
 SOURCE = Path(__file__).parent / "c" / "controller.c"
 GAIN, AMPLITUDE, FREQUENCY, BEGIN = 150.0, 2.0, 2.0, 0.3
@@ -40,7 +40,9 @@ def force_at(time: float, position: float) -> float:
 def build_controller(folder: Path) -> Path:
     """Compile and pack the controller for this platform."""
     library, path = folder / "controller.so", folder / "controller.fmu"
-    run_compiler([*WARNINGS, "-shared", "-fPIC", str(SOURCE), "-I.", "-lm", "-o", str(library)])
+    run_compiler(
+        [*WARNINGS, "-shared", "-fPIC", str(SOURCE), *include_flags(), "-lm", "-o", str(library)]
+    )
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("modelDescription.xml", DESCRIPTION)
         archive.write(library, f"binaries/{fmpy.platform}/controller.so")

@@ -14,9 +14,9 @@
 #include "derivatives_by_reference.h"
 #include "fmi2.h"
 #include "fmi3.h"
-#include "variables.h"
 #include "instance.h"
 #include "resource.h"
+#include "variables.h"
 
 #include <math.h>
 #include <stddef.h>

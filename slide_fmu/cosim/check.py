@@ -12,10 +12,10 @@ from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.importer import open_slave
-from slide_fmu.fmu.description.fmi2 import fmu_variables, guid_of, memory_lengths
-from slide_fmu.fmu.description.fmi3 import fmu_variables3
-from slide_fmu.fmu.description.names import IN_RANGE
+from slide_fmu.cosim.importer import Reader, open_slave
+from slide_fmu.fmu.description.fmi2 import guid_of
+from slide_fmu.fmu.description.surrogate_variables import fmu_variables, memory_lengths
+from slide_fmu.fmu.description.variables import IN_RANGE
 from slide_fmu.fmu.export import DESCRIPTION, SURROGATE, FmuError, read_fmu, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion, library_members
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -103,9 +103,14 @@ def _compare_description(
             f"model identifier {description.coSimulation.modelIdentifier!r}; "
             f"expected {surrogate.name!r}"
         )
-    variables = fmu_variables(surrogate) if fmi == 2 else fmu_variables3(surrogate)
-    expected = [(v.name, i, v.unit, v.causality) for i, v in enumerate(variables)]
-    found = [(v.name, v.valueReference, v.unit, v.causality) for v in description.modelVariables]
+    types = {"Real": "Real" if fmi == 2 else "Float64", "Boolean": "Boolean"}
+    expected = [
+        (v.name, v.reference, types[v.type], v.unit, v.causality)
+        for v in fmu_variables(surrogate, fmi)
+    ]
+    found = [
+        (v.name, v.valueReference, v.type, v.unit, v.causality) for v in description.modelVariables
+    ]
     if found != expected:
         problems.append(f"variables {found}; expected {expected}; export again")
     return problems
@@ -205,8 +210,9 @@ def _run_native(
 ) -> dict[str, FloatArray]:
     """All output variables after every step, by name, shape (steps,) each."""
     n_inputs, step = len(surrogate.inputs), surrogate.window.step
-    names = [variable.name for variable in fmu_variables(surrogate)][n_inputs:]
-    wanted = list(range(n_inputs, n_inputs + len(names)))
+    outputs = [v for v in fmu_variables(surrogate) if v.causality == "output"]
+    names = [variable.name for variable in outputs]
+    read = Reader([v.reference for v in outputs], [v.type for v in outputs])
     with open_slave(folder, description, "check", []) as slave:
         slave.enter_initialization(0.0)
         slave.exit_initialization()
@@ -214,5 +220,5 @@ def _run_native(
         for index, row in enumerate(inputs):
             slave.set_real(list(range(n_inputs)), row.tolist())
             slave.do_step(index * step, step)
-            rows.append(slave.get_real(wanted))
+            rows.append(read(slave))
         return dict(zip(names, np.array(rows).T, strict=True))

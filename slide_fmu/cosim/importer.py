@@ -20,8 +20,40 @@ class Slave(Protocol):
     def set_real(self, references: Sequence[int], values: Sequence[float]) -> None: ...
     def set_boolean(self, references: Sequence[int], values: Sequence[bool]) -> None: ...
     def get_real(self, references: Sequence[int]) -> list[float]: ...
+    def get_boolean(self, references: Sequence[int]) -> list[bool]: ...
     def do_step(self, time: float, step: float) -> None: ...
     def terminate(self) -> None: ...
+
+
+class Reader:
+    """Reads variables of types Real (Float64) and Boolean, in one order.
+
+    Args:
+        references: value references.
+        types: names of their types, as in the model description.
+    """
+
+    def __init__(self, references: Sequence[int], types: Sequence[str]) -> None:
+        self._places: dict[bool, list[int]] = {False: [], True: []}
+        for place, name in enumerate(types):
+            self._places[name == "Boolean"].append(place)
+        self._references = {
+            boolean: [references[place] for place in places]
+            for boolean, places in self._places.items()
+        }
+        self._count = len(references)
+
+    def __call__(self, slave: Slave) -> list[float]:
+        """Values in the order of the references; of a Boolean 0 or 1."""
+        if not self._places[True]:  # nothing but the call: its time is measured
+            return slave.get_real(self._references[False])
+        values = [0.0] * self._count
+        for boolean, places in self._places.items():
+            get = slave.get_boolean if boolean else slave.get_real
+            found = get(self._references[boolean]) if places else []
+            for place, value in zip(places, found, strict=True):
+                values[place] = float(value)
+        return values
 
 
 @contextmanager
@@ -68,6 +100,7 @@ class _Slave2:
         self.set_real = slave.setReal
         self.set_boolean = slave.setBoolean
         self.get_real = slave.getReal
+        self.get_boolean = slave.getBoolean
         self.do_step = slave.doStep
         self.terminate = slave.terminate
 
@@ -85,6 +118,7 @@ class _Slave3:
         self.set_real = slave.setFloat64
         self.set_boolean = slave.setBoolean
         self.get_real = slave.getFloat64
+        self.get_boolean = slave.getBoolean
         self.do_step = slave.doStep
         self.terminate = slave.terminate
 

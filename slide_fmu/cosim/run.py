@@ -15,7 +15,7 @@ import numpy as np
 from fmpy.fmi1 import FMICallException
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.importer import Slave, open_slave
+from slide_fmu.cosim.importer import Reader, Slave, open_slave
 from slide_fmu.fmu.description.reading import read_description
 
 
@@ -64,7 +64,7 @@ class Run:
     """Result of one run.
 
     Attributes:
-        values: outputs at t_0 .. t_N, shape (N + 1, n_outputs).
+        values: outputs at t_0 .. t_N, shape (N + 1, n_outputs); Booleans are 0 or 1.
         seconds: wall time of set, doStep and get of every step, shape (N,).
     """
 
@@ -168,19 +168,21 @@ def _run(
         else:
             slave.set_real([fmu.references[name]], [float(value)])
     input_references = [fmu.references[name] for name in inputs]
-    output_references = [fmu.references[name] for name in outputs]
+    read = Reader(
+        [fmu.references[name] for name in outputs], [fmu.types[name] for name in outputs]
+    )
     rows = np.stack(list(inputs.values()), axis=1).tolist()
     slave.set_real(input_references, rows[0])
     slave.enter_initialization(0.0)
     slave.set_real(input_references, rows[0])
     slave.exit_initialization()
-    values = [slave.get_real(output_references)]
+    values = [read(slave)]
     seconds = np.empty(len(rows))
     for k, row in enumerate(rows):
         begin = time.perf_counter()
         slave.set_real(input_references, row)
         slave.do_step(k * step, step)
-        values.append(slave.get_real(output_references))
+        values.append(read(slave))
         seconds[k] = time.perf_counter() - begin
     slave.terminate()
     return Run(np.array(values, dtype=np.float64), seconds)

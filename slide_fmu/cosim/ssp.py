@@ -33,7 +33,7 @@ def write_ssp(
 ) -> Path:
     """Write FMUs and how they are connected; the same arguments give the same bytes.
 
-    Every real input and output of a component is a connector of it.
+    Every input and output of a component of type Real or Boolean is a connector of it.
 
     Args:
         path: file to write, ending in ``.ssp``; replaced as a whole when it is there.
@@ -91,20 +91,35 @@ def write_comparison(
     return write_ssp(path, name, components, connections)
 
 
-def _connectors(fmu: Path) -> dict[str, str]:
-    """Kinds, ``input`` or ``output``, of the real variables of an FMU that have one, by name."""
-    variables = read_description(fmu).modelVariables
-    real = [v for v in variables if v.type in ("Real", "Float64")]
-    return {v.name: v.causality for v in real if v.causality in ("input", "output")}
+@dataclass(frozen=True)
+class _Connector:
+    """A variable that can be connected: ``input`` or ``output``, ``Real`` or ``Boolean``."""
+
+    kind: str
+    type: str
+
+
+_TYPES = {"Real": "Real", "Float64": "Real", "Boolean": "Boolean"}
+"""Types of variables that become connectors, and their names in SSP 1.0."""
+
+
+def _connectors(fmu: Path) -> dict[str, _Connector]:
+    """Variables of an FMU that can be connected, by name."""
+    return {
+        v.name: _Connector(v.causality, _TYPES[v.type])
+        for v in read_description(fmu).modelVariables
+        if v.causality in ("input", "output") and v.type in _TYPES
+    }
 
 
 def _require(
-    kinds: Mapping[str, Mapping[str, str]], connector: tuple[str, str], kind: str
+    kinds: Mapping[str, Mapping[str, _Connector]], connector: tuple[str, str], kind: str
 ) -> None:
     component, name = connector
-    found = kinds.get(component, {}).get(name)
-    if found != kind:
-        known = sorted(key for key, value in kinds.get(component, {}).items() if value == kind)
+    connectors = kinds.get(component, {})
+    found = connectors.get(name)
+    if found is None or found.kind != kind:
+        known = sorted(key for key, value in connectors.items() if value.kind == kind)
         raise ValueError(
             f"SSP connection at {component}.{name}: no {kind} has that name; expected one of "
             f"{known}"
@@ -112,7 +127,9 @@ def _require(
 
 
 def _structure(
-    name: str, kinds: Mapping[str, Mapping[str, str]], connections: Sequence[Connection]
+    name: str,
+    kinds: Mapping[str, Mapping[str, _Connector]],
+    connections: Sequence[Connection],
 ) -> bytes:
     """The XML document of the structure."""
     ElementTree.register_namespace("ssd", DESCRIPTION)
@@ -140,11 +157,12 @@ def _structure(
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + text.encode("utf-8") + b"\n"
 
 
-def _add_connectors(parent: ElementTree.Element, kinds: Mapping[str, str]) -> None:
+def _add_connectors(parent: ElementTree.Element, connectors_of: Mapping[str, _Connector]) -> None:
     connectors = ElementTree.SubElement(parent, _ssd("Connectors"))
-    for name, kind in kinds.items():
-        connector = ElementTree.SubElement(connectors, _ssd("Connector"), name=name, kind=kind)
-        ElementTree.SubElement(connector, f"{{{COMMON}}}Real")
+    for name, found in connectors_of.items():
+        attributes = {"name": name, "kind": found.kind}
+        connector = ElementTree.SubElement(connectors, _ssd("Connector"), attributes)
+        ElementTree.SubElement(connector, f"{{{COMMON}}}{found.type}")
 
 
 def _ssd(tag: str) -> str:

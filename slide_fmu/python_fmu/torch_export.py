@@ -22,7 +22,7 @@ from pydantic import ConfigDict, Field, ValidationError, field_validator, model_
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FORMER_HOLDS, Hold, Signal
 from slide_fmu.core.window import MAX_WINDOW
-from slide_fmu.fmu.description.names import IN_RANGE, PREHISTORY_KNOWN, WINDOW_FILLED, initial_name
+from slide_fmu.fmu.description.variables import KINDS, initial_name
 from slide_fmu.fmu.export import MODULE
 from slide_fmu.python_fmu.torch_files import SUFFIXES
 from slide_fmu.python_fmu.writer import write_python_fmu
@@ -38,7 +38,7 @@ LONGEST_NAME = 100
 """Of an FMU: it becomes part of the names of files."""
 
 PARTS = (
-    "fmu.description.names",
+    "fmu.description.variables",
     "python_fmu.torch_window",
     "python_fmu.torch_network",
     "python_fmu.torch_slave",
@@ -168,7 +168,7 @@ class ModuleTable(Table):
     @model_validator(mode="after")
     def _names_differ(self) -> ModuleTable:
         names = [signal.name for signal in (*self.inputs, *self.outputs)]
-        names += [WINDOW_FILLED, IN_RANGE, PREHISTORY_KNOWN]
+        names += [kind.name for kind in KINDS if kind.in_module_fmus and kind.per == "one"]
         names += [initial_name(signal.name) for signal in self.inputs]
         twice = [name for name in names if names.count(name) > 1]
         if twice:

@@ -20,14 +20,14 @@ import zlib
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from xml.etree.ElementTree import Element
 
 import numpy as np
-from pythonfmu import DefaultExperiment, Fmi2Causality, Fmi2Slave, Real
+from pythonfmu import Boolean, DefaultExperiment, Fmi2Causality, Fmi2Slave, Real
 from pythonfmu.enums import Fmi2Initial, Fmi2Status, Fmi2Variability
 
-from slide_fmu.fmu.description.names import IN_RANGE, PREHISTORY_KNOWN, WINDOW_FILLED, initial_name
+from slide_fmu.fmu.description.variables import KINDS, PREHISTORY_KNOWN, Kind, kind_of
 from slide_fmu.python_fmu.torch_network import ModuleNetwork
 from slide_fmu.python_fmu.torch_window import Clock, FloatArray, PastInputs
 
@@ -37,6 +37,8 @@ RANGE_SLACK = 1e-6
 
 TRIALS = 5
 """Windows of random inputs that a module is tried on when its FMU is written."""
+
+_Value = TypeVar("_Value", float, bool)
 
 _SPARE_REFERENCES: list[dict[str, Any]] = []
 
@@ -75,82 +77,60 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         self._present_outputs()
 
     def _register(self) -> None:
-        """Declare the variables, in the order of ``fmu/model_description.py``."""
-        for index, signal in enumerate(self.about["inputs"]):
-            self.register_variable(
-                Real(
-                    signal["name"],
-                    causality=Fmi2Causality.input,
-                    variability=Fmi2Variability.continuous,
-                    description=signal["description"],
-                    getter=partial(self.inputs.__getitem__, index),
-                    setter=partial(self.inputs.__setitem__, index),
-                ),
-                nested=False,
-            )
-        for index, signal in enumerate(self.about["outputs"]):
-            self._add_output(
-                signal["name"],
-                signal["description"],
-                partial(self._output, index),
-            )
-        self._add_output(
-            WINDOW_FILLED,
-            "Part of the inputs behind the outputs that were set in this run; trust the outputs "
-            "from 1 on",
-            lambda: 1.0 if self.prehistory_known else min(1.0, self.filled / self.n_in),
-        )
-        self._add_output(
-            IN_RANGE,
-            "1 when all inputs behind the outputs lay in their ranges; else 0",
-            lambda: float(self._in_range()),
-            Fmi2Variability.discrete,
-        )
-        self._add_parameter(
-            PREHISTORY_KNOWN,
-            "1: before the start the inputs were the initial ones; 0: the first input held for "
-            "ever",
-            lambda: self.prehistory_known,
-            partial(setattr, self, "prehistory_known"),
-        )
-        for index, signal in enumerate(self.about["inputs"]):
-            self._add_parameter(
-                initial_name(signal["name"]),
-                f"{signal['name']} before the start, where {PREHISTORY_KNOWN} is 1",
-                partial(self.initial.__getitem__, index),
-                partial(self.initial.__setitem__, index),
-            )
+        """Declare the variables of the table, with its names, types and value references."""
+        signals = {
+            "one": [{}],
+            "input": self.about["inputs"],
+            "output": self.about["outputs"],
+        }
+        for kind in KINDS:
+            if kind.in_module_fmus:
+                for index, signal in enumerate(signals[kind.per]):
+                    self._add(kind, index, signal)
 
-    def _add_parameter(
-        self, name: str, text: str, getter: Callable[[], float], setter: Callable[[float], None]
-    ) -> None:
-        variable = Real(
-            name,
-            causality=Fmi2Causality.parameter,
-            variability=Fmi2Variability.fixed,
-            initial=Fmi2Initial.exact,
-            description=text,
+    def _add(self, kind: Kind, index: int, signal: Mapping[str, Any]) -> None:
+        """Declare one variable; ``register_variable`` would count the value references itself."""
+        getter, setter = self._access(kind.key, index)
+        name = signal.get("name", "")
+        own_text = signal["description"] if kind.name == "{signal}" else ""
+        initial = {"output": Fmi2Initial.calculated, "parameter": Fmi2Initial.exact}
+        variable = {"Real": Real, "Boolean": Boolean}[kind.type](
+            kind.name_for(name),
+            causality=Fmi2Causality[kind.causality],
+            variability=Fmi2Variability[kind.variability],
+            initial=initial.get(kind.causality),
+            description=own_text or kind.text.format(signal=name),
             getter=getter,
             setter=setter,
         )
-        self.register_variable(variable, nested=False)
+        variable.value_reference = kind.reference(index)
+        self.vars[variable.value_reference] = variable
 
-    def _add_output(
-        self,
-        name: str,
-        text: str,
-        getter: Callable[[], float],
-        variability: Fmi2Variability = Fmi2Variability.continuous,
-    ) -> None:
-        variable = Real(
-            name,
-            causality=Fmi2Causality.output,
-            variability=variability,
-            initial=Fmi2Initial.calculated,
-            description=text,
-            getter=getter,
-        )
-        self.register_variable(variable, nested=False)
+    def _access(
+        self, key: str, index: int
+    ) -> tuple[Callable[[], float | bool], Callable[[float], None] | None]:
+        """How the variables of a kind are read and, where they can be, written."""
+        match key:
+            case "INPUT":
+                return partial(self.inputs.__getitem__, index), partial(
+                    self.inputs.__setitem__, index
+                )
+            case "OUTPUT":
+                return partial(self._output, index), None
+            case "WINDOW_FILLED":
+                return self._window_filled, None
+            case "IN_RANGE":
+                return self._in_range, None
+            case "PREHISTORY_KNOWN":
+                return lambda: self.prehistory_known, partial(setattr, self, "prehistory_known")
+            case "INITIAL_INPUT":
+                return partial(self.initial.__getitem__, index), partial(
+                    self.initial.__setitem__, index
+                )
+        raise KeyError(f"a torch module gives no values for variables of the kind {key}")
+
+    def _window_filled(self) -> float:
+        return 1.0 if self.prehistory_known else min(1.0, self.filled / self.n_in)
 
     def setup_experiment(
         self, start_time: float, stop_time: float | None = None, *others: object
@@ -175,14 +155,31 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
 
     def get_real(self, vrs: Sequence[int]) -> list[float]:
         """Values of variables; all NaN where one is none, or the module gives no outputs."""
+        return self._get(super().get_real, "Real", vrs, math.nan)
+
+    def get_boolean(self, vrs: Sequence[int]) -> list[bool]:
+        """Values of variables; all false where one is none."""
+        return self._get(super().get_boolean, "Boolean", vrs, False)
+
+    def _get(
+        self,
+        get: Callable[[Sequence[int]], list[_Value]],
+        wanted: str,
+        vrs: Sequence[int],
+        none: _Value,
+    ) -> list[_Value]:
         try:
-            if any(vr not in self.vars for vr in vrs):
-                raise ValueError(f"value references {vrs}; expected less than {len(self.vars)}")
-            values: list[float] = super().get_real(vrs)
+            for vr in vrs:
+                found = kind_of(vr) if vr in self.vars else None
+                if found is None or found[0].type != wanted:
+                    raise ValueError(
+                        f"value reference {vr} is no variable of type {wanted}; expected those of "
+                        "modelDescription.xml"
+                    )
+            return get(vrs)
         except ValueError as error:
             self._refuse_next(str(error))
-            return [math.nan] * len(vrs)
-        return values
+            return [none] * len(vrs)
 
     def set_real(self, vrs: Sequence[int], values: Sequence[float]) -> None:
         """Take over values, all or none."""
@@ -195,22 +192,24 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
 
     def _fault_of(self, reference: int, value: float) -> str | None:
         """Why a variable cannot have a value now."""
-        n_inputs, n_outputs = len(self.inputs), len(self.about["outputs"])
-        known = n_inputs + n_outputs + 2  # of prehistory_known; the initial inputs follow
-        if not (0 <= reference < n_inputs or known <= reference < len(self.vars)):
+        kind, index = kind_of(reference) or (None, 0)
+        if (
+            kind is None
+            or reference not in self.vars
+            or kind.causality not in ("input", "parameter")
+        ):
             return (
-                f"value reference {reference} is no input; only inputs, 0 to {n_inputs - 1}, and "
-                f"parameters, from {known} on, can be set"
+                f"value reference {reference} is no input; only inputs, 0 to "
+                f"{len(self.inputs) - 1}, and parameters can be set"
             )
-        if reference >= known and self.stepping:
+        if kind.causality == "parameter" and self.stepping:
             return (
                 f"value reference {reference} is a parameter; set it before the end of "
                 "initialization mode"
             )
-        if reference == known:
+        if kind.name == PREHISTORY_KNOWN:
             fine = value in (0.0, 1.0)
             return None if fine else f"{PREHISTORY_KNOWN} = {value}; expected 0 or 1"
-        index = reference if reference < n_inputs else reference - known - 1
         with np.errstate(over="ignore"):
             scaled = np.float32((value - self.offset[index]) / self.scale[index])
         if np.isfinite(value) and np.isfinite(scaled):
@@ -331,14 +330,14 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         root: Element = super().to_xml(dict(model_options or {}))
         for flag in ("canGetAndSetFMUstate", "canSerializeFMUstate"):
             child(root, "CoSimulation").set(flag, "true")
-        kept = ("name", "unit", "low", "high", "start")
-        tables = (*self.about["inputs"], *self.about["outputs"])
-        signals = [Signal(**{key: table[key] for key in kept}) for table in tables]
-        others = (WINDOW_FILLED, IN_RANGE, PREHISTORY_KNOWN)
-        signals += [Signal(name, "1", 0.0, 1.0, start=0.0) for name in others]
-        for table in self.about["inputs"]:
-            start = {**{key: table[key] for key in kept}, "name": initial_name(table["name"])}
-            signals.append(Signal(**start))
+        kept = ("unit", "low", "high", "start")
+        tables = {"input": self.about["inputs"], "output": self.about["outputs"]}
+        signals = []
+        for kind in (kind for kind in KINDS if kind.in_module_fmus and kind.type == "Real"):
+            alone = {"unit": kind.unit, "low": kind.low, "high": kind.high, "start": 0.0}
+            for table in tables.get(kind.per, [{**alone, "name": ""}]):
+                name = kind.name_for(table["name"])
+                signals.append(Signal(name, **{key: table[key] for key in kept}))
         complete(root, signals)
         return root
 

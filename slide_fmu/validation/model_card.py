@@ -7,7 +7,7 @@ from typing import Any
 import jinja2
 
 from slide_fmu.excitation.mix import names_of
-from slide_fmu.fmu.description.fmi2 import Variable, fmu_variables
+from slide_fmu.fmu.description.surrogate_variables import Variable, fmu_variables
 from slide_fmu.memory.sizing import seconds
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -54,7 +54,7 @@ def card(
 def variable_table(surrogate: Surrogate) -> str:
     """All variables of the FMU, in the order of their value references, as Markdown table."""
     rows = [
-        f"| `{v.name}` | {v.causality} | {v.unit} | {_range_of(v)} | {v.description} |"
+        f"| `{v.name}` | {v.causality} | {v.unit or ''} | {_range_of(v)} | {v.description} |"
         for v in fmu_variables(surrogate)
     ]
     return "\n".join(
@@ -63,6 +63,8 @@ def variable_table(surrogate: Surrogate) -> str:
 
 
 def _range_of(variable: Variable) -> str:
+    if variable.type == "Boolean":
+        return "false, true"
     if variable.low is None or variable.high is None:
         return ""
     return f"{variable.low:.4g} .. {variable.high:.4g}"

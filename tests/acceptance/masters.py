@@ -9,16 +9,31 @@ import ctypes
 import json
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
+from xml.etree import ElementTree
 
 import fmpy
 import numpy as np
 from fmpy.ssp.simulation import simulate_ssp
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.ssp import COMMON, DESCRIPTION, STRUCTURE
 
 Outputs = list[tuple[str, str]]
 """Components and their outputs."""
+
+
+def booleans(ssp: Path) -> set[tuple[str, str]]:
+    """Components and their connectors of type Boolean, which some importers read otherwise."""
+    with zipfile.ZipFile(ssp) as archive:
+        root = ElementTree.fromstring(archive.read(STRUCTURE))
+    return {
+        (component.attrib["name"], connector.attrib["name"])
+        for component in root.iter(f"{{{DESCRIPTION}}}Component")
+        for connector in component.iter(f"{{{DESCRIPTION}}}Connector")
+        if connector.find(f"{{{COMMON}}}Boolean") is not None
+    }
 
 
 def run_fmpy(ssp: Path, outputs: Outputs, step: float, steps: int) -> FloatArray:
@@ -36,16 +51,18 @@ def run_libcosim(ssp: Path, outputs: Outputs, step: float, steps: int) -> FloatA
     observer = CosimObserver.create_last_value()
     execution.add_observer(observer)
     places = []
+    read = {True: observer.last_boolean_values, False: observer.last_real_values}
+    boolean = booleans(ssp)
     for component, name in outputs:
         index = execution.slave_index_from_instance_name(component)
         variables = execution.slave_variables(index)
         (reference,) = [v.reference for v in variables if v.name.decode() == name]
-        places.append((index, reference))
+        places.append((read[(component, name) in boolean], index, reference))
     rows = []
     for _ in range(steps):
         assert execution.step(), "a step failed"
-        rows.append([observer.last_real_values(i, [r])[0] for i, r in places])
-    return np.array(rows)
+        rows.append([get(index, [reference])[0] for get, index, reference in places])
+    return np.array(rows, dtype=np.float64)
 
 
 def run_ecos(ssp: Path, outputs: Outputs, step: float, steps: int) -> FloatArray:
@@ -54,14 +71,18 @@ def run_ecos(ssp: Path, outputs: Outputs, step: float, steps: int) -> FloatArray
     ctypes.CDLL(str(Path(sys.prefix) / "lib" / "libtbb.so.12"), mode=ctypes.RTLD_GLOBAL)
     from ecospy import EcosSimulation
 
-    rows = []
+    rows, boolean = [], booleans(ssp)
     with EcosSimulation(ssp_path=str(ssp), step_size=step) as simulation:
         simulation.init()
         for _ in range(steps):
             simulation.step(1)
-            rows.append([simulation.get_real("::".join(output)) for output in outputs])
+            row = []
+            for output in outputs:
+                get = simulation.get_bool if output in boolean else simulation.get_real
+                row.append(get("::".join(output)))
+            rows.append(row)
         simulation.terminate()
-    return np.array(rows)
+    return np.array(rows, dtype=np.float64)
 
 
 def write_container(

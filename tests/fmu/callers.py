@@ -8,7 +8,7 @@ import ctypes
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.fmu.description.fmi3 import block_size, fmu_variables3
+from slide_fmu.fmu.description.surrogate_variables import block_size, fmu_variables
 from tests.fmu.native import ERROR, OK, Loaded, Native
 from tests.fmu.native3 import YES, Native3, with_separator
 from tests.fmu.plain_fmu import Plan
@@ -95,7 +95,7 @@ class Fmi2(Caller):
     largest_prehistory = 1
 
     def __init__(self, loaded: Loaded) -> None:
-        self.native = Native(loaded.library, loaded.guid, loaded.uri)
+        self.native = Native(loaded.library, loaded.guid, loaded.uri, surrogate=loaded.surrogate)
 
     @property
     def messages(self) -> list[str]:
@@ -121,7 +121,9 @@ class Fmi2(Caller):
 
     def directional(self, unknowns: range, knowns: range, seed: FloatArray) -> Found:
         found = (ctypes.c_double * len(unknowns))()
-        status = self.call("GetDirectionalDerivative", *_pair(unknowns, knowns, seed), found)
+        status = self.call(
+            "GetDirectionalDerivative", *_pair(self.native, unknowns, knowns, seed), found
+        )
         return status, list(found)
 
     def do_step(self, time: float, length: float) -> int:
@@ -167,9 +169,16 @@ class Fmi3(Caller):
     def __init__(self, loaded: Loaded, watches: bool = False) -> None:
         resources = with_separator(loaded.folder / "resources")
         watch = self._watch if watches else None
-        self.native = Native3(loaded.library, loaded.guid, resources, watch=watch, ends=watches)
+        self.native = Native3(
+            loaded.library,
+            loaded.guid,
+            resources,
+            watch=watch,
+            ends=watches,
+            surrogate=loaded.surrogate,
+        )
         surrogate = loaded.surrogate
-        names = [variable.name for variable in fmu_variables3(surrogate)]
+        names = [variable.name for variable in fmu_variables(surrogate, 3)]
         self.n_inputs, n_outputs = len(surrogate.inputs), len(surrogate.outputs)
         self.outputs = range(self.n_inputs, self.n_inputs + n_outputs)
         self.time_reference, self.size = names.index("time"), block_size(surrogate)
@@ -216,7 +225,9 @@ class Fmi3(Caller):
     def _arrays(self, references: range, n_values: int) -> Found:
         values, count = (ctypes.c_double * n_values)(), ctypes.c_size_t(len(references))
         n = ctypes.c_size_t(n_values)
-        return self.call("GetFloat64", _references(references), count, values, n), list(values)
+        return self.call(
+            "GetFloat64", self.native.places.references(references), count, values, n
+        ), list(values)
 
     def output_windows(self) -> tuple[int, FloatArray]:
         """The arrays of the outputs, (n, n_outputs); where there are none, the outputs."""
@@ -236,7 +247,9 @@ class Fmi3(Caller):
 
     def set_initial_windows(self, rows: FloatArray) -> int:
         """Set them, (n, n_inputs)."""
-        references = _references(range(self.first_initial, self.first_initial + self.n_inputs))
+        references = self.native.places.references(
+            range(self.first_initial, self.first_initial + self.n_inputs)
+        )
         values = (ctypes.c_double * rows.size)(*rows.T.ravel())
         count, n = ctypes.c_size_t(self.n_inputs), ctypes.c_size_t(rows.size)
         return self.call("SetFloat64", references, count, values, n)
@@ -251,7 +264,8 @@ class Fmi3(Caller):
     def _derivative(
         self, what: str, unknowns: range, knowns: range, seed: FloatArray, count: int
     ) -> Found:
-        found, given = (ctypes.c_double * count)(), _pair(unknowns, knowns, seed)
+        given = _pair(self.native, unknowns, knowns, seed)
+        found = (ctypes.c_double * count)()
         n_seed, n_found = ctypes.c_size_t(len(seed)), ctypes.c_size_t(count)
         assert self.call(what, *given, n_seed, found, ctypes.c_size_t(count + 1)) == ERROR
         return self.call(what, *given, n_seed, found, n_found), list(found)
@@ -293,11 +307,11 @@ class Fmi3(Caller):
         self.native.call("fmi3FreeInstance")
 
 
-def _references(references: range) -> ctypes.Array[ctypes.c_uint]:
-    return (ctypes.c_uint * len(references))(*references)
-
-
-def _pair(unknowns: range, knowns: range, seed: FloatArray) -> list[object]:
+def _pair(
+    native: Native | Native3, unknowns: range, knowns: range, seed: FloatArray
+) -> list[object]:
     """The arguments that functions for derivatives begin with."""
-    numbers = [(_references(some), ctypes.c_size_t(len(some))) for some in (unknowns, knowns)]
+    numbers = [
+        (native.places.references(some), ctypes.c_size_t(len(some))) for some in (unknowns, knowns)
+    ]
     return [*numbers[0], *numbers[1], (ctypes.c_double * len(seed))(*seed)]

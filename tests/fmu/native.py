@@ -11,6 +11,7 @@ from fmpy.fmi2 import fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 
 from slide_fmu.fmu.description.fmi2 import guid_of
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.places import Places
 from tests.fmu.samples import STEP
 
 OK, WARNING, DISCARD, ERROR = range(4)
@@ -19,8 +20,16 @@ OK, WARNING, DISCARD, ERROR = range(4)
 class Native:
     """One FMU instance through ctypes: every call gives the bare FMI status."""
 
-    def __init__(self, library: ctypes.CDLL, guid: str, uri: str, name: str = "one") -> None:
+    def __init__(
+        self,
+        library: ctypes.CDLL,
+        guid: str,
+        uri: str,
+        name: str = "one",
+        surrogate: Surrogate | None = None,
+    ) -> None:
         self.library = library
+        self.places = Places(surrogate, 2)
         self.messages: list[str] = []
         callbacks = fmi2CallbackFunctions()
         callbacks.logger = fmi2CallbackLoggerTYPE(self._log)
@@ -47,7 +56,7 @@ class Native:
 
     def set(self, *values: float, first: int = 0) -> int:
         count = len(values)
-        references = (ctypes.c_uint * count)(*range(first, first + count))
+        references = self.places.references(range(first, first + count))
         return self.call(
             "fmi2SetReal", references, ctypes.c_size_t(count), (ctypes.c_double * count)(*values)
         )
@@ -57,7 +66,7 @@ class Native:
         count = len(rates)
         return self.call(
             "fmi2SetRealInputDerivatives",
-            (ctypes.c_uint * count)(*range(first, first + count)),
+            self.places.references(range(first, first + count)),
             ctypes.c_size_t(count),
             (ctypes.c_int * count)(*[order] * count),
             (ctypes.c_double * count)(*rates),
@@ -69,10 +78,15 @@ class Native:
         return values
 
     def try_get(self, first: int, count: int = 1) -> tuple[int, list[float]]:
-        references = (ctypes.c_uint * count)(*range(first, first + count))
-        values = (ctypes.c_double * count)()
-        status = self.call("fmi2GetReal", references, ctypes.c_size_t(count), values)
-        return status, list(values)
+        return self.places.read(range(first, first + count), self._read)
+
+    def _read(
+        self, references: ctypes.Array[ctypes.c_uint], boolean: bool
+    ) -> tuple[int, list[float]]:
+        values = ((ctypes.c_int if boolean else ctypes.c_double) * len(references))()
+        function = "fmi2GetBoolean" if boolean else "fmi2GetReal"
+        count = ctypes.c_size_t(len(references))
+        return self.call(function, references, count, values), list(values)
 
     def do_step(self, time: float, step: float = STEP) -> int:
         return self.call("fmi2DoStep", ctypes.c_double(time), ctypes.c_double(step), 1)
@@ -137,6 +151,6 @@ class Loaded:
         return ctypes.CDLL(str(next(folder.glob(f"{self.surrogate.name}.*"))))
 
     def instance(self, guid: str | None = None, uri: str | None = None) -> Native:
-        made = Native(self.library, guid or self.guid, uri or self.uri)
+        made = Native(self.library, guid or self.guid, uri or self.uri, surrogate=self.surrogate)
         self.instances.append(made)
         return made

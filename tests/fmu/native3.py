@@ -11,7 +11,9 @@ import numpy as np
 from fmpy.fmi3 import fmi3IntermediateUpdateCallback, fmi3LogMessageCallback
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import OK
+from tests.fmu.places import Places
 from tests.fmu.samples import STEP
 
 Watch = Callable[[float, bool], float | None]
@@ -32,8 +34,10 @@ class Native3:
         events: bool = False,
         watch: Watch | None = None,
         ends: bool = False,
+        surrogate: Surrogate | None = None,
     ) -> None:
         self.library = library
+        self.places = Places(surrogate, 3)
         self.messages: list[str] = []
         self._logger = fmi3LogMessageCallback(self._log)
         place = None if resources is None else str(resources).encode()
@@ -87,15 +91,21 @@ class Native3:
 
     def set(self, *values: float, first: int = 0, count: int | None = None) -> int:
         n = len(values)
-        references = (ctypes.c_uint * n)(*range(first, first + n))
+        references = self.places.references(range(first, first + n))
         data = (ctypes.c_double * n)(*values)
         n_values = ctypes.c_size_t(n if count is None else count)
         return self.call("fmi3SetFloat64", references, ctypes.c_size_t(n), data, n_values)
 
     def try_get(self, first: int, count: int = 1) -> tuple[int, list[float]]:
-        references = (ctypes.c_uint * count)(*range(first, first + count))
-        values, n = (ctypes.c_double * count)(), ctypes.c_size_t(count)
-        return self.call("fmi3GetFloat64", references, n, values, n), list(values)
+        return self.places.read(range(first, first + count), self._read)
+
+    def _read(
+        self, references: ctypes.Array[ctypes.c_uint], boolean: bool
+    ) -> tuple[int, list[float]]:
+        values = ((ctypes.c_bool if boolean else ctypes.c_double) * len(references))()
+        function = "fmi3GetBoolean" if boolean else "fmi3GetFloat64"
+        n = ctypes.c_size_t(len(references))
+        return self.call(function, references, n, values, n), list(values)
 
     def get(self, first: int, count: int = 1) -> list[float]:
         status, values = self.try_get(first, count)
@@ -117,7 +127,7 @@ class Native3:
         """Sensitivity of ``fmi3GetDirectionalDerivative`` or ``fmi3GetAdjointDerivative``."""
         count = len(knowns) if function == "fmi3GetAdjointDerivative" else len(unknowns)
         sensitivity = (ctypes.c_double * count)()
-        pairs = ((ctypes.c_uint * len(r))(*r) for r in (unknowns, knowns))
+        pairs = map(self.places.references, (unknowns, knowns))
         references = [part for pair in pairs for part in (pair, ctypes.c_size_t(len(pair)))]
         seeds = (ctypes.c_double * len(seed))(*seed)
         n_seeds, n_found = ctypes.c_size_t(len(seed)), ctypes.c_size_t(count)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.fmu.description.fmi2 import memory_lengths
+from slide_fmu.fmu.description.surrogate_variables import memory_lengths
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import DISCARD, ERROR, OK, WARNING
 from tests.fmu.plain import Resampling

@@ -21,9 +21,8 @@ from hypothesis.stateful import (
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
-from slide_fmu.fmu.description.fmi2 import fmu_variables
-from slide_fmu.fmu.description.fmi3 import fmu_variables3
-from slide_fmu.fmu.description.names import IN_RANGE, PREHISTORY_KNOWN
+from slide_fmu.fmu.description.surrogate_variables import fmu_variables
+from slide_fmu.fmu.description.variables import IN_RANGE, PREHISTORY_KNOWN
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.callers import Caller, Fmi2, Fmi3
 from tests.fmu.native import ERROR, OK, Loaded
@@ -94,7 +93,7 @@ class Sequences(RuleBasedStateMachine):
         names = [variable.name for variable in fmu_variables(surrogate)]
         self.parameters, self.in_range = names.index(PREHISTORY_KNOWN), names.index(IN_RANGE)
         self.filled = names.index("window_filled")
-        self.n_names, self.surrogate = len(fmu_variables3(surrogate)), surrogate
+        self.n_names, self.surrogate = len(fmu_variables(surrogate, 3)), surrogate
         self.knowns = range(self.n_inputs)
         self.unknowns = range(self.n_inputs, self.n_inputs + self.n_outputs)
         callers = {FMI2: Fmi2(loaded), FMI3: Fmi3(loaded), WATCHED: Fmi3(loaded, watches=True)}

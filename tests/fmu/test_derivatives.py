@@ -64,9 +64,9 @@ def derivative(native: Native, n_outputs: int, direction: FloatArray) -> FloatAr
     count, sensitivity = len(direction), (ctypes.c_double * n_outputs)()
     status = native.call(
         "fmi2GetDirectionalDerivative",
-        (ctypes.c_uint * n_outputs)(*range(count, count + n_outputs)),
+        native.places.references(range(count, count + n_outputs)),
         ctypes.c_size_t(n_outputs),
-        (ctypes.c_uint * count)(*range(count)),
+        native.places.references(range(count)),
         ctypes.c_size_t(count),
         (ctypes.c_double * count)(*direction),
         sensitivity,
@@ -219,7 +219,7 @@ def test_newton_finds_the_input_for_a_wanted_output(load: Load) -> None:
 def test_derivatives_that_are_not_finite_are_refused(rich: Loaded) -> None:
     native = rich.instance().start()
     native.step(0.3, 0.4)
-    one, references = ctypes.c_size_t(1), [(ctypes.c_uint * 1)(k) for k in (2, 0)]
+    one, references = ctypes.c_size_t(1), [native.places.references([k]) for k in (2, 0)]
     arguments = references[0], one, references[1], one
     for seed, status in ((1e3, OK), (1e300, DISCARD)):
         numbers = (ctypes.c_double * 1)(seed), (ctypes.c_double * 1)()
@@ -233,7 +233,7 @@ def test_calls_that_are_refused(load: Load) -> None:
     one, number = ctypes.c_size_t(1), (ctypes.c_double * 1)(1.0)
 
     def ask(unknown: int, known: int, seed: object = number, result: object = number) -> int:
-        references = [(ctypes.c_uint * 1)(reference) for reference in (unknown, known)]
+        references = [native.places.references([place]) for place in (unknown, known)]
         return native.call(
             "fmi2GetDirectionalDerivative", references[0], one, references[1], one, seed, result
         )
@@ -242,15 +242,17 @@ def test_calls_that_are_refused(load: Load) -> None:
     assert "instantiated" in native.messages[-1]
     native.start().step(0.3, 0.4)
     assert ask(2, 2) == ERROR
-    assert "known with value reference 2; expected inputs, 0 to 1" in native.messages[-1]
+    (output,) = native.places.references([2])
+    assert f"known with value reference {output}; expected inputs" in native.messages[-1]
     for unknown in (0, 1, 4, 6, 4_000_000_000):
         assert ask(unknown, 0) == ERROR
-        assert f"unknown with value reference {unknown}; expected outputs" in native.messages[-1]
+        (reference,) = native.places.references([unknown])
+        assert f"unknown with value reference {reference}; expected" in native.messages[-1]
     assert ask(2, 0, (ctypes.c_double * 1)(math.nan)) == ERROR
     assert "not finite" in native.messages[-1]
     assert ask(2, 0, None) == ERROR
     assert ask(2, 0, number, None) == ERROR
-    none, unknown = ctypes.c_size_t(0), (ctypes.c_uint * 1)(2)
+    none, unknown = ctypes.c_size_t(0), native.places.references([2])
     for reference, result in ((unknown, None), (None, number)):
         arguments = (reference, one, None, none, None, result)
         assert native.call("fmi2GetDirectionalDerivative", *arguments) == ERROR

@@ -113,7 +113,7 @@ def test_model_description_holds_the_signals_of_the_surrogate(
     for name, results in (("window_filled", "outputs"), ("error_estimate_filled", "estimates")):
         filled = variables[name]
         assert (filled.unit, filled.min, filled.max) == ("1", "0.0", "1.0")
-        assert filled.description.endswith(f"trust the {results} from 1 on")
+        assert filled.description.endswith(f"trust the {results} from 1 on.")
     assert description.defaultExperiment.stepSize == str(STEP)
     assert description.coSimulation.canSerializeFMUstate
     assert description.coSimulation.canHandleVariableCommunicationStepSize
@@ -122,7 +122,8 @@ def test_model_description_holds_the_signals_of_the_surrogate(
     assert initial == [KNOWN_AT_START] * 4 + [["prehistory_known"]] * 2 + [KNOWN_AT_START]
     assert description.coSimulation.providesDirectionalDerivative
     in_range, known, parameter = (variables[name] for name in KINDS)
-    assert (in_range.type, in_range.variability) == ("Real", "discrete")
+    assert (in_range.type, in_range.variability) == ("Boolean", "discrete")
+    assert (in_range.unit, in_range.min, in_range.start) == (None, None, None)
     assert (known.causality, known.variability, known.initial) == ("parameter", "fixed", "exact")
     assert (known.start, parameter.start, parameter.unit) == ("0.0", first.start, "N")
 
@@ -152,7 +153,7 @@ def test_fmi_3_description(fmu: Path, surrogate: Surrogate, tmp_path: Path) -> N
     same = ("name", "valueReference", "causality", "unit", "min", "max", "start", "description")
     *variables, time, first_window, window, initial, _ = three.modelVariables
     for one, other in zip(two.modelVariables, variables, strict=True):
-        assert other.type == "Float64"
+        assert (one.type, other.type) in (("Real", "Float64"), ("Boolean", "Boolean"))
         if other.name == "prehistory_known":  # has one more value
             assert (one.max, other.max) == ("1.0", "2.0")
         else:

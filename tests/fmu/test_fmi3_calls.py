@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slide_fmu.fmu.description.fmi2 import fmu_variables
+from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import DISCARD, ERROR, OK, Loaded
 from tests.fmu.native3 import NO, Native3, with_separator
@@ -27,9 +27,8 @@ SHAPES = [
 
 
 def _instance(loaded: Loaded, **more: bool) -> Native3:
-    return Native3(
-        loaded.library, loaded.guid, with_separator(loaded.folder / "resources"), **more
-    )
+    place = with_separator(loaded.folder / "resources")
+    return Native3(loaded.library, loaded.guid, place, surrogate=loaded.surrogate, **more)
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
@@ -83,7 +82,7 @@ def test_derivatives_are_those_of_fmi_2(load: Load, shape: Shape) -> None:
 
 def test_derivatives_with_wrong_counts(rich: Loaded) -> None:
     native, one = _instance(rich).start(), (ctypes.c_double * 2)()
-    knowns, unknowns = (ctypes.c_uint * 2)(0, 1), (ctypes.c_uint * 1)(2)
+    knowns, unknowns = map(native.places.references, ([0, 1], [2]))
     counts = unknowns, ctypes.c_size_t(1), knowns, ctypes.c_size_t(2)
     few = one, ctypes.c_size_t(1)
     assert native.call("fmi3GetDirectionalDerivative", *counts, *few, *few) == ERROR
@@ -203,7 +202,7 @@ def test_functions_that_are_not_offered(rich: Loaded) -> None:
 
 def test_variables_of_other_types(rich: Loaded) -> None:
     native = _instance(rich).start()
-    for kind in ("Float32", "Int32", "UInt64", "Boolean", "String"):
+    for kind in ("Float32", "Int32", "UInt64", "String"):
         for verb in ("Get", "Set"):
             for count, status in ((0, OK), (1, ERROR)):
                 n = ctypes.c_size_t(count)

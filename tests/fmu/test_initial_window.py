@@ -12,8 +12,8 @@ import pytest
 
 from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
-from slide_fmu.fmu.description.fmi3 import fmu_variables3
-from slide_fmu.fmu.description.names import PREHISTORY_KNOWN
+from slide_fmu.fmu.description.surrogate_variables import fmu_variables
+from slide_fmu.fmu.description.variables import PREHISTORY_KNOWN
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import DISCARD, ERROR, OK, Loaded
 from tests.fmu.native3 import Native3, with_separator
@@ -32,23 +32,28 @@ every_shape = pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 
 
 def _instance(loaded: Loaded) -> Native3:
-    return Native3(loaded.library, loaded.guid, with_separator(loaded.folder / "resources"))
+    return Native3(
+        loaded.library,
+        loaded.guid,
+        with_separator(loaded.folder / "resources"),
+        surrogate=loaded.surrogate,
+    )
 
 
 def set_window(native: Native3, surrogate: Surrogate, window: FloatArray, known: float = 2) -> int:
     """Set the samples before the start, (n, n_inputs), and that they are known."""
-    names = [variable.name for variable in fmu_variables3(surrogate)]
+    names = [variable.name for variable in fmu_variables(surrogate, 3)]
     wanted = [PREHISTORY_KNOWN, *(f"initial_{signal.name}_window" for signal in surrogate.inputs)]
-    references = (ctypes.c_uint * len(wanted))(*map(names.index, wanted))
+    references = native.places.references(map(names.index, wanted))
     values = (ctypes.c_double * (1 + window.size))(known, *window.T.ravel())
     counts = ctypes.c_size_t(len(wanted)), ctypes.c_size_t(len(values))
     return native.call("fmi3SetFloat64", references, counts[0], values, counts[1])
 
 
 def get_window(native: Native3, surrogate: Surrogate) -> FloatArray:
-    first = [variable.name for variable in fmu_variables3(surrogate)].index("initial_u0_window")
+    first = [variable.name for variable in fmu_variables(surrogate, 3)].index("initial_u0_window")
     count, n = len(surrogate.inputs), surrogate.memory_length
-    references = (ctypes.c_uint * count)(*range(first, first + count))
+    references = native.places.references(range(first, first + count))
     values = (ctypes.c_double * (count * n))()
     counts = ctypes.c_size_t(count), ctypes.c_size_t(count * n)
     assert native.call("fmi3GetFloat64", references, counts[0], values, counts[1]) == OK

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from slide_fmu.fmu.description.fmi2 import fmu_variables
+from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import ERROR, OK, Loaded
 from tests.fmu.native3 import Native3, with_separator
@@ -29,7 +29,9 @@ def _instance(
     loaded: Loaded, watch: Callable[[float, bool], float | None] | None = None, ends: bool = False
 ) -> Native3:
     place = with_separator(loaded.folder / "resources")
-    return Native3(loaded.library, loaded.guid, place, watch=watch, ends=ends)
+    return Native3(
+        loaded.library, loaded.guid, place, watch=watch, ends=ends, surrogate=loaded.surrogate
+    )
 
 
 @both_holds

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.fmu.description.fmi2 import fmu_variables
-from slide_fmu.fmu.description.fmi3 import block_size, fmu_variables3
+from slide_fmu.fmu.description.surrogate_variables import block_size, fmu_variables
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.network.feed_forward import FeedForward
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -38,7 +37,12 @@ both_families = pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 
 
 def _instance(loaded: Loaded) -> Native3:
-    return Native3(loaded.library, loaded.guid, with_separator(loaded.folder / "resources"))
+    return Native3(
+        loaded.library,
+        loaded.guid,
+        with_separator(loaded.folder / "resources"),
+        surrogate=loaded.surrogate,
+    )
 
 
 def windows(native: Native3, surrogate: Surrogate) -> FloatArray:
@@ -46,7 +50,7 @@ def windows(native: Native3, surrogate: Surrogate) -> FloatArray:
     first, count = len(fmu_variables(surrogate)) + 1, block_size(surrogate)
     m = len(surrogate.outputs)
     values = (ctypes.c_double * (m * count))()
-    references = (ctypes.c_uint * m)(*range(first, first + m))
+    references = native.places.references(range(first, first + m))
     n = (ctypes.c_size_t(m), values, ctypes.c_size_t(m * count))
     assert native.call("fmi3GetFloat64", references, *n) == OK, native.messages
     return np.array(values).reshape(m, count).T
@@ -160,28 +164,28 @@ def test_samples_that_are_not_finite_are_refused(load: Load) -> None:
     changed = FeedForward(layers, network.n_samples, network.features)
     native = _instance(load(replace(surrogate, network=changed))).start()
     time = len(fmu_variables(surrogate))
-    values, reference = (ctypes.c_double * 3)(), (ctypes.c_uint * 1)(time + 1)
+    values, reference = (ctypes.c_double * 3)(), native.places.references([time + 1])
     arguments = reference, ctypes.c_size_t(1), values, ctypes.c_size_t(3)
     assert native.call("fmi3GetFloat64", *arguments) == OK
     assert native.set(1e3) == native.do_step(0.0) == OK
     saved, output = native.save(), native.get(1)
     assert np.isfinite(output[0])
     assert native.call("fmi3GetFloat64", *arguments) == DISCARD
-    assert f"the array with value reference {time + 1} holds numbers" in native.messages[-1]
+    assert f"the array with value reference {reference[0]} holds numbers" in native.messages[-1]
     assert native.save() == saved
 
 
 def test_only_networks_that_know_several_samples_have_them() -> None:
     one_sample = random_surrogate(Shape(block=False))
     assert block_size(one_sample) == 1
-    assert [v.name for v in fmu_variables3(one_sample)][-2:] == ["time", "initial_u0_window"]
-    names = [v.name for v in fmu_variables3(random_surrogate(Shape()))]
+    assert [v.name for v in fmu_variables(one_sample, 3)][-2:] == ["time", "initial_u0_window"]
+    names = [v.name for v in fmu_variables(random_surrogate(Shape()), 3)]
     assert names[-3:] == ["time", "y0_window", "initial_u0_window"]
 
 
 def test_counts_of_values(rich: Loaded) -> None:
     native, time = _instance(rich).start(), len(fmu_variables(rich.surrogate))
-    references = (ctypes.c_uint * 2)(time, time + 1)
+    references = native.places.references([time, time + 1])
     values = (ctypes.c_double * 5)(*[-7.0] * 5)
     for count, status in ((4, ERROR), (2, ERROR), (5, OK)):
         arguments = references, ctypes.c_size_t(2), values, ctypes.c_size_t(count)
@@ -191,7 +195,7 @@ def test_counts_of_values(rich: Loaded) -> None:
     assert native.call("fmi3SetFloat64", references, 2, values, ctypes.c_size_t(5)) == ERROR
     assert "is no input" in native.messages[-1]
     assert native.try_get(time + 5)[0] == ERROR
-    assert "expected less than" in native.messages[-1]
+    assert "expected one of modelDescription.xml" in native.messages[-1]
 
 
 def test_fmpy_records_output_windows_when_asked_to_alone(tmp_path: Path) -> None:

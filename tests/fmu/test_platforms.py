@@ -20,7 +20,8 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.fmu.description.fmi2 import fmu_variables, guid_of
+from slide_fmu.fmu.description.fmi2 import guid_of
+from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.build import TARGETS, WARNINGS
 from slide_fmu.fmu.libraries.platforms import FmiVersion, library_members
@@ -159,8 +160,8 @@ def _run(
     uri = "file:///" + (platform.drive + resources.as_uri().removeprefix("file://")).lstrip("/")
     place = uri if fmi == 2 else f"{platform.drive}{quote(str(resources))}/"
     n_inputs = len(surrogate.inputs)
-    count = len(fmu_variables(surrogate)) - n_inputs
-    numbers = map(str, (STEPS, n_inputs, count))
+    read = [v.reference for v in fmu_variables(surrogate) if v.type == "Real"][n_inputs:]
+    numbers = map(str, (STEPS, n_inputs, *read))
     guid = guid_of(surrogate.to_bytes())
     result = subprocess.run(
         [*platform.command, master, library, str(fmi), place, guid, *numbers],
@@ -171,7 +172,7 @@ def _run(
         env=environment,
     )
     assert result.returncode == 0, result.stderr + result.stdout
-    return np.array(result.stdout.split(), dtype=float).reshape(STEPS, count)
+    return np.array(result.stdout.split(), dtype=float).reshape(STEPS, len(read))
 
 
 def _here(

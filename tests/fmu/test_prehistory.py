@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.signals import FloatArray, Hold
-from slide_fmu.fmu.description.fmi2 import fmu_variables
-from slide_fmu.fmu.description.names import PREHISTORY_KNOWN
+from slide_fmu.fmu.description.surrogate_variables import fmu_variables
+from slide_fmu.fmu.description.variables import PREHISTORY_KNOWN
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import DISCARD, ERROR, OK, Loaded, Native
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate

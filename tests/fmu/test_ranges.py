@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slide_fmu.core.scaling import Affine
-from slide_fmu.fmu.description.fmi2 import fmu_variables
-from slide_fmu.fmu.description.names import IN_RANGE
+from slide_fmu.fmu.description.surrogate_variables import fmu_variables
+from slide_fmu.fmu.description.variables import IN_RANGE
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import OK, Loaded
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate

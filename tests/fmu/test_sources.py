@@ -76,7 +76,7 @@ def test_same_results_as_the_library(shape: Shape, tmp_path: Path) -> None:
     loaded = exported(random_surrogate(shape), tmp_path)
     assert validate_fmu(str(loaded.path)) == []
     library = ctypes.CDLL(str(compiled(loaded, tmp_path / "own.so", *SHARED)))
-    inside = Native(library, loaded.guid, "no URI at all")
+    inside = Native(library, loaded.guid, "no URI at all", surrogate=loaded.surrogate)
     assert inside.component, inside.messages
     results = shape.n_outputs * 2
     found = run(inside, shape.n_inputs, results)

@@ -57,9 +57,10 @@ def _linked(loaded: Loaded, folder: Path) -> Path:
 
 def _run(program: Path, verb: str, loaded: Loaded, count: int) -> list[str]:
     surrogate = loaded.surrogate
-    values = len(surrogate.outputs) * (1 if surrogate.estimator is None else 2)
+    n_outputs = len(surrogate.outputs)
+    values = n_outputs * (1 if surrogate.estimator is None else 2)
     scale = max(max(abs(signal.low), abs(signal.high)) for signal in surrogate.inputs)
-    sizes = surrogate.window.step, scale, len(surrogate.inputs), values, count
+    sizes = surrogate.window.step, scale, len(surrogate.inputs), n_outputs, values, count
     task = loaded.folder / "resources", guid_of(surrogate.to_bytes()), *sizes
     result = subprocess.run(
         [program, verb, *map(str, task)], capture_output=True, text=True, check=False

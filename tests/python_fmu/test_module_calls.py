@@ -15,10 +15,18 @@ from slide_fmu.core.signals import Hold
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.python_fmu.torch_export import export_module
 from tests.fmu.samples import STEP
-from tests.python_fmu.test_module_fmu import CLOSE, saved, start, surrogate_with
+from tests.python_fmu.test_module_fmu import (
+    CLOSE,
+    IN_RANGE,
+    PARAMETERS,
+    RESULTS,
+    saved,
+    start,
+    surrogate_with,
+)
 
 CALLS = 250
-VARIABLES = range(9)
+VARIABLES = [0, 1, *RESULTS, *PARAMETERS]
 LENGTHS = [1.0, 1.0, 1.0, 2.0, 3.0, 12.0, 13.0, 0.3, 0.01, 1.7, 20.5, 1 + 1e-8]
 """Communication steps in h; the window has 12 samples."""
 NO_STEPS = [0.0, -1.0, float("nan"), float("inf"), 1e15]
@@ -58,10 +66,12 @@ class Pair:
         self.saved: tuple[float, list[object]] | None = None
 
     def compare(self) -> None:
-        expected, found = (np.array(slave.getReal(list(VARIABLES))) for slave in self.both)
+        expected, found = (np.array(slave.getReal(VARIABLES)) for slave in self.both)
         np.testing.assert_allclose(found, expected, rtol=0, atol=8 * CLOSE)
         np.testing.assert_allclose(found[[0, 1, 4]], expected[[0, 1, 4]], rtol=1e-12, atol=0)
         assert found[5:].tolist() == expected[5:].tolist()
+        truths = [slave.getBoolean([IN_RANGE]) for slave in self.both]
+        assert truths[0] == truths[1]
 
     def set(self, references: list[int], values: list[float]) -> bool:
         """PythonFMU has no status for values that are refused: the next step is, instead."""
@@ -94,7 +104,7 @@ class Pair:
             slave.reset()
             slave.setupExperiment(startTime=start)
             slave.enterInitializationMode()
-            slave.setReal([6, 7, 8], parameters)
+            slave.setReal(PARAMETERS, parameters)
             slave.exitInitializationMode()
 
 
@@ -113,7 +123,12 @@ def call_at_random(pair: Pair, rng: np.random.Generator, done: dict[str, int]) -
         case "value":
             name += str(pair.set([0, 1], [values[0], float(rng.choice(NO_VALUES))]))
         case "variable":
-            name += str(pair.set([0, int(rng.choice([2, 5, 6, 8, 9]))], [values[0], 1.0]))
+            name += str(
+                pair.set(
+                    [0, int(rng.choice([2, RESULTS[0], IN_RANGE, PARAMETERS[0], PARAMETERS[2]]))],
+                    [values[0], 1.0],
+                )
+            )
         case "state" if rng.random() < 0.5:
             pair.save()
         case "state":

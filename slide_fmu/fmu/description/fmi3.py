@@ -1,29 +1,27 @@
 """The modelDescription.xml (FMI 3.0.2) of a surrogate's FMU.
 
-Variables and value references are those of the FMI 2.0 FMU (``model_description.py``). After them
-come the independent variable, which FMI 3.0 asks for, and arrays: where the network knows several
-samples of the outputs at a time, one of them for each output; one of the samples before the start
-for each input.
+Its variables are those of ``variables.py``: those of the FMI 2.0 FMU with the same value
+references, the independent variable, which FMI 3.0 asks for, and arrays.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
 from xml.etree import ElementTree
 
-from slide_fmu.core.signals import Signal
 from slide_fmu.fmu.description.fmi2 import (
-    Variable,
     add_log_categories,
     add_units,
-    checked_names,
+    common_attributes,
     document,
-    fmu_variables,
     given_attributes,
-    initial_dependencies,
     summary,
 )
-from slide_fmu.fmu.description.names import PREHISTORY_KNOWN, initial_name
+from slide_fmu.fmu.description.surrogate_variables import (
+    Variable,
+    fmu_variables,
+    initial_dependencies,
+)
 from slide_fmu.surrogate.surrogate import Surrogate
 
 CAPABILITIES = {
@@ -40,32 +38,8 @@ CAPABILITIES = {
     "hasEventMode": "false",
 }
 
-INITIAL = {"output": "calculated", "local": "calculated", "parameter": "exact"}
-"""How the start values of variables are found, by causality."""
-
-TIME = Variable("time", "s", "independent", "Simulation time", None, None)
-
-
-def fmu_variables3(surrogate: Surrogate) -> list[Variable]:
-    """All variables in the order of their value references.
-
-    Raises:
-        ValueError: two variables would have the same name.
-    """
-    variables = [_prehistory_known(variable) for variable in fmu_variables(surrogate)]
-    variables.append(TIME)
-    count = block_size(surrogate)
-    if count > 1:
-        variables += [_output_window(signal, count) for signal in surrogate.outputs]
-    count = surrogate.memory_length
-    variables += [_initial_window(signal, count) for signal in surrogate.inputs]
-    return checked_names(surrogate, variables)
-
-
-def block_size(surrogate: Surrogate) -> int:
-    """Samples of the outputs that the network knows at a time: it gives them at once, or, with a
-    state space, they are those of its output window."""
-    return surrogate.network.block_length(len(surrogate.outputs))
+ELEMENTS = {"Real": "Float64", "Boolean": "Boolean"}
+"""Names of the types in FMI 3.0."""
 
 
 def model_description3(surrogate: Surrogate, guid: str) -> bytes:
@@ -74,7 +48,7 @@ def model_description3(surrogate: Surrogate, guid: str) -> bytes:
     Raises:
         ValueError: two variables would have the same name.
     """
-    variables, step = fmu_variables3(surrogate), repr(surrogate.window.step)
+    variables, step = fmu_variables(surrogate, 3), repr(surrogate.window.step)
     root = ElementTree.Element(
         "fmiModelDescription",
         fmiVersion="3.0",
@@ -90,85 +64,33 @@ def model_description3(surrogate: Surrogate, guid: str) -> bytes:
     add_log_categories(root)
     ElementTree.SubElement(root, "DefaultExperiment", startTime="0", stepSize=step)
     _add_variables(root, variables)
-    _add_structure(root, surrogate, variables)
+    _add_structure(root, variables)
     return document(root)
 
 
-def _prehistory_known(variable: Variable) -> Variable:
-    """The same variable, which FMI 3.0 gives one more value."""
-    if variable.name != PREHISTORY_KNOWN:
-        return variable
-    text = f"{variable.description}; 2: their last samples were the arrays initial_..._window"
-    return replace(variable, description=text, high=2.0)
-
-
-def _initial_window(signal: Signal, count: int) -> Variable:
-    return Variable(
-        f"{initial_name(signal.name)}_window",
-        signal.unit,
-        "parameter",
-        f"{signal.name} at the last {count} samples before the start, oldest first, where "
-        f"{PREHISTORY_KNOWN} is 2",
-        signal.low,
-        signal.high,
-        signal.start_value,
-        "fixed",
-        count,
-    )
-
-
-def _output_window(signal: Signal, count: int) -> Variable:
-    """No output, so that masters do not record it unasked."""
-    text = (
-        f"{signal.name} at the last {count} samples, oldest first, as the network sees them now; "
-        "costs time only when it is read"
-    )
-    return Variable(
-        f"{signal.name}_window",
-        signal.unit,
-        "local",
-        text,
-        signal.low,
-        signal.high,
-        size=count,
-    )
-
-
-def _add_variables(root: ElementTree.Element, variables: list[Variable]) -> None:
+def _add_variables(root: ElementTree.Element, variables: Sequence[Variable]) -> None:
     parent = ElementTree.SubElement(root, "ModelVariables")
-    for reference, variable in enumerate(variables):
-        initial = INITIAL.get(variable.causality)
-        attributes = {
-            "name": variable.name,
-            "valueReference": str(reference),
-            "description": variable.description,
-            "causality": variable.causality,
-            "variability": variable.variability,
-            **({} if initial is None else {"initial": initial}),
-            "unit": variable.unit,
-            **given_attributes(variable),
-        }
+    for variable in variables:
+        attributes = common_attributes(variable) | given_attributes(variable)
         if variable.start is not None and variable.size is not None:
             attributes["start"] = " ".join([attributes["start"]] * variable.size)
         if variable.causality in ("input", "output", "local"):
             attributes["intermediateUpdate"] = "true"
-        element = ElementTree.SubElement(parent, "Float64", attributes)
+        element = ElementTree.SubElement(parent, ELEMENTS[variable.type], attributes)
         if variable.size is not None:
             ElementTree.SubElement(element, "Dimension", start=str(variable.size))
 
 
-def _add_structure(
-    root: ElementTree.Element, surrogate: Surrogate, variables: list[Variable]
-) -> None:
+def _add_structure(root: ElementTree.Element, variables: Sequence[Variable]) -> None:
     """As in FMI 2.0, but by value references in place of indices, which begin at 1."""
     structure = ElementTree.SubElement(root, "ModelStructure")
-    dependencies = initial_dependencies(surrogate, variables)
+    dependencies = {
+        str(variables[position].reference): " ".join(str(variables[i].reference) for i in known)
+        for position, known in initial_dependencies(variables)
+    }
     for reference in dependencies:
-        ElementTree.SubElement(structure, "Output", valueReference=str(reference), dependencies="")
-    for reference, inputs in dependencies.items():
+        ElementTree.SubElement(structure, "Output", valueReference=reference, dependencies="")
+    for reference, known in dependencies.items():
         ElementTree.SubElement(
-            structure,
-            "InitialUnknown",
-            valueReference=str(reference),
-            dependencies=" ".join(map(str, inputs)),
+            structure, "InitialUnknown", valueReference=reference, dependencies=known
         )

@@ -15,7 +15,11 @@ FOLDER = "sources"
 NAMES = "own_names.h"
 BYTES_IN_A_LINE = 24
 
-_FUNCTION = re.compile(r"^FMI2_Export .*?\b(fmi2\w+)\(", re.MULTILINE)
+_FUNCTION = re.compile(
+    r"^(?:FMI2_Export .*?\b(?=fmi2\w+\()|(?:CALL|REFUSED|NO_SUCH_TYPE)\()(fmi2\w+)", re.MULTILINE
+)
+"""A declaration in ``fmi2.h``, or a row of ``fmi2_functions.h``."""
+
 _INTERNAL = re.compile(r"\b(slide_\w+)(?=\(|;)")
 
 

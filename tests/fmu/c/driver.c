@@ -16,6 +16,7 @@
 #include "fmi3.h"
 #include "instance.h"
 #include "resource.h"
+#include "variables.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -174,11 +175,13 @@ static fmi2Component start(const char *uri, const char *guid) {
 
 static void bad_calls(fmi2Component c) {
     fmi2ValueReference references[2] = {0, 4000000000u};
+    int truths[2];
     double values[2] = {NAN, 1e300};
     fmi2SetReal(c, references, 2, values);
     fmi2SetReal(c, references, 1, values);
     fmi2GetReal(c, references, 2, values);
     fmi2GetReal(c, NULL, 2, NULL);
+    fmi2GetBoolean(c, references, 2, truths);
     fmi2DoStep(c, NAN, NAN, 0);
     fmi2DoStep(c, 0, INFINITY, 0);
     fmi2SetFMUstate(c, NULL);
@@ -267,10 +270,13 @@ static void step_anyhow(fmi2Component c) {
         double time = 0, value;
         fmi2GetRealStatus(c, fmi2LastSuccessfulTime, &time);
         fmi2DoStep(c, time, lengths[i], fmi2True);
-        for (fmi2ValueReference reference = 0; i % 2 == 0 && reference < 8; ++reference) {
+        for (fmi2ValueReference kind = 0; i % 2 == 0 && kind < SLIDE_KINDS; ++kind) {
+            const fmi2ValueReference reference = kind * SLIDE_REFERENCES_PER_KIND;
             fmi2GetReal(c, &reference, 1, &value);
         }
-        for (fmi2ValueReference reference = 1; reference < 4; ++reference) {
+        for (fmi2ValueReference output = 0; output < 3; ++output) {
+            const fmi2ValueReference reference =
+                SLIDE_OUTPUT * SLIDE_REFERENCES_PER_KIND + output;
             fmi2ValueReference input = 0;
             double seed = 1;
             fmi2GetDirectionalDerivative(c, &reference, 1, &input, 1, &seed, &value);
@@ -317,7 +323,7 @@ static fmi2Status compare_adjoint(fmi2Component c, size_t n_inputs, size_t n_out
     double worst = 0, largest = 0;
     for (size_t i = 0; i < MOST_VARIABLES; ++i) {
         inputs[i] = (fmi2ValueReference)i;
-        outputs[i] = (fmi2ValueReference)(n_inputs + i);
+        outputs[i] = (fmi2ValueReference)(SLIDE_OUTPUT * SLIDE_REFERENCES_PER_KIND + i);
         seed[i] = cos((double)i);
     }
     const SlideDerivativePair all = {outputs, n_outputs, inputs, n_inputs};
@@ -357,7 +363,7 @@ static int adjoint(const char *uri, const char *guid, int steps, size_t n_inputs
 /* Input 0 follows a triangle; the step is 5 ms, as in samples.py. */
 static int run(const char *uri, const char *guid, int steps) {
     fmi2Component c = start(uri, guid);
-    fmi2ValueReference input = 0, output = 1;
+    fmi2ValueReference input = 0, output = SLIDE_OUTPUT * SLIDE_REFERENCES_PER_KIND;
     for (int k = 0; c != NULL && k < steps; ++k) {
         double value = (k % 21 - 10) / 10.0;
         if (fmi2SetReal(c, &input, 1, &value) != fmi2OK ||

@@ -133,30 +133,33 @@ static int do_step(int standard, void *c, double time, double length) {
 
 int main(int count, char **arguments) {
     static const double lengths[] = {0.005, 0.01, 0.003};
-    library = count == 8 ? open_library(arguments[1]) : NULL;
+    library = count >= 8 ? open_library(arguments[1]) : NULL;
     if (library == NULL) {
         puts("the library does not load");
         return 1;
     }
     int standard = atoi(arguments[2]), steps = atoi(arguments[5]);
-    size_t n_inputs = (size_t)atoi(arguments[6]), n_outputs = (size_t)atoi(arguments[7]);
+    size_t n_inputs = (size_t)atoi(arguments[6]), n_outputs = (size_t)count - 7;
     if (n_inputs > LARGEST_COUNT || n_outputs > LARGEST_COUNT) {
         return 1;
     }
     void *c = standard == 2 ? start_2(arguments[4], arguments[3])
                             : start_3(arguments[4], arguments[3]);
-    unsigned references[2 * LARGEST_COUNT];
+    unsigned inputs[LARGEST_COUNT], outputs[LARGEST_COUNT];
     double values[LARGEST_COUNT], time = 0;
-    for (unsigned i = 0; i < 2 * LARGEST_COUNT; ++i) {
-        references[i] = i;
+    for (unsigned i = 0; i < n_inputs; ++i) {
+        inputs[i] = i;
+    }
+    for (size_t i = 0; i < n_outputs; ++i) {
+        outputs[i] = (unsigned)atol(arguments[7 + i]);
     }
     for (int k = 0; c != NULL && k < steps; ++k) {
         double length = lengths[k % 3];
         for (size_t i = 0; i < n_inputs; ++i) {
             values[i] = ((k + 7 * (int)i) % 21 - 10) / 10.0;
         }
-        if (set(standard, c, references, n_inputs, values) || do_step(standard, c, time, length) ||
-            get(standard, c, references + n_inputs, n_outputs, values)) {
+        if (set(standard, c, inputs, n_inputs, values) || do_step(standard, c, time, length) ||
+            get(standard, c, outputs, n_outputs, values)) {
             return 1;
         }
         for (size_t i = 0; i < n_outputs; ++i) {

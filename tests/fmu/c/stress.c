@@ -1,19 +1,20 @@
 /* Many threads, many lives, many steps: linked with a library of the runtime, or with its sources.
  *
- *   stress threads RESOURCES GUID STEP SCALE N_INPUTS N_VALUES STEPS
+ *   stress threads RESOURCES GUID STEP SCALE N_INPUTS N_OUTPUTS N_VALUES STEPS
  *       the same run in eight threads at once and alone, in both standards by turns: all values and
  *       derivatives must be the same, bit by bit
- *   stress lives RESOURCES GUID STEP SCALE N_INPUTS N_VALUES COUNT
+ *   stress lives RESOURCES GUID STEP SCALE N_INPUTS N_OUTPUTS N_VALUES COUNT
  *       instances that live for two steps; prints by how many bytes the resident memory has grown
  *       since the first tenth of them
- *   stress long RESOURCES GUID STEP SCALE N_INPUTS N_VALUES STEPS
+ *   stress long RESOURCES GUID STEP SCALE N_INPUTS N_OUTPUTS N_VALUES STEPS
  *       steps of a periodic input at times that are added up as masters do; prints the time at the
  *       end, and how many values of the last period differ from those of an early one
  *
- * RESOURCES: path of the folder. STEP in s. Inputs are sines of amplitude SCALE. N_VALUES follow
- * the inputs: outputs, and error estimates where there are some. */
+ * RESOURCES: path of the folder. STEP in s. Inputs are sines of amplitude SCALE. N_VALUES are read:
+ * outputs, and error estimates where there are some. */
 #include "fmi2.h"
 #include "fmi3.h"
+#include "variables.h"
 
 #include <math.h>
 #include <pthread.h>
@@ -254,8 +255,8 @@ static int for_long(const Task *task) {
 
 int main(int count, char **arguments) {
     Task task = {.count = 0};
-    if (count != 9) {
-        fputs("stress threads|lives|long RESOURCES GUID STEP SCALE N_INPUTS N_VALUES COUNT\n",
+    if (count != 10) {
+        fputs("stress threads|lives|long RESOURCES GUID STEP SCALE N_INPUTS N_OUTPUTS N_VALUES COUNT\n",
               stderr);
         return 2;
     }
@@ -264,14 +265,19 @@ int main(int count, char **arguments) {
     task.step = atof(arguments[4]);
     task.scale = atof(arguments[5]);
     task.n_inputs = (size_t)atoi(arguments[6]);
-    task.n_values = (size_t)atoi(arguments[7]);
-    task.count = atol(arguments[8]);
-    if (task.n_inputs > MOST_VALUES || task.n_values > MOST_VALUES) {
+    const size_t n_outputs = (size_t)atoi(arguments[7]);
+    task.n_values = (size_t)atoi(arguments[8]);
+    task.count = atol(arguments[9]);
+    if (n_outputs < 1 || task.n_inputs > MOST_VALUES || task.n_values > MOST_VALUES) {
         return 2;
     }
     snprintf(task.uri, sizeof task.uri, "file://%s", task.path);
     for (uint32_t i = 0; i < 2 * MOST_VALUES; ++i) {
-        task.references[i] = i;
+        const uint32_t behind = i - (uint32_t)task.n_inputs;
+        const uint32_t kind = behind < n_outputs ? SLIDE_OUTPUT : SLIDE_ERROR_ESTIMATE;
+        task.references[i] = i < task.n_inputs ? i
+                                               : kind * SLIDE_REFERENCES_PER_KIND +
+                                                     behind % (uint32_t)n_outputs;
     }
     if (strcmp(arguments[1], "threads") == 0) {
         return in_threads(&task);

@@ -28,24 +28,29 @@ SlideStatus slide_set_start(void *component, double start, bool stop_defined, do
 SlideStatus slide_change_mode(void *component, SlideMode from, SlideMode to, const char *function);
 SlideStatus slide_reset(void *component, const char *function);
 
-/* Variables, and how many values come with them: one for each, but of an array all. */
+/* How the caller holds values: of Real variables as double, of Boolean ones as int (FMI 2.0) or
+ * bool (FMI 3.0). */
+typedef enum { SLIDE_DOUBLES, SLIDE_INTS, SLIDE_BOOLS } SlideForm;
+
+/* Variables, all of one type, and how many values come with them: one for each, but of an array
+ * all. */
 typedef struct {
     const uint32_t *references;
     size_t n_references, n_values;
+    SlideForm form;
 } SlideValues;
 
-/* Values of the variables, all of them real numbers (calls_values.c). */
-SlideStatus slide_get(void *component, const SlideValues *of, double values[],
+/* Values of the variables (calls_values.c). */
+SlideStatus slide_get(void *component, const SlideValues *of, void *values, const char *function);
+SlideStatus slide_set(void *component, const SlideValues *of, const void *values,
                       const char *function);
-SlideStatus slide_set(void *component, const SlideValues *of, const double values[],
-                      const char *function);
+
+/* Variables of another type: there are none; asking for none of them is fine. */
+SlideStatus slide_none_of_type(void *component, size_t count, const char *function);
 
 /* Derivatives of inputs with respect to time (calls_rates.c). */
 SlideStatus slide_set_rates(void *component, const uint32_t references[], size_t count,
                             const int orders[], const double rates[], const char *function);
-
-/* Variables of another type: there are none; asking for none of them is fine. */
-SlideStatus slide_only_real(void *component, size_t count, const char *function);
 
 /* The communication step (calls_step.c). early: where the master may watch, whether it ended the
  * step before its end; or NULL. */

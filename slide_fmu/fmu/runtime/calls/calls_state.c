@@ -52,12 +52,22 @@ static bool belongs(const SlideInstance *instance, const void *saved, const char
     return fault == NULL;
 }
 
-SlideStatus slide_save(void *component, void **state, const char *function) {
+/* The instance, where no argument is missing and a state that is given is its own. */
+static SlideInstance *enter(void *component, bool complete, const void *state,
+                            const char *function) {
     SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
-    if (instance == NULL || state == NULL) {
-        return instance == NULL ? SLIDE_ERROR : slide_null(instance, function);
+    if (instance != NULL && !complete) {
+        slide_null(instance, function);
+        return NULL;
     }
-    if (*state != NULL && !belongs(instance, *state, function)) {
+    bool own = instance != NULL && (state == NULL || belongs(instance, state, function));
+    return own ? instance : NULL;
+}
+
+SlideStatus slide_save(void *component, void **state, const char *function) {
+    const void *given = state == NULL ? NULL : *state;
+    SlideInstance *instance = enter(component, state != NULL, given, function);
+    if (instance == NULL) {
         return SLIDE_ERROR;
     }
     unsigned char *saved = *state != NULL ? *state : malloc(saved_size(instance));
@@ -72,11 +82,8 @@ SlideStatus slide_save(void *component, void **state, const char *function) {
 }
 
 SlideStatus slide_restore(void *component, const void *state, const char *function) {
-    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
-    if (instance == NULL || state == NULL) {
-        return instance == NULL ? SLIDE_ERROR : slide_null(instance, function);
-    }
-    if (!belongs(instance, state, function)) {
+    SlideInstance *instance = enter(component, state != NULL, state, function);
+    if (instance == NULL) {
         return SLIDE_ERROR;
     }
     const unsigned char *saved = state;
@@ -98,11 +105,8 @@ SlideStatus slide_free_state(void *component, void **state, const char *function
 
 SlideStatus slide_serialized_size(void *component, const void *state, size_t *size,
                                   const char *function) {
-    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
-    if (instance == NULL || state == NULL || size == NULL) {
-        return instance == NULL ? SLIDE_ERROR : slide_null(instance, function);
-    }
-    if (!belongs(instance, state, function)) {
+    SlideInstance *instance = enter(component, state != NULL && size != NULL, state, function);
+    if (instance == NULL) {
         return SLIDE_ERROR;
     }
     *size = saved_size(instance);
@@ -111,11 +115,8 @@ SlideStatus slide_serialized_size(void *component, const void *state, size_t *si
 
 SlideStatus slide_serialize(void *component, const void *state, void *bytes, size_t size,
                             const char *function) {
-    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
-    if (instance == NULL || state == NULL || bytes == NULL) {
-        return instance == NULL ? SLIDE_ERROR : slide_null(instance, function);
-    }
-    if (!belongs(instance, state, function)) {
+    SlideInstance *instance = enter(component, state != NULL && bytes != NULL, state, function);
+    if (instance == NULL) {
         return SLIDE_ERROR;
     }
     if (size < saved_size(instance)) {
@@ -152,9 +153,9 @@ static bool is_intact(const SlideInstance *instance, const unsigned char *bytes)
 
 SlideStatus slide_deserialize(void *component, const void *bytes, size_t size, void **state,
                               const char *function) {
-    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
-    if (instance == NULL || bytes == NULL || state == NULL) {
-        return instance == NULL ? SLIDE_ERROR : slide_null(instance, function);
+    SlideInstance *instance = enter(component, bytes != NULL && state != NULL, NULL, function);
+    if (instance == NULL) {
+        return SLIDE_ERROR;
     }
     if (size != saved_size(instance)) {
         return slide_report(instance, SLIDE_ERROR,

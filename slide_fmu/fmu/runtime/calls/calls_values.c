@@ -10,36 +10,6 @@ static double part_filled(const SlideState *state, double n_samples) {
     return filled < 1 && state->head->prehistory == SLIDE_FIRST_HELD ? filled : 1;
 }
 
-/* Of a variable with one value. Error estimates are found when they are read. */
-static double value_of(SlideInstance *instance, SlideVariable variable) {
-    const SlideModel *model = &instance->model;
-    SlideState *state = &instance->state;
-    const size_t i = variable.index;
-    switch (variable.kind) {
-    case SLIDE_INPUT:
-        return state->inputs[i];
-    case SLIDE_OUTPUT:
-        return state->outputs[i];
-    case SLIDE_ESTIMATE:
-        slide_stream_estimate(model, state);
-        return state->estimate.errors[i] * model->output_scaling[i].scale;
-    case SLIDE_WINDOW_FILLED:
-        return part_filled(state, model->predictor.n_needed);
-    case SLIDE_ESTIMATE_FILLED:
-        return part_filled(state, (double)model->estimator.reach);
-    case SLIDE_TRUNCATION_ERROR:
-        return state->predictor.cells.errors[i] * model->output_scaling[i].scale;
-    case SLIDE_IN_RANGE:
-        return slide_stream_in_range(model, state);
-    case SLIDE_PREHISTORY_KNOWN:
-        return state->head->prehistory;
-    case SLIDE_INITIAL_INPUT:
-        return state->initial[i];
-    default:
-        return slide_clock_time(&state->head->clock);
-    }
-}
-
 /* Of an output, oldest first; block: all outputs, of slide_stream_block. Are they finite? */
 static bool write_outputs(const SlideModel *model, const float *block, size_t output,
                           double values[]) {
@@ -61,20 +31,86 @@ static void write_initial_window(const SlideModel *model, const SlideState *stat
     }
 }
 
+/* All values of a variable; block: NULL, or what slide_stream_block gave. Error estimates are found
+ * when they are read. False when values of an array are not finite. */
+static bool read_variable(SlideInstance *instance, SlideVariable variable, const float **block,
+                          double values[]) {
+    const SlideModel *model = &instance->model;
+    SlideState *state = &instance->state;
+    const size_t i = variable.index;
+    switch (variable.kind) { /* no default: the compiler tells of a kind that is missing */
+    case SLIDE_INPUT:
+        values[0] = state->inputs[i];
+        break;
+    case SLIDE_OUTPUT:
+        values[0] = state->outputs[i];
+        break;
+    case SLIDE_ERROR_ESTIMATE:
+        slide_stream_estimate(model, state);
+        values[0] = state->estimate.errors[i] * model->output_scaling[i].scale;
+        break;
+    case SLIDE_WINDOW_FILLED:
+        values[0] = part_filled(state, model->predictor.n_needed);
+        break;
+    case SLIDE_ESTIMATE_FILLED:
+        values[0] = part_filled(state, (double)model->estimator.reach);
+        break;
+    case SLIDE_TRUNCATION_ERROR:
+        values[0] = state->predictor.cells.errors[i] * model->output_scaling[i].scale;
+        break;
+    case SLIDE_IN_RANGE:
+        values[0] = slide_stream_in_range(model, state);
+        break;
+    case SLIDE_PREHISTORY_KNOWN:
+        values[0] = state->head->prehistory;
+        break;
+    case SLIDE_INITIAL_INPUT:
+        values[0] = state->initial[i];
+        break;
+    case SLIDE_TIME:
+        values[0] = slide_clock_time(&state->head->clock);
+        break;
+    case SLIDE_OUTPUT_WINDOW:
+        *block = *block == NULL ? slide_stream_block(model, state) : *block;
+        return write_outputs(model, *block, i, values);
+    case SLIDE_INITIAL_WINDOW:
+        write_initial_window(model, state, i, values);
+        break;
+    case SLIDE_KINDS:
+        break;
+    }
+    return true;
+}
+
+/* Is a variable there, and of the type of the function? */
+static bool is_known(const SlideInstance *instance, uint32_t reference, SlideVariable variable,
+                     SlideType type, const char *function) {
+    static const char *const types[] = {"Real (Float64)", "Boolean"};
+    if (variable.kind == SLIDE_KINDS) {
+        slide_report(instance, SLIDE_ERROR,
+                     "%s: no variable has the value reference %u; expected one of "
+                     "modelDescription.xml; nothing was changed",
+                     function, reference);
+    } else if (variable.type != type) {
+        slide_report(instance, SLIDE_ERROR,
+                     "%s: the variable with value reference %u is of type %s; expected %s; nothing "
+                     "was changed",
+                     function, reference, types[variable.type], types[type]);
+    }
+    return variable.kind != SLIDE_KINDS && variable.type == type;
+}
+
 /* Are all references known, and are there as many values as the variables have? */
 static bool arguments_agree(const SlideInstance *instance, const SlideValues *of,
                             const char *function) {
+    const SlideType type = of->form == SLIDE_DOUBLES ? SLIDE_REAL : SLIDE_BOOLEAN;
     uint64_t n_expected = 0;
     for (size_t i = 0; i < of->n_references; ++i) {
         SlideVariable variable = slide_variable(instance, of->references[i]);
-        if (variable.kind == SLIDE_KINDS) {
-            slide_report(instance, SLIDE_ERROR,
-                         "%s: value reference %u; expected less than %llu; nothing was changed",
-                         function, of->references[i],
-                         (unsigned long long)slide_count_variables(instance));
+        if (!is_known(instance, of->references[i], variable, type, function)) {
             return false;
         }
-        n_expected += slide_size_of(instance, variable);
+        n_expected += variable.size;
     }
     if (of->n_values != n_expected) {
         slide_report(instance, SLIDE_ERROR,
@@ -100,8 +136,16 @@ static SlideInstance *enter(void *component, unsigned modes, const SlideValues *
     return arguments_agree(instance, of, function) ? instance : NULL;
 }
 
-SlideStatus slide_get(void *component, const SlideValues *of, double values[],
-                      const char *function) {
+/* A Boolean, in the form that the standard gives it. */
+static void store_truth(const SlideValues *of, void *values, size_t at, bool truth) {
+    if (of->form == SLIDE_INTS) {
+        ((int *)values)[at] = truth;
+    } else {
+        ((bool *)values)[at] = truth;
+    }
+}
+
+SlideStatus slide_get(void *component, const SlideValues *of, void *values, const char *function) {
     const unsigned modes =
         SLIDE_INITIALIZATION | SLIDE_STEPPING | SLIDE_BETWEEN | SLIDE_TERMINATED;
     SlideInstance *instance = enter(component, modes, of, values, function);
@@ -117,22 +161,20 @@ SlideStatus slide_get(void *component, const SlideValues *of, double values[],
                             function);
     }
     const float *block = NULL; /* evaluated once for all outputs */
-    for (size_t i = 0; i < of->n_references; ++i) {
-        SlideVariable variable = slide_variable(instance, of->references[i]);
-        if (variable.kind == SLIDE_OUTPUT_WINDOW) {
-            block = block == NULL ? slide_stream_block(&instance->model, state) : block;
-            if (!write_outputs(&instance->model, block, variable.index, values)) {
-                return slide_report(instance, SLIDE_DISCARD,
-                                    "%s: the array with value reference %u holds numbers that are "
-                                    "not finite; set inputs within their ranges",
-                                    function, of->references[i]);
-            }
-        } else if (variable.kind == SLIDE_INITIAL_WINDOW) {
-            write_initial_window(&instance->model, state, variable.index, values);
-        } else {
-            *values = value_of(instance, variable);
+    for (size_t i = 0, at = 0; i < of->n_references; ++i) {
+        const SlideVariable variable = slide_variable(instance, of->references[i]);
+        double truth = 0;
+        double *place = variable.type == SLIDE_REAL ? (double *)values + at : &truth;
+        if (!read_variable(instance, variable, &block, place)) {
+            return slide_report(instance, SLIDE_DISCARD,
+                                "%s: the array with value reference %u holds numbers that are not "
+                                "finite; set inputs within their ranges",
+                                function, of->references[i]);
         }
-        values += slide_size_of(instance, variable);
+        if (variable.type == SLIDE_BOOLEAN) {
+            store_truth(of, values, at, truth != 0);
+        }
+        at += variable.size;
     }
     return SLIDE_OK;
 }
@@ -140,14 +182,13 @@ SlideStatus slide_get(void *component, const SlideValues *of, double values[],
 static SlideStatus check_settable(const SlideInstance *instance, uint32_t reference,
                                   const char *function) {
     SlideVariable variable = slide_variable(instance, reference);
-    if (variable.kind != SLIDE_INPUT && !slide_is_parameter(variable)) {
+    if (variable.kind != SLIDE_INPUT && !variable.is_parameter) {
         return slide_report(instance, SLIDE_ERROR,
                             "%s: value reference %u is no input; only inputs, 0 to %u, and "
-                            "parameters, from %u on, can be set; nothing was changed",
-                            function, reference, (unsigned)instance->model.n_inputs - 1,
-                            (unsigned)slide_first_parameter(instance));
+                            "parameters can be set; nothing was changed",
+                            function, reference, (unsigned)instance->model.n_inputs - 1);
     }
-    if (slide_is_parameter(variable) &&
+    if (variable.is_parameter &&
         (instance->state.head->mode & (SLIDE_STEPPING | SLIDE_BETWEEN)) != 0) {
         return slide_report(instance, SLIDE_ERROR,
                             "%s: value reference %u is a parameter; set it before the end of "
@@ -161,7 +202,6 @@ static SlideStatus check_settable(const SlideInstance *instance, uint32_t refere
 static SlideStatus check_values(const SlideInstance *instance, uint32_t reference,
                                 const double values[], const char *function) {
     const SlideVariable variable = slide_variable(instance, reference);
-    const size_t count = slide_size_of(instance, variable);
     if (variable.kind == SLIDE_PREHISTORY_KNOWN) {
         const uint32_t most = instance->has_more ? SLIDE_INITIAL_WINDOW_KNOWN : SLIDE_INITIAL_HELD;
         bool known = values[0] >= 0 && values[0] <= most && values[0] == nearbyint(values[0]);
@@ -172,7 +212,7 @@ static SlideStatus check_values(const SlideInstance *instance, uint32_t referenc
                                     function, reference, values[0],
                                     instance->has_more ? "to 2" : "or 1");
     }
-    for (size_t i = 0; i < count; ++i) {
+    for (size_t i = 0; i < variable.size; ++i) {
         if (!slide_input_usable(&instance->model, variable.index, values[i])) {
             return slide_report(instance, SLIDE_DISCARD,
                                 "%s: input with value reference %u = %g; expected a finite number "
@@ -192,7 +232,7 @@ static SlideStatus check_inputs(const SlideInstance *instance, const SlideValues
     }
     for (size_t i = 0; status == SLIDE_OK && i < of->n_references; ++i) {
         status = check_values(instance, of->references[i], values, function);
-        values += slide_size_of(instance, slide_variable(instance, of->references[i]));
+        values += slide_variable(instance, of->references[i]).size;
     }
     return status;
 }
@@ -217,20 +257,21 @@ static void take_over(SlideInstance *instance, SlideVariable variable, const dou
     }
 }
 
-SlideStatus slide_set(void *component, const SlideValues *of, const double values[],
+SlideStatus slide_set(void *component, const SlideValues *of, const void *values,
                       const char *function) {
     SlideInstance *instance = enter(component, SLIDE_SETTABLE, of, values, function);
     if (instance == NULL) {
         return SLIDE_ERROR;
     }
-    SlideStatus status = check_inputs(instance, of, values, function);
+    const double *numbers = values; /* what can be set is Real */
+    SlideStatus status = check_inputs(instance, of, numbers, function);
     if (status != SLIDE_OK) {
         return status;
     }
     for (size_t i = 0; i < of->n_references; ++i) {
         SlideVariable variable = slide_variable(instance, of->references[i]);
-        take_over(instance, variable, values);
-        values += slide_size_of(instance, variable);
+        take_over(instance, variable, numbers);
+        numbers += variable.size;
     }
     if (slide_stream_fresh(&instance->state)) {
         instance->state.head->current = 0;
@@ -239,13 +280,14 @@ SlideStatus slide_set(void *component, const SlideValues *of, const double value
     return SLIDE_OK;
 }
 
-SlideStatus slide_only_real(void *component, size_t count, const char *function) {
+SlideStatus slide_none_of_type(void *component, size_t count, const char *function) {
     SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
     if (instance == NULL) {
         return SLIDE_ERROR;
     }
     return count == 0 ? SLIDE_OK
                       : slide_report(instance, SLIDE_ERROR,
-                                     "%s: all variables of this FMU are of type Real (Float64)",
+                                     "%s: no variable of this FMU is of this type; expected Real "
+                                     "(Float64) or Boolean",
                                      function);
 }

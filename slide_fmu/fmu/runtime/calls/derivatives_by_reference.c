@@ -1,13 +1,14 @@
 #include "derivatives_by_reference.h"
 
 #include "derivative.h"
+#include "variables.h"
 
 #include <math.h>
 #include <string.h>
 
 static SlideStatus check_references(const SlideInstance *instance, const SlideDerivativePair *of,
                                    const char *function) {
-    const uint32_t n_inputs = instance->model.n_inputs, n_outputs = instance->model.n_outputs;
+    const uint32_t n_inputs = instance->model.n_inputs;
     for (size_t i = 0; i < of->n_knowns; ++i) {
         if (of->knowns[i] >= n_inputs) {
             return slide_report(instance, SLIDE_ERROR,
@@ -16,13 +17,12 @@ static SlideStatus check_references(const SlideInstance *instance, const SlideDe
         }
     }
     for (size_t i = 0; i < of->n_unknowns; ++i) {
-        if (of->unknowns[i] < n_inputs || of->unknowns[i] - n_inputs >= n_outputs) {
+        if (slide_variable(instance, of->unknowns[i]).kind != SLIDE_OUTPUT) {
             return slide_report(instance, SLIDE_ERROR,
                                 "%s: unknown with value reference %u; expected outputs of the "
-                                "surrogate, %u to %u: error estimates and what tells about the "
-                                "window have no derivatives",
-                                function, of->unknowns[i], (unsigned)n_inputs,
-                                (unsigned)(n_inputs + n_outputs - 1));
+                                "surrogate: error estimates and what tells about the window have "
+                                "no derivatives",
+                                function, of->unknowns[i]);
         }
     }
     return SLIDE_OK;
@@ -99,7 +99,7 @@ SlideStatus slide_get_directional_derivative(void *component, const SlideDerivat
     }
     slide_directional_derivative(model, &instance->state, direction, column);
     for (size_t i = 0; i < of->n_unknowns; ++i) {
-        sensitivity[i] = column[of->unknowns[i] - model->n_inputs];
+        sensitivity[i] = column[slide_variable(instance, of->unknowns[i]).index];
     }
     return check_finite(instance, sensitivity, of->n_unknowns, function);
 }
@@ -124,7 +124,7 @@ SlideStatus slide_get_adjoint_derivative(void *component, const SlideDerivativeP
         direction[of->knowns[i]] = 0;
         sensitivity[i] = 0;
         for (size_t j = 0; j < of->n_unknowns; ++j) {
-            sensitivity[i] += seed[j] * column[of->unknowns[j] - model->n_inputs];
+            sensitivity[i] += seed[j] * column[slide_variable(instance, of->unknowns[j]).index];
         }
     }
     return check_finite(instance, sensitivity, of->n_knowns, function);

@@ -1,55 +1,64 @@
 #include "variables.h"
 
-static uint32_t count_of(const SlideInstance *instance, SlideVariableKind kind) {
+typedef enum { PER_ONE = 1, PER_INPUT, PER_OUTPUT } Per; /* 0: no kind has this number */
+typedef enum { WHEN_ALWAYS, WHEN_ESTIMATOR, WHEN_STATE_SPACE, WHEN_SEVERAL_SAMPLES } When;
+typedef enum { SIZE_SCALAR, SIZE_BLOCK, SIZE_SAMPLED } Size;
+typedef enum {
+    CAUSALITY_INPUT,
+    CAUSALITY_OUTPUT,
+    CAUSALITY_PARAMETER,
+    CAUSALITY_INDEPENDENT,
+    CAUSALITY_LOCAL
+} Causality;
+
+typedef struct {
+    Causality causality;
+    SlideType type;
+    Per per;
+    When when;
+    Size size;
+    int fmi; /* the first version in which it exists */
+} Kind;
+
+#define ROW(name, number, causality, type, per, when, size, fmi)                                  \
+    [number] = {CAUSALITY_##causality, SLIDE_##type, PER_##per, WHEN_##when, SIZE_##size, fmi},
+static const Kind KINDS[SLIDE_KINDS] = {SLIDE_VARIABLE_KINDS(ROW)};
+
+static bool exists(const SlideInstance *instance, const Kind *kind) {
     const SlideModel *model = &instance->model;
-    const bool estimates = model->estimator.positions > 0;
-    switch (kind) {
-    case SLIDE_INPUT:
-    case SLIDE_INITIAL_INPUT:
-        return model->n_inputs;
-    case SLIDE_OUTPUT:
-        return model->n_outputs;
-    case SLIDE_ESTIMATE:
-        return estimates ? model->n_outputs : 0;
-    case SLIDE_ESTIMATE_FILLED:
-        return estimates;
-    case SLIDE_TRUNCATION_ERROR:
-        return model->predictor.kind == SLIDE_STATE_SPACE ? model->n_outputs : 0;
-    case SLIDE_TIME:
-        return instance->has_more;
-    case SLIDE_OUTPUT_WINDOW:
-        return instance->has_more && model->n_block > 1 ? model->n_outputs : 0;
-    case SLIDE_INITIAL_WINDOW:
-        return instance->has_more ? model->n_inputs : 0;
+    switch (kind->when) {
+    case WHEN_ESTIMATOR:
+        return model->estimator.positions > 0;
+    case WHEN_STATE_SPACE:
+        return model->predictor.kind == SLIDE_STATE_SPACE;
+    case WHEN_SEVERAL_SAMPLES:
+        return model->n_block > 1;
     default:
-        return 1;
+        return true;
     }
+}
+
+uint32_t slide_count_of(const SlideInstance *instance, SlideVariableKind number) {
+    const Kind *kind = &KINDS[number];
+    if ((kind->fmi > 2 && !instance->has_more) || !exists(instance, kind)) {
+        return 0;
+    }
+    const uint32_t counts[] = {[PER_ONE] = 1,
+                               [PER_INPUT] = instance->model.n_inputs,
+                               [PER_OUTPUT] = instance->model.n_outputs};
+    return counts[kind->per];
 }
 
 SlideVariable slide_variable(const SlideInstance *instance, uint32_t reference) {
-    uint32_t index = reference;
-    for (SlideVariableKind kind = SLIDE_INPUT; kind < SLIDE_KINDS; ++kind) {
-        uint32_t count = count_of(instance, kind);
-        if (index < count) {
-            return (SlideVariable){kind, index};
-        }
-        index -= count;
+    const uint32_t number = reference / SLIDE_REFERENCES_PER_KIND;
+    const uint32_t index = reference % SLIDE_REFERENCES_PER_KIND;
+    if (number >= SLIDE_KINDS || index >= slide_count_of(instance, (SlideVariableKind)number)) {
+        return (SlideVariable){.kind = SLIDE_KINDS, .size = 1};
     }
-    return (SlideVariable){SLIDE_KINDS, 0};
-}
-
-static uint64_t count_before(const SlideInstance *instance, SlideVariableKind end) {
-    uint64_t count = 0;
-    for (SlideVariableKind kind = SLIDE_INPUT; kind < end; ++kind) {
-        count += count_of(instance, kind);
-    }
-    return count;
-}
-
-uint64_t slide_count_variables(const SlideInstance *instance) {
-    return count_before(instance, SLIDE_KINDS);
-}
-
-uint32_t slide_first_parameter(const SlideInstance *instance) {
-    return (uint32_t)count_before(instance, SLIDE_PREHISTORY_KNOWN);
+    const Kind *kind = &KINDS[number];
+    const size_t sizes[] = {[SIZE_SCALAR] = 1,
+                            [SIZE_BLOCK] = instance->model.n_block,
+                            [SIZE_SAMPLED] = instance->model.n_sampled};
+    return (SlideVariable){(SlideVariableKind)number, index, sizes[kind->size], kind->type,
+                           kind->causality == CAUSALITY_PARAMETER};
 }

@@ -63,18 +63,24 @@ fmi3Instance fmi3InstantiateCoSimulation(
     return slide_instantiate(&request);
 }
 
+static fmi3Instance refuse_instance(const char *function, fmi3String name, const char *fault,
+                                    fmi3LogMessageCallback callback,
+                                    fmi3InstanceEnvironment environment) {
+    return slide_instantiate(&(SlideRequest){.function = function,
+                                             .name = name,
+                                             .fault = fault,
+                                             .logger = logger_of(callback, environment)});
+}
+
 fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken,
                                           fmi3String resourcePath, fmi3Boolean visible,
                                           fmi3Boolean loggingOn,
                                           fmi3InstanceEnvironment instanceEnvironment,
                                           fmi3LogMessageCallback logMessage) {
     (void)instantiationToken, (void)resourcePath, (void)visible, (void)loggingOn;
-    return slide_instantiate(&(SlideRequest){
-        .function = __func__,
-        .name = instanceName,
-        .fault = "this FMU is for co-simulation, not for model exchange",
-        .logger = logger_of(logMessage, instanceEnvironment),
-    });
+    return refuse_instance(__func__, instanceName,
+                           "this FMU is for co-simulation, not for model exchange", logMessage,
+                           instanceEnvironment);
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(
@@ -84,20 +90,12 @@ fmi3Instance fmi3InstantiateScheduledExecution(
     fmi3LockPreemptionCallback lockPreemption, fmi3UnlockPreemptionCallback unlockPreemption) {
     (void)instantiationToken, (void)resourcePath, (void)visible, (void)loggingOn;
     (void)clockUpdate, (void)lockPreemption, (void)unlockPreemption;
-    return slide_instantiate(&(SlideRequest){
-        .function = __func__,
-        .name = instanceName,
-        .fault = "this FMU is for co-simulation, not for scheduled execution",
-        .logger = logger_of(logMessage, instanceEnvironment),
-    });
+    return refuse_instance(__func__, instanceName,
+                           "this FMU is for co-simulation, not for scheduled execution",
+                           logMessage, instanceEnvironment);
 }
 
 void fmi3FreeInstance(fmi3Instance instance) { slide_free(instance); }
-
-fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories,
-                               const fmi3String categories[]) {
-    return (fmi3Status)slide_set_logging(instance, loggingOn, nCategories, categories, __func__);
-}
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean toleranceDefined,
                                        fmi3Float64 tolerance, fmi3Float64 startTime,
@@ -108,54 +106,6 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean tolera
         status = slide_change_mode(instance, SLIDE_INSTANTIATED, SLIDE_INITIALIZATION, __func__);
     }
     return (fmi3Status)status;
-}
-
-fmi3Status fmi3ExitInitializationMode(fmi3Instance instance) {
-    return (fmi3Status)slide_change_mode(instance, SLIDE_INITIALIZATION, SLIDE_STEPPING, __func__);
-}
-
-fmi3Status fmi3Terminate(fmi3Instance instance) {
-    return (fmi3Status)slide_change_mode(instance, SLIDE_STEPPING, SLIDE_TERMINATED, __func__);
-}
-
-fmi3Status fmi3Reset(fmi3Instance instance) { return (fmi3Status)slide_reset(instance, __func__); }
-
-fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[],
-                          size_t nValueReferences, fmi3Float64 values[], size_t nValues) {
-    const SlideValues of = {valueReferences, nValueReferences, nValues};
-    return (fmi3Status)slide_get(instance, &of, values, __func__);
-}
-
-fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[],
-                          size_t nValueReferences, const fmi3Float64 values[], size_t nValues) {
-    const SlideValues of = {valueReferences, nValueReferences, nValues};
-    return (fmi3Status)slide_set(instance, &of, values, __func__);
-}
-
-fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState) {
-    return (fmi3Status)slide_save(instance, FMUState, __func__);
-}
-
-fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState FMUState) {
-    return (fmi3Status)slide_restore(instance, FMUState, __func__);
-}
-
-fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *FMUState) {
-    return (fmi3Status)slide_free_state(instance, FMUState, __func__);
-}
-
-fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState FMUState, size_t *size) {
-    return (fmi3Status)slide_serialized_size(instance, FMUState, size, __func__);
-}
-
-fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState,
-                                 fmi3Byte serializedState[], size_t size) {
-    return (fmi3Status)slide_serialize(instance, FMUState, serializedState, size, __func__);
-}
-
-fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte serializedState[],
-                                   size_t size, fmi3FMUState *FMUState) {
-    return (fmi3Status)slide_deserialize(instance, serializedState, size, FMUState, __func__);
 }
 
 /* A surrogate has no events and never asks to end the simulation. */

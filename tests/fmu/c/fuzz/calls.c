@@ -27,12 +27,14 @@ static const SlideModel *model_of(const FuzzFmu *fmu) {
     return &((const SlideInstance *)fmu->component)->model;
 }
 
-/* References that are likely to exist, or any number. */
+/* The first variables of all kinds, most of which exist, or any number. */
 static size_t take_references(FuzzInput *input, uint32_t *references) {
     const size_t count = fuzz_u8(input) % (MOST_REFERENCES + 1);
     for (size_t i = 0; i < count; ++i) {
         const uint8_t reference = fuzz_u8(input);
-        references[i] = reference == 0xFF ? fuzz_u32(input) : reference % 64;
+        references[i] = reference == 0xFF ? fuzz_u32(input)
+                                          : reference % 16u * SLIDE_REFERENCES_PER_KIND +
+                                                reference / 16u % 4;
     }
     return count;
 }
@@ -73,18 +75,31 @@ static bool all_finite(const double *values, size_t count) {
     return finite;
 }
 
-/* Every variable by itself, arrays with all their values, and some that do not exist. Values that
- * are given are finite. */
+/* A variable by itself, an array with all its values: given values are finite, and none is given
+ * of a variable that does not exist, or is of another type. */
+static void get_one(FuzzFmu *fmu, uint32_t reference, bool exists) {
+    const SlideVariable variable = slide_variable(fmu->component, reference);
+    double *values = malloc(variable.size * sizeof *values);
+    const int status = fuzz_get(fmu, &reference, 1, values, variable.size);
+    const bool real = exists && variable.type == SLIDE_REAL;
+    fuzz_expect((status == 0) <= real, "a refusal of what is not there");
+    fuzz_expect(status != 0 || fmu->tampered || all_finite(values, variable.size),
+                "finite values");
+    free(values);
+    int truth = -1;
+    const int answer = fuzz_get_boolean(fmu, &reference, &truth);
+    fuzz_expect((answer == 0) <= (exists && !real), "a refusal of what is no Boolean");
+    fuzz_expect(answer != 0 || truth == 0 || truth == 1, "a truth");
+}
+
+/* Every variable of every kind, and one that does not exist behind them. */
 static void get_all(FuzzFmu *fmu) {
-    const SlideInstance *instance = fmu->component;
-    const uint64_t there = slide_count_variables(instance);
-    for (uint32_t reference = 0; reference < there + 2 && reference < MOST_REFERENCES; ++reference) {
-        const size_t count = slide_size_of(instance, slide_variable(instance, reference));
-        double *values = malloc(count * sizeof *values);
-        const int status = fuzz_get(fmu, &reference, 1, values, count);
-        fuzz_expect((status == 0) <= (reference < there), "a refusal of what does not exist");
-        fuzz_expect(status != 0 || fmu->tampered || all_finite(values, count), "finite values");
-        free(values);
+    for (uint32_t kind = 0; kind <= SLIDE_KINDS; ++kind) {
+        const uint32_t count =
+            kind < SLIDE_KINDS ? slide_count_of(fmu->component, (SlideVariableKind)kind) : 0;
+        for (uint32_t i = 0; i <= count && i < MOST_REFERENCES; ++i) {
+            get_one(fmu, kind * SLIDE_REFERENCES_PER_KIND + i, i < count);
+        }
     }
 }
 
@@ -114,7 +129,9 @@ static void step_twice(FuzzFmu *fmu, FuzzInput *input) {
     for (int i = 0; i < 2; ++i) {
         status[i] = fuzz_do_step(fmu, time, length);
         for (size_t k = 0; k < count; ++k) {
-            const uint32_t reference = model->n_inputs + (uint32_t)k;
+            const uint32_t i = (uint32_t)k % model->n_outputs;
+            const uint32_t kind = k < model->n_outputs ? SLIDE_OUTPUT : SLIDE_ERROR_ESTIMATE;
+            const uint32_t reference = kind * SLIDE_REFERENCES_PER_KIND + i;
             found[i][k] = 0;
             fuzz_get(fmu, &reference, 1, &found[i][k], 1);
         }
@@ -161,7 +178,7 @@ static void derive_all(FuzzFmu *fmu) {
     const SlideModel *model = model_of(fmu);
     for (uint32_t known = 0; known < model->n_inputs && known < MOST_REFERENCES; ++known) {
         for (uint32_t i = 0; i < model->n_outputs && i < MOST_REFERENCES; ++i) {
-            const uint32_t unknown = model->n_inputs + i;
+            const uint32_t unknown = SLIDE_OUTPUT * SLIDE_REFERENCES_PER_KIND + i;
             double slope = NAN;
             const int status =
                 fuzz_derivative(fmu, known % 2 == 1, &unknown, 1, &known, 1, &one, &slope);

@@ -2,6 +2,7 @@
 
 #include "fmi2.h"
 #include "fmi3.h"
+#include "variable_kinds.h"
 #include "instance.h"
 #include "target.h"
 
@@ -32,7 +33,8 @@ static void watch(fmi3InstanceEnvironment environment, fmi3Float64 time, fmi3Boo
                   fmi3Boolean *return_requested, fmi3Float64 *return_time) {
     (void)environment, (void)get_allowed, (void)step_finished, (void)can_return;
     const double phase = fmod(time, 0.035);
-    for (fmi3ValueReference reference = 0; watched != NULL && reference < 8; ++reference) {
+    for (fmi3ValueReference kind = 0; watched != NULL && kind < 8; ++kind) {
+        const fmi3ValueReference reference = kind * SLIDE_REFERENCES_PER_KIND;
         double value;
         fmi3GetFloat64(watched, &reference, 1, &value, 1);
     }
@@ -124,6 +126,16 @@ int fuzz_get(FuzzFmu *fmu, const uint32_t *references, size_t count, double *val
     return told(fmu->standard == 2
                     ? (int)fmi2GetReal(c, references, count, values)
                     : (int)fmi3GetFloat64(c, references, count, values, n_values));
+}
+
+int fuzz_get_boolean(FuzzFmu *fmu, const uint32_t *reference, int *truth) {
+    if (fmu->standard == 2) {
+        return told(fmi2GetBoolean(fmu->component, reference, 1, truth));
+    }
+    fmi3Boolean value = *truth == 1;
+    const int status = told(fmi3GetBoolean(fmu->component, reference, 1, &value, 1));
+    *truth = value;
+    return status;
 }
 
 double fuzz_time(const FuzzFmu *fmu) {

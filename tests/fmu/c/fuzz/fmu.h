@@ -36,6 +36,9 @@ int fuzz_set(FuzzFmu *fmu, const uint32_t *references, size_t count, const doubl
 int fuzz_get(FuzzFmu *fmu, const uint32_t *references, size_t count, double *values,
              size_t n_values);
 
+/* A single Boolean: 0 or 1. */
+int fuzz_get_boolean(FuzzFmu *fmu, const uint32_t *reference, int *truth);
+
 double fuzz_time(const FuzzFmu *fmu);
 int fuzz_do_step(FuzzFmu *fmu, double time, double length);
 

@@ -1,0 +1,128 @@
+"""Write what is made from the table of variables: a C header and a page of the documentation.
+
+``python -m slide_fmu.fmu.description.generate`` after a change of ``variables.py``; a test holds
+both files against the table.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from slide_fmu.fmu.description.variables import KINDS, REFERENCES_PER_KIND, Kind
+
+ROOT = Path(__file__).parents[3]
+HEADER = Path(__file__).parents[1] / "runtime" / "calls" / "variable_kinds.h"
+PAGE = ROOT / "docs" / "variables.md"
+COMMAND = "python -m slide_fmu.fmu.description.generate"
+
+PER = {"one": "", "input": "for each input", "output": "for each output"}
+WHEN = {
+    "always": "",
+    "estimator": "with an error estimator",
+    "state_space": "with a state-space network",
+    "several_samples": "where the network knows several samples of the outputs at a time",
+}
+SIZE = {
+    "scalar": "",
+    "block": "as many values as the network knows samples of the outputs",
+    "sampled": "as many values as any result depends on samples of the inputs",
+}
+
+
+def header() -> str:
+    """The C header: all kinds as one macro, which ``runtime/calls/variables.c`` expands."""
+    rows = [
+        f"    KIND({kind.key}, {kind.number}, {kind.causality.upper()}, {kind.type.upper()}, "
+        f"{kind.per.upper()}, {kind.when.upper()}, {kind.size.upper()}, {kind.fmi})"
+        for kind in KINDS
+    ]
+    return "\n".join(
+        [
+            "/* All kinds of variables, as slide_fmu/fmu/description/variables.py lists them.",
+            f" * Made by {COMMAND}; do not edit. */",
+            "#ifndef SLIDE_VARIABLE_KINDS_H",
+            "#define SLIDE_VARIABLE_KINDS_H",
+            "",
+            "/* A value reference is the number of a kind times this plus an index. */",
+            f"enum {{ SLIDE_REFERENCES_PER_KIND = {REFERENCES_PER_KIND} }};",
+            "",
+            "/* KIND(name, number, causality, type, one for each of what, what the surrogate must",
+            " * have, number of values, first version of FMI) */",
+            "#define SLIDE_VARIABLE_KINDS(KIND) \\",
+            " \\\n".join(rows),
+            "",
+            "#endif",
+            "",
+        ]
+    )
+
+
+def page() -> str:
+    """The page for users, as Markdown."""
+    rows = [
+        f"| `{kind.name_for(_signal(kind))}` | {_references(kind)} | "
+        f"{kind.causality}, {kind.variability} | {_type(kind)} | {_existence(kind)} | "
+        f"{_text(kind)} |"
+        for kind in KINDS
+    ]
+    return "\n".join(
+        [
+            "# Variables of an FMU",
+            "",
+            "Every FMU of slide-fmu has these variables, in FMI 2.0 and FMI 3.0 with the same",
+            f"names and value references. A value reference is {REFERENCES_PER_KIND} times the",
+            "number of the kind of variable, plus the index among the variables of this kind,",
+            "which counts from 0. So it stays what it is when a surrogate gets more inputs, or",
+            "slide-fmu more kinds of variables.",
+            "",
+            "A description of a signal in its recipe takes the place of the text below.",
+            "",
+            "| variable | value references | causality, variability | type | there is one "
+            "| description |",
+            "| --- | --- | --- | --- | --- | --- |",
+            *rows,
+            "",
+            f"This page is made by `{COMMAND}`.",
+            "",
+        ]
+    )
+
+
+def _signal(kind: Kind) -> str:
+    return f"<{kind.per}>"
+
+
+def _references(kind: Kind) -> str:
+    first = kind.reference()
+    return str(first) if kind.per == "one" else f"{first} + index"
+
+
+def _type(kind: Kind) -> str:
+    name = {"Real": "Real (Float64)", "Boolean": "Boolean"}[kind.type]
+    return f"{name}, {SIZE[kind.size]}" if SIZE[kind.size] else name
+
+
+def _existence(kind: Kind) -> str:
+    conditions = [PER[kind.per], WHEN[kind.when], "in FMI 3.0" if kind.fmi == 3 else ""]
+    return ", ".join(condition for condition in conditions if condition) or "always"
+
+
+def _text(kind: Kind) -> str:
+    text = kind.text.format(signal=f"`{_signal(kind)}`", positions="n", size="n")
+    if kind.text_with_estimator:
+        text += f" With an error estimator: {kind.text_with_estimator}"
+    if kind.text_fmi_3:
+        text += f" In FMI 3.0: {kind.text_fmi_3}"
+    return text
+
+
+def main() -> None:
+    """Write both files, and say so."""
+    PAGE.parent.mkdir(exist_ok=True)
+    for path, text in ((HEADER, header()), (PAGE, page())):
+        path.write_text(text, encoding="utf-8")
+        print(f"wrote {path}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,171 @@
+"""The variables of one surrogate's FMU: the table of kinds, filled in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from slide_fmu.core.signals import Signal
+from slide_fmu.fmu.description.variables import (
+    ESTIMATE_FILLED,
+    KINDS,
+    WINDOW_FILLED,
+    Bound,
+    Kind,
+)
+from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.surrogate.surrogate import Surrogate
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of an FMU.
+
+    Attributes:
+        kind: its row in the table, which tells type, causality and variability.
+        reference: its value reference.
+        unit: None for a Boolean.
+        low, high, start: None where none is given.
+        size: number of values of an array; None for a scalar.
+    """
+
+    kind: Kind
+    reference: int
+    name: str
+    description: str
+    unit: str | None
+    low: float | None
+    high: float | None
+    start: float | None
+    size: int | None
+
+    @property
+    def causality(self) -> str:
+        """Causality, as both standards name it."""
+        return self.kind.causality
+
+    @property
+    def type(self) -> str:
+        """``Real`` (Float64 in FMI 3.0) or ``Boolean``."""
+        return self.kind.type
+
+
+def fmu_variables(surrogate: Surrogate, fmi: FmiVersion = 2) -> list[Variable]:
+    """All variables of a surrogate's FMU, in the order of the table.
+
+    Args:
+        surrogate: what the FMU carries.
+        fmi: version of the standard; FMI 3.0 has more variables.
+
+    Raises:
+        ValueError: two variables would have the same name.
+    """
+    variables = [
+        _variable(surrogate, fmi, kind, index, signal)
+        for kind in KINDS
+        if kind.fmi <= fmi and _exists(surrogate, kind)
+        for index, signal in enumerate(_signals(surrogate, kind))
+    ]
+    names = [variable.name for variable in variables]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(
+            f"surrogate {surrogate.name!r}: two variables of its FMU have the name {twice[0]!r}; "
+            "expected unique names, rename the signal"
+        )
+    return variables
+
+
+def memory_lengths(surrogate: Surrogate) -> dict[str, int]:
+    """Variables for the filled part of the inputs, and how many samples of the inputs that is.
+
+    Those behind the outputs are what the network needs; those behind the error estimates are what
+    the estimator needs at all its positions.
+    """
+    samples = {WINDOW_FILLED: surrogate.network.memory_length}
+    if surrogate.estimator is not None:
+        samples[ESTIMATE_FILLED] = surrogate.estimator.memory_length
+    return samples
+
+
+def block_size(surrogate: Surrogate) -> int:
+    """Samples of the outputs that the network knows at a time: it gives them at once, or, with a
+    state space, they are those of its output window."""
+    return surrogate.network.block_length(len(surrogate.outputs))
+
+
+def initial_dependencies(variables: Sequence[Variable]) -> Iterator[tuple[int, list[int]]]:
+    """Each output and what it depends on in initialization mode, by positions in the list.
+
+    Outputs follow from past inputs alone, but before the first step from the start inputs, or from
+    the initial ones. The filled parts do not follow from inputs: only whether those before the
+    start are known counts.
+    """
+    known = {
+        "nothing": [],
+        "prehistory": [i for i, v in enumerate(variables) if v.kind.key == "PREHISTORY_KNOWN"],
+        "everything": [
+            i for i, v in enumerate(variables) if v.causality in ("input", "parameter")
+        ],
+    }
+    for i, variable in enumerate(variables):
+        if variable.causality == "output":
+            yield i, known[variable.kind.initially]
+
+
+def _exists(surrogate: Surrogate, kind: Kind) -> bool:
+    return {
+        "always": True,
+        "estimator": surrogate.estimator is not None,
+        "state_space": surrogate.network.measures_truncation,
+        "several_samples": block_size(surrogate) > 1,
+    }[kind.when]
+
+
+def _signals(surrogate: Surrogate, kind: Kind) -> Sequence[Signal | None]:
+    """What the variables of a kind belong to, one of them for each."""
+    return {"one": (None,), "input": surrogate.inputs, "output": surrogate.outputs}[kind.per]
+
+
+def _variable(
+    surrogate: Surrogate, fmi: FmiVersion, kind: Kind, index: int, signal: Signal | None
+) -> Variable:
+    sizes = {"scalar": None, "block": block_size(surrogate)}
+    size = sizes.get(kind.size, surrogate.memory_length)
+    unit = signal.unit if kind.unit is None and signal is not None else kind.unit
+    high = kind.high_fmi_3 if fmi == 3 and kind.high_fmi_3 is not None else kind.high
+    return Variable(
+        kind,
+        kind.reference(index),
+        kind.name_for("" if signal is None else signal.name),
+        _description(surrogate, fmi, kind, signal, size),
+        unit,
+        _bound(kind.low, None if signal is None else signal.low),
+        _bound(high, None if signal is None else signal.high),
+        _bound(kind.start, None if signal is None else signal.start_value),
+        size,
+    )
+
+
+def _bound(bound: Bound, of_signal: float | None) -> float | None:
+    return of_signal if bound == "signal" else bound
+
+
+def _description(
+    surrogate: Surrogate, fmi: FmiVersion, kind: Kind, signal: Signal | None, size: int | None
+) -> str:
+    """What the table says; of inputs and outputs, what their signals say, if they do."""
+    if signal is not None and kind.name == "{signal}" and signal.description:
+        return signal.description
+    estimated = surrogate.estimator is not None
+    sentences = [
+        kind.text,
+        kind.text_with_estimator if estimated else "",
+        kind.text_fmi_3 if fmi == 3 else "",
+    ]
+    text = " ".join(sentence for sentence in sentences if sentence)
+    return text.format(
+        signal="" if signal is None else signal.name,
+        positions=surrogate.estimated_samples if estimated else 0,
+        size=size,
+    )

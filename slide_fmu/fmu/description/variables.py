@@ -1,0 +1,275 @@
+"""The table of all kinds of variables that an FMU of slide-fmu can have.
+
+Model descriptions of FMI 2.0 and FMI 3.0, the dispatch of the C runtime (by the generated header
+``runtime/calls/variable_kinds.h``), FMUs that carry a torch module, and ``docs/variables.md`` are
+all made from this table. ``python -m slide_fmu.fmu.description.generate`` writes the generated
+files anew after a change.
+
+A value reference is the number of its kind times ``REFERENCES_PER_KIND`` plus an index within the
+kind. So it is the same in both standards, and it does not move when a kind is added or a surrogate
+has another number of inputs. The number of a kind is never given to another one.
+
+This file imports nothing of slide_fmu: it becomes part of FMUs that carry a torch module.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+REFERENCES_PER_KIND = 1_000_000
+"""A power of ten, so that people can read kind and index off a value reference; 2147 kinds fit
+into 31 bits, which importers that read references as signed numbers know."""
+
+WINDOW_FILLED = "window_filled"
+ESTIMATE_FILLED = "error_estimate_filled"
+IN_RANGE = "inputs_in_range"
+PREHISTORY_KNOWN = "prehistory_known"
+ERROR_ESTIMATE = "{signal}_error_estimate"
+TRUNCATION_ERROR = "{signal}_truncation_error"
+INITIAL = "initial_{signal}"
+
+Per = Literal["one", "input", "output"]
+When = Literal["always", "estimator", "state_space", "several_samples"]
+Size = Literal["scalar", "block", "sampled"]
+Initially = Literal["nothing", "prehistory", "everything"]
+Bound = float | Literal["signal"] | None
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of variable, whose instances differ only in the signal that they belong to.
+
+    Attributes:
+        number: decides the value references; never changes, never used again.
+        key: name of the kind in C, without its prefix ``SLIDE_``.
+        name: of the variable; ``{signal}`` stands for the name of the signal it belongs to.
+        text: description for users; ``{signal}``, ``{positions}`` (samples that an error estimate
+            tells of) and ``{size}`` (samples of an array) are filled in.
+        causality, variability: as in both standards.
+        per: whether there is one variable, one for each input, or one for each output.
+        when: what the surrogate must have: an error estimator, a state-space network, or a network
+            that knows several samples of the outputs at a time.
+        size: one value; as many as the network knows samples of the outputs; or as many samples of
+            the inputs as any result depends on.
+        fmi: the first version of the standard in which the variable exists.
+        type: Real (Float64 in FMI 3.0) or Boolean.
+        unit: None for that of the signal.
+        low, high, start: a number, that of the signal, or None where none is given.
+        high_fmi_3: another upper bound in FMI 3.0.
+        initially: what the variable depends on in initialization mode, where it is an output: no
+            variable, whether the prehistory is known, or all inputs and parameters. At a
+            communication point, no output depends on the inputs that are set there.
+        in_module_fmus: whether FMUs that carry a torch module have it as well.
+        text_with_estimator, text_fmi_3: one more sentence of the description.
+    """
+
+    number: int
+    key: str
+    name: str
+    text: str
+    causality: Literal["input", "output", "parameter", "independent", "local"]
+    variability: Literal["continuous", "discrete", "fixed"] = "continuous"
+    per: Per = "one"
+    when: When = "always"
+    size: Size = "scalar"
+    fmi: Literal[2, 3] = 2
+    type: Literal["Real", "Boolean"] = "Real"
+    unit: str | None = None
+    low: Bound = None
+    high: Bound = None
+    start: Bound = None
+    high_fmi_3: float | None = None
+    initially: Initially = "nothing"
+    in_module_fmus: bool = False
+    text_with_estimator: str = ""
+    text_fmi_3: str = ""
+
+    def reference(self, index: int = 0) -> int:
+        """Value reference of the variable with an index among those of its kind.
+
+        Raises:
+            ValueError: the index does not fit.
+        """
+        if not 0 <= index < REFERENCES_PER_KIND:
+            raise ValueError(
+                f"{self.name}: index {index}; expected 0 to {REFERENCES_PER_KIND - 1}: a "
+                "surrogate with more signals cannot become an FMU"
+            )
+        return self.number * REFERENCES_PER_KIND + index
+
+    def name_for(self, signal: str) -> str:
+        """Name of the variable that belongs to a signal."""
+        return self.name.replace("{signal}", signal)
+
+
+KINDS: tuple[Kind, ...] = (
+    Kind(
+        0,
+        "INPUT",
+        "{signal}",
+        "This is an input; its range is that of the training.",
+        "input",
+        per="input",
+        low="signal",
+        high="signal",
+        start="signal",
+        in_module_fmus=True,
+    ),
+    Kind(
+        1,
+        "OUTPUT",
+        "{signal}",
+        "This output is predicted for the end of the communication step.",
+        "output",
+        per="output",
+        low="signal",
+        high="signal",
+        initially="everything",
+        in_module_fmus=True,
+    ),
+    Kind(
+        2,
+        "ERROR_ESTIMATE",
+        ERROR_ESTIMATE,
+        "This is the estimated root mean square error of {signal} over the last {positions} "
+        "samples; it costs time only when it is read.",
+        "output",
+        per="output",
+        when="estimator",
+        low=0.0,
+        initially="everything",
+    ),
+    Kind(
+        3,
+        "WINDOW_FILLED",
+        WINDOW_FILLED,
+        "This part of the inputs behind the outputs was set in this run; trust the outputs from 1 "
+        "on.",
+        "output",
+        unit="1",
+        low=0.0,
+        high=1.0,
+        initially="prehistory",
+        in_module_fmus=True,
+    ),
+    Kind(
+        4,
+        "ESTIMATE_FILLED",
+        ESTIMATE_FILLED,
+        "This part of the inputs behind the error estimates was set in this run; trust the "
+        "estimates from 1 on.",
+        "output",
+        when="estimator",
+        unit="1",
+        low=0.0,
+        high=1.0,
+        initially="prehistory",
+    ),
+    Kind(
+        5,
+        "TRUNCATION_ERROR",
+        TRUNCATION_ERROR,
+        "This is what {signal} lost by forgetting inputs older than the window; it is measured "
+        "once per window.",
+        "output",
+        per="output",
+        when="state_space",
+        low=0.0,
+        initially="everything",
+    ),
+    Kind(
+        6,
+        "IN_RANGE",
+        IN_RANGE,
+        "It is true when all inputs behind the outputs lay in their ranges.",
+        "output",
+        "discrete",
+        type="Boolean",
+        initially="everything",
+        in_module_fmus=True,
+        text_with_estimator="For that they also moved as the error estimator knows.",
+    ),
+    Kind(
+        7,
+        "PREHISTORY_KNOWN",
+        PREHISTORY_KNOWN,
+        "With 1 the inputs before the start were the initial ones; with 0 the first input held "
+        "for ever.",
+        "parameter",
+        "fixed",
+        unit="1",
+        low=0.0,
+        high=1.0,
+        start=0.0,
+        high_fmi_3=2.0,
+        in_module_fmus=True,
+        text_fmi_3="With 2 their last samples were the arrays initial_..._window.",
+    ),
+    Kind(
+        8,
+        "INITIAL_INPUT",
+        INITIAL,
+        f"This was {{signal}} before the start, where {PREHISTORY_KNOWN} is 1.",
+        "parameter",
+        "fixed",
+        per="input",
+        low="signal",
+        high="signal",
+        start="signal",
+        in_module_fmus=True,
+    ),
+    Kind(
+        9,
+        "TIME",
+        "time",
+        "This is the simulation time.",
+        "independent",
+        fmi=3,
+        unit="s",
+    ),
+    Kind(
+        10,
+        "OUTPUT_WINDOW",
+        "{signal}_window",
+        "These are the last {size} samples of {signal}, oldest first, as the network sees them "
+        "now; they cost time only when they are read.",
+        "local",
+        per="output",
+        when="several_samples",
+        size="block",
+        fmi=3,
+        low="signal",
+        high="signal",
+    ),
+    Kind(
+        11,
+        "INITIAL_WINDOW",
+        f"{INITIAL}_window",
+        f"These were the last {{size}} samples of {{signal}} before the start, oldest first, "
+        f"where {PREHISTORY_KNOWN} is 2.",
+        "parameter",
+        "fixed",
+        per="input",
+        size="sampled",
+        fmi=3,
+        low="signal",
+        high="signal",
+        start="signal",
+    ),
+)
+"""All kinds by rising numbers; in this order variables stand in a model description."""
+
+BY_KEY = {kind.key: kind for kind in KINDS}
+
+
+def initial_name(name: str) -> str:
+    """Name of the parameter for the value of an input before the start."""
+    return BY_KEY["INITIAL_INPUT"].name_for(name)
+
+
+def kind_of(reference: int) -> tuple[Kind, int] | None:
+    """Kind and index that a value reference means, or None where there is no such kind."""
+    number, index = divmod(reference, REFERENCES_PER_KIND)
+    found = [kind for kind in KINDS if kind.number == number]
+    return (found[0], index) if found else None

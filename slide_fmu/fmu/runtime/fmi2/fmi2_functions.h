@@ -1,0 +1,105 @@
+/* FMI 2.0: the functions that one call answers, and those that this FMU exports, because importers
+ * look them up, but does not offer. A table without include guard, which fmi2.h reads as
+ * declarations and fmi2_functions.c as definitions: CALL(name, arguments as the standard has them,
+ * what is called). */
+
+#define REFUSED(function, arguments, reason)                                                      \
+    CALL(function, arguments, slide_refuse(c, __func__, reason))
+/* There are none of this type; asking for none of them is fine. */
+#define NO_SUCH_TYPE(function, arguments)                                                         \
+    CALL(function, arguments, slide_none_of_type(c, nvr, __func__))
+
+CALL(fmi2SetDebugLogging,
+     (fmi2Component c, fmi2Boolean on, size_t n_categories, const fmi2String categories[]),
+     slide_set_logging(c, on != fmi2False, n_categories, categories, __func__))
+CALL(fmi2SetupExperiment,
+     (fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start,
+      fmi2Boolean stop_defined, fmi2Real stop),
+     slide_set_start(c, start, stop_defined != fmi2False, stop, __func__))
+CALL(fmi2EnterInitializationMode, (fmi2Component c),
+     slide_change_mode(c, SLIDE_INSTANTIATED, SLIDE_INITIALIZATION, __func__))
+CALL(fmi2ExitInitializationMode, (fmi2Component c),
+     slide_change_mode(c, SLIDE_INITIALIZATION, SLIDE_STEPPING, __func__))
+CALL(fmi2Terminate, (fmi2Component c),
+     slide_change_mode(c, SLIDE_STEPPING, SLIDE_TERMINATED, __func__))
+CALL(fmi2Reset, (fmi2Component c), slide_reset(c, __func__))
+
+#define VARIABLES fmi2Component c, const fmi2ValueReference vr[], size_t nvr
+CALL(fmi2GetReal, (VARIABLES, fmi2Real value[]),
+     slide_get(c, &(SlideValues){vr, nvr, nvr, SLIDE_DOUBLES}, value, __func__))
+CALL(fmi2SetReal, (VARIABLES, const fmi2Real value[]),
+     slide_set(c, &(SlideValues){vr, nvr, nvr, SLIDE_DOUBLES}, value, __func__))
+CALL(fmi2GetBoolean, (VARIABLES, fmi2Boolean value[]),
+     slide_get(c, &(SlideValues){vr, nvr, nvr, SLIDE_INTS}, value, __func__))
+CALL(fmi2SetBoolean, (VARIABLES, const fmi2Boolean value[]),
+     slide_set(c, &(SlideValues){vr, nvr, nvr, SLIDE_INTS}, value, __func__))
+CALL(fmi2SetRealInputDerivatives,
+     (VARIABLES, const fmi2Integer order[], const fmi2Real value[]),
+     slide_set_rates(c, vr, nvr, order, value, __func__))
+CALL(fmi2GetDirectionalDerivative, /* of outputs by inputs; derivative.h says of what */
+     (fmi2Component c, const fmi2ValueReference unknowns[], size_t n_unknowns,
+      const fmi2ValueReference knowns[], size_t n_knowns, const fmi2Real seed[],
+      fmi2Real sensitivity[]),
+     slide_get_directional_derivative(
+         c, &(SlideDerivativePair){unknowns, n_unknowns, knowns, n_knowns}, seed, sensitivity,
+         __func__))
+
+CALL(fmi2GetFMUstate, (fmi2Component c, fmi2FMUstate *state), slide_save(c, state, __func__))
+CALL(fmi2SetFMUstate, (fmi2Component c, fmi2FMUstate state), slide_restore(c, state, __func__))
+CALL(fmi2FreeFMUstate, (fmi2Component c, fmi2FMUstate *state),
+     slide_free_state(c, state, __func__))
+CALL(fmi2SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate state, size_t *size),
+     slide_serialized_size(c, state, size, __func__))
+CALL(fmi2SerializeFMUstate,
+     (fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size),
+     slide_serialize(c, state, bytes, size, __func__))
+CALL(fmi2DeSerializeFMUstate,
+     (fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state),
+     slide_deserialize(c, bytes, size, state, __func__))
+
+CALL(fmi2DoStep,
+     (fmi2Component c, fmi2Real point, fmi2Real length, fmi2Boolean no_state_set_before),
+     slide_do_step(c, point, length, NULL, __func__))
+
+#define NO_DERIVATIVES                                                                            \
+    "derivatives of outputs with respect to time are not offered, as modelDescription.xml says"
+#define NEVER_PENDING "steps end before fmi2DoStep returns; nothing is pending"
+#define NO_EXCHANGE "this FMU is for co-simulation, not for model exchange"
+
+NO_SUCH_TYPE(fmi2GetInteger, (VARIABLES, fmi2Integer value[]))
+NO_SUCH_TYPE(fmi2SetInteger, (VARIABLES, const fmi2Integer value[]))
+NO_SUCH_TYPE(fmi2GetString, (VARIABLES, fmi2String value[]))
+NO_SUCH_TYPE(fmi2SetString, (VARIABLES, const fmi2String value[]))
+
+REFUSED(fmi2GetRealOutputDerivatives,
+        (VARIABLES, const fmi2Integer order[], fmi2Real value[]), NO_DERIVATIVES)
+REFUSED(fmi2CancelStep, (fmi2Component c), NEVER_PENDING)
+REFUSED(fmi2GetStatus, (fmi2Component c, const fmi2StatusKind kind, fmi2Status *value),
+        NEVER_PENDING)
+REFUSED(fmi2GetStringStatus, (fmi2Component c, const fmi2StatusKind kind, fmi2String *value),
+        NEVER_PENDING)
+REFUSED(fmi2GetIntegerStatus, (fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value),
+        "FMI 2.0 defines no status of type Integer")
+
+REFUSED(fmi2EnterEventMode, (fmi2Component c), NO_EXCHANGE)
+REFUSED(fmi2NewDiscreteStates, (fmi2Component c, fmi2EventInfo *info), NO_EXCHANGE)
+REFUSED(fmi2EnterContinuousTimeMode, (fmi2Component c), NO_EXCHANGE)
+REFUSED(fmi2CompletedIntegratorStep,
+        (fmi2Component c, fmi2Boolean no_set_state, fmi2Boolean *enter_event_mode,
+         fmi2Boolean *terminate),
+        NO_EXCHANGE)
+REFUSED(fmi2SetTime, (fmi2Component c, fmi2Real time), NO_EXCHANGE)
+REFUSED(fmi2SetContinuousStates, (fmi2Component c, const fmi2Real x[], size_t nx), NO_EXCHANGE)
+REFUSED(fmi2GetDerivatives, (fmi2Component c, fmi2Real derivatives[], size_t nx), NO_EXCHANGE)
+REFUSED(fmi2GetEventIndicators, (fmi2Component c, fmi2Real indicators[], size_t ni), NO_EXCHANGE)
+REFUSED(fmi2GetContinuousStates, (fmi2Component c, fmi2Real x[], size_t nx), NO_EXCHANGE)
+REFUSED(fmi2GetNominalsOfContinuousStates, (fmi2Component c, fmi2Real nominals[], size_t nx),
+        NO_EXCHANGE)
+
+#undef REFUSED
+#undef NO_SUCH_TYPE
+#undef VARIABLES
+#undef NO_DERIVATIVES
+#undef NEVER_PENDING
+#undef NO_EXCHANGE
+#undef CALL

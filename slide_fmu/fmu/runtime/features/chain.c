@@ -488,8 +488,6 @@ void slide_chain_place(SlideChain *chain, const SlideFeaturesView *view, SlideAr
     chain->links = slide_place(arena, view->n_inputs, sizeof *chain->links);
     chain->sectors = slide_place(arena, SLIDE_SECTORS, sizeof *chain->sectors);
     chain->joints = slide_place(arena, view->n_inputs, sizeof *chain->joints);
-    chain->moved = slide_place(arena, 4 * (size_t)view->n_inputs, sizeof(double));
-    chain->nearby = slide_place(arena, (size_t)view->n_signals, sizeof(double));
     if (arena->base != NULL) {
         fill_chain(chain, view);
     }

@@ -52,8 +52,6 @@ typedef struct SlideChain {
     SlideLink *links;
     SlideTwo *sectors;  /* of angle.h */
     SlideJoint *joints; /* scratch */
-    double *moved;      /* scratch [4][n_joints]: inputs nearby */
-    double *nearby;     /* scratch: their signals */
     bool skew;          /* some inertia is not symmetric */
 } SlideChain;
 
@@ -61,10 +59,5 @@ void slide_chain_place(SlideChain *chain, const SlideFeaturesView *view, SlideAr
 
 /* Write all signals. Inputs: scaled, the newest and the three before it, each [n_joints]. */
 void slide_chain_write(const SlideChain *chain, const double *const inputs[4], double *signals);
-
-/* Derivatives of all signals in one direction: of inputs [4][n_joints], newest first, and of how
- * they change. */
-void slide_chain_differentiate(const SlideChain *chain, const double *inputs,
-                               const double *d_inputs, double *d_signals);
 
 #endif

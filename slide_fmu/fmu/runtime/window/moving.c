@@ -52,15 +52,20 @@ void slide_moved(const SlideHistoryShape *shape, const double *inputs, const dou
     }
 }
 
-/* z e^w with w in proportion to 1 / z: its derivative is e^w (1 - w). */
-void slide_moved_slope(const SlideHistoryShape *shape, const double *inputs, const double *rates,
-                       double time, const double *d_inputs, double *d_moved) {
-    if (shape->director) {
-        double w[2], factor[2];
-        growth(inputs, rates, time, w, factor);
-        multiply((double[]){1 - w[0], -w[1]}, factor, factor);
-        multiply(d_inputs, factor, d_moved);
-        return;
+void slide_step_part(const SlideHistoryShape *shape, const SlideStepInputs *inputs, uint32_t part,
+                     double *result) {
+    if (inputs->rates == NULL) {
+        memcpy(result, inputs->given, shape->n_inputs * sizeof *result);
+    } else {
+        slide_moved(shape, inputs->given, inputs->rates, slide_part_time(&inputs->parts, part),
+                    result);
     }
-    memcpy(d_moved, d_inputs, shape->n_inputs * sizeof *d_inputs);
+}
+
+void slide_step_sample(const SlideHistoryShape *shape, const SlideStepInputs *inputs,
+                       uint32_t count, uint32_t left, double *sample) {
+    slide_step_part(shape, inputs, shape->ramp ? 0 : count - 1 - left, sample);
+    if (inputs->from != NULL) {
+        slide_history_between(shape, inputs->from, sample, (double)left / count, sample);
+    }
 }

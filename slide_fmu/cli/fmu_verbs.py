@@ -169,7 +169,7 @@ def bench(
     rounds: Annotated[int, typer.Option(min=1, help="Rounds; all take turns.")] = Effort.rounds,
     steps: Annotated[int, typer.Option(min=1, help="Steps of each in a round.")] = Effort.steps,
 ) -> None:
-    """Time an FMU beside the memory's limit and the same network elsewhere, in one run."""
+    """Time an FMU beside the same network elsewhere, in one run."""
     from slide_fmu.cosim.bench import bench_fmu, bench_synthetic
 
     with errors():

@@ -1,5 +1,4 @@
-"""How fast an FMU is, beside the memory's limit and the same networks elsewhere: one run, all in
-turns, medians.
+"""How fast an FMU is, beside the same networks elsewhere: one run, all in turns, medians.
 
 Rivals carry the surrogate's network (``torch``, ``onnxruntime`` and ``numpy`` in process, on one
 thread; ``pythonfmu`` as an FMU with numpy, error estimates included). Those that are not
@@ -23,16 +22,10 @@ from slide_fmu.cosim.rivals import RivalError, TorchCells, onnx_layers, python_f
 from slide_fmu.cosim.run import UnpackedFmu, instantiated, unpacked
 from slide_fmu.cosim.synthetic import Effort, synthetic_surrogate
 from slide_fmu.fmu.export import export_fmu, read_fmu
-from slide_fmu.fmu.native import NativeSurrogate, Part, kernels
+from slide_fmu.fmu.native import NativeSurrogate, kernels
 from slide_fmu.network.feed_forward import FeedForward
 from slide_fmu.network.state_space import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
-
-LOOP_SECONDS, MOST_LOOPS = 4e-4, 2000
-"""A loop inside C is short enough to run undisturbed, and much longer than calling it."""
-
-PARTS = {"kernel": Part.NETWORK, "read": Part.READ_MEMORY, "runtime_step": Part.STEP}
-"""What is timed inside C."""
 
 
 def bench_fmu(path: Path, effort: Effort) -> dict[str, Any]:
@@ -71,10 +64,7 @@ def bench_surrogates(
 
     Returns:
         For each: ``kernel_name``; ``n_weights``, their number; medians in microseconds:
-        ``fmu_step`` (doStep through fmpy), ``fmu_set_step_get``, ``runtime_step`` (inside C,
-        without FMI), ``kernel`` (one evaluation of all that layers give, or both cells of a
-        ping-pong step), ``memory_bound`` (the bytes of the weights over the bandwidth at which
-        the network's memory is read in the same run, wherever it lies), ``torch``,
+        ``fmu_step`` (doStep through fmpy), ``fmu_set_step_get``, ``torch``,
         ``onnxruntime``, ``numpy`` (one evaluation), ``pythonfmu_set_step_get``; ``batch``,
         windows per second of processor time, of ``native``, ``torch``, ``onnxruntime`` and
         ``numpy``; ``spread``, the 10th and 90th percentile of the times in microseconds;
@@ -132,26 +122,6 @@ def fmu_times(
     return whole, alone
 
 
-def part_times(native: NativeSurrogate, part: Part, loops: int, times: int) -> list[float]:
-    """Seconds of a part of a step inside C, one for each of the loops.
-
-    Args:
-        times: repetitions in each loop.
-    """
-    found = []
-    for _ in range(loops):
-        begin = time.perf_counter()
-        native.repeat(part, times)
-        found.append((time.perf_counter() - begin) / times)
-    return found
-
-
-def _repeats(native: NativeSurrogate, part: Part) -> int:
-    """How many repetitions make a loop."""
-    (seconds,) = part_times(native, part, 1, 20)
-    return min(MOST_LOOPS, max(1, int(LOOP_SECONDS / seconds)))
-
-
 def _call_times(function: Callable[[], object], calls: int) -> list[float]:
     found = []
     for _ in range(calls):
@@ -167,7 +137,6 @@ class _Run:
     def __init__(self, surrogate: Surrogate, effort: Effort) -> None:
         self.surrogate, self.effort = surrogate, effort
         self.native = NativeSurrogate(surrogate)
-        self.repeats = {part: _repeats(self.native, part) for part in PARTS.values()}
         self.fmus: dict[str, UnpackedFmu] = {}
         self.times: dict[str, list[float]] = {}
         self.remarks: dict[str, str] = {}
@@ -224,9 +193,6 @@ class _Run:
     def round(self) -> None:
         """Time everything once more."""
         steps = self.effort.steps
-        for name, part in PARTS.items():
-            loops = -(-steps // self.repeats[part])
-            self._add(name, part_times(self.native, part, loops, self.repeats[part]))
         for name, single in self.singles.items():
             self._add(name, _call_times(single, steps))
         rows = self.record[:steps]
@@ -247,8 +213,6 @@ class _Run:
     def figures(self) -> dict[str, Any]:
         medians = {name: float(np.median(found)) for name, found in self.times.items()}
         network = self.surrogate.network
-        size = network.count_parameters() * np.dtype(np.float32).itemsize
-        seconds_per_byte = medians.pop("read") / self.native.memory
         batch = {name: self.effort.windows / medians.pop(f"batch_{name}") for name in self.batches}
         return {
             "kernel_name": kernels()[0],
@@ -256,8 +220,6 @@ class _Run:
             "torch": None,
             "onnxruntime": None,
             **{name: 1e6 * median for name, median in medians.items()},
-            "memory_bound": 1e6 * size * seconds_per_byte,
-            "read_gb_per_s": 1e-9 / seconds_per_byte,
             "batch": {"torch": None, "onnxruntime": None, **batch},
             "spread": {
                 name: [1e6 * float(value) for value in np.percentile(times, [10, 90])]

@@ -24,27 +24,20 @@ double slide_part_time(const SlideParts *parts, uint32_t part) {
     return begin + parts->taken_at * slide_part_length(parts, part);
 }
 
-/* Of the director, a complex number z, with w = (dz/dt) time / z: e^w. */
-static void growth(const double *z, const double *rates, double time, double *w, double *factor) {
-    double square = z[0] * z[0] + z[1] * z[1];
-    w[0] = (rates[0] * z[0] + rates[1] * z[1]) * time / square;
-    w[1] = (rates[1] * z[0] - rates[0] * z[1]) * time / square;
-    factor[0] = exp(w[0]) * cos(w[1]);
-    factor[1] = exp(w[0]) * sin(w[1]);
-}
-
-static void multiply(const double *a, const double *b, double *product) {
-    double first = a[0] * b[0] - a[1] * b[1];
-    product[1] = a[0] * b[1] + a[1] * b[0];
-    product[0] = first;
+/* Of a director, a complex number z, with w = (dz/dt) time / z: z e^w. */
+static void turn_on(const double *z, const double *rates, double time, double *moved) {
+    const double square = z[0] * z[0] + z[1] * z[1];
+    const double growth = exp((rates[0] * z[0] + rates[1] * z[1]) * time / square);
+    const double turn = (rates[1] * z[0] - rates[0] * z[1]) * time / square;
+    const double c = growth * cos(turn), s = growth * sin(turn);
+    moved[0] = z[0] * c - z[1] * s;
+    moved[1] = z[0] * s + z[1] * c;
 }
 
 void slide_moved(const SlideHistoryShape *shape, const double *inputs, const double *rates,
                  double time, double *moved) {
     if (shape->director) {
-        double w[2], factor[2];
-        growth(inputs, rates, time, w, factor);
-        multiply(inputs, factor, moved);
+        turn_on(inputs, rates, time, moved);
         return;
     }
     for (size_t i = 0; i < shape->n_inputs; ++i) {

@@ -66,7 +66,6 @@ INLINE void turn_masses(Body *body, int axis, Turn turn) {
     turn_block(&body->square[p], &body->mixed[axis], &other, &body->square[q], turn);
     turn_pair(&body->mixed[q], &body->mixed[p], turn);
     turn_vector(body->tool, axis, turn);
-    turn_vector(body->skew.value, axis, turn);
 }
 
 INLINE void turn_motion(Body *body, int axis, Turn turn) {
@@ -77,8 +76,6 @@ INLINE void turn_motion(Body *body, int axis, Turn turn) {
     turn_pair(&body->flow[p][axis], &body->flow[q][axis], turn);
     turn_pair(&body->flow[axis][p], &body->flow[axis][q], turn);
     turn_vector(body->moment, axis, turn);
-    turn_vector(body->skew.rate, axis, turn);
-    turn_vector(body->skew.acceleration, axis, turn);
 }
 
 /* Seen from a point that lies back along x and z; but for its mass in the present origin. */
@@ -116,7 +113,6 @@ INLINE void add_link(Body *body, const SlideLink *link) {
     add_to(body->first.value, link->first);
     add_to(body->square, link->square);
     add_to(body->mixed, link->mixed);
-    add_to(body->skew.value, link->skew);
 }
 
 /* A vector that turns about z besides how it moved before. */
@@ -143,11 +139,24 @@ INLINE void spin(Body *body, const SlideJoint *joint) {
     body->moment[Y] -= acceleration * mixed[X] + rate * (before[Y] + flow[Y][Z]);
     body->moment[Z] += acceleration * (square[X] + square[Y]) + rate * (along + along);
     spin_vector(&body->first, joint);
-    spin_vector(&body->skew, joint);
+}
+
+INLINE void turn_moving(Moving *v, int axis, Turn turn) {
+    turn_vector(v->value, axis, turn);
+    turn_vector(v->rate, axis, turn);
+    turn_vector(v->acceleration, axis, turn);
+}
+
+/* The skew part of inertias, where there is any, goes along. */
+INLINE void pass_skew(const SlideLink *link, const SlideJoint *joint, Turn twist, Moving *skew) {
+    turn_moving(skew, X, twist);
+    add_to(skew->value, link->skew);
+    turn_moving(skew, Z, joint->turned);
+    spin_vector(skew, joint);
 }
 
 /* One link and the joint that moves it. */
-INLINE void pass(const SlideLink *link, const SlideJoint *joint, Body *body) {
+INLINE void pass(const SlideLink *link, const SlideJoint *joint, bool skew, Body *body) {
     const Turn twist = {both(link->cos_alpha), both(link->sin_alpha)};
     turn_masses(body, X, twist);
     turn_motion(body, X, twist);
@@ -157,6 +166,9 @@ INLINE void pass(const SlideLink *link, const SlideJoint *joint, Body *body) {
     turn_masses(body, Z, joint->turned);
     turn_motion(body, Z, joint->turned);
     spin(body, joint);
+    if (skew) {
+        pass_skew(link, joint, twist, &body->skew);
+    }
 }
 
 /* On the quadratic B-spline through four set points. */
@@ -269,7 +281,7 @@ INLINE void write_signals(const SlideChain *chain, const double *const inputs[4]
         body.tool[i] = both(chain->tool[i]);
     }
     for (size_t i = chain->n_joints; i-- > 0;) {
-        pass(&chain->links[i], &chain->joints[i], &body);
+        pass(&chain->links[i], &chain->joints[i], chain->skew, &body);
     }
     turn_vector(body.tool, Z, first);
     store(body.tool, signals + SLIDE_POSITION);
@@ -338,6 +350,7 @@ static void fill_masses(SlideLink *link, const SlideChainView *chain, size_t i, 
     fill(inertia, chain->inertias + 72 * i, 9);
     Body alone = body_of(mass, centre, inertia);
     turn_masses(&alone, X, twist);
+    turn_vector(alone.skew.value, X, twist);
     shift_masses(&alone, link);
     store(alone.first.value, link->first);
     store(alone.square, link->square);
@@ -354,11 +367,13 @@ static void fill_chain(SlideChain *chain, const SlideFeaturesView *view) {
     fill(chain->gravity, view->chain.gravity, 3);
     fill(chain->tool, view->chain.tool, 3);
     chain->mass = 0;
+    chain->skew = false;
     slide_fill_sectors(chain->sectors);
     for (size_t i = chain->n_joints; i-- > 0;) {
         SlideLink *link = &chain->links[i];
         fill_joint(link, view, i);
         fill_masses(link, &view->chain, i, chain->mass);
+        chain->skew |= link->skew[X] != 0 || link->skew[Y] != 0 || link->skew[Z] != 0;
         chain->mass += slide_f64(view->chain.masses + 8 * i);
     }
 }

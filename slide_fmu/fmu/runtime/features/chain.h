@@ -48,6 +48,7 @@ typedef struct SlideChain {
     SlideLink *links;
     SlideTwo *sectors;  /* of angle.h */
     SlideJoint *joints; /* scratch */
+    bool skew;          /* some inertia is not symmetric */
 } SlideChain;
 
 void slide_chain_place(SlideChain *chain, const SlideFeaturesView *view, SlideArena *arena);

@@ -6,7 +6,6 @@ The compiled library exports the functions of ``runtime/native/native.h`` beside
 from __future__ import annotations
 
 import ctypes
-import enum
 import os
 import threading
 import weakref
@@ -26,16 +25,6 @@ from slide_fmu.surrogate.surrogate import Surrogate
 
 MESSAGE = 400
 """Bytes for the message of a refusal."""
-
-
-class Part(enum.IntEnum):
-    """A part of a communication step, repeated and timed; see ``runtime/native/native.h``."""
-
-    NETWORK = 0
-    FEATURES = 1
-    STEP = 2
-    STEP_AND_READ = 3
-    READ_MEMORY = 4
 
 
 class NativeError(RuntimeError):
@@ -84,21 +73,6 @@ class NativeSurrogate:
             raise NativeError(f"surrogate {self.surrogate.name!r}: {message.value.decode()}")
         weakref.finalize(self, self._library.slide_native_close, ctypes.c_void_p(handle))
         return int(handle)
-
-    @property
-    def memory(self) -> int:
-        """Bytes that ``Part.READ_MEMORY`` reads: the network as the kernels have it."""
-        return int(self._library.slide_native_memory(ctypes.c_void_p(self._handles[0])))
-
-    def repeat(self, part: Part, times: int) -> None:
-        """Run a part of a communication step over and over.
-
-        Raises:
-            NativeError: a result is not finite.
-        """
-        handle = ctypes.c_void_p(self._handles[0])
-        if self._library.slide_native_repeat(handle, int(part), times) != 0:
-            raise NativeError(f"{part.name}: a result is not finite")
 
     def predict_windows(self, windows: NDArray[Any], threads: int | None = None) -> FloatArray:
         """Outputs of single windows, as ``Surrogate.predict_windows`` gives them.
@@ -252,7 +226,6 @@ def _library() -> ctypes.CDLL:
     library = ctypes.CDLL(str(path))
     library.slide_native_open.restype = ctypes.c_void_p
     library.slide_native_kernel.restype = ctypes.c_char_p
-    library.slide_native_memory.restype = ctypes.c_size_t
     library.slide_native_close.restype = None
     return library
 

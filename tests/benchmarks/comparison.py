@@ -16,13 +16,12 @@ from baselines import BaselineError
 from baselines.cells import TorchCells
 from baselines.layers import onnx_layers, torch_layers
 from baselines.numpy_fmu import write_numpy_fmu
-from timing import part_times, repetitions
+from timing import Part, TimedSurrogate, part_times, repeats
 
 from slide_fmu.cosim.bench import Bench, fmu_times
 from slide_fmu.cosim.run import unpacked
 from slide_fmu.cosim.synthetic import Effort, synthetic_surrogate
 from slide_fmu.fmu.export import export_fmu, read_fmu
-from slide_fmu.fmu.native import Part
 from slide_fmu.network.feed_forward import FeedForward
 from slide_fmu.network.state_space import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -61,22 +60,23 @@ def compare(surrogate: Surrogate, path: Path, effort: Effort) -> dict[str, Any]:
         bench = Bench(surrogate, unpacking.enter_context(unpacked(path)), effort)
         remarks = _add_baselines(bench)
         other = unpacking.enter_context(unpacked(write_numpy_fmu(surrogate, Path(folder))))
-        repeats = {part: repetitions(bench.native, part) for part in PARTS.values()}
+        timed = TimedSurrogate(surrogate)
+        times = {part: repeats(timed, part) for part in PARTS.values()}
         for _ in range(effort.rounds):
             for name, part in PARTS.items():
-                loops = -(-effort.steps // repeats[part])
-                bench.add(name, part_times(bench.native, part, loops, repeats[part]))
+                loops = -(-effort.steps // times[part])
+                bench.add(name, part_times(timed, part, loops, times[part]))
             bench.round()
             rows = bench.record[: effort.steps]
             whole, alone = fmu_times(other, surrogate, rows, estimates=True)
             bench.add("pythonfmu_set_step_get", whole)
             bench.add("pythonfmu_step", alone)
-    return _with_bound(bench, {**bench.figures(), "remarks": remarks})
+    return _with_bound({**bench.figures(), "remarks": remarks}, timed.memory)
 
 
-def _with_bound(bench: Bench, figures: dict[str, Any]) -> dict[str, Any]:
+def _with_bound(figures: dict[str, Any], memory: int) -> dict[str, Any]:
     """The figures with the memory's limit, and None for baselines that are missing."""
-    seconds_per_byte = 1e-6 * figures.pop("read") / bench.native.memory
+    seconds_per_byte = 1e-6 * figures.pop("read") / memory
     size = figures["n_weights"] * np.dtype(np.float32).itemsize
     return {
         "torch": None,

@@ -26,14 +26,13 @@ from typing import Any
 import numpy as np
 from figures_out import write_figures
 from seeds import SPEED_UP
-from timing import part_times
+from timing import Part, TimedSurrogate, part_times
 
 from mbs_models.slider_crank.slider_crank import SliderCrank
 from slide_fmu.cosim.bench import fmu_times
 from slide_fmu.cosim.run import unpacked
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.fmu.native import NativeSurrogate, Part
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system, reference_system, system_parameters
@@ -65,7 +64,7 @@ def measure(arguments: argparse.Namespace) -> dict[str, Any]:
     scaling = surrogate.input_scaling
     rows = scaling.offset + values * scaling.scale
     times: dict[str, list[float]] = {}
-    inside = NativeSurrogate(surrogate)
+    inside = TimedSurrogate(surrogate)
     with unpacked(arguments.fmu) as fmu:
         for index in range(arguments.rounds):
             drawn = draw(recipe, drawing, stream, index)

@@ -33,14 +33,13 @@ from figures_out import write_figures
 from pydantic import ValidationError
 from seeds import STRUCTURES
 from studies import Trained, positive, simulated_seconds, surrogate_only, trained
-from timing import part_times
+from timing import Part, TimedSurrogate, part_times
 from unseen import Motion, scored, unseen_motions
 
 from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.measures import rms
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.draws import TEST, Stream
-from slide_fmu.fmu.native import NativeSurrogate, Part
 from slide_fmu.pipeline.job import open_job
 from slide_fmu.pipeline.preparation import check_recipe, generate_data
 from slide_fmu.recipe.recipe import Recipe
@@ -171,7 +170,7 @@ def step_times(surrogates: Sequence[Surrogate], rounds: int) -> list[dict[str, f
     """Medians of the times inside C in microseconds, all surrogates taking turns."""
     kernels: list[list[float]] = [[] for _ in surrogates]
     steps: list[list[float]] = [[] for _ in surrogates]
-    inside = [NativeSurrogate(surrogate) for surrogate in surrogates]
+    inside = [TimedSurrogate(surrogate) for surrogate in surrogates]
     for _ in range(rounds * LOOPS):
         for native, kernel, step in zip(inside, kernels, steps, strict=True):
             kernel += part_times(native, Part.NETWORK, 1, LOOP)

@@ -1,33 +1,118 @@
-"""Times of the parts of a communication step inside C, without FMI."""
+"""Parts of a communication step of the C runtime, timed inside C.
+
+The shipped library has no entry points for timing: ``c/parts.c`` is compiled here, by the pinned
+compiler, together with the objects of the runtime, for Linux on x86-64.
+"""
 
 from __future__ import annotations
 
+import ctypes
+import enum
+import hashlib
 import time
+import weakref
+from functools import cache
+from pathlib import Path
 
-from slide_fmu.fmu.native import NativeSurrogate, Part
+from slide_fmu.fmu.libraries.build import (
+    BUILD,
+    CODE,
+    TARGETS,
+    WARNINGS,
+    compile_objects,
+    digest,
+    include_flags,
+    run_compiler,
+)
+from slide_fmu.surrogate.surrogate import Surrogate
 
+SOURCE = Path(__file__).parent / "c" / "parts.c"
 LOOP_SECONDS, MOST_LOOPS = 4e-4, 2000
 """A loop inside C is short enough to run undisturbed, and much longer than calling it."""
 
 
-def part_times(native: NativeSurrogate, part: Part, loops: int, times: int) -> list[float]:
+class Part(enum.IntEnum):
+    """A part of a communication step, repeated and timed; the numbers are those of ``parts.c``."""
+
+    NETWORK = 0
+    """One evaluation of all that layers give, or both cells of a step."""
+    FEATURES = 1
+    """What the surrogate's network sees of an input."""
+    STEP = 2
+    """A communication step without FMI."""
+    STEP_AND_READ = 3
+    """The same with its error estimates read."""
+    READ_MEMORY = 4
+    """Each byte of the network read once, as fast as can be."""
+
+
+class TimedSurrogate:
+    """A surrogate whose parts of a step can be repeated in C. Final.
+
+    Raises:
+        BuildError: the compiler refused the sources.
+        ValueError: the runtime refused the surrogate.
+    """
+
+    def __init__(self, surrogate: Surrogate) -> None:
+        self._library, self._payload = _library(), surrogate.to_bytes()
+        size = ctypes.c_size_t(len(self._payload))
+        handle = self._library.parts_open(self._payload, size)
+        if not handle:
+            raise ValueError(f"surrogate {surrogate.name!r}: the runtime refused it")
+        self._handle = ctypes.c_void_p(handle)
+        weakref.finalize(self, self._library.parts_close, self._handle)
+
+    @property
+    def memory(self) -> int:
+        """Bytes that ``Part.READ_MEMORY`` reads: the network as the kernels have it."""
+        return int(self._library.parts_memory(self._handle))
+
+    def repeat(self, part: Part, times: int) -> None:
+        """Run a part of a communication step over and over.
+
+        Raises:
+            ValueError: a result is not finite.
+        """
+        if self._library.parts_repeat(self._handle, int(part), times) != 0:
+            raise ValueError(f"{part.name}: a result is not finite")
+
+
+def part_times(timed: TimedSurrogate, part: Part, loops: int, times: int) -> list[float]:
     """Seconds of a part of a step inside C, one for each of the loops.
 
     Args:
-        native: the surrogate in the C runtime.
-        part: what is repeated.
-        loops: number of loops.
+        timed: the surrogate.
+        part: what is timed.
+        loops: how often it is timed.
         times: repetitions in each loop.
     """
     found = []
     for _ in range(loops):
         begin = time.perf_counter()
-        native.repeat(part, times)
+        timed.repeat(part, times)
         found.append((time.perf_counter() - begin) / times)
     return found
 
 
-def repetitions(native: NativeSurrogate, part: Part) -> int:
-    """How many repetitions make a loop."""
-    (seconds,) = part_times(native, part, 1, 20)
+def repeats(timed: TimedSurrogate, part: Part) -> int:
+    """How many repetitions make a loop that runs undisturbed."""
+    (seconds,) = part_times(timed, part, 1, 20)
     return min(MOST_LOOPS, max(1, int(LOOP_SECONDS / seconds)))
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    """The runtime with ``parts.c``, compiled once for each state of the sources."""
+    target = TARGETS["x86_64-linux/slide.so"]
+    key = hashlib.sha256(digest().encode() + SOURCE.read_bytes()).hexdigest()[:16]
+    path = BUILD / f"parts-{key}.so"
+    if not path.is_file():
+        objects = [str(file) for file in compile_objects(target)]
+        flags = ["-target", target, *WARNINGS, *CODE, *include_flags(), "-fPIC", "-shared"]
+        run_compiler([*flags, str(SOURCE), *objects, "-lm", "-o", str(path)])
+    library = ctypes.CDLL(str(path))
+    library.parts_open.restype = ctypes.c_void_p
+    library.parts_memory.restype = ctypes.c_size_t
+    library.parts_close.restype = None
+    return library

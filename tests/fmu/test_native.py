@@ -10,7 +10,7 @@ from hypothesis import given, settings
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
-from slide_fmu.fmu.native import NativeError, NativeSurrogate, Part, kernels
+from slide_fmu.fmu.native import NativeError, NativeSurrogate, kernels
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.strategies import all_shapes
@@ -116,11 +116,3 @@ def test_bad_windows_are_refused() -> None:
 def test_unknown_kernel_is_refused() -> None:
     with pytest.raises(NativeError, match="expected one that this processor supports"):
         NativeSurrogate(random_surrogate(Shape()), kernel=9)
-
-
-@pytest.mark.parametrize("shape", [Shape(positions=3), Shape(cell=CellShape(), positions=3)])
-def test_parts_repeat(shape: Shape) -> None:
-    native = NativeSurrogate(random_surrogate(shape))
-    for part in Part:
-        native.repeat(part, 30)
-    assert native.memory > 0

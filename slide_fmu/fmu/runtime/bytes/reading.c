@@ -6,44 +6,34 @@ bool slide_too_short(SlideMessage *message, const char *what) {
     return slide_say(message, "surrogate file is damaged: %s ends too early", what);
 }
 
-/* Take rows * columns elements; NULL when too few are left. */
-static const unsigned char *take(SlideCursor *section, uint64_t rows, uint64_t columns,
-                                 size_t size) {
-    bool overflows = columns > 0 && rows > UINT64_MAX / columns;
-    return overflows ? NULL : slide_take(section, rows * columns, size);
-}
+static double f32_at(const unsigned char *at) { return slide_f32(at); }
 
-static bool say_not_finite(SlideMessage *message, const char *what, uint64_t index) {
-    return slide_say(message, "surrogate file: %s number %llu is not finite", what,
-                     (unsigned long long)index);
+/* Take rows * columns numbers of a size, which a function reads. */
+static bool read_numbers(const unsigned char **matrix, uint64_t rows, uint64_t columns,
+                         size_t size, double (*at)(const unsigned char *), SlideCursor *section,
+                         const char *what, SlideMessage *message) {
+    const bool overflows = columns > 0 && rows > UINT64_MAX / columns;
+    *matrix = overflows ? NULL : slide_take(section, rows * columns, size);
+    if (*matrix == NULL) {
+        return slide_too_short(message, what);
+    }
+    for (uint64_t i = 0; i < rows * columns; ++i) {
+        if (!isfinite(at(*matrix + size * i))) {
+            return slide_say(message, "surrogate file: %s number %llu is not finite", what,
+                             (unsigned long long)i);
+        }
+    }
+    return true;
 }
 
 bool slide_read_f32(const unsigned char **matrix, uint64_t rows, uint64_t columns,
                     SlideCursor *section, const char *what, SlideMessage *message) {
-    *matrix = take(section, rows, columns, 4);
-    if (*matrix == NULL) {
-        return slide_too_short(message, what);
-    }
-    for (uint64_t i = 0; i < rows * columns; ++i) {
-        if (!isfinite(slide_f32(*matrix + 4 * i))) {
-            return say_not_finite(message, what, i);
-        }
-    }
-    return true;
+    return read_numbers(matrix, rows, columns, 4, f32_at, section, what, message);
 }
 
 bool slide_read_f64(const unsigned char **matrix, uint64_t rows, uint64_t columns,
                     SlideCursor *section, const char *what, SlideMessage *message) {
-    *matrix = take(section, rows, columns, 8);
-    if (*matrix == NULL) {
-        return slide_too_short(message, what);
-    }
-    for (uint64_t i = 0; i < rows * columns; ++i) {
-        if (!isfinite(slide_f64(*matrix + 8 * i))) {
-            return say_not_finite(message, what, i);
-        }
-    }
-    return true;
+    return read_numbers(matrix, rows, columns, 8, slide_f64, section, what, message);
 }
 
 bool slide_read_indices(SlideIndices *indices, uint64_t bound, SlideCursor *section,

@@ -6,26 +6,70 @@
 #include <math.h>
 #include <string.h>
 
+static bool has_derivatives(SlideVariable variable) {
+    switch (variable.kind) {
+    case SLIDE_OUTPUT:
+    case SLIDE_ERROR_ESTIMATE:
+    case SLIDE_WINDOW_FILLED:
+    case SLIDE_ESTIMATE_FILLED:
+    case SLIDE_TRUNCATION_ERROR:
+    case SLIDE_IN_RANGE:
+        return true;
+    default:
+        return false;
+    }
+}
+
 static SlideStatus check_references(const SlideInstance *instance, const SlideDerivativePair *of,
                                    const char *function) {
-    const uint32_t n_inputs = instance->model.n_inputs;
     for (size_t i = 0; i < of->n_knowns; ++i) {
-        if (of->knowns[i] >= n_inputs) {
+        if (slide_variable(instance, of->knowns[i]).kind != SLIDE_INPUT) {
             return slide_report(instance, SLIDE_ERROR,
                                 "%s: known with value reference %u; expected inputs, 0 to %u",
-                                function, of->knowns[i], (unsigned)n_inputs - 1);
+                                function, of->knowns[i], (unsigned)instance->model.n_inputs - 1);
         }
     }
     for (size_t i = 0; i < of->n_unknowns; ++i) {
-        if (slide_variable(instance, of->unknowns[i]).kind != SLIDE_OUTPUT) {
+        if (!has_derivatives(slide_variable(instance, of->unknowns[i]))) {
             return slide_report(instance, SLIDE_ERROR,
-                                "%s: unknown with value reference %u; expected outputs of the "
-                                "surrogate: error estimates and what tells about the window have "
-                                "no derivatives",
+                                "%s: unknown with value reference %u; expected a scalar output",
                                 function, of->unknowns[i]);
         }
     }
     return SLIDE_OK;
+}
+
+/* What only tells about the window is constant between the inputs at which it jumps. */
+static double slope_of(const SlideInstance *instance, uint32_t reference, const double *slopes) {
+    const SlideVariable variable = slide_variable(instance, reference);
+    const size_t n_outputs = instance->model.n_outputs;
+    switch (variable.kind) {
+    case SLIDE_OUTPUT:
+        return slopes[SLIDE_OF_OUTPUTS * n_outputs + variable.index];
+    case SLIDE_TRUNCATION_ERROR:
+        return slopes[SLIDE_OF_TRUNCATION_ERRORS * n_outputs + variable.index];
+    case SLIDE_ERROR_ESTIMATE:
+        return slopes[SLIDE_OF_ESTIMATES * n_outputs + variable.index];
+    default:
+        return 0;
+    }
+}
+
+/* The derivatives in the direction that the scratch holds; estimates cost most, and are formed
+ * where they are wanted only. */
+static const double *differentiate(SlideInstance *instance, const SlideDerivativePair *of) {
+    const SlideModel *model = &instance->model;
+    double *slopes = model->derivative.slopes;
+    bool estimates = false;
+    for (size_t i = 0; i < of->n_unknowns; ++i) {
+        estimates |= slide_variable(instance, of->unknowns[i]).kind == SLIDE_ERROR_ESTIMATE;
+    }
+    if (estimates) {
+        slide_stream_estimate(model, &instance->state);
+    }
+    slide_directional_derivative(model, &instance->state, model->derivative.direction, estimates,
+                                 slopes);
+    return slopes;
 }
 
 static bool all_finite(const double *values, size_t count) {
@@ -91,15 +135,14 @@ SlideStatus slide_get_directional_derivative(void *component, const SlideDerivat
     if (status != SLIDE_OK) {
         return status;
     }
-    const SlideModel *model = &instance->model;
-    double *direction = model->derivative.direction, *column = model->derivative.column;
-    memset(direction, 0, model->n_inputs * sizeof *direction);
+    double *direction = instance->model.derivative.direction;
+    memset(direction, 0, instance->model.n_inputs * sizeof *direction);
     for (size_t i = 0; i < of->n_knowns; ++i) {
-        direction[of->knowns[i]] += seed[i];
+        direction[slide_variable(instance, of->knowns[i]).index] += seed[i];
     }
-    slide_directional_derivative(model, &instance->state, direction, column);
+    const double *slopes = differentiate(instance, of);
     for (size_t i = 0; i < of->n_unknowns; ++i) {
-        sensitivity[i] = column[slide_variable(instance, of->unknowns[i]).index];
+        sensitivity[i] = slope_of(instance, of->unknowns[i], slopes);
     }
     return check_finite(instance, sensitivity, of->n_unknowns, function);
 }
@@ -115,16 +158,16 @@ SlideStatus slide_get_adjoint_derivative(void *component, const SlideDerivativeP
     if (status != SLIDE_OK) {
         return status;
     }
-    const SlideModel *model = &instance->model;
-    double *direction = model->derivative.direction, *column = model->derivative.column;
-    memset(direction, 0, model->n_inputs * sizeof *direction);
+    double *direction = instance->model.derivative.direction;
+    memset(direction, 0, instance->model.n_inputs * sizeof *direction);
     for (size_t i = 0; i < of->n_knowns; ++i) {
-        direction[of->knowns[i]] = 1;
-        slide_directional_derivative(model, &instance->state, direction, column);
-        direction[of->knowns[i]] = 0;
+        const size_t input = slide_variable(instance, of->knowns[i]).index;
+        direction[input] = 1;
+        const double *slopes = differentiate(instance, of);
+        direction[input] = 0;
         sensitivity[i] = 0;
         for (size_t j = 0; j < of->n_unknowns; ++j) {
-            sensitivity[i] += seed[j] * column[slide_variable(instance, of->unknowns[j]).index];
+            sensitivity[i] += seed[j] * slope_of(instance, of->unknowns[j], slopes);
         }
     }
     return check_finite(instance, sensitivity, of->n_knowns, function);

@@ -5,7 +5,8 @@
 
 #include "instance.h"
 
-/* Variables whose derivatives are wanted: outputs that the surrogate predicts, by inputs. */
+/* Variables whose derivatives are wanted: scalar outputs, also those that tell about others, by
+ * inputs. */
 typedef struct {
     const uint32_t *unknowns;
     size_t n_unknowns;

@@ -1,228 +1,237 @@
 #include "derivative.h"
 
+#include <math.h>
 #include <string.h>
 
-void slide_derivative_scratch_place(SlideDerivativeScratch *scratch, const SlideNetwork *network,
-                                    size_t n_inputs, size_t n_outputs, SlideArena *arena) {
-    const size_t row = n_inputs * sizeof(double);
-    if (network->kind == SLIDE_STATE_SPACE) {
-        slide_cells_derivative_place(&scratch->cells, &network->cells, arena);
+/* How far inputs are moved to either side, scaled: what differs is then known to about 1e-10 of
+ * the values, and the third derivative is felt with the square of this, though changes of inputs
+ * count many times in second differences. */
+static const double DISTANCE = 1e-6;
+
+/* The last step with inputs moved by a part of a direction. */
+typedef struct {
+    const SlideModel *model;
+    const SlideState *state;
+    const double *direction;
+    double amount;
+    bool held;        /* the present inputs count as held for ever */
+    bool follow;      /* what was before the step moves with its inputs */
+    uint32_t n_taken; /* samples that the step took in; of held inputs, those after the first */
+} Replay;
+
+static bool has_cells(const SlideModel *model) {
+    return model->predictor.kind == SLIDE_STATE_SPACE;
+}
+
+static Replay replay_of(const SlideModel *model, const SlideState *state) {
+    const uint64_t steps = *state->history.count;
+    const uint32_t taken = state->last->n_taken < model->n_in ? state->last->n_taken : model->n_in;
+    Replay replay = {.model = model, .state = state, .held = steps < 2, .n_taken = taken};
+    replay.follow = replay.held || state->last->began;
+    if (replay.held) {
+        replay.n_taken = steps == 0 || taken == 0 ? 0 : taken - 1;
+    }
+    return replay;
+}
+
+static void move(const Replay *replay, const double *inputs, double *moved) {
+    for (size_t i = 0; i < replay->model->n_inputs; ++i) {
+        moved[i] = inputs[i] + replay->amount * replay->direction[i];
+    }
+}
+
+static double *row_at(const SlideModel *model, size_t age) {
+    return model->derivative.samples + age * model->n_inputs;
+}
+
+static void put(const SlideModel *model, size_t age, const double *sample) {
+    for (size_t i = 0; i < model->n_inputs; ++i) {
+        row_at(model, age)[i] = slide_scaled(model, i, sample[i]);
+    }
+}
+
+/* Samples that the step did not take in, from an age on. */
+static void put_earlier(const Replay *replay, size_t age) {
+    const SlideModel *model = replay->model;
+    const SlideSamples *samples = &replay->state->samples;
+    for (; age < (size_t)model->n_sampled + SLIDE_BEFORE; ++age) {
+        if (replay->follow) {
+            put(model, age, model->derivative.given);
+        } else {
+            memcpy(row_at(model, age),
+                   slide_samples_at(&model->samples, samples, *samples->count - 1 - age),
+                   model->n_inputs * sizeof(double));
+        }
+    }
+}
+
+/* The inputs of the step, as they would have been set. */
+static SlideStepInputs inputs_of(const Replay *replay) {
+    const SlideModel *model = replay->model;
+    const SlideDerivativeScratch *scratch = &model->derivative;
+    const SlideState *state = replay->state;
+    const bool moved = !replay->held && state->last->moved;
+    const double *given = *state->history.count == 0
+                              ? state->inputs
+                              : slide_history_newest(&model->history, &state->history);
+    move(replay, moved ? state->before.given : given, scratch->given);
+    if (replay->follow) {
+        move(replay, state->before.inputs, scratch->from);
     } else {
-        slide_layers_derivative_place(&scratch->layers, &network->layers, arena);
+        memcpy(scratch->from, state->before.inputs, model->n_inputs * sizeof(double));
     }
-    scratch->sample = slide_place(arena, 1, row);
-    scratch->d_sample = slide_place(arena, 1, row);
-    scratch->inputs = slide_place(arena, 1 + SLIDE_BEFORE, row);
-    scratch->d_inputs = slide_place(arena, 1 + SLIDE_BEFORE, row);
-    scratch->d_values = slide_place(arena, n_outputs, sizeof(double));
-    scratch->zeros = slide_place(arena, 1, row);
-    scratch->direction = slide_place(arena, 1, row);
-    scratch->column = slide_place(arena, n_outputs, sizeof(double));
+    return (SlideStepInputs){model->history.ramp && replay->n_taken > 1 ? scratch->from : NULL,
+                             scratch->given, moved ? state->before.rates : NULL,
+                             slide_stream_parts(model, state->last->length)};
 }
 
-/* The sample becomes the newest of those that features see. */
-static void push(const SlideModel *model) {
-    const SlideDerivativeScratch *scratch = &model->derivative;
-    const size_t n = model->n_inputs, kept = SLIDE_BEFORE * n * sizeof(double);
-    memmove(scratch->inputs + n, scratch->inputs, kept);
-    memmove(scratch->d_inputs + n, scratch->d_inputs, kept);
-    for (size_t i = 0; i < n; ++i) {
-        scratch->inputs[i] = slide_scaled(model, i, scratch->sample[i]);
-        scratch->d_inputs[i] = scratch->d_sample[i] * model->input_scaling[i].factor;
-    }
-}
-
-/* The sample counts for all before it. */
-static void push_for_all(const SlideModel *model) {
-    for (size_t i = 0; i <= SLIDE_BEFORE; ++i) {
-        push(model);
-    }
-}
-
-/* The network goes on by the newest input; left: samples of the step after it. */
-static void take(const SlideModel *model, uint32_t left) {
-    const SlideNetwork *network = &model->predictor;
-    const SlideDerivativeScratch *scratch = &model->derivative;
-    if (network->kind == SLIDE_STATE_SPACE) {
-        const double *values = slide_cells_derivative_take(
-            &network->cells, &scratch->cells, scratch->inputs, scratch->d_inputs);
-        memcpy(scratch->d_values, values, model->n_outputs * sizeof *values);
-    } else {
-        slide_layers_derivative_see(&network->layers, &scratch->layers, left, scratch->inputs,
-                                    scratch->d_inputs);
-    }
-}
-
-/* From what was before the first sample; of cells, from these states. */
-static void start(const SlideModel *model, const float *states, uint64_t taken) {
-    const SlideNetwork *network = &model->predictor;
-    if (network->kind == SLIDE_STATE_SPACE) {
-        slide_cells_derivative_start(&network->cells, &model->derivative.cells, states, taken);
-    } else {
-        slide_layers_derivative_start(&network->layers, &model->derivative.layers);
-    }
-}
-
-/* As slide_stream_hold, and the samples of the first step, which are the same: until cells have
- * seen 2 n_samples and those, layers their whole window. */
-static void hold_again(const SlideModel *model, const double *inputs, const double *d_inputs,
-                       uint32_t n_further) {
-    const SlideDerivativeScratch *scratch = &model->derivative;
-    uint64_t count = 2 * (uint64_t)model->predictor.n_samples + n_further;
-    memcpy(scratch->sample, inputs, model->n_inputs * sizeof *inputs);
-    memcpy(scratch->d_sample, d_inputs, model->n_inputs * sizeof *inputs);
-    push_for_all(model);
-    start(model, NULL, 0);
-    while (count-- > 0) {
-        take(model, (uint32_t)count);
-    }
-}
-
-/* Inputs that cells had taken in before the last step. */
-static uint64_t n_inputs_of_cells(const SlideModel *model, const SlideBeforeStep *before) {
-    return model->predictor.kind == SLIDE_STATE_SPACE ? *before->cells.taken : 0;
-}
-
-/* What was before the step: samples that stay, or, before the first one, its own inputs. */
-static void start_before_step(const SlideModel *model, const SlideState *state,
-                              const double *d_inputs) {
-    const SlideDerivativeScratch *scratch = &model->derivative;
-    const SlideBeforeStep *before = &state->before;
-    const size_t row = model->n_inputs * sizeof(double);
-    if (state->last->began) {
-        hold_again(model, before->given, d_inputs, 0);
+/* The sample read last of the step's history, had it been of these inputs. */
+static void sample_with(const Replay *replay, const SlideStepInputs *inputs,
+                        const SlideReader *reader, double begin, double end, double *sample) {
+    const SlideModel *model = replay->model;
+    const double *earlier = replay->follow ? inputs->given : NULL;
+    double *newest = model->derivative.from; /* of no other use here */
+    const uint64_t after = reader->at + inputs->parts.count, count = *replay->state->history.count;
+    if (inputs->rates != NULL && !model->history.ramp && after >= count) {
+        slide_step_part(&model->history, inputs, (uint32_t)(after - count), sample);
         return;
     }
-    memcpy(scratch->inputs, before->samples, SLIDE_BEFORE * row);
-    memset(scratch->d_inputs, 0, SLIDE_BEFORE * row);
-    start(model, before->cells.states, n_inputs_of_cells(model, before));
+    slide_step_part(&model->history, inputs, 0, newest);
+    slide_history_sample_with(reader, begin, end, newest, earlier, sample);
 }
 
-/* How inputs appended with a part of the last step move, when those that were set do. */
-static void move_part(const SlideModel *model, const SlideState *state, uint32_t part,
-                      const double *d_inputs, double *d_part) {
-    const SlideParts parts = slide_stream_parts(model, state->last->length);
-    if (state->last->moved) {
-        slide_moved_slope(&model->history, state->before.given, state->before.rates,
-                          slide_part_time(&parts, part), d_inputs, d_part);
+/* All samples after a step that took them anew. */
+static void put_anew(const Replay *replay, const SlideStepInputs *inputs) {
+    const SlideModel *model = replay->model;
+    double *sample = model->derivative.sample;
+    SlideReader reader = slide_history_reader(&model->history, &replay->state->history);
+    for (size_t age = model->n_sampled; age-- > 0;) {
+        double end = -(double)age * model->step, begin = -(double)(age + 1) * model->step;
+        slide_history_sample(&reader, begin, end, sample);
+        sample_with(replay, inputs, &reader, begin, end, sample);
+        put(model, age, sample);
+    }
+    for (size_t age = 0; age < SLIDE_BEFORE; ++age) {
+        memcpy(row_at(model, model->n_sampled + age), row_at(model, model->n_sampled - 1),
+               model->n_inputs * sizeof(double));
+    }
+}
+
+static void put_samples(const Replay *replay) {
+    const SlideModel *model = replay->model;
+    const SlideStepInputs inputs = inputs_of(replay);
+    if (replay->held) {
+        put_earlier(replay, 0);
+    } else if (replay->n_taken == 0) {
+        put_anew(replay, &inputs);
     } else {
-        memcpy(d_part, d_inputs, model->n_inputs * sizeof *d_inputs);
-    }
-}
-
-/* How all inputs before the last step move with those that were set. */
-static const double *move_before(const SlideModel *model, const SlideState *state,
-                                 const double *d_inputs) {
-    return state->last->began ? d_inputs : model->derivative.zeros;
-}
-
-/* As take_in_turn of stream.c. */
-static void take_in_turn_again(const SlideModel *model, const SlideState *state,
-                               const double *d_inputs, uint32_t count) {
-    const SlideHistoryShape *shape = &model->history;
-    const SlideDerivativeScratch *scratch = &model->derivative;
-    const SlideBeforeStep *before = &state->before;
-    const SlideParts parts = slide_stream_parts(model, state->last->length);
-    const double *reached = slide_history_newest(shape, &state->history);
-    start_before_step(model, state, d_inputs);
-    for (uint32_t left = count; left-- > 0;) {
-        uint32_t part = shape->ramp ? 0 : count - 1 - left;
-        memcpy(scratch->sample, reached, model->n_inputs * sizeof *reached);
-        move_part(model, state, part, d_inputs, scratch->d_sample);
-        if (shape->ramp && count > 1) {
-            double rest = (double)left / count;
-            slide_history_between(shape, before->inputs, reached, rest, scratch->sample);
-            slide_history_between_slope(shape, before->inputs, reached, rest,
-                                        move_before(model, state, d_inputs), scratch->d_sample,
-                                        scratch->d_sample);
-        } else if (state->last->moved && !shape->ramp) {
-            slide_moved(shape, before->given, before->rates, slide_part_time(&parts, part),
-                        scratch->sample);
+        for (uint32_t left = 0; left < replay->n_taken; ++left) {
+            slide_step_sample(&model->history, &inputs, replay->n_taken, left,
+                              model->derivative.sample);
+            put(model, left, model->derivative.sample);
         }
-        push(model);
-        take(model, left);
+        put_earlier(replay, replay->n_taken);
     }
 }
 
-/* How the sample read last moves with the inputs that were set. */
-static void move_sample(const SlideModel *model, const SlideState *state,
-                        const SlideReader *reader, double begin, double end,
-                        const double *d_inputs, double *d_sample) {
-    const double *d_before = move_before(model, state, d_inputs);
-    uint64_t after = reader->at + slide_stream_parts(model, state->last->length).count;
-    uint64_t first = *state->history.count; /* of the parts, where after is as much */
-    if (model->history.ramp) {
-        move_part(model, state, 0, d_inputs, d_sample);
-        slide_history_ramp_slope(reader, end, d_before, d_sample, d_sample);
-    } else if (state->last->moved && after >= first) {
-        move_part(model, state, (uint32_t)(after - first), d_inputs, d_sample);
-    } else {
-        bool newest = !state->last->moved && slide_history_is_newest(reader, begin);
-        memcpy(d_sample, newest ? d_inputs : d_before, model->n_inputs * sizeof *d_inputs);
+/* Cells go from what they were before the step; or from zero, over the same sample until that is
+ * forgotten, or over the whole window. */
+static void run_cells(const Replay *replay) {
+    const SlideModel *model = replay->model;
+    const SlideCells *cells = &model->predictor.cells;
+    const SlideExactCells *exact = &model->derivative.cells;
+    const bool anew = !replay->held && replay->n_taken == 0;
+    const uint32_t n_taken = anew ? cells->n_samples : replay->n_taken;
+    const bool kept = !replay->follow && !anew;
+    slide_exact_cells_start(cells, exact, kept ? &replay->state->before.cells : NULL);
+    for (uint64_t left = replay->follow && !anew ? 2 * (uint64_t)cells->n_samples : 0; left > 0;
+         --left) {
+        slide_exact_cells_take(cells, exact, row_at(model, n_taken));
+    }
+    for (uint32_t age = n_taken; age-- > 0;) {
+        slide_exact_cells_take(cells, exact, row_at(model, age));
     }
 }
 
-/* As take_anew of stream.c. */
-static void take_anew_again(const SlideModel *model, const SlideState *state,
-                            const double *d_inputs) {
-    const SlideDerivativeScratch *scratch = &model->derivative;
-    SlideReader reader = slide_history_reader(&model->history, &state->history);
-    start(model, NULL, 0);
-    for (uint32_t left = model->n_sampled; left > 0; --left) {
-        double begin = -(double)left * model->step, end = -(double)(left - 1) * model->step;
-        slide_history_sample(&reader, begin, end, scratch->sample);
-        move_sample(model, state, &reader, begin, end, d_inputs, scratch->d_sample);
-        if (left == model->n_sampled) {
-            push_for_all(model);
-        } else {
-            push(model);
+/* Squares of estimates that the step did not move, or that the map bounds, are those of the state;
+ * beyond its samples, where all are the same, one stands for all. */
+static void estimate(const Replay *replay, double *errors) {
+    const SlideModel *model = replay->model;
+    const SlideEstimator *estimator = &model->estimator;
+    const uint64_t newest = *replay->state->samples.count - 1;
+    const bool anew = !replay->held && replay->n_taken == 0;
+    const size_t n_outputs = model->n_outputs;
+    const uint32_t n_moved = anew ? model->n_sampled : replay->n_taken;
+    const double *values = NULL;
+    memset(errors, 0, n_outputs * sizeof *errors);
+    for (uint32_t age = 0; age < estimator->positions; ++age) {
+        if (age < n_moved || (age == n_moved && replay->follow)) {
+            values = slide_exact_layers(&estimator->layers, &model->derivative.estimator,
+                                        row_at(model, age));
         }
-        if (left <= model->predictor.n_samples) {
-            take(model, left - 1);
+        for (size_t i = 0; i < n_outputs; ++i) {
+            double square =
+                *slide_estimate_square(estimator, &replay->state->estimate, i, newest - age);
+            if ((age < n_moved || replay->follow) && square < estimator->largest) {
+                double mean = estimator->n_means > 0 ? values[i] : 0;
+                square = slide_squared_error(estimator, mean, values[estimator->n_means + i]);
+            }
+            errors[i] += square;
         }
     }
-}
-
-static void do_last_step_again(const SlideModel *model, const SlideState *state,
-                               const double *d_inputs) {
-    const uint64_t steps = *state->history.count;
-    const uint32_t taken = state->last->n_taken, n_taken = taken < model->n_in ? taken : model->n_in;
-    if (steps == 0) {
-        hold_again(model, state->inputs, d_inputs, 0);
-    } else if (steps == 1) {
-        hold_again(model, slide_history_newest(&model->history, &state->history), d_inputs,
-                   n_taken > 0 ? n_taken - 1 : 0);
-    } else if (n_taken > 0) {
-        take_in_turn_again(model, state, d_inputs, n_taken);
-    } else {
-        take_anew_again(model, state, d_inputs);
+    for (size_t i = 0; i < n_outputs; ++i) {
+        errors[i] = sqrt(errors[i] / estimator->positions);
     }
 }
 
-/* The slopes of what the network gives, scaled. */
-static void evaluate(const SlideModel *model, const SlideState *state) {
+/* What the step would have given, scaled. */
+static void run(const Replay *replay, bool estimates, double *results) {
+    const SlideModel *model = replay->model;
     const SlideDerivativeScratch *scratch = &model->derivative;
-    const SlideLayers *layers = &model->predictor.layers;
-    if (model->predictor.kind == SLIDE_STATE_SPACE) {
-        return; /* cells give them with every input */
+    const size_t n = model->n_outputs;
+    memset(results, 0, 3 * n * sizeof *results);
+    put_samples(replay);
+    if (has_cells(model)) {
+        run_cells(replay);
+        memcpy(results, scratch->cells.values, n * sizeof *results);
+        memcpy(results + SLIDE_OF_TRUNCATION_ERRORS * n, scratch->cells.errors,
+               n * sizeof *results);
+    } else {
+        const double *values = slide_exact_layers(&model->predictor.layers, &scratch->layers,
+                                                  row_at(model, 0));
+        memcpy(results, values, n * sizeof *results);
     }
-    const float *slopes =
-        slide_layers_derivative_evaluate(layers, &scratch->layers, model->kernel,
-                                         &state->predictor.layers, *state->samples.count - 1);
-    for (size_t i = 0; i < model->n_outputs; ++i) {
-        scratch->d_values[i] = slopes[i];
+    if (estimates) {
+        estimate(replay, results + SLIDE_OF_ESTIMATES * n);
     }
+}
+
+static double largest_change(const SlideModel *model, const double *d_inputs) {
+    double largest = 0;
+    for (size_t i = 0; i < model->n_inputs; ++i) {
+        largest = fmax(largest, fabs(d_inputs[i] * model->input_scaling[i].factor));
+    }
+    return largest;
 }
 
 void slide_directional_derivative(const SlideModel *model, const SlideState *state,
-                                  const double *d_inputs, double *d_outputs) {
-    if (slide_stream_fresh(state) && state->head->prehistory != SLIDE_FIRST_HELD) {
-        memset(d_outputs, 0, model->n_outputs * sizeof *d_outputs);
-        return; /* no input was taken in yet */
+                                  const double *d_inputs, bool estimates, double *slopes) {
+    const SlideDerivativeScratch *scratch = &model->derivative;
+    const double largest = largest_change(model, d_inputs);
+    const size_t n = model->n_outputs;
+    const bool known = slide_stream_fresh(state) && state->head->prehistory != SLIDE_FIRST_HELD;
+    memset(slopes, 0, 3 * n * sizeof *slopes);
+    if (known || largest == 0) { /* no input was taken in yet, or none moves */
+        return;
     }
-    do_last_step_again(model, state, d_inputs);
-    evaluate(model, state);
-    for (size_t i = 0; i < model->n_outputs; ++i) {
-        d_outputs[i] = model->derivative.d_values[i] * model->output_scaling[i].scale;
+    Replay replay = replay_of(model, state);
+    replay.direction = d_inputs;
+    for (size_t side = 0; side < 2; ++side) {
+        replay.amount = (side == 0 ? DISTANCE : -DISTANCE) / largest;
+        run(&replay, estimates, scratch->results[side]);
+    }
+    for (size_t i = 0; i < 3 * n; ++i) {
+        double difference = scratch->results[0][i] - scratch->results[1][i];
+        slopes[i] = difference * (largest / (2 * DISTANCE)) * model->output_scaling[i % n].scale;
     }
 }

@@ -3,15 +3,23 @@
  * reached at its end), all that was before it staying as it was. Before the first step, and after
  * it, inputs count as held for ever, unless the prehistory is known.
  *
- * Forward mode: the last step is done once more, with derivatives beside the values. */
+ * The last step is done twice more, in double precision, with inputs a little to either side. */
 #ifndef SLIDE_DERIVATIVE_H
 #define SLIDE_DERIVATIVE_H
 
 #include "stream.h"
 
-/* Derivative in one direction, in physical units: d_inputs [n_inputs] to d_outputs [n_outputs]. The
- * outputs must be those of the present state: after a step or slide_stream_hold. */
+/* Derivatives [n_outputs] each, in physical units, one after the other in one array. */
+typedef enum {
+    SLIDE_OF_OUTPUTS,
+    SLIDE_OF_TRUNCATION_ERRORS, /* 0 without cells */
+    SLIDE_OF_ESTIMATES          /* 0 without an estimator, or where they are not wanted */
+} SlideDerivatives;
+
+/* Derivative in one direction: d_inputs [n_inputs] to slopes [3][n_outputs] (SlideDerivatives), in
+ * physical units. The outputs must be those of the present state: after a step or
+ * slide_stream_hold; if estimates are wanted, these too: after slide_stream_estimate. */
 void slide_directional_derivative(const SlideModel *model, const SlideState *state,
-                                  const double *d_inputs, double *d_outputs);
+                                  const double *d_inputs, bool estimates, double *slopes);
 
 #endif

@@ -28,14 +28,11 @@ typedef struct {
 } Body;
 
 /* A turn about an axis of a frame. */
-typedef struct {
-    SlideTurn kind;
-    Two c, s;
-} Turn;
+typedef SlideCosineSine Turn;
 
 enum { X, Y, Z };
 
-/* Inlined even where large: kinds of turns are then known, and sums stay in registers. */
+/* Inlined even where large: sums stay in registers. */
 #define INLINE static inline __attribute__((always_inline))
 
 INLINE Two both(double value) { return slide_both(value); }
@@ -43,37 +40,18 @@ INLINE Two both(double value) { return slide_both(value); }
 /* Two components of a vector, the axis being across them. */
 INLINE void turn_pair(Two *x, Two *y, Turn turn) {
     const Two u = *x, v = *y;
-    switch (turn.kind) {
-    case SLIDE_NO_TURN:
-        break;
-    case SLIDE_QUARTER_TURN:
-        *x = -v, *y = u;
-        break;
-    case SLIDE_QUARTER_BACK:
-        *x = v, *y = -u;
-        break;
-    case SLIDE_ANY_TURN:
-        *x = turn.c * u - turn.s * v;
-        *y = turn.s * u + turn.c * v;
-        break;
-    }
+    *x = turn.c * u - turn.s * v;
+    *y = turn.s * u + turn.c * v;
 }
 
 /* A two by two block of a matrix, from both sides. With e = s (xx - yy) + c (xy + yx), all that
  * changes follows from s e and c e. */
 INLINE void turn_block(Two *xx, Two *xy, Two *yx, Two *yy, Turn turn) {
-    const Two before[4] = {*xx, *xy, *yx, *yy};
-    if (turn.kind == SLIDE_NO_TURN) {
-        return;
-    }
-    if (turn.kind != SLIDE_ANY_TURN) {
-        *xx = before[3], *xy = -before[2], *yx = -before[1], *yy = before[0];
-        return;
-    }
-    Two e = turn.s * (before[0] - before[3]) + turn.c * (before[1] + before[2]);
-    Two moved = turn.s * e, mixed = turn.c * e;
-    *xx = before[0] - moved, *yy = before[3] + moved;
-    *xy = mixed - before[2], *yx = mixed - before[1];
+    const Two before[2] = {*xy, *yx};
+    const Two e = turn.s * (*xx - *yy) + turn.c * (*xy + *yx);
+    const Two moved = turn.s * e, mixed = turn.c * e;
+    *xx -= moved, *yy += moved;
+    *xy = mixed - before[1], *yx = mixed - before[0];
 }
 
 INLINE void turn_vector(Two *v, int axis, Turn turn) {
@@ -81,19 +59,16 @@ INLINE void turn_vector(Two *v, int axis, Turn turn) {
 }
 
 /* What does not depend on motion. */
-INLINE void turn_masses(Body *body, int axis, Turn turn, bool skew) {
+INLINE void turn_masses(Body *body, int axis, Turn turn) {
     const int p = (axis + 1) % 3, q = (axis + 2) % 3;
     Two other = body->mixed[axis];
     turn_vector(body->first.value, axis, turn);
     turn_block(&body->square[p], &body->mixed[axis], &other, &body->square[q], turn);
     turn_pair(&body->mixed[q], &body->mixed[p], turn);
     turn_vector(body->tool, axis, turn);
-    if (skew) {
-        turn_vector(body->skew.value, axis, turn);
-    }
 }
 
-INLINE void turn_motion(Body *body, int axis, Turn turn, bool skew) {
+INLINE void turn_motion(Body *body, int axis, Turn turn) {
     const int p = (axis + 1) % 3, q = (axis + 2) % 3;
     turn_vector(body->first.rate, axis, turn);
     turn_vector(body->first.acceleration, axis, turn);
@@ -101,47 +76,28 @@ INLINE void turn_motion(Body *body, int axis, Turn turn, bool skew) {
     turn_pair(&body->flow[p][axis], &body->flow[q][axis], turn);
     turn_pair(&body->flow[axis][p], &body->flow[axis][q], turn);
     turn_vector(body->moment, axis, turn);
-    if (skew) {
-        turn_vector(body->skew.rate, axis, turn);
-        turn_vector(body->skew.acceleration, axis, turn);
-    }
 }
 
 /* Seen from a point that lies back along x and z; but for its mass in the present origin. */
 INLINE void shift_masses(Body *body, const SlideLink *link) {
-    const Two *first = body->first.value;
-    if (link->a != 0) {
-        const Two a = both(link->a);
-        body->square[X] += (a + a) * first[X];
-        body->mixed[Z] += a * first[Y];
-        body->mixed[Y] += a * first[Z];
-    }
-    if (link->d != 0) {
-        const Two d = both(link->d);
-        body->square[Z] += (d + d) * first[Z];
-        body->mixed[Y] += d * first[X];
-        body->mixed[X] += d * first[Y];
-    }
+    const Two *first = body->first.value, a = both(link->a), d = both(link->d);
+    body->square[X] += (a + a) * first[X];
+    body->square[Z] += (d + d) * first[Z];
+    body->mixed[X] += d * first[Y];
+    body->mixed[Y] += a * first[Z] + d * first[X];
+    body->mixed[Z] += a * first[Y];
 }
 
 INLINE void shift_motion(Body *body, const SlideLink *link) {
     const Two *momentum = body->first.rate, *force = body->first.acceleration;
-    if (link->a != 0) {
-        const Two a = both(link->a);
-        for (int i = X; i <= Z; ++i) {
-            body->flow[i][X] += a * momentum[i];
-        }
-        body->moment[Y] -= a * force[Z];
-        body->moment[Z] += a * force[Y];
+    const Two a = both(link->a), d = both(link->d);
+    for (int i = X; i <= Z; ++i) {
+        body->flow[i][X] += a * momentum[i];
+        body->flow[i][Z] += d * momentum[i];
     }
-    if (link->d != 0) {
-        const Two d = both(link->d);
-        for (int i = X; i <= Z; ++i) {
-            body->flow[i][Z] += d * momentum[i];
-        }
-        body->moment[X] -= d * force[Y];
-        body->moment[Y] += d * force[X];
-    }
+    body->moment[X] -= d * force[Y];
+    body->moment[Y] += d * force[X] - a * force[Z];
+    body->moment[Z] += a * force[Y];
 }
 
 INLINE void add_to(Two *v, const double *constants) {
@@ -151,15 +107,12 @@ INLINE void add_to(Two *v, const double *constants) {
 }
 
 /* The link, and what further masses add to the sums by where their origin is. */
-INLINE void add_link(Body *body, const SlideLink *link, bool skew) {
+INLINE void add_link(Body *body, const SlideLink *link) {
     body->tool[X] += both(link->a);
     body->tool[Z] += both(link->d);
     add_to(body->first.value, link->first);
     add_to(body->square, link->square);
     add_to(body->mixed, link->mixed);
-    if (skew) {
-        add_to(body->skew.value, link->skew);
-    }
 }
 
 /* A vector that turns about z besides how it moved before. */
@@ -174,7 +127,7 @@ INLINE void spin_vector(Moving *v, const SlideJoint *joint) {
 
 /* The body turns about z besides. With v as before, this adds to accelerations at places r:
  * acceleration z x r + 2 rate z x v + rate^2 z x (z x r). */
-INLINE void spin(Body *body, const SlideJoint *joint, bool skew) {
+INLINE void spin(Body *body, const SlideJoint *joint) {
     const Two rate = joint->rate, acceleration = joint->acceleration;
     const Two *square = body->square, *mixed = body->mixed, turned = rate * mixed[Z];
     Two(*flow)[3] = body->flow;
@@ -186,60 +139,35 @@ INLINE void spin(Body *body, const SlideJoint *joint, bool skew) {
     body->moment[Y] -= acceleration * mixed[X] + rate * (before[Y] + flow[Y][Z]);
     body->moment[Z] += acceleration * (square[X] + square[Y]) + rate * (along + along);
     spin_vector(&body->first, joint);
-    if (skew) {
-        spin_vector(&body->skew, joint);
-    }
 }
 
-/* From the frame of a link to the one before it, turned with the joint between them. */
-INLINE void twist(Body *body, const SlideLink *link, SlideTurn kind, bool skew) {
-    Turn turn = {kind, both(link->cos_alpha), both(link->sin_alpha)};
-    turn_masses(body, X, turn, skew);
-    turn_motion(body, X, turn, skew);
-    shift_motion(body, link);
-    shift_masses(body, link);
-    add_link(body, link, skew);
+INLINE void turn_moving(Moving *v, int axis, Turn turn) {
+    turn_vector(v->value, axis, turn);
+    turn_vector(v->rate, axis, turn);
+    turn_vector(v->acceleration, axis, turn);
+}
+
+/* The skew part of inertias, where there is any, goes along. */
+INLINE void pass_skew(const SlideLink *link, const SlideJoint *joint, Turn twist, Moving *skew) {
+    turn_moving(skew, X, twist);
+    add_to(skew->value, link->skew);
+    turn_moving(skew, Z, joint->turned);
+    spin_vector(skew, joint);
 }
 
 /* One link and the joint that moves it. */
-INLINE void pass(const SlideLink *link, const SlideJoint *joint, SlideTurn kind, bool skew,
-                 Body *body) {
-    Turn turn = {SLIDE_ANY_TURN, joint->turned.c, joint->turned.s};
-    twist(body, link, kind, skew);
-    turn_masses(body, Z, turn, skew);
-    turn_motion(body, Z, turn, skew);
-    spin(body, joint, skew);
-}
-
-/* The last link with its joint: nothing moves before. */
-INLINE void begin(const SlideLink *link, const SlideJoint *joint, bool skew, Body *body) {
-    Turn turn = {SLIDE_ANY_TURN, joint->turned.c, joint->turned.s};
-    Turn alpha = {SLIDE_ANY_TURN, both(link->cos_alpha), both(link->sin_alpha)};
-    turn_vector(body->tool, X, alpha);
-    add_link(body, link, skew);
-    turn_masses(body, Z, turn, skew);
-    spin(body, joint, skew);
-}
-
-INLINE void pass_skew(const SlideLink *link, const SlideJoint *joint, Body *body) {
-    pass(link, joint, SLIDE_ANY_TURN, true, body);
-}
-
-/* Twists of the usual robots cost no products. */
-INLINE void pass_link(const SlideLink *link, const SlideJoint *joint, Body *body) {
-    switch (link->twist) {
-    case SLIDE_NO_TURN:
-        pass(link, joint, SLIDE_NO_TURN, false, body);
-        break;
-    case SLIDE_QUARTER_TURN:
-        pass(link, joint, SLIDE_QUARTER_TURN, false, body);
-        break;
-    case SLIDE_QUARTER_BACK:
-        pass(link, joint, SLIDE_QUARTER_BACK, false, body);
-        break;
-    case SLIDE_ANY_TURN:
-        pass(link, joint, SLIDE_ANY_TURN, false, body);
-        break;
+INLINE void pass(const SlideLink *link, const SlideJoint *joint, bool skew, Body *body) {
+    const Turn twist = {both(link->cos_alpha), both(link->sin_alpha)};
+    turn_masses(body, X, twist);
+    turn_motion(body, X, twist);
+    shift_motion(body, link);
+    shift_masses(body, link);
+    add_link(body, link);
+    turn_masses(body, Z, joint->turned);
+    turn_motion(body, Z, joint->turned);
+    spin(body, joint);
+    if (skew) {
+        pass_skew(link, joint, twist, &body->skew);
     }
 }
 
@@ -286,7 +214,7 @@ INLINE void store_wrench(const SlideChain *chain, Body *body, const Turn *turn, 
     const double *g = chain->gravity;
     double *turned_change = signals + SLIDE_TURNED_WRENCH_CHANGE + chain->n_joints;
     Two *force = body->first.acceleration, *moment = body->moment, *first = body->first.value;
-    Turn back = {turn->kind, both(turn->c[0]), both(-turn->s[0])};
+    const Turn back = {both(turn->c[0]), both(-turn->s[0])};
     turn_vector(force, Z, *turn);
     turn_vector(moment, Z, *turn);
     turn_vector(first, Z, *turn);
@@ -308,7 +236,7 @@ INLINE void store_wrench(const SlideChain *chain, Body *body, const Turn *turn, 
     }
 }
 
-INLINE void store_loads(const SlideChain *chain, Body *body, double *after_rates) {
+INLINE void store_loads(Body *body, double *after_rates) {
     double *inertia = after_rates + SLIDE_TURNED_INERTIA;
     double *momentum = after_rates + SLIDE_TURNED_MOMENTUM;
     const Two *skew = body->skew.value, *skew_rate = body->skew.rate;
@@ -320,12 +248,10 @@ INLINE void store_loads(const SlideChain *chain, Body *body, double *after_rates
         inertia[3 + i] = body->square[p][0] + body->square[q][0];
         inertia[8 - i] = -body->mixed[i][0];
     }
-    if (chain->skew) {
-        for (int i = X; i <= Z; ++i) {
-            angular[i] -= skew_rate[i];
-            body->moment[i] -= body->skew.acceleration[i];
-            inertia[8 - i] += i == Y ? skew[i][0] : -skew[i][0];
-        }
+    for (int i = X; i <= Z; ++i) {
+        angular[i] -= skew_rate[i];
+        body->moment[i] -= body->skew.acceleration[i];
+        inertia[8 - i] += i == Y ? skew[i][0] : -skew[i][0];
     }
     store(body->first.rate, momentum);
     store(angular, momentum + 3);
@@ -340,24 +266,6 @@ INLINE void store_joints(const SlideChain *chain, double *signals) {
     frame[0] = joints[0].turned.c[0], frame[1] = joints[0].turned.s[0];
 }
 
-/* The whole chain, from its last link to its first. */
-INLINE void gather(const SlideChain *chain, Body *body) {
-    const SlideLink *links = chain->links;
-    const SlideJoint *joints = chain->joints;
-    const size_t last = chain->n_joints - 1;
-    for (int i = X; i <= Z; ++i) {
-        body->tool[i] = both(chain->tool[i]);
-    }
-    begin(&links[last], &joints[last], chain->skew, body);
-    for (size_t i = last; i-- > 0;) {
-        if (chain->skew) {
-            pass_skew(&links[i], &joints[i], body);
-        } else {
-            pass_link(&links[i], &joints[i], body);
-        }
-    }
-}
-
 /* The chain is seen from axes that turn with its first joint; what is wanted in those of the base
  * is turned in the end. */
 INLINE void write_signals(const SlideChain *chain, const double *const inputs[4],
@@ -367,12 +275,17 @@ INLINE void write_signals(const SlideChain *chain, const double *const inputs[4]
     set_joints(chain, inputs);
     store_joints(chain, signals);
     SlideCosineSine *turned = &chain->joints[0].turned;
-    const Turn first = {SLIDE_ANY_TURN, turned->c, turned->s};
+    const Turn first = *turned;
     turned->c = both(1), turned->s = both(0);
-    gather(chain, &body);
+    for (int i = X; i <= Z; ++i) {
+        body.tool[i] = both(chain->tool[i]);
+    }
+    for (size_t i = chain->n_joints; i-- > 0;) {
+        pass(&chain->links[i], &chain->joints[i], chain->skew, &body);
+    }
     turn_vector(body.tool, Z, first);
     store(body.tool, signals + SLIDE_POSITION);
-    store_loads(chain, &body, after_rates);
+    store_loads(&body, after_rates);
     store_wrench(chain, &body, &first, signals);
 }
 
@@ -399,18 +312,6 @@ static void fill(double *target, const unsigned char *source, size_t count) {
     }
 }
 
-/* Rounded angles miss the exact quarters by less than their cosines are rounded. */
-static SlideTurn kind_of(double c, double s) {
-    const double rounding = 1e-15;
-    if (fabs(s) < rounding && c > 0) {
-        return SLIDE_NO_TURN;
-    }
-    if (fabs(c) < rounding) {
-        return s > 0 ? SLIDE_QUARTER_TURN : SLIDE_QUARTER_BACK;
-    }
-    return SLIDE_ANY_TURN;
-}
-
 static void fill_joint(SlideLink *link, const SlideFeaturesView *view, size_t i) {
     const SlideChainView *chain = &view->chain;
     double alpha = slide_f64(chain->alpha + 8 * i), range = slide_f64(chain->half_range + 8 * i);
@@ -422,7 +323,6 @@ static void fill_joint(SlideLink *link, const SlideFeaturesView *view, size_t i)
     link->acceleration = link->rate / chain->step;
     link->cos_alpha = cos(alpha);
     link->sin_alpha = sin(alpha);
-    link->twist = kind_of(link->cos_alpha, link->sin_alpha);
 }
 
 /* A link alone in its frame. With S the sums of m r r', the symmetric part of its inertia is
@@ -445,11 +345,12 @@ static Body body_of(double mass, const double *centre, const double *inertia) {
 static void fill_masses(SlideLink *link, const SlideChainView *chain, size_t i, double further) {
     double mass = slide_f64(chain->masses + 8 * i), centre[3], inertia[9];
     double all = mass + further;
-    Turn turn = {SLIDE_ANY_TURN, both(link->cos_alpha), both(link->sin_alpha)};
+    const Turn twist = {both(link->cos_alpha), both(link->sin_alpha)};
     fill(centre, chain->centres + 24 * i, 3);
     fill(inertia, chain->inertias + 72 * i, 9);
     Body alone = body_of(mass, centre, inertia);
-    turn_masses(&alone, X, turn, true);
+    turn_masses(&alone, X, twist);
+    turn_vector(alone.skew.value, X, twist);
     shift_masses(&alone, link);
     store(alone.first.value, link->first);
     store(alone.square, link->square);
@@ -466,13 +367,14 @@ static void fill_chain(SlideChain *chain, const SlideFeaturesView *view) {
     fill(chain->gravity, view->chain.gravity, 3);
     fill(chain->tool, view->chain.tool, 3);
     chain->mass = 0;
+    chain->skew = false;
     slide_fill_sectors(chain->sectors);
     for (size_t i = chain->n_joints; i-- > 0;) {
         SlideLink *link = &chain->links[i];
         fill_joint(link, view, i);
         fill_masses(link, &view->chain, i, chain->mass);
-        chain->mass += slide_f64(view->chain.masses + 8 * i);
         chain->skew |= link->skew[X] != 0 || link->skew[Y] != 0 || link->skew[Z] != 0;
+        chain->mass += slide_f64(view->chain.masses + 8 * i);
     }
 }
 
@@ -484,12 +386,9 @@ void slide_chain_place(SlideChain *chain, const SlideFeaturesView *view, SlideAr
         chain->write = write_avx2;
     }
 #endif
-    chain->skew = false;
     chain->links = slide_place(arena, view->n_inputs, sizeof *chain->links);
     chain->sectors = slide_place(arena, SLIDE_SECTORS, sizeof *chain->sectors);
     chain->joints = slide_place(arena, view->n_inputs, sizeof *chain->joints);
-    chain->moved = slide_place(arena, 4 * (size_t)view->n_inputs, sizeof(double));
-    chain->nearby = slide_place(arena, (size_t)view->n_signals, sizeof(double));
     if (arena->base != NULL) {
         fill_chain(chain, view);
     }

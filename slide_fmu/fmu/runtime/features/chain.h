@@ -21,15 +21,11 @@ enum {
     SLIDE_CHAIN_SIGNALS = 38
 };
 
-/* How frames differ by a turn: not at all, by a quarter of a turn to either side, or otherwise. */
-typedef enum { SLIDE_NO_TURN, SLIDE_QUARTER_TURN, SLIDE_QUARTER_BACK, SLIDE_ANY_TURN } SlideTurn;
-
 /* One joint and the link that it moves: standard Denavit-Hartenberg. */
 typedef struct {
     double middle, half_range;  /* rad; of the scaled input, and of the sum of two of them */
     double rate, acceleration;  /* rad/s, rad/s^2; of changes of the scaled input */
     double a, d;                /* m */
-    SlideTurn twist;            /* alpha */
     double cos_alpha, sin_alpha;
     /* Of the link, and of the masses further out as if they were in the origin of its frame; seen
      * from the frame before it, turned with the joint. */
@@ -52,8 +48,6 @@ typedef struct SlideChain {
     SlideLink *links;
     SlideTwo *sectors;  /* of angle.h */
     SlideJoint *joints; /* scratch */
-    double *moved;      /* scratch [4][n_joints]: inputs nearby */
-    double *nearby;     /* scratch: their signals */
     bool skew;          /* some inertia is not symmetric */
 } SlideChain;
 
@@ -61,10 +55,5 @@ void slide_chain_place(SlideChain *chain, const SlideFeaturesView *view, SlideAr
 
 /* Write all signals. Inputs: scaled, the newest and the three before it, each [n_joints]. */
 void slide_chain_write(const SlideChain *chain, const double *const inputs[4], double *signals);
-
-/* Derivatives of all signals in one direction: of inputs [4][n_joints], newest first, and of how
- * they change. */
-void slide_chain_differentiate(const SlideChain *chain, const double *inputs,
-                               const double *d_inputs, double *d_signals);
 
 #endif

@@ -115,8 +115,8 @@ static bool write_chosen(const SlideFeatures *features, float *result) {
     return (finite[0] & finite[1]) != 0;
 }
 
-bool slide_features_write(const SlideFeatures *features, const double *input,
-                          const double *before, float *result) {
+static void form_signals(const SlideFeatures *features, const double *input,
+                         const double *before) {
     switch (features->set) {
     case SLIDE_DIRECTOR:
         write_director(features, input, before);
@@ -128,41 +128,19 @@ bool slide_features_write(const SlideFeatures *features, const double *input,
         write_differences(features, input, before);
         break;
     }
+}
+
+bool slide_features_write(const SlideFeatures *features, const double *input,
+                          const double *before, float *result) {
+    form_signals(features, input, before);
     return write_chosen(features, result);
 }
 
-/* How the angle of a director moves when its inputs do. */
-static double angle_slope(const double *director, const double *d_director) {
-    double square = director[0] * director[0] + director[1] * director[1];
-    return (director[0] * d_director[1] - director[1] * d_director[0]) / square;
-}
-
-static void differentiate_director(const SlideFeatures *features, const double *inputs,
-                                   const double *d_inputs) {
-    double slopes[3], angle = atan2(inputs[1], inputs[0]);
-    for (size_t i = 0; i < 3; ++i) {
-        slopes[i] = angle_slope(inputs + 2 * i, d_inputs + 2 * i);
-    }
-    features->signals[0] = -sin(angle) * slopes[0];
-    features->signals[1] = cos(angle) * slopes[0];
-    features->signals[2] = slopes[0] - slopes[1];
-    features->signals[3] = (slopes[0] - slopes[1]) - (slopes[1] - slopes[2]);
-}
-
-void slide_features_differentiate(const SlideFeatures *features, const double *inputs,
-                                  const double *d_inputs, double *result) {
-    switch (features->set) {
-    case SLIDE_DIRECTOR:
-        differentiate_director(features, inputs, d_inputs);
-        break;
-    case SLIDE_CHAIN_MOTION:
-        slide_chain_differentiate(&features->chain, inputs, d_inputs, features->signals);
-        break;
-    default: /* linear */
-        write_differences(features, d_inputs, d_inputs + features->n_inputs);
-        break;
-    }
+void slide_features_exact(const SlideFeatures *features, const double *input,
+                          const double *before, double *result) {
+    form_signals(features, input, before);
     for (size_t i = 0; i < features->count; ++i) {
-        result[i] = features->signals[features->chosen[i]] * features->factor[i];
+        double signal = features->signals[features->chosen[i]];
+        result[i] = (signal - features->offset[i]) * features->factor[i];
     }
 }

@@ -26,9 +26,8 @@ void slide_features_place(SlideFeatures *features, const SlideFeaturesView *view
 bool slide_features_write(const SlideFeatures *features, const double *input,
                           const double *before, float *result);
 
-/* Derivatives of the features in one direction: of a scaled input and those before it, newest
- * first, and of how they change, d_inputs; both [1 + SLIDE_BEFORE][n_inputs]. Result [count]. */
-void slide_features_differentiate(const SlideFeatures *features, const double *inputs,
-                                  const double *d_inputs, double *result);
+/* The same, not rounded to single precision and not checked. */
+void slide_features_exact(const SlideFeatures *features, const double *input,
+                          const double *before, double *result);
 
 #endif

@@ -103,25 +103,6 @@ static void affine_rows(const float *weights, size_t n_in, size_t n_panels,
     }
 }
 
-/* As fast as a processor can read: sums of whole lines that do not wait for each other. */
-static float read_through(const float *values, size_t count) {
-    enum { N_SUMS = 8 };
-    Wide sums[N_SUMS] = {{0}};
-    float sum = 0;
-    for (size_t i = 0; i + N_SUMS * WIDTH <= count; i += N_SUMS * WIDTH) {
-        for (size_t part = 0; part < N_SUMS; ++part) {
-            __builtin_prefetch((const void *)((uintptr_t)(values + i + part * WIDTH) + PREFETCH));
-            sums[part] += *(const Wide *)(values + i + part * WIDTH);
-        }
-    }
-    for (size_t part = 0; part < N_SUMS; ++part) {
-        for (size_t lane = 0; lane < WIDTH; ++lane) {
-            sum += sums[part][lane];
-        }
-    }
-    return sum;
-}
-
 /* exp(x) - 1 for x <= 0 (0 for others), error below 1.2e-7: x = n ln 2 + r, Taylor polynomial in r, and
  * 2^n (1 + p) - 1 = 2^n p + (2^n - 1), which keeps small results accurate. */
 static inline float expm1_of_negative(float x) {
@@ -383,7 +364,6 @@ const SlideKernel SLIDE_KERNEL = {
     .name = TEXT(SLIDE_KERNEL),
     .affine = affine,
     .affine_rows = affine_rows,
-    .read_through = read_through,
     .activate = activate,
     .advance = advance,
     .advance_gated = advance_gated,

@@ -61,8 +61,6 @@ typedef struct {
                    size_t n_panels, float *y);
     /* The same for many rows: weights are read once for several. */
     void (*affine_rows)(const float *weights, size_t n_in, size_t n_panels, const SlideRows *rows);
-    /* The sum of values, for measuring how fast memory is read. */
-    float (*read_through)(const float *values, size_t count);
     /* Apply activation 0 identity, 1 relu, 2 elu, 3 tanh, 4 gelu, 5 cubic in place; count: a
      * multiple of SLIDE_PANEL. What is not a number stays so. */
     void (*activate)(uint32_t activation, float *values, size_t count);

@@ -1,24 +1,19 @@
 #include "native.h"
 
 #include "batch.h"
-#include "stream.h"
+#include "payload.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 
-/* The whole surrogate, as an FMU has it, and its network once more with all the values it gives. */
+/* The network of a surrogate, with all the values it gives. */
 struct SlideNative {
     unsigned char *block;
-    SlideModel model;
-    SlideState state;
-    const SlideKernel *kernel; /* of the network */
+    const SlideKernel *kernel;
     SlideNetwork network;
-    SlideNetworkState network_state;
+    SlideNetworkState state;
     size_t n_values;
-    double *before;       /* scratch [SLIDE_BEFORE][n_inputs] */
-    const float *memory;  /* where the network lies */
-    size_t memory_size;   /* bytes */
-    volatile float found; /* keeps what was computed from being left out */
+    double *before; /* scratch [SLIDE_BEFORE][n_inputs] */
 };
 
 const char *slide_native_kernel(size_t index) {
@@ -28,15 +23,10 @@ const char *slide_native_kernel(size_t index) {
 
 static void place(SlideNative *native, const SlidePayload *payload, SlideArena *arena) {
     const SlideNetworkView *view = &payload->predictor;
-    slide_model_place(&native->model, payload, arena);
-    slide_state_place(&native->state, &native->model, arena);
     native->n_values = view->n_values;
     native->before = slide_place(arena, SLIDE_BEFORE * payload->n_inputs, sizeof(double));
-    slide_network_state_place(&native->network_state, &native->model.predictor, arena);
-    native->memory = slide_place(arena, 0, 1);
-    const size_t begin = arena->used;
     slide_network_place(&native->network, view, view->n_values, arena);
-    native->memory_size = arena->used - begin;
+    slide_network_state_place(&native->state, &native->network, arena);
 }
 
 static bool build(SlideNative *native, const SlidePayload *payload) {
@@ -49,7 +39,6 @@ static bool build(SlideNative *native, const SlidePayload *payload) {
     const size_t misaligned = (size_t)((uintptr_t)native->block % SLIDE_ALIGNMENT);
     arena = (SlideArena){native->block + (SLIDE_ALIGNMENT - misaligned), 0};
     place(native, payload, &arena);
-    slide_state_reset(&native->model, &native->state);
     return true;
 }
 
@@ -68,9 +57,6 @@ SlideNative *slide_native_open(const unsigned char *data, size_t size, size_t ke
         native->kernel = kernels[kernel];
         good = build(native, &payload) || slide_say(&why, "out of memory");
     }
-    if (good && !slide_stream_hold(&native->model, &native->state)) {
-        good = slide_say(&why, "the outputs of the start inputs are not finite");
-    }
     if (!good) {
         snprintf(message, message_size, "%s", why.text);
         slide_native_close(native);
@@ -86,8 +72,6 @@ void slide_native_close(SlideNative *native) {
     }
 }
 
-size_t slide_native_memory(const SlideNative *native) { return native->memory_size; }
-
 int slide_native_layers(const SlideNative *native, const float *const *rows, size_t count,
                         float *values) {
     return slide_batch_layers(&native->network.layers.stack, native->kernel, rows, count,
@@ -98,64 +82,8 @@ int slide_native_layers(const SlideNative *native, const float *const *rows, siz
 
 int slide_native_cells(SlideNative *native, const double *const *windows, size_t count,
                        float *values) {
-    return slide_batch_cells(&native->network.cells, native->kernel, &native->network_state.cells,
+    return slide_batch_cells(&native->network.cells, native->kernel, &native->state.cells,
                              windows, count, native->before, values)
                ? 0
                : 1;
-}
-
-static void run_network(SlideNative *native, float value) {
-    const SlideCells *cells = &native->model.predictor.cells;
-    SlideNetworkState *state = &native->state.predictor;
-    if (native->network.kind == SLIDE_STATE_SPACE) {
-        cells->features[0] = value;
-        slide_cells_run(cells, native->model.kernel, &state->cells);
-        state->cells.states[0] = cells->next[0];
-    } else {
-        state->layers.ring[0] = value;
-        native->found = *slide_feed_forward_evaluate(&native->network.layers.stack,
-                                                     native->kernel, state->layers.ring);
-    }
-}
-
-static bool see(SlideNative *native, double value, uint64_t sample) {
-    native->model.sample[0] = value;
-    return slide_network_see(&native->model.predictor, &native->state.predictor, sample,
-                             native->model.sample, native->state.samples.ring);
-}
-
-static bool step(SlideNative *native, double part, bool reads) {
-    const SlideScaling *scaling = native->model.input_scaling;
-    native->state.inputs[0] = scaling->offset + part * scaling->scale;
-    bool good = slide_stream_step(&native->model, &native->state, native->model.step);
-    if (reads && native->model.estimator.positions > 0) {
-        slide_stream_estimate(&native->model, &native->state);
-    }
-    return good;
-}
-
-int slide_native_repeat(SlideNative *native, int part, int times) {
-    bool good = true;
-    for (int k = 0; k < times && good; ++k) {
-        const double value = (k % 100) * 0.01;
-        switch (part) {
-        case SLIDE_NETWORK_ALONE:
-            run_network(native, (float)value);
-            break;
-        case SLIDE_FEATURES_ALONE:
-            good = see(native, value, (uint64_t)k);
-            break;
-        case SLIDE_STEP:
-        case SLIDE_STEP_AND_READ:
-            good = step(native, value, part == SLIDE_STEP_AND_READ);
-            break;
-        case SLIDE_READ_MEMORY:
-            native->found = native->kernel->read_through(native->memory,
-                                                         native->memory_size / sizeof(float));
-            break;
-        default:
-            good = false;
-        }
-    }
-    return good ? 0 : 1;
 }

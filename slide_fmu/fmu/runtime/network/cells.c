@@ -60,12 +60,16 @@ void slide_cells_before_place(SlideCellsBefore *before, const SlideCells *cells,
                               SlideArena *arena) {
     before->taken = slide_place(arena, 1, sizeof *before->taken);
     before->states = slide_place(arena, n_state_values(cells), sizeof(float));
+    before->errors = slide_place(arena, cells->n_values, sizeof(float));
+    before->largest = slide_place(arena, cells->n_values, sizeof(float));
 }
 
 void slide_cells_keep(const SlideCells *cells, const SlideCellState *state,
                       SlideCellsBefore *before) {
     *before->taken = *state->taken;
     memcpy(before->states, state->states, n_state_values(cells) * sizeof(float));
+    memcpy(before->errors, state->errors, cells->n_values * sizeof(float));
+    memcpy(before->largest, state->largest, cells->n_values * sizeof(float));
 }
 
 void slide_cells_restart(const SlideCells *cells, SlideCellState *state) {
@@ -74,8 +78,8 @@ void slide_cells_restart(const SlideCells *cells, SlideCellState *state) {
     memset(state->largest, 0, cells->n_values * sizeof(float));
 }
 
-static uint32_t age_after_input(const SlideCells *cells, const SlideCellState *state) {
-    return (uint32_t)(*state->taken % cells->n_samples) + 1;
+uint32_t slide_cells_age(const SlideCells *cells, uint64_t taken) {
+    return (uint32_t)(taken % cells->n_samples) + 1;
 }
 
 bool slide_cells_see(const SlideCells *cells, const double *input, const double *before) {
@@ -109,7 +113,7 @@ float slide_cells_weight(const SlideCells *cells, uint32_t age) {
 const float *slide_cells_advance(const SlideCells *cells, const SlideKernel *kernel,
                                  const SlideCellState *state) {
     const float *older = cells->both, *younger = older + cells->row_panels * SLIDE_LANES;
-    float weight = slide_cells_weight(cells, age_after_input(cells, state));
+    float weight = slide_cells_weight(cells, slide_cells_age(cells, *state->taken));
     slide_cells_run(cells, kernel, state);
     for (size_t i = 0; i < cells->n_values; ++i) {
         size_t row = i * (1 + cells->n_factors);
@@ -132,7 +136,7 @@ void slide_cells_accept(const SlideCells *cells, SlideCellState *state) {
     for (size_t i = 0; i < cells->n_values; ++i) {
         state->largest[i] = fmaxf(state->largest[i], fabsf(cells->faded[i]));
     }
-    if (age_after_input(cells, state) < cells->n_samples) {
+    if (slide_cells_age(cells, *state->taken) < cells->n_samples) {
         memcpy(state->states, cells->next, 2 * half * sizeof(float));
     } else {
         /* The first time both are the same: nothing is measured. */

@@ -37,10 +37,10 @@ typedef struct {
                          input k in place k % n_recent */
 } SlideCellState;
 
-/* The same before a step; part of the flat state block. */
+/* The same before a step, for its derivatives; part of the flat state block. */
 typedef struct {
     uint64_t *taken;
-    float *states;
+    float *states, *errors, *largest;
 } SlideCellsBefore;
 
 void slide_cells_place(SlideCells *cells, const SlideNetworkView *view, SlideArena *arena);
@@ -62,6 +62,9 @@ bool slide_cells_see(const SlideCells *cells, const double *input, const double 
 /* Both states after what was seen, and the rows of their values. */
 void slide_cells_run(const SlideCells *cells, const SlideKernel *kernel,
                      const SlideCellState *state);
+
+/* The age of the younger state after the next input, when so many were taken in. */
+uint32_t slide_cells_age(const SlideCells *cells, uint64_t taken);
 
 /* The weight of the younger state in the values, at its age. */
 float slide_cells_weight(const SlideCells *cells, uint32_t age);

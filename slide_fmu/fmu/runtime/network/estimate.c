@@ -62,9 +62,7 @@ void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *esti
     }
 }
 
-/* Squared error, relative to the output's scale, of an expected error over the spread and an eps:
- * at most the largest that the map knows, which what is not finite counts as. */
-static double squared_error(const SlideEstimator *estimator, double mean, double eps) {
+double slide_squared_error(const SlideEstimator *estimator, double mean, double eps) {
     double kept = eps < 1 ? eps : 1;
     double spread = square_of(estimator->log_middle + estimator->log_half_range * kept);
     double square = spread * (1 + mean * mean);
@@ -72,8 +70,8 @@ static double squared_error(const SlideEstimator *estimator, double mean, double
     return usable ? square : estimator->largest;
 }
 
-static double *square_at(const SlideEstimator *estimator, const SlideEstimate *estimate,
-                         size_t output, uint64_t sample) {
+double *slide_estimate_square(const SlideEstimator *estimator, const SlideEstimate *estimate,
+                              size_t output, uint64_t sample) {
     size_t positions = estimator->positions;
     return estimate->squares + output * positions + (size_t)(sample % positions);
 }
@@ -98,15 +96,15 @@ static void evaluate(const SlideEstimator *estimator, const SlideKernel *kernel,
     bool known = in_range(estimator);
     for (size_t i = 0; i < estimator->n_outputs; ++i) {
         double mean = estimator->n_means > 0 ? values[i] : 0;
-        double square = squared_error(estimator, mean, values[estimator->n_means + i]);
-        *square_at(estimator, estimate, i, sample) = known ? square : estimator->largest;
+        double square = slide_squared_error(estimator, mean, values[estimator->n_means + i]);
+        *slide_estimate_square(estimator, estimate, i, sample) = known ? square : estimator->largest;
     }
 }
 
 static void repeat(const SlideEstimator *estimator, SlideEstimate *estimate, uint64_t sample) {
     for (size_t i = 0; i < estimator->n_outputs; ++i) {
-        *square_at(estimator, estimate, i, sample) =
-            *square_at(estimator, estimate, i, sample - 1);
+        *slide_estimate_square(estimator, estimate, i, sample) =
+            *slide_estimate_square(estimator, estimate, i, sample - 1);
     }
 }
 
@@ -154,7 +152,7 @@ void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel 
     }
     *estimate->known = count;
     for (size_t i = 0; i < estimator->n_outputs; ++i) {
-        double sum = sum_of(square_at(estimator, estimate, i, 0), estimator->positions);
+        double sum = sum_of(slide_estimate_square(estimator, estimate, i, 0), estimator->positions);
         estimate->errors[i] = sqrt(sum / estimator->positions);
     }
 }

@@ -45,6 +45,14 @@ void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel 
                              const SlideSamplesShape *shape, const SlideSamples *samples,
                              SlideEstimate *estimate);
 
+/* The squared error, relative to the output's scale, of an expected error over the spread and an
+ * eps: at most the largest that the map knows, which what is not finite counts as. */
+double slide_squared_error(const SlideEstimator *estimator, double mean, double eps);
+
+/* The square of an output at one of the newest samples that are known. */
+double *slide_estimate_square(const SlideEstimator *estimator, const SlideEstimate *estimate,
+                              size_t output, uint64_t sample);
+
 /* Has the training seen the like of all samples that the estimates depend on? Only when all are
  * known. */
 bool slide_estimate_in_range(const SlideEstimator *estimator, const SlideEstimate *estimate);

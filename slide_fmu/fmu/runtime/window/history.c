@@ -121,36 +121,6 @@ void slide_history_between(const SlideHistoryShape *shape, const double *from, c
     }
 }
 
-/* Add what the motion of one end adds to the derivative of a director. With z = length e^(i angle),
- * dz = z (dlength / length + i dangle), where both move as much as those of the end, times its part
- * of the way. */
-static void add_end_slope(const double *end, const double *d_end, double part,
-                          const double *director, double *d_director) {
-    double square = end[0] * end[0] + end[1] * end[1];
-    double outwards = (end[0] * d_end[0] + end[1] * d_end[1]) / hypot(director[0], director[1]);
-    outwards *= part / sqrt(square);
-    double turn = part * (end[0] * d_end[1] - end[1] * d_end[0]) / square;
-    d_director[0] += outwards * director[0] - turn * director[1];
-    d_director[1] += outwards * director[1] + turn * director[0];
-}
-
-void slide_history_between_slope(const SlideHistoryShape *shape, const double *from,
-                                 const double *to, double left, const double *d_from,
-                                 const double *d_to, double *d_inputs) {
-    for (size_t i = 0; i < shape->n_inputs; ++i) {
-        if (shape->cosine[i]) {
-            double director[2], slope[2] = {0, 0};
-            on_arc(from + i, to + i, left, director);
-            add_end_slope(from + i, d_from + i, left, director, slope);
-            add_end_slope(to + i, d_to + i, 1 - left, director, slope);
-            memcpy(d_inputs + i, slope, sizeof slope);
-            ++i;
-        } else {
-            d_inputs[i] = left * d_from[i] + (1 - left) * d_to[i];
-        }
-    }
-}
-
 const double *slide_history_newest(const SlideHistoryShape *shape, const SlideHistory *history) {
     return step_at(shape, history, *history->count - 1) + 1;
 }
@@ -210,19 +180,21 @@ void slide_history_sample(SlideReader *reader, double begin, double end, double 
     }
 }
 
-bool slide_history_is_newest(const SlideReader *reader, double begin) {
+/* Is the sample read last of the inputs appended last? Of joined steps with the same held inputs,
+ * only those of the last one are. */
+static bool is_newest(const SlideReader *reader, double begin) {
     return reader->shape->ramp ? reader->at == *reader->history->count - 1
                                : begin + reader->shape->slack >= -*reader->history->acting;
 }
 
-void slide_history_ramp_slope(const SlideReader *reader, double end, const double *d_before,
-                              const double *d_newest, double *d_inputs) {
+void slide_history_sample_with(const SlideReader *reader, double begin, double end,
+                               const double *newest, const double *earlier, double *inputs) {
     const SlideHistoryShape *shape = reader->shape;
-    if (slide_history_is_newest(reader, end)) {
-        slide_history_between_slope(shape, inputs_before(reader),
-                                    slide_history_newest(shape, reader->history),
-                                    part_left(reader, end), d_before, d_newest, d_inputs);
-    } else {
-        memcpy(d_inputs, d_before, shape->n_inputs * sizeof *d_before);
+    const double *from = earlier == NULL ? inputs_before(reader) : earlier;
+    const bool is_new = is_newest(reader, begin);
+    if (is_new && shape->ramp) {
+        slide_history_between(shape, from, newest, part_left(reader, end), inputs);
+    } else if (is_new || earlier != NULL) {
+        memcpy(inputs, is_new ? newest : earlier, shape->n_inputs * sizeof *inputs);
     }
 }

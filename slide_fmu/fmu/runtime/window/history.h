@@ -64,11 +64,6 @@ void slide_history_put_back(const SlideHistoryShape *shape, SlideHistory *histor
 void slide_history_between(const SlideHistoryShape *shape, const double *from, const double *to,
                            double left, double *inputs);
 
-/* The derivative of the same when its ends move by d_from and d_to. */
-void slide_history_between_slope(const SlideHistoryShape *shape, const double *from,
-                                 const double *to, double left, const double *d_from,
-                                 const double *d_to, double *d_inputs);
-
 /* Inputs of the newest step. Only after the first. */
 const double *slide_history_newest(const SlideHistoryShape *shape, const SlideHistory *history);
 
@@ -87,12 +82,9 @@ SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHist
  * Times may only rise from call to call. */
 void slide_history_sample(SlideReader *reader, double begin, double end, double *inputs);
 
-/* Of the sample read last, from the same times: is it of the inputs appended last? */
-bool slide_history_is_newest(const SlideReader *reader, double begin);
-
-/* The derivative of a sample of ramps, read last, when the inputs appended last move by d_newest and
- * all before them by d_before. */
-void slide_history_ramp_slope(const SlideReader *reader, double end, const double *d_before,
-                              const double *d_newest, double *d_inputs);
+/* The sample read last, from the same times, which inputs hold: as it were if the inputs appended
+ * last were other ones, newest, and all before them earlier; where that is NULL, they stay. */
+void slide_history_sample_with(const SlideReader *reader, double begin, double end,
+                               const double *newest, const double *earlier, double *inputs);
 
 #endif

@@ -35,10 +35,32 @@ static void shape_past(SlideModel *model, const SlidePayload *payload) {
     uint32_t reach = model->estimator.positions > 0 ? (uint32_t)model->estimator.reach : 1;
     uint32_t n_seen = reach > payload->n_in ? reach : payload->n_in;
     model->n_sampled = n_seen + SLIDE_BEFORE;
-    model->samples = (SlideSamplesShape){payload->n_inputs,
-                                         slide_power_of_two((uint64_t)reach + SLIDE_BEFORE)};
+    model->samples =
+        (SlideSamplesShape){payload->n_inputs, slide_power_of_two((uint64_t)model->n_sampled)};
     model->history = slide_history_shape(payload->n_inputs, model->n_sampled, payload->step,
                                          payload->ramp, model->cosine);
+}
+
+static void place_derivative(SlideModel *model, SlideArena *arena) {
+    SlideDerivativeScratch *scratch = &model->derivative;
+    const size_t row = model->n_inputs * sizeof(double);
+    const size_t results = 3 * model->n_outputs * sizeof(double);
+    if (model->predictor.kind == SLIDE_STATE_SPACE) {
+        slide_exact_cells_place(&scratch->cells, &model->predictor.cells, arena);
+    } else {
+        slide_exact_layers_place(&scratch->layers, &model->predictor.layers, arena);
+    }
+    if (model->estimator.positions > 0) {
+        slide_exact_layers_place(&scratch->estimator, &model->estimator.layers, arena);
+    }
+    scratch->samples = slide_place(arena, (size_t)model->n_sampled + SLIDE_BEFORE, row);
+    scratch->given = slide_place(arena, 1, row);
+    scratch->from = slide_place(arena, 1, row);
+    scratch->sample = slide_place(arena, 1, row);
+    scratch->results[0] = slide_place(arena, 1, results);
+    scratch->results[1] = slide_place(arena, 1, results);
+    scratch->direction = slide_place(arena, 1, row);
+    scratch->slopes = slide_place(arena, 1, results);
 }
 
 void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideArena *arena) {
@@ -58,11 +80,9 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideAren
     slide_estimator_place(&model->estimator, payload, arena);
     shape_past(model, payload);
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
-    model->part = slide_place(arena, payload->n_inputs, sizeof(double));
     model->sample = slide_place(arena, payload->n_inputs, sizeof(double));
     model->candidate = slide_place(arena, payload->n_outputs, sizeof(double));
-    slide_derivative_scratch_place(&model->derivative, &model->predictor, payload->n_inputs,
-                                   payload->n_outputs, arena);
+    place_derivative(model, arena);
     memcpy(model->guid, payload->guid, sizeof model->guid);
 }
 

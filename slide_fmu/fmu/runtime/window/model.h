@@ -25,7 +25,6 @@ typedef struct {
     SlideSamplesShape samples;
     SlideHistoryShape history;
     double *inputs;    /* scratch [n_inputs]: a sample, in physical units */
-    double *part;      /* scratch [n_inputs]: inputs of a part of a step, in physical units */
     double *sample;    /* scratch [n_inputs]: the same, scaled */
     double *candidate; /* scratch [n_outputs]: a result before it is accepted */
     SlideDerivativeScratch derivative;

@@ -24,28 +24,21 @@ double slide_part_time(const SlideParts *parts, uint32_t part) {
     return begin + parts->taken_at * slide_part_length(parts, part);
 }
 
-/* Of the director, a complex number z, with w = (dz/dt) time / z: e^w. */
-static void growth(const double *z, const double *rates, double time, double *w, double *factor) {
-    double square = z[0] * z[0] + z[1] * z[1];
-    w[0] = (rates[0] * z[0] + rates[1] * z[1]) * time / square;
-    w[1] = (rates[1] * z[0] - rates[0] * z[1]) * time / square;
-    factor[0] = exp(w[0]) * cos(w[1]);
-    factor[1] = exp(w[0]) * sin(w[1]);
-}
-
-static void multiply(const double *a, const double *b, double *product) {
-    double first = a[0] * b[0] - a[1] * b[1];
-    product[1] = a[0] * b[1] + a[1] * b[0];
-    product[0] = first;
+/* Of a director, a complex number z, with w = (dz/dt) time / z: z e^w. */
+static void turn_on(const double *z, const double *rates, double time, double *moved) {
+    const double square = z[0] * z[0] + z[1] * z[1];
+    const double growth = exp((rates[0] * z[0] + rates[1] * z[1]) * time / square);
+    const double turn = (rates[1] * z[0] - rates[0] * z[1]) * time / square;
+    const double c = growth * cos(turn), s = growth * sin(turn);
+    moved[0] = z[0] * c - z[1] * s;
+    moved[1] = z[0] * s + z[1] * c;
 }
 
 void slide_moved(const SlideHistoryShape *shape, const double *inputs, const double *rates,
                  double time, double *moved) {
     for (size_t i = 0; i < shape->n_inputs; ++i) {
         if (shape->cosine[i]) {
-            double w[2], factor[2];
-            growth(inputs + i, rates + i, time, w, factor);
-            multiply(inputs + i, factor, moved + i);
+            turn_on(inputs + i, rates + i, time, moved + i);
             ++i;
         } else {
             moved[i] = inputs[i] + rates[i] * time;
@@ -53,16 +46,20 @@ void slide_moved(const SlideHistoryShape *shape, const double *inputs, const dou
     }
 }
 
-/* z e^w with w in proportion to 1 / z: its derivative is e^w (1 - w). */
-void slide_moved_slope(const SlideHistoryShape *shape, const double *inputs, const double *rates,
-                       double time, const double *d_inputs, double *d_moved) {
-    memcpy(d_moved, d_inputs, shape->n_inputs * sizeof *d_inputs);
-    for (size_t i = 0; i < shape->n_inputs; ++i) {
-        if (shape->cosine[i]) {
-            double w[2], factor[2];
-            growth(inputs + i, rates + i, time, w, factor);
-            multiply((double[]){1 - w[0], -w[1]}, factor, factor);
-            multiply(d_inputs + i, factor, d_moved + i);
-        }
+void slide_step_part(const SlideHistoryShape *shape, const SlideStepInputs *inputs, uint32_t part,
+                     double *result) {
+    if (inputs->rates == NULL) {
+        memcpy(result, inputs->given, shape->n_inputs * sizeof *result);
+    } else {
+        slide_moved(shape, inputs->given, inputs->rates, slide_part_time(&inputs->parts, part),
+                    result);
+    }
+}
+
+void slide_step_sample(const SlideHistoryShape *shape, const SlideStepInputs *inputs,
+                       uint32_t count, uint32_t left, double *sample) {
+    slide_step_part(shape, inputs, shape->ramp ? 0 : count - 1 - left, sample);
+    if (inputs->from != NULL) {
+        slide_history_between(shape, inputs->from, sample, (double)left / count, sample);
     }
 }

@@ -27,8 +27,21 @@ double slide_part_time(const SlideParts *parts, uint32_t part);
 void slide_moved(const SlideHistoryShape *shape, const double *inputs, const double *rates,
                  double time, double *moved);
 
-/* The derivative of the same when the inputs move by d_inputs and the rates stay. */
-void slide_moved_slope(const SlideHistoryShape *shape, const double *inputs, const double *rates,
-                       double time, const double *d_inputs, double *d_moved);
+/* The inputs of a step. */
+typedef struct {
+    const double *from;  /* of ramps over several samples: what was reached before; or NULL */
+    const double *given; /* as they were set */
+    const double *rates; /* 1/s, their derivatives, where they were given; or NULL */
+    SlideParts parts;
+} SlideStepInputs;
+
+/* The inputs of a part of a step: as they were set, or moved on. */
+void slide_step_part(const SlideHistoryShape *shape, const SlideStepInputs *inputs, uint32_t part,
+                     double *result);
+
+/* One of the samples that a step takes in, count of them, one sample step apart; so many are left
+ * after it. */
+void slide_step_sample(const SlideHistoryShape *shape, const SlideStepInputs *inputs,
+                       uint32_t count, uint32_t left, double *sample);
 
 #endif

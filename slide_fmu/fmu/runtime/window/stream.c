@@ -14,7 +14,6 @@ SlideParts slide_stream_parts(const SlideModel *model, double length) {
 
 static void place_before(SlideBeforeStep *before, const SlideModel *model, SlideArena *arena) {
     size_t row = model->n_inputs * sizeof(double);
-    before->samples = slide_place(arena, SLIDE_BEFORE, row);
     before->inputs = slide_place(arena, 1, row);
     before->given = slide_place(arena, 1, row);
     before->rates = slide_place(arena, 1, row);
@@ -146,8 +145,6 @@ static void remember(const SlideModel *model, SlideState *state) {
 
 /* What the derivatives of a step need of the state before it. */
 static void keep(const SlideModel *model, SlideState *state, const SlideLastStep *step) {
-    const double *newest = newest_sample(model, state);
-    memcpy(state->before.samples, newest, SLIDE_BEFORE * model->n_inputs * sizeof *newest);
     if (model->predictor.kind == SLIDE_STATE_SPACE) {
         slide_cells_keep(&model->predictor.cells, &state->predictor.cells, &state->before.cells);
     }
@@ -177,33 +174,25 @@ static void restart(const SlideModel *model, SlideState *state) {
     watch_range(model, state);
 }
 
-/* The inputs of a part of the step that begins now: as set, or moved on. */
-static const double *inputs_of_part(const SlideModel *model, const SlideState *state,
-                                    const SlideParts *parts, uint32_t part) {
-    if (!state->last->moved) {
-        return state->inputs;
-    }
-    slide_moved(&model->history, state->before.given, state->before.rates,
-                slide_part_time(parts, part), model->part);
-    return model->part;
+/* The inputs of the step that begins now. */
+static SlideStepInputs inputs_of_step(const SlideModel *model, const SlideState *state) {
+    const bool moved = state->last->moved;
+    return (SlideStepInputs){NULL, moved ? state->before.given : state->inputs,
+                             moved ? state->before.rates : NULL,
+                             slide_stream_parts(model, state->last->length)};
 }
 
 /* Take in samples one h apart, of the step that begins now. */
 static bool take_in_turn(const SlideModel *model, SlideState *state, uint32_t count) {
-    const SlideParts parts = slide_stream_parts(model, state->last->length);
-    bool ramp = model->history.ramp && !slide_stream_fresh(state);
-    if (ramp) {
+    SlideStepInputs inputs = inputs_of_step(model, state);
+    if (model->history.ramp && !slide_stream_fresh(state)) {
         memcpy(state->before.inputs, slide_history_newest(&model->history, &state->history),
                model->n_inputs * sizeof(double));
+        inputs.from = state->before.inputs;
     }
     for (uint32_t left = count; left-- > 0;) {
-        const double *inputs = inputs_of_part(model, state, &parts, ramp ? 0 : count - 1 - left);
-        if (ramp) {
-            slide_history_between(&model->history, state->before.inputs, inputs,
-                                  (double)left / count, model->inputs);
-            inputs = model->inputs;
-        }
-        set_sample(model, inputs);
+        slide_step_sample(&model->history, &inputs, count, left, model->inputs);
+        set_sample(model, model->inputs);
         if (!take(model, state, left == 0)) {
             return false;
         }
@@ -214,16 +203,19 @@ static bool take_in_turn(const SlideModel *model, SlideState *state, uint32_t co
 /* The step becomes the newest of the history, part by part. */
 static void append(const SlideModel *model, SlideState *state) {
     const SlideHistoryShape *shape = &model->history;
-    SlideParts parts = slide_stream_parts(model, state->last->length);
-    if (!state->last->moved) {
+    const SlideStepInputs inputs = inputs_of_step(model, state);
+    if (inputs.rates == NULL) {
         slide_history_append(shape, &state->history, state->last->length, state->inputs);
         return;
     }
-    slide_history_append_moving(shape, &state->history, parts.first,
-                                inputs_of_part(model, state, &parts, 0));
-    for (uint32_t part = 1; part < parts.count; ++part) {
-        slide_history_continue(shape, &state->history, parts.further,
-                               inputs_of_part(model, state, &parts, part));
+    for (uint32_t part = 0; part < inputs.parts.count; ++part) {
+        slide_step_part(shape, &inputs, part, model->inputs);
+        if (part == 0) {
+            slide_history_append_moving(shape, &state->history, inputs.parts.first,
+                                        model->inputs);
+        } else {
+            slide_history_continue(shape, &state->history, inputs.parts.further, model->inputs);
+        }
     }
 }
 

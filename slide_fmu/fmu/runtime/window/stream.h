@@ -36,7 +36,6 @@ typedef struct {
 
 /* What was before the last step, for its derivatives, and what it began with. */
 typedef struct {
-    double *samples;        /* [SLIDE_BEFORE][n_inputs], scaled, newest first */
     double *inputs;         /* [n_inputs], physical; of a step of several samples of ramps */
     double *given, *rates;  /* [n_inputs], of a step whose inputs moved: the inputs and their
                                derivatives as they were set */

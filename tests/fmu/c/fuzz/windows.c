@@ -54,9 +54,6 @@ static void run_cells(SlideNative *native, const SlidePayload *payload, FuzzInpu
 }
 
 static void run(SlideNative *native, const SlidePayload *payload, FuzzInput *input) {
-    for (int part = SLIDE_NETWORK_ALONE; part < SLIDE_READ_MEMORY; ++part) { /* reads gaps */
-        slide_native_repeat(native, part, fuzz_u8(input) % 8);
-    }
     const size_t count = fuzz_u8(input) % (MOST_WINDOWS + 1);
     if (payload->predictor.kind == SLIDE_STATE_SPACE) {
         run_cells(native, payload, input, count);

@@ -137,6 +137,15 @@ class _Sensitivities:
         self.state = weights.a.new_zeros(batch, shape.n_states)
         self.values = weights.a.new_zeros(batch, shape.n_states, shape.n_dynamic)
         self._next = torch.empty_like(self.values)
+        if shape.turned:
+            self._blocks = self._turns()
+
+    def _turns(self) -> torch.Tensor:
+        """The matrices that turn a pair of states, shape (N, B, 2, 2)."""
+        turn = self._inputs.turn
+        frames = torch.eye(2, dtype=turn.dtype, device=turn.device).expand(*turn.shape, 2)
+        matrices: torch.Tensor = turned(frames, turn[:, :, None], 1, torch).mT
+        return matrices
 
     def _direct_arguments(self) -> torch.Tensor:
         """What the columns of W see apart from the states: [f, 1], of gated units [s, 1]."""
@@ -151,7 +160,7 @@ class _Sensitivities:
         torch.bmm(self._a + slopes, self.values, out=self._next)
         self.values, self._next = self._next, self.values
         linear = torch.cat([self.state, self._inputs.drive[k]], 1)
-        self._add_direct(linear, units.values, self._inputs.turn[k])
+        self._add_direct(k, linear, units.values)
         first = self._shape.sizes[0]
         for gain, arguments in terms:
             size = gain.shape[2] * arguments.shape[1]
@@ -162,7 +171,7 @@ class _Sensitivities:
             first += size
         self.state = self._equations.after(k, self.state, units.values)
 
-    def _add_direct(self, linear: torch.Tensor, units: torch.Tensor, turn: torch.Tensor) -> None:
+    def _add_direct(self, k: int, linear: torch.Tensor, units: torch.Tensor) -> None:
         """What the next state depends on F directly: on A and B as they are, on E through T."""
         shape, (batch, n) = self._shape, self.values.shape[:2]
         of_f = self.values[..., : shape.sizes[0]].view(batch, n, n, shape.n_next)
@@ -171,11 +180,10 @@ class _Sensitivities:
         rest = of_f[:, 2 * pairs :, 2 * pairs :, before:]
         rest.diagonal(dim1=1, dim2=2).add_(units[..., None])
         if pairs:
-            block = turned(torch.eye(2).to(turn).expand(batch, 2, 2), turn[:, None], 1, torch).mT
             of_e = of_f[:, : 2 * pairs, : 2 * pairs, before:]
             of_pairs = of_e.unflatten(2, (pairs, 2)).unflatten(1, (pairs, 2))
             own = of_pairs.diagonal(dim1=1, dim2=3)  # (B, 2, 2, H, pairs)
-            own.add_((block[..., None] * units[:, None, None, :])[..., None])
+            own.add_((self._blocks[k][..., None] * units[:, None, None, :])[..., None])
 
     def _plain(self, k: int, units: Units) -> _Step:
         arguments = torch.cat([self.state, self._arguments[k]], 1)

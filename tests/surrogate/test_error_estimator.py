@@ -63,6 +63,8 @@ def test_no_error_is_larger_than_the_map_knows() -> None:
     assert estimator_of().squares(np.array([[7.0, 0.9]]), INSIDE, 2) == pytest.approx(
         np.array([[100.0, 10**1.6]])
     )
+    huge = estimator_of().squares(np.array([[1e9, -1e9]]), INSIDE, 2)  # with no overflow
+    assert huge == pytest.approx(np.array([[100.0, 0.0]]))
     found = estimator_of(4).squares(np.array([[0.0, 1e9, 1.0, 0.9]]), INSIDE, 2)
     assert found == pytest.approx(np.array([[100.0, 100.0]]))
 

@@ -195,8 +195,11 @@ def main() -> None:
                 MODULES[name], places, task.limit, task.seed, task.count
             )
             share = 100 * score.killed / max(1, score.tried)
-            print(f"{name}: {score.killed} of {score.tried} killed ({share:.0f} %), "
-                  f"{score.hung} of them by time, of {score.all} mutants", file=sys.stderr, flush=True)  # fmt: skip
+            print(
+                f"{name}: {score.killed} of {score.tried} killed ({share:.0f} %), "
+                f"{score.hung} of them by time, of {score.all} mutants",
+                file=sys.stderr, flush=True,
+            )  # fmt: skip
             for line in score.survivors:
                 print(f"  survived: {line}", file=sys.stderr, flush=True)
     if task.json is not None:

@@ -84,7 +84,7 @@ def random_chain(n: int, seed: int) -> SerialChain:
 
 
 def random_features(shape: Shape, seed: int) -> FeatureMap:
-    """Features of zero mean and unit spread; the last two may serve as cosine and sine.
+    """Features of mean 0 and standard deviation 1; the last two may serve as cosine and sine.
 
     Without differences they are the inputs as they are.
     """

@@ -183,7 +183,7 @@ def test_derivatives_of_diagnostics_are_those_of_the_fmu(
     assert list(seen > 0) == [name.endswith(ends) for name in names.values()]
 
 
-def test_the_newest_column_of_the_window(load: Load) -> None:
+def test_derivative_after_one_step_is_the_newest_column_of_the_gradient(load: Load) -> None:
     """Layers that see the inputs alone: their gradient by the newest input."""
     surrogate = surrogate_of("inputs", "elu block")
     native, rows = load(surrogate).instance().start(), inputs_for(surrogate, 21)
@@ -195,7 +195,9 @@ def test_the_newest_column_of_the_window(load: Load) -> None:
 
 
 @pytest.mark.parametrize("family", ["elu block", "gated cell"])
-def test_before_the_first_step(load: Load, family: str) -> None:
+def test_derivatives_before_the_first_step_are_those_of_held_inputs(
+    load: Load, family: str
+) -> None:
     """Outputs as if the start inputs had been held for ever; so are those after the first step."""
     surrogate = surrogate_of("inputs", family)
     native, row = load(surrogate).instance().start(), inputs_for(surrogate, 1)[0]
@@ -227,7 +229,7 @@ def test_derivatives_are_linear_and_belong_to_the_state(load: Load) -> None:
     assert np.array_equal(derivatives(other, 3, 2), found)
 
 
-def test_a_step_that_fails_leaves_the_derivatives(load: Load) -> None:
+def test_failed_step_leaves_the_derivatives(load: Load) -> None:
     surrogate = surrogate_of("inputs", "cubic cell")
     native = load(surrogate).instance().start()
     for row in inputs_for(surrogate, 5):
@@ -267,7 +269,7 @@ def test_derivatives_that_are_not_finite_are_refused(rich: Loaded) -> None:
     assert "a derivative is not finite; expected smaller seeds" in native.messages[-1]
 
 
-def test_calls_that_are_refused(load: Load) -> None:
+def test_derivatives_of_unknown_variables_or_without_values_are_refused(load: Load) -> None:
     surrogate = surrogate_of("inputs", "gated cell")
     native = load(surrogate).instance()
     one, number = ctypes.c_size_t(1), (ctypes.c_double * 1)(1.0)

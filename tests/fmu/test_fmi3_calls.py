@@ -32,7 +32,7 @@ def _instance(loaded: Loaded, **more: bool) -> Native3:
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
-def test_same_bits_as_fmi_2(load: Load, shape: Shape) -> None:
+def test_results_of_fmi_3_are_those_of_fmi_2_to_the_bit(load: Load, shape: Shape) -> None:
     loaded = load(random_surrogate(shape))
     two, three = loaded.instance().start(), _instance(loaded).start()
     rng, time = np.random.default_rng(1), 0.0
@@ -46,7 +46,7 @@ def test_same_bits_as_fmi_2(load: Load, shape: Shape) -> None:
     assert two.save() == three.save()
 
 
-def test_states_go_from_one_standard_to_the_other(rich: Loaded) -> None:
+def test_state_saved_by_one_standard_is_restored_by_the_other(rich: Loaded) -> None:
     two, three, again = rich.instance().start(), _instance(rich).start(), _instance(rich)
     two.step(0.3, 0.1)
     assert three.restore(two.save()) == again.restore(two.save()) == OK
@@ -59,7 +59,7 @@ def test_states_go_from_one_standard_to_the_other(rich: Loaded) -> None:
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
-def test_derivatives_are_those_of_fmi_2(load: Load, shape: Shape) -> None:
+def test_derivatives_of_fmi_3_are_those_of_fmi_2_to_the_bit(load: Load, shape: Shape) -> None:
     """The same bits; adjoint ones are the same matrix from the other side."""
     loaded = load(random_surrogate(shape))
     two, three = loaded.instance().start(), _instance(loaded).start()
@@ -80,7 +80,7 @@ def test_derivatives_are_those_of_fmi_2(load: Load, shape: Shape) -> None:
         np.testing.assert_allclose(adjoint, weights @ expected, rtol=1e-12, atol=1e-15)
 
 
-def test_derivatives_with_wrong_counts(rich: Loaded) -> None:
+def test_derivatives_with_wrong_counts_are_refused(rich: Loaded) -> None:
     native, one = _instance(rich).start(), (ctypes.c_double * 2)()
     knowns, unknowns = map(native.places.references, ([0, 1], [2]))
     counts = unknowns, ctypes.c_size_t(1), knowns, ctypes.c_size_t(2)
@@ -91,7 +91,7 @@ def test_derivatives_with_wrong_counts(rich: Loaded) -> None:
     assert "1 seeds and 1 sensitivities; expected 1 and 2" in native.messages[-1]
 
 
-def test_time_is_a_variable(rich: Loaded) -> None:
+def test_time_of_the_instance_can_be_read_as_a_variable(rich: Loaded) -> None:
     native, time = _instance(rich), len(fmu_variables(rich.surrogate))
     assert native.initialize(2.0) == OK
     assert native.get(time) == [2.0]
@@ -103,7 +103,7 @@ def test_time_is_a_variable(rich: Loaded) -> None:
     assert native.try_get(time + 1)[0] == ERROR
 
 
-def test_steps_tell_where_they_ended(rich: Loaded) -> None:
+def test_step_reports_the_time_at_which_it_ended(rich: Loaded) -> None:
     native = _instance(rich).start(1.0)
     assert native.do_step(1.0) == OK
     assert (native.last, native.flags) == (1.0 + STEP, (False, False, False))
@@ -118,7 +118,7 @@ def test_steps_tell_where_they_ended(rich: Loaded) -> None:
     assert native.save() == saved
 
 
-def test_every_variable_has_one_value(rich: Loaded) -> None:
+def test_call_with_another_count_of_values_than_variables_is_refused(rich: Loaded) -> None:
     native = _instance(rich).start()
     assert native.set(0.1, 0.2, count=1) == ERROR
     assert "1 values for 2 variables" in native.messages[-1]
@@ -126,7 +126,7 @@ def test_every_variable_has_one_value(rich: Loaded) -> None:
     assert native.set(0.1, 0.2) == OK
 
 
-def test_start_and_stop_time(rich: Loaded) -> None:
+def test_start_and_stop_time_bound_the_steps(rich: Loaded) -> None:
     native = _instance(rich)
     for start, stop in ((math.nan, None), (2.0, 1.0), (1e16, None)):
         assert native.initialize(start, stop) == ERROR
@@ -145,7 +145,7 @@ def test_start_and_stop_time(rich: Loaded) -> None:
     assert native.start().do_step(0.0) == OK
 
 
-def test_resource_paths(rich: Loaded, tmp_path: Path) -> None:
+def test_resource_path_with_and_without_a_slash_is_read(rich: Loaded, tmp_path: Path) -> None:
     odd = tmp_path / "with space, %41 # and ü"
     shutil.copytree(rich.folder / "resources", odd)
     for path in (str(odd), with_separator(odd)):
@@ -157,7 +157,7 @@ def test_resource_paths(rich: Loaded, tmp_path: Path) -> None:
     assert "100 %/" in native.messages[0]  # no printf format: signs stay as they are
 
 
-def test_instantiation_is_refused(rich: Loaded) -> None:
+def test_instantiation_with_wrong_arguments_is_refused(rich: Loaded) -> None:
     native = Native3(rich.library, "other", rich.folder / "resources")
     assert not native.instance.value
     assert "GUID other; expected slide-" in native.messages[0]
@@ -174,7 +174,7 @@ def test_instantiation_is_refused(rich: Loaded) -> None:
         assert "this FMU is for co-simulation" in messages[0]
 
 
-def test_no_instance_is_an_error_never_a_crash(rich: Loaded) -> None:
+def test_call_without_an_instance_is_an_error_and_no_crash(rich: Loaded) -> None:
     library, without = rich.library, {"fmi3FreeInstance", "fmi3GetVersion"}
     for name in set(functions(3)) - without:
         if "Instantiate" not in name:
@@ -184,7 +184,7 @@ def test_no_instance_is_an_error_never_a_crash(rich: Loaded) -> None:
     assert library.fmi3GetVersion() == b"3.0"
 
 
-def test_functions_that_are_not_offered(rich: Loaded) -> None:
+def test_functions_that_are_not_offered_answer_with_an_error(rich: Loaded) -> None:
     native = _instance(rich).start()
     nothing = [ctypes.c_void_p()] * 8
     for name in (
@@ -200,7 +200,7 @@ def test_functions_that_are_not_offered(rich: Loaded) -> None:
         assert native.messages[-1].startswith(name)
 
 
-def test_variables_of_other_types(rich: Loaded) -> None:
+def test_variables_of_other_types_are_refused(rich: Loaded) -> None:
     native = _instance(rich).start()
     for kind in ("Float32", "Int32", "UInt64", "String"):
         for verb in ("Get", "Set"):
@@ -213,7 +213,7 @@ def test_variables_of_other_types(rich: Loaded) -> None:
     assert native.call("fmi3GetIntervalDecimal", None, one, None, None) == ERROR
 
 
-def test_debug_logging(rich: Loaded) -> None:
+def test_debug_logging_reports_calls_while_it_is_on(rich: Loaded) -> None:
     native = _instance(rich, logging=True)
     assert native.messages[0].startswith("instantiated, window of ")
     native.start()

@@ -40,7 +40,7 @@ def _run(target: Path, runs: int, files: list[Path]) -> int:
     return int(result.stdout)
 
 
-def test_kept_corpus(target: Path) -> None:
+def test_sequences_of_calls_in_the_kept_corpus_end_without_a_fault(target: Path) -> None:
     files = sorted(CORPUS.iterdir())
     sizes = [path.stat().st_size for path in files]
     assert len(files) > 100
@@ -49,6 +49,6 @@ def test_kept_corpus(target: Path) -> None:
     assert _run(target, 0, files) == len(files)
 
 
-def test_changes_of_the_corpus(target: Path) -> None:
+def test_random_changes_of_the_corpus_end_without_a_fault(target: Path) -> None:
     files = sorted(CORPUS.iterdir())
     assert _run(target, RUNS, files) == len(files) + RUNS

@@ -68,7 +68,7 @@ def window_for(surrogate: Surrogate) -> FloatArray:
 @both_holds
 @every_shape
 @pytest.mark.parametrize("lengths", [[1.0], [3.0, 1.0], [0.6, 1.0, 2.3], [40.0, 1.0]])
-def test_as_if_the_fmu_had_run_before(
+def test_start_with_an_initial_window_is_as_if_the_fmu_had_run_on_it(
     load: Load, shape: Shape, lengths: list[float], hold: Hold
 ) -> None:
     """Outputs and estimates at the start and after it, against resampling of window and steps."""
@@ -90,7 +90,7 @@ def test_as_if_the_fmu_had_run_before(
     assert np.array_equal(get_window(native, surrogate), window)
 
 
-def test_windows_that_are_not_known_change_nothing(load: Load) -> None:
+def test_initial_window_that_is_not_switched_on_changes_nothing(load: Load) -> None:
     surrogate = random_surrogate(SHAPES["cell"])
     loaded = load(surrogate)
     native, plain = _instance(loaded), _instance(loaded).start()
@@ -102,7 +102,7 @@ def test_windows_that_are_not_known_change_nothing(load: Load) -> None:
         assert native.get(2, 6) == plain.get(2, 6)
 
 
-def test_start_values_and_reset(load: Load) -> None:
+def test_initial_window_has_the_start_values_of_the_inputs_after_reset_too(load: Load) -> None:
     surrogate = random_surrogate(SHAPES["layers"])
     native = _instance(load(surrogate)).start()
     starts = [signal.start_value for signal in surrogate.inputs]
@@ -114,7 +114,7 @@ def test_start_values_and_reset(load: Load) -> None:
     assert np.array_equal(get_window(native.start(), surrogate), held)
 
 
-def test_values_that_are_refused(load: Load) -> None:
+def test_initial_window_of_wrong_counts_or_values_is_refused(load: Load) -> None:
     surrogate = random_surrogate(SHAPES["layers"])
     native, window = _instance(load(surrogate)), window_for(surrogate)
     for known in (3.0, 0.5, -1.0, math.nan):
@@ -133,7 +133,7 @@ def test_values_that_are_refused(load: Load) -> None:
 
 
 @both_holds
-def test_a_first_step_that_fails_is_undone(load: Load, hold: Hold) -> None:
+def test_failed_first_step_after_an_initial_window_is_undone(load: Load, hold: Hold) -> None:
     shape = Shape(n_inputs=2, n_outputs=2, cell=CellShape(activation="cubic"), hold=hold)
     surrogate = random_surrogate(shape)
     native = _instance(load(surrogate))
@@ -150,7 +150,7 @@ def test_a_first_step_that_fails_is_undone(load: Load, hold: Hold) -> None:
             assert native.restore(before) == OK
 
 
-def test_directors_must_be_some(load: Load) -> None:
+def test_initial_window_with_a_director_of_zero_is_refused(load: Load) -> None:
     surrogate = random_surrogate(SHAPES["director"])
     native, window = _instance(load(surrogate)), window_for(surrogate)
     window[3] = 0.0

@@ -1,4 +1,4 @@
-"""Steps of several samples that a master of FMI 3.0 watches: outputs and inputs at each sample."""
+"""Steps of several samples that an importer of FMI 3.0 watches: variables at each sample."""
 
 from __future__ import annotations
 
@@ -36,7 +36,9 @@ def _instance(
 
 @both_holds
 @every_shape
-def test_watching_changes_nothing(load: Load, shape: Shape, hold: str) -> None:
+def test_intermediate_updates_that_only_read_change_nothing(
+    load: Load, shape: Shape, hold: str
+) -> None:
     """All variables after steps of up to n_in samples, to the bit."""
     surrogate = random_surrogate(Shape(**{**vars(shape), "hold": hold}))
     loaded, times = load(surrogate), []
@@ -56,8 +58,10 @@ def test_watching_changes_nothing(load: Load, shape: Shape, hold: str) -> None:
 
 @both_holds
 @every_shape
-def test_inputs_of_every_sample(load: Load, shape: Shape, hold: str) -> None:
-    """A master that sets inputs on the way has the results of single steps."""
+def test_inputs_set_in_intermediate_updates_give_the_results_of_single_steps(
+    load: Load, shape: Shape, hold: str
+) -> None:
+    """An importer that sets inputs on the way has the results of single steps."""
     surrogate = random_surrogate(Shape(**{**vars(shape), "hold": hold}))
     loaded, rows = load(surrogate), drawn(41, 2)
     seen: list[list[float]] = []
@@ -78,7 +82,9 @@ def test_inputs_of_every_sample(load: Load, shape: Shape, hold: str) -> None:
     assert np.array_equal(np.array(seen), np.array(expected))
 
 
-def test_the_time_and_what_may_be_called(rich: Loaded) -> None:
+def test_intermediate_update_has_the_time_of_its_sample_and_says_what_may_be_called(
+    rich: Loaded,
+) -> None:
     time_reference = len(fmu_variables(rich.surrogate))
     found: list[object] = []
 
@@ -101,7 +107,9 @@ def test_the_time_and_what_may_be_called(rich: Loaded) -> None:
 
 
 @pytest.mark.parametrize(("until", "end"), [(2, 2), (2.5, 3), (0, 1), (9, 4), (math.nan, 4)])
-def test_a_step_may_end_early(rich: Loaded, until: float, end: int) -> None:
+def test_step_that_may_return_early_ends_at_the_sample_that_was_asked_for(
+    rich: Loaded, until: float, end: int
+) -> None:
     asked = _instance(rich, lambda _time, _may_set: until * STEP, ends=True).start()
     assert asked.do_step(0.0, 4 * STEP) == OK
     assert asked.last == pytest.approx(end * STEP)
@@ -113,8 +121,10 @@ def test_a_step_may_end_early(rich: Loaded, until: float, end: int) -> None:
 
 
 @pytest.mark.parametrize("start", [0.0, 0.3, -7.1])
-def test_an_early_end_at_the_time_of_a_sample(rich: Loaded, start: float) -> None:
-    """Times that a master rounds in its own way."""
+def test_early_return_at_the_rounded_time_of_a_sample_ends_there(
+    rich: Loaded, start: float
+) -> None:
+    """Times that an importer rounds in its own way."""
     for k in range(1, 99, 7):
         wanted = round(start + k * STEP, 10)
         asked = _instance(rich, lambda _time, _may_set, at=wanted: at, ends=True).start(start)
@@ -122,7 +132,7 @@ def test_an_early_end_at_the_time_of_a_sample(rich: Loaded, start: float) -> Non
         assert asked.last == pytest.approx(wanted, abs=1e-9)
 
 
-def test_an_early_end_is_asked_for_once(rich: Loaded) -> None:
+def test_early_return_ends_one_step_alone(rich: Loaded) -> None:
     asked = _instance(
         rich, lambda time, _may_set: 2.5 * STEP if time < 1.5 * STEP else None, ends=True
     ).start()
@@ -132,14 +142,14 @@ def test_an_early_end_is_asked_for_once(rich: Loaded) -> None:
     assert asked.flags == (False, False, False)
 
 
-def test_no_step_ends_early_where_that_is_not_allowed(rich: Loaded) -> None:
+def test_step_that_may_not_return_early_goes_to_its_end(rich: Loaded) -> None:
     asked = _instance(rich, lambda time, _may_set: time).start()
     assert asked.do_step(0.0, 4 * STEP) == OK
     assert (asked.last, asked.flags) == (pytest.approx(4 * STEP), (False, False, False))
 
 
 @both_holds
-def test_a_step_that_fails_on_the_way_changes_nothing(load: Load, hold: str) -> None:
+def test_step_that_fails_at_an_intermediate_update_changes_nothing(load: Load, hold: str) -> None:
     shape = Shape(cell=CellShape(activation="cubic"), hold=hold)  # type: ignore[arg-type]
     loaded, bad = load(random_surrogate(shape)), False
 
@@ -160,7 +170,9 @@ def test_a_step_that_fails_on_the_way_changes_nothing(load: Load, hold: str) -> 
 
 
 @both_holds
-def test_derivatives_of_inputs_are_those_of_the_whole_step(load: Load, hold: str) -> None:
+def test_input_derivatives_hold_for_the_whole_step_with_intermediate_updates(
+    load: Load, hold: str
+) -> None:
     """Which a state of FMI 2.0 brings."""
     loaded = load(random_surrogate(Shape(hold=hold, positions=3)))  # type: ignore[arg-type]
     moving, times = loaded.instance().start(), []
@@ -171,7 +183,7 @@ def test_derivatives_of_inputs_are_those_of_the_whole_step(load: Load, hold: str
     assert times == [(pytest.approx(3 * STEP), False)]
 
 
-def test_a_director_that_is_none_on_the_way(load: Load) -> None:
+def test_director_of_zero_set_in_an_intermediate_update_is_refused(load: Load) -> None:
     loaded = load(random_surrogate(SHAPES["director"]))
     watched = _instance(loaded, lambda _time, _may_set: watched.set(0.0, 0.0) and None)
     watched.start()
@@ -181,7 +193,7 @@ def test_a_director_that_is_none_on_the_way(load: Load) -> None:
     assert watched.get(0, 2) == [1.0, 0.0]
 
 
-def test_no_slip_of_time(load: Load) -> None:
+def test_time_does_not_slip_over_many_early_returns(load: Load) -> None:
     watched = _instance(load(sum_surrogate()), lambda _time, _may_set: None).start()
     for k in range(20_000):
         assert watched.do_step(3 * k * STEP, 3 * STEP) == OK

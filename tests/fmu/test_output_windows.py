@@ -57,7 +57,7 @@ def windows(native: Native3, surrogate: Surrogate) -> FloatArray:
 
 
 @both_families
-def test_the_window_that_the_network_predicts(load: Load, shape: Shape) -> None:
+def test_output_window_is_that_which_the_network_predicts(load: Load, shape: Shape) -> None:
     """As predict_windows gives it, after single steps, several at once and others; its newest
     sample is the output, to the bit."""
     surrogate = random_surrogate(shape)
@@ -76,7 +76,7 @@ def test_the_window_that_the_network_predicts(load: Load, shape: Shape) -> None:
             np.testing.assert_allclose(found, expected, rtol=0, atol=1e-5)
 
 
-def test_after_several_samples_cells_know_each_of_them(load: Load) -> None:
+def test_output_window_of_a_cell_after_several_samples_is_that_of_single_steps(load: Load) -> None:
     """A step of five samples gives what five single steps give."""
     surrogate = random_surrogate(SHAPES["cell"])
     loaded = load(surrogate)
@@ -91,7 +91,7 @@ def test_after_several_samples_cells_know_each_of_them(load: Load) -> None:
         assert windows(whole, surrogate).tolist() == outputs
 
 
-def test_off_the_grid_they_end_with_the_step(load: Load) -> None:
+def test_output_window_after_a_step_off_the_grid_ends_with_the_step(load: Load) -> None:
     """Of a cell that forgets within its window, held inputs."""
     shape = Shape(n_inputs=2, n_outputs=2, cell=FORGETFUL, n_out=3)
     surrogate = random_surrogate(shape)
@@ -105,7 +105,9 @@ def test_off_the_grid_they_end_with_the_step(load: Load) -> None:
 
 
 @both_families
-def test_before_the_first_step(load: Load, shape: Shape) -> None:
+def test_output_window_before_the_first_step_is_that_of_held_inputs(
+    load: Load, shape: Shape
+) -> None:
     surrogate = random_surrogate(shape)
     native = _instance(load(surrogate))
     assert native.initialize() == native.set(0.3, 0.4) == OK
@@ -120,7 +122,7 @@ def test_before_the_first_step(load: Load, shape: Shape) -> None:
 
 
 @both_families
-def test_reading_changes_nothing(load: Load, shape: Shape) -> None:
+def test_output_window_that_is_read_changes_nothing(load: Load, shape: Shape) -> None:
     surrogate = random_surrogate(shape)
     loaded = load(surrogate)
     native, other = _instance(loaded).start(), _instance(loaded).start()
@@ -133,7 +135,7 @@ def test_reading_changes_nothing(load: Load, shape: Shape) -> None:
 
 
 @both_families
-def test_a_step_that_fails_leaves_them(load: Load, shape: Shape) -> None:
+def test_failed_step_leaves_output_windows(load: Load, shape: Shape) -> None:
     """Also the derivatives, which look at the same window."""
     surrogate = random_surrogate(shape)
     native, m = _instance(load(surrogate)).start(), shape.n_outputs
@@ -153,7 +155,7 @@ def test_a_step_that_fails_leaves_them(load: Load, shape: Shape) -> None:
         assert np.array_equal(native.derivative(name, unknowns, knowns, seed), before[1])
 
 
-def test_samples_that_are_not_finite_are_refused(load: Load) -> None:
+def test_output_window_with_samples_that_are_not_finite_is_refused(load: Load) -> None:
     """Where the newest one is, the output."""
     surrogate = random_surrogate(Shape(n_outputs=1, n_out=3))
     network = surrogate.network
@@ -175,7 +177,7 @@ def test_samples_that_are_not_finite_are_refused(load: Load) -> None:
     assert native.save() == saved
 
 
-def test_only_networks_that_know_several_samples_have_them() -> None:
+def test_networks_of_one_sample_have_no_output_windows() -> None:
     one_sample = random_surrogate(Shape(block=False))
     assert block_size(one_sample) == 1
     assert [v.name for v in fmu_variables(one_sample, 3)][-2:] == ["time", "initial_u0_window"]
@@ -183,7 +185,7 @@ def test_only_networks_that_know_several_samples_have_them() -> None:
     assert names[-3:] == ["time", "y0_window", "initial_u0_window"]
 
 
-def test_counts_of_values(rich: Loaded) -> None:
+def test_output_window_read_with_a_wrong_count_is_refused(rich: Loaded) -> None:
     native, time = _instance(rich).start(), len(fmu_variables(rich.surrogate))
     references = native.places.references([time, time + 1])
     values = (ctypes.c_double * 5)(*[-7.0] * 5)

@@ -47,7 +47,9 @@ def go(native: Native, rows: FloatArray, length: float) -> FloatArray:
 @pytest.mark.parametrize("hold", ["zero_order", "first_order"])
 @pytest.mark.parametrize("length", [1.0, 3.0, 0.6])
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
-def test_as_if_the_fmu_had_run_before(load: Load, shape: Shape, length: float, hold: Hold) -> None:
+def test_start_with_initial_inputs_is_as_if_the_fmu_had_run_on_them(
+    load: Load, shape: Shape, length: float, hold: Hold
+) -> None:
     surrogate = random_surrogate(replace(shape, hold=hold))
     loaded, rows = load(surrogate), np.random.default_rng(3).uniform(0.2, 1, (12, 2))
     knowing, earlier = loaded.instance(), loaded.instance().start()
@@ -76,7 +78,7 @@ def test_outputs_at_the_start_are_those_of_the_initial_inputs(load: Load) -> Non
     assert np.array_equal(derivatives(knowing, 2, 2), np.zeros((2, 2)))
 
 
-def test_initial_inputs_alone_change_nothing(load: Load) -> None:
+def test_initial_inputs_that_are_not_switched_on_change_nothing(load: Load) -> None:
     """Tools that set every parameter to its start value do no harm."""
     surrogate = random_surrogate(SHAPES["cell"])
     loaded, rows = load(surrogate), np.random.default_rng(3).uniform(0.2, 1, (5, 2))
@@ -89,7 +91,7 @@ def test_initial_inputs_alone_change_nothing(load: Load) -> None:
     assert np.array_equal(go(native.start(), rows, 1.0), expected)
 
 
-def test_parameters_are_set_before_the_steps(load: Load) -> None:
+def test_initial_inputs_with_impossible_values_or_after_the_start_are_refused(load: Load) -> None:
     surrogate = random_surrogate(SHAPES["layers"])
     first, native = reference(surrogate), load(surrogate).instance()
     for value in (0.5, 2.0, math.nan):
@@ -109,7 +111,7 @@ def test_parameters_are_set_before_the_steps(load: Load) -> None:
     assert native.get(first, 3) == [0.0, *starts]
 
 
-def test_a_first_step_that_fails_is_undone(load: Load) -> None:
+def test_failed_first_step_after_initial_inputs_is_undone(load: Load) -> None:
     surrogate = random_surrogate(SHAPES["director"])
     native = load(surrogate).instance()
     know(native, surrogate, 0.0, 0.0)

@@ -103,7 +103,7 @@ def test_damaged_payloads_are_read_within_their_arrays(
     assert all(line == "ok" or "surrogate file" in line for line in lines)
 
 
-def test_kernels_are_accurate(driver: Path) -> None:
+def test_every_kernel_of_this_processor_is_accurate(driver: Path) -> None:
     """Largest absolute and relative errors; gelu cancels, relative to small results."""
     bounds = {
         "affine": (1e-6, 1e-6),
@@ -137,7 +137,7 @@ def test_damaged_states_stay_in_their_arrays(
 
 
 @pytest.mark.parametrize("shape", [SMALL, CELLS, RAMP, GATED, DIRECTOR])
-def test_adjoint_derivatives(
+def test_adjoint_derivatives_are_the_transposed_directional_ones(
     driver: Path, load: Callable[[Surrogate], Loaded], shape: Shape
 ) -> None:
     """They are the transposed directional ones, before the first step and after each."""
@@ -153,7 +153,7 @@ def test_adjoint_derivatives(
 
 @pytest.mark.parametrize("differences", [0, 2])
 @pytest.mark.parametrize("units", ["tanh", "gated"])
-def test_three_evaluations_are_those_of_numpy(
+def test_three_ways_to_evaluate_a_window_give_what_numpy_gives(
     driver: Path, tmp_path: Path, differences: int, units: str
 ) -> None:
     """In the network's units. What two of them lost may add up, and differs from time to time."""
@@ -184,7 +184,7 @@ def test_three_evaluations_are_those_of_numpy(
         assert 1e-4 < np.max(np.abs(one - other)) < largest
 
 
-def test_official_headers_agree(tmp_path: Path) -> None:
+def test_declarations_agree_with_the_official_headers(tmp_path: Path) -> None:
     """The sources compile against the FMI project's own declarations in place of ours."""
     for path in runtime_files():
         shutil.copy(path, tmp_path)

@@ -51,7 +51,7 @@ def test_exponents_alone_give_the_error_of_the_map() -> None:
     assert found == pytest.approx(np.array([[1e-6, 1e-2], [1.0, 100.0]]))
 
 
-def test_expected_error_adds_to_the_spread_around_it() -> None:
+def test_expected_error_adds_to_the_standard_deviation_around_it() -> None:
     """First mu of both outputs, then eps of both: e^2 (1 + mu^2)."""
     values = np.array([[2.0, -3.0, -1.0, 0.0]])
     found = estimator_of(4).squares(values, INSIDE, 2)

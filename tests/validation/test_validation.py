@@ -95,7 +95,7 @@ def test_an_fmu_is_measured_against_the_finer_model(finer: Validation) -> None:
     assert output["rmse"] == pytest.approx(np.sqrt(np.mean(error**2)))
 
 
-def test_without_a_reference_of_its_own_nothing_is_said_of_the_model(
+def test_recipe_without_a_reference_of_its_own_has_no_model_error(
     fmu: Path, surrogate: Surrogate, finer: Validation
 ) -> None:
     plain = measured(fmu, surrogate, PLAIN)
@@ -189,7 +189,7 @@ def test_excitations_of_one_kind_have_names_of_their_own(finer: Validation) -> N
     assert "By excitation, in range: held_random 1 1 %, sweep 2 %, held_random 3 3 %.\n" in text
 
 
-def test_bars_of_one_kind_lie_beside_each_other(
+def test_bars_of_excitations_of_one_kind_lie_beside_each_other(
     finer: Validation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With the same name one would hide the other."""
@@ -227,7 +227,7 @@ def test_card_shows_the_system_under_its_name_if_there_is_a_picture(finer: Valid
     assert drawn.index("# tiny.fmu") < drawn.index(shown) < drawn.index("| variable |")
 
 
-def test_several_processes_measure_the_same(
+def test_validation_by_several_processes_measures_the_same(
     fmu: Path, surrogate: Surrogate, finer: Validation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(validation, "WORTH_PROCESSES", 0.0)
@@ -242,14 +242,14 @@ def test_several_processes_measure_the_same(
         assert np.array_equal(one.model, other.model)
 
 
-def test_little_work_starts_no_processes(
+def test_validation_with_little_work_starts_no_processes(
     fmu: Path, surrogate: Surrogate, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(validation, "process_pool", None)
     assert len(measured(fmu, surrogate, PLAIN, workers=None).comparisons) == 3
 
 
-def test_the_exported_reference_is_the_one_that_is_measured_against(tmp_path: Path) -> None:
+def test_exported_reference_is_the_one_that_is_measured_against(tmp_path: Path) -> None:
     from slide_fmu.cosim.run import run_fmu, unpacked
 
     path = write_reference(FINER, tmp_path / "reference.fmu")
@@ -298,7 +298,7 @@ def test_reference_with_another_tool_is_refused() -> None:
 
 
 @pytest.mark.parametrize("table", ["parameters", "reference"])
-def test_step_is_that_of_the_window_alone(table: str) -> None:
+def test_recipe_with_a_step_of_its_own_for_the_system_is_refused(table: str) -> None:
     said = reference_refused(**{table: {"step": 1.0}})
     assert said == (
         f"recipe 'tiny': system.{table}.step = 1.0; expected no step there: samples are "

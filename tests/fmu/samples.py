@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -81,6 +81,15 @@ def random_chain(n: int, seed: int) -> SerialChain:
         gravity=rng.normal(0, 6, 3),
         tool=rng.normal(0, 0.2, 3),
     )
+
+
+SEEN: dict[str, dict[str, Any]] = {
+    "inputs": {"n_inputs": 2},
+    "differences": {"n_inputs": 2, "differences": 2},
+    "director": {"n_inputs": 2, "features": "director"},
+    "chain": {"n_inputs": 3, "features": "chain"},
+}
+"""Arguments of Shape: what networks see of how many inputs."""
 
 
 def random_features(shape: Shape, seed: int) -> FeatureMap:

@@ -20,7 +20,7 @@ from slide_fmu.surrogate.gradient import jacobian
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import DISCARD, ERROR, OK, Loaded, Native
 from tests.fmu.plain import five_point_slope, plain_features, plain_layers, plain_pair
-from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
+from tests.fmu.samples import SEEN, STEP, CellShape, Shape, random_surrogate
 
 Load = Callable[[Surrogate], Loaded]
 
@@ -31,12 +31,6 @@ ROUNDED = 3e-7
 """Rounding of single-precision outputs; finite differences divide it by their distance."""
 
 SHAPE = Shape(n_in=8, n_out=3, n_outputs=2, positions=2, hidden=(9, 5), seed=2)
-SEEN = {
-    "inputs": {"n_inputs": 2},
-    "differences": {"n_inputs": 2, "differences": 2},
-    "director": {"n_inputs": 2, "features": "director"},
-    "chain": {"n_inputs": 3, "features": "chain"},
-}
 FAMILIES = {
     "elu block": {"activation": "elu"},
     "tanh, skip": {"activation": "tanh", "skip": True, "block": False},

@@ -12,7 +12,7 @@ import pytest
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import ERROR, OK, Loaded
-from tests.fmu.native3 import Native3, with_separator
+from tests.fmu.native3 import instance_of
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 from tests.fmu.test_any_step import LASTING, both_holds, drawn
 
@@ -25,15 +25,6 @@ SHAPES = {
 every_shape = pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 
 
-def _instance(
-    loaded: Loaded, watch: Callable[[float, bool], float | None] | None = None, ends: bool = False
-) -> Native3:
-    place = with_separator(loaded.folder / "resources")
-    return Native3(
-        loaded.library, loaded.guid, place, watch=watch, ends=ends, surrogate=loaded.surrogate
-    )
-
-
 @both_holds
 @every_shape
 def test_intermediate_updates_that_only_read_change_nothing(
@@ -42,8 +33,10 @@ def test_intermediate_updates_that_only_read_change_nothing(
     """All variables after steps of up to n_in samples, to the bit."""
     surrogate = random_surrogate(Shape(**{**vars(shape), "hold": hold}))
     loaded, times = load(surrogate), []
-    plain = _instance(loaded).start()
-    watched = _instance(loaded, lambda time, may_set: times.append((time, may_set))).start()
+    plain = instance_of(loaded).start()
+    watched = instance_of(
+        loaded, watch=lambda time, may_set: times.append((time, may_set))
+    ).start()
     count, time = len(fmu_variables(surrogate)) - 2, 0.0
     expected_times = []
     lengths = np.random.default_rng(0).choice([1, 2, 3, 12], 40).tolist()
@@ -71,7 +64,7 @@ def test_inputs_set_in_intermediate_updates_give_the_results_of_single_steps(
         if may_set:
             assert watched.set(*rows[len(seen)]) == OK, watched.messages
 
-    watched, single = _instance(loaded, watch), _instance(loaded).start()
+    watched, single = instance_of(loaded, watch=watch), instance_of(loaded).start()
     watched.start()
     assert watched.set(*rows[0]) == OK
     assert watched.do_step(0.0, 40 * STEP) == OK
@@ -99,7 +92,7 @@ def test_intermediate_update_has_the_time_of_its_sample_and_says_what_may_be_cal
         assert "is a parameter" in watched.messages[-1]
         found.append(time)
 
-    watched = _instance(rich, watch).start(1.0)
+    watched = instance_of(rich, watch=watch).start(1.0)
     assert watched.do_step(1.0, 3 * STEP) == OK
     assert watched.do_step(1.0 + 3 * STEP, 0.5 * STEP) == OK
     assert found == pytest.approx([1 + STEP, 1 + 2 * STEP, 1 + 3 * STEP, 1 + 3.5 * STEP])
@@ -110,11 +103,11 @@ def test_intermediate_update_has_the_time_of_its_sample_and_says_what_may_be_cal
 def test_step_that_may_return_early_ends_at_the_sample_that_was_asked_for(
     rich: Loaded, until: float, end: int
 ) -> None:
-    asked = _instance(rich, lambda _time, _may_set: until * STEP, ends=True).start()
+    asked = instance_of(rich, watch=lambda _time, _may_set: until * STEP, ends=True).start()
     assert asked.do_step(0.0, 4 * STEP) == OK
     assert asked.last == pytest.approx(end * STEP)
     assert asked.flags == (False, False, end < 4)
-    plain = _instance(rich).start()
+    plain = instance_of(rich).start()
     assert plain.do_step(0.0, end * STEP) == OK
     assert plain.get(2, 4) == asked.get(2, 4)
     assert asked.do_step(end * STEP) == OK
@@ -127,14 +120,16 @@ def test_early_return_at_the_rounded_time_of_a_sample_ends_there(
     """Times that an importer rounds in its own way."""
     for k in range(1, 99, 7):
         wanted = round(start + k * STEP, 10)
-        asked = _instance(rich, lambda _time, _may_set, at=wanted: at, ends=True).start(start)
+        asked = instance_of(rich, watch=lambda _time, _may_set, at=wanted: at, ends=True).start(
+            start
+        )
         assert asked.do_step(start, 100 * STEP) == OK
         assert asked.last == pytest.approx(wanted, abs=1e-9)
 
 
 def test_early_return_ends_one_step_alone(rich: Loaded) -> None:
-    asked = _instance(
-        rich, lambda time, _may_set: 2.5 * STEP if time < 1.5 * STEP else None, ends=True
+    asked = instance_of(
+        rich, watch=lambda time, _may_set: 2.5 * STEP if time < 1.5 * STEP else None, ends=True
     ).start()
     assert asked.do_step(0.0, 6 * STEP) == OK
     assert (asked.last, asked.flags) == (pytest.approx(3 * STEP), (False, False, True))
@@ -143,7 +138,7 @@ def test_early_return_ends_one_step_alone(rich: Loaded) -> None:
 
 
 def test_step_that_may_not_return_early_goes_to_its_end(rich: Loaded) -> None:
-    asked = _instance(rich, lambda time, _may_set: time).start()
+    asked = instance_of(rich, watch=lambda time, _may_set: time).start()
     assert asked.do_step(0.0, 4 * STEP) == OK
     assert (asked.last, asked.flags) == (pytest.approx(4 * STEP), (False, False, False))
 
@@ -157,7 +152,7 @@ def test_step_that_fails_at_an_intermediate_update_changes_nothing(load: Load, h
         if bad and time > 8.5 * STEP:
             assert watched.set(1e30) == OK
 
-    watched = _instance(loaded, watch).start()
+    watched = instance_of(loaded, watch=watch).start()
     for k in range(3):
         assert watched.set(0.4 * k) == watched.do_step(2 * k * STEP, 2 * STEP) == OK
     saved, bad = watched.save(), True
@@ -176,7 +171,7 @@ def test_input_derivatives_hold_for_the_whole_step_with_intermediate_updates(
     """Which a state of FMI 2.0 brings."""
     loaded = load(random_surrogate(Shape(hold=hold, positions=3)))  # type: ignore[arg-type]
     moving, times = loaded.instance().start(), []
-    watched = _instance(loaded, lambda time, may_set: times.append((time, may_set)))
+    watched = instance_of(loaded, watch=lambda time, may_set: times.append((time, may_set)))
     assert moving.set(0.3) == moving.set_rates(40.0) == watched.restore(moving.save()) == OK
     assert moving.do_step(0.0, 3 * STEP) == watched.do_step(0.0, 3 * STEP) == OK
     assert moving.get(1, 2) == watched.get(1, 2)
@@ -185,7 +180,7 @@ def test_input_derivatives_hold_for_the_whole_step_with_intermediate_updates(
 
 def test_director_of_zero_set_in_an_intermediate_update_is_refused(load: Load) -> None:
     loaded = load(random_surrogate(SHAPES["director"]))
-    watched = _instance(loaded, lambda _time, _may_set: watched.set(0.0, 0.0) and None)
+    watched = instance_of(loaded, watch=lambda _time, _may_set: watched.set(0.0, 0.0) and None)
     watched.start()
     assert watched.set(1.0, 0.0) == OK
     assert watched.do_step(0.0, 3 * STEP) == ERROR
@@ -194,7 +189,7 @@ def test_director_of_zero_set_in_an_intermediate_update_is_refused(load: Load) -
 
 
 def test_time_does_not_slip_over_many_early_returns(load: Load) -> None:
-    watched = _instance(load(sum_surrogate()), lambda _time, _may_set: None).start()
+    watched = instance_of(load(sum_surrogate()), watch=lambda _time, _may_set: None).start()
     for k in range(20_000):
         assert watched.do_step(3 * k * STEP, 3 * STEP) == OK
     assert watched.last == pytest.approx(60_000 * STEP, rel=1e-12)

@@ -13,7 +13,7 @@ from slide_fmu.fmu.description.fmi2 import guid_of
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.fmu.libraries.build import WARNINGS, include_flags
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.driver import build_program, host_compilers, run_compiler, sanitizing_compiler
+from tests.fmu.driver import build_program, host_compilers, required_sanitizer, run_compiler
 from tests.fmu.native import Loaded
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 from tests.fmu.small_shapes import CELLS, DIRECTOR, GATED, SMALL
@@ -85,9 +85,7 @@ def test_released_fmus_in_eight_c_threads_give_what_one_gives(fmu: Path, tmp_pat
 
 def test_thread_sanitizer_finds_no_race_between_instances(load: Load, tmp_path: Path) -> None:
     """Under the thread sanitizer."""
-    compiler = sanitizing_compiler(tmp_path, INSTRUMENTED)
-    if compiler is None:
-        pytest.skip("no compiler here can run programs under the thread sanitizer")
+    compiler = required_sanitizer(tmp_path, INSTRUMENTED)
     folder = tmp_path / "instrumented"
     folder.mkdir()
     program = build_program(*compiler, folder / "stress", [SOURCE], {})

@@ -11,17 +11,11 @@ import pytest
 from slide_fmu.surrogate.gradient import gradient, jacobian
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.plain import five_point_slope, plain_outputs
-from tests.fmu.samples import CellShape, Shape, random_surrogate
+from tests.fmu.samples import SEEN, CellShape, Shape, random_surrogate
 
 ALLOWED = 1e-5
 """Relative to the largest derivative: features are rounded to single precision."""
 
-SEEN = {
-    "inputs": {"n_inputs": 2},
-    "differences": {"n_inputs": 2, "differences": 2},
-    "director": {"n_inputs": 2, "features": "director"},
-    "chain": {"n_inputs": 3, "features": "chain"},
-}
 FAMILIES = {
     "relu block": {"activation": "relu"},
     "elu, skip": {"activation": "elu", "skip": True, "hidden": (9, 5)},

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -312,3 +313,85 @@ def test_validation_of_few_trajectories_needs_no_second_one(
     task = replace(TASK, trajectories=1)
     found = validate(fmu, surrogate, FINER, task, silent, workers=None)
     assert len(found.comparisons) == 1
+
+
+def test_task_without_numbers_takes_those_of_the_recipe(fmu: Path, surrogate: Surrogate) -> None:
+    recipe = tiny_recipe(
+        system={"parameters": MODEL}, validation={"trajectories": 2, "duration": 1.5}
+    )
+    found = validate(fmu, surrogate, recipe, Task(seed=3), silent)
+    assert [comparison.time[-1] for comparison in found.comparisons] == [1.75, 1.75]  # burn-in too
+    given = validate(fmu, surrogate, recipe, Task(3, trajectories=1, duration=1.25), silent)
+    assert [comparison.time[-1] for comparison in given.comparisons] == [1.5]
+    plain = tiny_recipe(system={"parameters": MODEL}, validation={"trajectories": 1})
+    (alone,) = validate(fmu, surrogate, plain, Task(seed=3), silent).comparisons
+    assert alone.time[-1] == 0.25 + plain.data.duration
+
+
+def test_progress_of_a_validation_counts_every_trajectory(fmu: Path, surrogate: Surrogate) -> None:
+    calls: list[tuple[int, int]] = []
+    found = validate(fmu, surrogate, PLAIN, TASK, lambda *numbers: calls.append(numbers))
+    assert calls == [(0, 3), (1, 3), (2, 3), (3, 3)]
+    assert len({comparison.reference.tobytes() for comparison in found.comparisons}) == 3
+
+
+@pytest.mark.parametrize(("missing", "fits"), [(0.4, True), (0.6, False)])
+def test_duration_may_be_short_of_the_least_by_less_than_half_a_step(
+    fmu: Path, surrogate: Surrogate, missing: float, fits: bool
+) -> None:
+    step = PLAIN.window.step
+    task = Task(3, trajectories=1, duration=PLAIN.shortest_validation() - missing * step)
+    if fits:
+        assert len(validate(fmu, surrogate, PLAIN, task, silent).comparisons) == 1
+    else:
+        with pytest.raises(
+            ValueError, match=r"expected at least 0\.5 s, so that the FMU's windows"
+        ):
+            validate(fmu, surrogate, PLAIN, task, silent)
+
+
+@pytest.mark.parametrize(
+    ("workers", "cores", "expected"),
+    [(7, 1, 2), (None, 2, 2), (None, 8, 2), (None, None, 1), (1, 8, 1), (2, 1, 2)],
+)
+def test_worker_processes_are_at_most_the_trajectories_after_the_first(
+    fmu: Path,
+    surrogate: Surrogate,
+    monkeypatch: pytest.MonkeyPatch,
+    workers: int | None,
+    cores: int | None,
+    expected: int,
+) -> None:
+    """Of three trajectories the first one is measured before; one worker is this process."""
+    started: list[int] = []
+
+    def measure(bench: object, count: int, workers: int, progress: object) -> list[Comparison]:
+        started.append(workers)
+        return []
+
+    monkeypatch.setattr(validation, "WORTH_PROCESSES", 0.0)
+    monkeypatch.setattr(validation.os, "cpu_count", lambda: cores)
+    monkeypatch.setattr(validation, "_measure_by_processes", measure)
+    measured(fmu, surrogate, PLAIN, workers=workers)
+    assert started == ([] if expected == 1 else [expected])
+
+
+@pytest.mark.parametrize(("seconds", "starts"), [(4.9, 0), (5.1, 1)])
+def test_worker_processes_start_where_the_rest_of_the_work_is_long(
+    fmu: Path,
+    surrogate: Surrogate,
+    monkeypatch: pytest.MonkeyPatch,
+    seconds: float,
+    starts: int,
+) -> None:
+    """Two trajectories of so many seconds each are left, and ten seconds are worth processes."""
+    started: list[int] = []
+    clock = iter([100.0, 100.0 + seconds])
+    monkeypatch.setattr(validation, "WORTH_PROCESSES", 10.0)
+    monkeypatch.setattr(validation, "time", SimpleNamespace(perf_counter=lambda: next(clock)))
+    monkeypatch.setattr(
+        validation, "_measure_by_processes", lambda *work: started.append(work[1]) or []
+    )
+    found = measured(fmu, surrogate, PLAIN, workers=2)
+    assert started == [3] * starts
+    assert len(found.comparisons) == (1 if starts else 3)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from hypothesis import strategies as st
@@ -11,7 +11,11 @@ from slide_fmu.core.scaling import Affine, LogError
 from slide_fmu.core.window import Window
 from slide_fmu.network.activations import ACTIVATIONS
 from slide_fmu.network.state_space import CELL_ACTIVATIONS, GATED
+from slide_fmu.network.state_space.roles import Roles
 from tests.fmu.samples import CellShape, Shape
+
+if TYPE_CHECKING:
+    from slide_fmu.learn.state_space.cell import CellShape as LearntShape
 
 numbers = st.floats(-1e6, 1e6)
 scales = st.floats(1e-6, 1e6)
@@ -145,3 +149,51 @@ def linear_systems(draw: st.DrawFn) -> tuple[np.ndarray, tuple[int, int, int, in
         (order, pairs, draw(vectors), draw(vectors)),
         draw(st.integers(0, 99)),
     )
+
+
+@st.composite
+def point_to_point_tables(draw: st.DrawFn) -> dict[str, Any]:
+    """Settings of point-to-point motions: fast and slow, with and without rests."""
+    pairs = st.tuples(st.floats(0.05, 3.0), st.floats(0.05, 3.0)).map(sorted)
+    share = draw(st.floats(0, 1))
+    return dict(
+        duration=draw(pairs),
+        dwell_duration=draw(pairs),
+        ramp=draw(st.tuples(st.floats(0.05, 0.5), st.floats(0.05, 0.5)).map(sorted)),
+        speed=draw(st.lists(st.floats(0.1, 10), min_size=4, max_size=4)),
+        acceleration=draw(st.lists(st.floats(0.1, 50), min_size=4, max_size=4)),
+        reach=draw(st.floats(0.01, 1)),
+        keep=share,
+        single=(1 - share) * draw(st.floats(0, 0.99)),
+        dwell=draw(st.floats(0, 1)),
+        random_start=draw(st.booleans()),
+    )
+
+
+@st.composite
+def learnt_cell_shapes(draw: st.DrawFn) -> LearntShape:
+    """Small cells that are learnt: all sorts of units or none, of roles, factors, turned pairs."""
+    from slide_fmu.learn.state_space.cell import CellShape as LearntShape  # loads torch
+
+    units = draw(st.sampled_from(["tanh", "cubic", "gated"]))
+    gated = units == "gated"
+    n_states, n_features = draw(st.integers(1, 4)), draw(st.integers(1, 3))
+    one, any_number = (
+        st.lists(st.integers(0, n_features - 1), min_size=least, max_size=3, unique=True).map(
+            tuple
+        )
+        for least in (1, 0)
+    )
+    drive = draw(one)
+    turned = draw(st.integers(0, n_states // 2)) if gated else 0
+    roles = Roles(
+        drive,
+        draw(st.just(drive) | one),
+        draw(any_number) if gated else (),
+        draw(one) if gated else (),
+        draw(any_number),
+        (n_features, n_features + 1) if turned else (),
+    )
+    bias = gated or draw(st.booleans())
+    n_units, n_outputs = draw(st.integers(0, 4)), draw(st.integers(1, 3))
+    return LearntShape(n_states, n_units, n_outputs, roles, units, bias, turned)

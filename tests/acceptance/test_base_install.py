@@ -33,8 +33,8 @@ def call(
 
 
 def test_check_and_info_and_export_need_no_training_packages(duffing: Finished) -> None:
-    for verb in ("check", "info"):
-        result = call(verb, duffing.fmu)
+    for subcommand in ("check", "info"):
+        result = call(subcommand, duffing.fmu)
         assert result.returncode == 0, result.stderr
     again = duffing.fmu.with_name("again.fmu")
     assert call("export", duffing.fmu, "-o", again).returncode == 0
@@ -52,7 +52,7 @@ def test_export_of_an_fmu_imports_nothing_that_it_does_not_need(
     assert path.exists()
 
 
-def test_verbs_that_need_more_say_what(duffing: Finished) -> None:
+def test_subcommands_that_need_training_packages_name_them(duffing: Finished) -> None:
     result = call("validate", duffing.fmu, "--trajectories", 1)
     assert result.returncode == 1
     assert "exudyn" in result.stderr

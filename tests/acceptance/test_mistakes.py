@@ -1,4 +1,4 @@
-"""What users do by mistake, or in another order, and what they are told."""
+"""What users do by mistake, or in another order, and what they are answered."""
 
 from __future__ import annotations
 
@@ -153,15 +153,15 @@ def test_training_refuses_data_of_a_model_that_has_changed(tmp_path: Path) -> No
     text = SMALL_LINEAR.replace("mbs_models.oscillators:LinearOscillator", "softening:Softened")
     recipe.write_text(text, encoding="utf-8")
 
-    def slide_fmu(verb: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "slide_fmu", verb, str(recipe), "--runs", str(runs)]
+    def slide_fmu(subcommand: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "slide_fmu", subcommand, str(recipe), "--runs", str(runs)]
         return subprocess.run(command, capture_output=True, text=True, timeout=120)
 
     model.write_text(SOFTENED.format(1600.0), encoding="utf-8")
     assert slide_fmu("generate").returncode == 0
     model.write_text(SOFTENED.format(1500.0), encoding="utf-8")
-    for verb in ("generate", "train"):
-        result = slide_fmu(verb)
+    for subcommand in ("generate", "train"):
+        result = slide_fmu(subcommand)
         assert result.returncode == 1
         assert "the model has changed since" in " ".join(result.stderr.split())
 
@@ -184,7 +184,9 @@ def test_export_of_a_finished_recipe_keeps_report_and_measured_error(duffing: Fi
     assert read_member(duffing.fmu, "documentation/index.html") is not None
 
 
-def test_seeds_go_the_whole_way(linear: Finished, tmp_path: Path) -> None:
+def test_seed_of_the_training_reaches_the_provenance_of_the_fmu(
+    linear: Finished, tmp_path: Path
+) -> None:
     runs = tmp_path / "runs"
     shutil.copytree(linear.runs, runs)
     assert invoke("train", linear.recipe, "--runs", runs, "--seed", 5).exit_code == 0
@@ -221,18 +223,18 @@ def test_place_for_figures_is_checked_before_the_work(duffing: Finished, tmp_pat
 
 
 @pytest.mark.parametrize("duration", ["0", "inf"])
-@pytest.mark.parametrize("verb", ["validate", "ssp"])
-def test_duration_must_be_a_time(
-    duffing: Finished, tmp_path: Path, verb: str, duration: str
+@pytest.mark.parametrize("subcommand", ["validate", "ssp"])
+def test_duration_that_is_no_positive_time_is_refused(
+    duffing: Finished, tmp_path: Path, subcommand: str, duration: str
 ) -> None:
-    more = {"validate": ("--trajectories", 1), "ssp": ("-o", tmp_path / "beside.ssp")}[verb]
-    result = invoke(verb, duffing.fmu, "--duration", duration, *more)
+    more = {"validate": ("--trajectories", 1), "ssp": ("-o", tmp_path / "beside.ssp")}[subcommand]
+    result = invoke(subcommand, duffing.fmu, "--duration", duration, *more)
     assert result.exit_code == 1
     assert "expected a positive, finite time" in " ".join(result.output.split())
 
 
 @pytest.mark.parametrize("duration", ["0.001", "1e10", "1e300"])
-def test_duration_must_hold_samples_that_fit_into_a_memory(
+def test_duration_of_too_many_samples_is_refused(
     duffing: Finished, tmp_path: Path, duration: str
 ) -> None:
     result = invoke("ssp", duffing.fmu, "--duration", duration, "-o", tmp_path / "beside.ssp")
@@ -240,7 +242,9 @@ def test_duration_must_hold_samples_that_fit_into_a_memory(
     assert "expected 1 to 100000000 samples, 0.03 s apart" in " ".join(result.output.split())
 
 
-def test_a_memory_that_is_too_small_is_no_traceback(capsys: pytest.CaptureFixture[str]) -> None:
+def test_too_little_memory_is_reported_without_a_traceback(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     with pytest.raises(SystemExit), errors():
         np.zeros(2**55)
     assert "error: not enough memory: Unable to allocate 256. PiB" in capsys.readouterr().err
@@ -255,7 +259,7 @@ WITHOUT_MEANING = {
 
 
 @pytest.mark.parametrize("option", WITHOUT_MEANING)
-def test_options_that_mean_nothing_for_an_fmu_are_refused(
+def test_export_of_an_fmu_refuses_options_of_recipes(
     duffing: Finished, tmp_path: Path, option: str
 ) -> None:
     name, value = WITHOUT_MEANING[option]
@@ -267,13 +271,13 @@ def test_options_that_mean_nothing_for_an_fmu_are_refused(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_description_means_nothing_for_a_recipe(duffing: Finished) -> None:
+def test_export_of_a_recipe_refuses_a_description(duffing: Finished) -> None:
     result = invoke("export", duffing.recipe, "--runs", duffing.runs, "--description", "x.toml")
     assert result.exit_code == 1
     assert "--description x.toml is for torch modules" in " ".join(result.output.split())
 
 
-def test_other_fmus_may_log_after_a_run(duffing: Finished) -> None:
+def test_fmu_may_log_through_fmpy_after_a_run_of_ours(duffing: Finished) -> None:
     """fmpy keeps one logger for the whole process: ours must not stay in it when it is gone."""
     script = """
 import gc, sys, fmpy, numpy as np
@@ -340,7 +344,9 @@ def test_export_refuses_a_network_that_does_not_forget(tmp_path: Path, allowed: 
         assert "Traceback" not in result.output
 
 
-def test_limits_change_without_a_new_training_and_old_pictures_vanish(tmp_path: Path) -> None:
+def test_changed_stability_limits_need_no_new_training_and_old_pictures_vanish(
+    tmp_path: Path,
+) -> None:
     text = SMALL_LINEAR[: SMALL_LINEAR.index("[network]")]
     recipe, runs = tmp_path / "recipe.toml", tmp_path / "runs"
     recipe.write_text(text, encoding="utf-8")
@@ -371,8 +377,8 @@ def test_limits_change_without_a_new_training_and_old_pictures_vanish(tmp_path: 
 def test_seed_that_no_recipe_may_have_is_a_mistake_of_the_call(tmp_path: Path, seed: int) -> None:
     recipe = tmp_path / "recipe.toml"
     recipe.write_text(SMALL_LINEAR, encoding="utf-8")
-    for verb in ("train", "run", "export"):
-        result = invoke(verb, recipe, "--runs", tmp_path / "runs", "--seed", seed)
+    for subcommand in ("train", "run", "export"):
+        result = invoke(subcommand, recipe, "--runs", tmp_path / "runs", "--seed", seed)
         assert result.exit_code == 2
         output = " ".join(result.output.split())
         assert "Invalid value for '--seed'" in output

@@ -18,25 +18,25 @@ ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def test_table_of_verbs_is_complete() -> None:
+def test_readme_s_table_of_subcommands_is_complete() -> None:
     listed = re.findall(r"^\| `slide-fmu (\w+)", README, re.MULTILINE)
     group = typer.main.get_command(app)
     assert isinstance(group, typer.core.TyperGroup)
     assert sorted(listed) == sorted(group.commands)
 
 
-def test_make_targets_exist() -> None:
+def test_make_targets_named_in_the_readme_exist() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     for target in re.findall(r"(?:^|`)make (\w+)", README, re.MULTILINE):
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
 
 
-def test_files_that_are_named_exist() -> None:
+def test_files_named_in_the_readme_exist() -> None:
     for name in re.findall(r"(?:`|\()((?:slide_fmu|mbs_models|training|fmus)/[\w./]+)", README):
         assert (ROOT / name).exists(), name
 
 
-def test_python_examples_run() -> None:
+def test_python_examples_of_the_readme_run() -> None:
     """All but the first one of the README check their shapes themselves."""
     api = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
     examples = re.findall(r"```python\n(.*?)```", README + api, re.DOTALL)
@@ -59,7 +59,7 @@ def test_python_examples_run() -> None:
     assert 0 < error < 0.1
 
 
-def test_description_of_a_torch_module_is_one() -> None:
+def test_readme_s_description_of_a_torch_module_is_accepted() -> None:
     (example,) = re.findall(r"```toml\n(.*?)```", README, re.DOTALL)
     table = ModuleTable.model_validate(tomllib.loads(example))
     assert (table.inputs[0].name, table.window.n_in) == ("force", 100)

@@ -38,18 +38,20 @@ def released(name: str) -> Path:
     return ROOT / "fmus" / name / f"{name}.fmu"
 
 
-def test_every_folder_is_known() -> None:
+def test_every_folder_of_released_fmus_is_known() -> None:
     assert {path.parent.name for path in (ROOT / "fmus").glob("*/*.fmu")} == set(RELEASED)
 
 
 @pytest.mark.parametrize("name", RELEASED)
-def test_nothing_is_wrong_with_it(name: str) -> None:
+def test_check_finds_nothing_wrong_with_a_released_fmu(name: str) -> None:
     assert check_fmu(released(name)) == []
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("name", essential(RELEASED, "duffing", "slider_crank"))
-def test_fmpy_has_nothing_to_say(name: str, fmi: int, tmp_path: Path) -> None:
+def test_fmpy_validates_a_released_fmu_without_a_problem(
+    name: str, fmi: int, tmp_path: Path
+) -> None:
     assert validate_fmu(released(name)) == []
     path = tmp_path / f"{name}.fmu"
     assert invoke("export", released(name), "--fmi", fmi, "-o", path).exit_code == 0
@@ -58,7 +60,7 @@ def test_fmpy_has_nothing_to_say(name: str, fmi: int, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", RELEASED)
-def test_it_was_made_from_the_recipe(name: str) -> None:
+def test_released_fmu_was_made_from_its_recipe(name: str) -> None:
     """The name of a picture may be newer than the FMU: nothing is learnt or measured by it."""
     _, provenance = read_fmu(released(name))
     found = recipe_of_provenance(provenance, name)
@@ -70,13 +72,13 @@ def test_it_was_made_from_the_recipe(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", essential(RELEASED, "linear", "duffing", "mass_chain"))
-def test_it_is_as_accurate_as_promised(name: str) -> None:
+def test_released_fmu_is_as_accurate_as_promised(name: str) -> None:
     figures = validate_fmu_file(released(name), FEW, lambda stage: lambda *state: None).figures()
     assert figures["outputs"][0]["relative_rmse"] < RELEASED[name]
 
 
 @pytest.mark.parametrize("name", RELEASED)
-def test_card_shows_what_the_fmu_carries(name: str) -> None:
+def test_model_card_shows_what_the_released_fmu_carries(name: str) -> None:
     info = json.loads(invoke("info", released(name), "--json", "-").stdout)
     output = info["provenance"]["measured"]["validation"]["in range"]["outputs"][0]
     card = (ROOT / "fmus" / name / "README.md").read_text(encoding="utf-8")
@@ -85,7 +87,7 @@ def test_card_shows_what_the_fmu_carries(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", RELEASED)
-def test_card_lists_the_variables_of_the_fmu(name: str) -> None:
+def test_model_card_lists_the_variables_of_the_released_fmu(name: str) -> None:
     card = (ROOT / "fmus" / name / "README.md").read_text(encoding="utf-8")
     table = card[card.index("| variable |") :].split("\n\n")[0]
     listed = [line.split(" | ") for line in table.splitlines()[2:]]
@@ -97,7 +99,7 @@ def test_card_lists_the_variables_of_the_fmu(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", RELEASED)
-def test_readme_shows_what_the_fmu_carries(name: str) -> None:
+def test_readme_shows_the_error_that_the_released_fmu_carries(name: str) -> None:
     _, provenance = read_fmu(released(name))
     assert provenance is not None
     output = provenance["measured"]["validation"]["in range"]["outputs"][0]

@@ -20,7 +20,7 @@ FMU_TOLERANCE = 2e-6
 """FMU against numpy, relative to the output's range: rounding of single precision."""
 
 
-def test_it_learnt_the_range_and_something_beyond(state_space: Finished) -> None:
+def test_state_space_run_learns_the_range_and_something_beyond(state_space: Finished) -> None:
     for name, bound in LEARNT.items():
         output = state_space.figures["validation"][name]["outputs"][0]
         assert output["relative_rmse"] < bound, name
@@ -29,7 +29,7 @@ def test_it_learnt_the_range_and_something_beyond(state_space: Finished) -> None
     assert np.max(np.abs(split.inputs)) > 1000  # the end of the range, N
 
 
-def test_fmu_carries_the_network(state_space: Finished) -> None:
+def test_finished_fmu_carries_the_state_space_network(state_space: Finished) -> None:
     surrogate, provenance = read_fmu(state_space.fmu)
     assert isinstance(surrogate.network, StateSpace)
     cell = surrogate.network.cell
@@ -41,7 +41,9 @@ def test_fmu_carries_the_network(state_space: Finished) -> None:
     assert provenance["measured"] == state_space.figures
 
 
-def test_fmu_equals_numpy_through_fmpy(state_space: Finished) -> None:
+def test_finished_state_space_fmu_run_by_fmpy_gives_what_numpy_gives(
+    state_space: Finished,
+) -> None:
     surrogate, _ = read_fmu(state_space.fmu)
     inputs = np.random.default_rng(3).uniform(-1000, 1000, (300, 1))
     with unpacked(state_space.fmu) as fmu:
@@ -52,7 +54,7 @@ def test_fmu_equals_numpy_through_fmpy(state_space: Finished) -> None:
     np.testing.assert_allclose(run.values[1:, 1:], surrogate.estimate_error(inputs), rtol=1e-4)
 
 
-def test_report_and_card_tell_of_contraction(state_space: Finished) -> None:
+def test_report_and_model_card_show_the_fading_memory(state_space: Finished) -> None:
     tests = state_space.figures["stability"]
     assert [test["amplitude"] for test in tests] == [1.0, 2.0, 4.0, 10.0]
     assert all(test["passed"] for test in tests)
@@ -67,13 +69,13 @@ def test_report_and_card_tell_of_contraction(state_space: Finished) -> None:
     assert not (folder / "stability.png").exists()  # the picture of a failure
 
 
-def test_check_finds_nothing(state_space: Finished) -> None:
+def test_check_of_a_finished_state_space_fmu_finds_nothing(state_space: Finished) -> None:
     result = invoke("check", state_space.fmu, "--json", "-")
     assert result.exit_code == 0, result.output
     assert json.loads(result.stdout)["problems"] == []
 
 
-def test_validate_measures_again_what_the_report_says(state_space: Finished) -> None:
+def test_validate_measures_again_what_the_state_space_report_says(state_space: Finished) -> None:
     reported = state_space.figures["validation"]["in range"]
     call = ("--trajectories", reported["trajectories"], "--seed", reported["seed"], "--json", "-")
     result = invoke("validate", state_space.fmu, *call)
@@ -81,7 +83,7 @@ def test_validate_measures_again_what_the_report_says(state_space: Finished) -> 
     assert json.loads(result.stdout)["outputs"] == reported["outputs"]
 
 
-def test_a_finished_run_is_not_done_again(state_space: Finished) -> None:
+def test_finished_state_space_run_is_not_done_again(state_space: Finished) -> None:
     result = invoke("train", state_space.recipe, "--runs", state_space.runs, "--json", "-")
     assert result.exit_code == 0, result.output
     surrogate = state_space.runs / state_space.name / "surrogate.slide"

@@ -102,13 +102,15 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> Environment:
     return Environment(tmp_path_factory.mktemp("environment"), wheel)
 
 
-def test_nothing_else_is_there(environment: Environment) -> None:
+def test_environment_of_the_wheel_holds_its_dependencies_alone(environment: Environment) -> None:
     said = environment.call("python", "-c", ABSENT)
     assert json.loads(said.stdout) == [], said.stderr
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_export_check_and_run(environment: Environment, fmi: int) -> None:
+def test_installed_wheel_exports_checks_and_runs_an_fmu(
+    environment: Environment, fmi: int
+) -> None:
     fmu = environment.folder / f"duffing{fmi}.fmu"
     exported = environment.call("slide-fmu", "export", DUFFING, "--fmi", fmi, "-o", fmu)
     assert exported.returncode == 0, exported.stderr
@@ -125,7 +127,9 @@ def test_export_check_and_run(environment: Environment, fmi: int) -> None:
     assert abs(position - expected) < OUTPUT_TOLERANCE * surrogate.output_scaling.scale[0]
 
 
-def test_export_is_the_same_there(environment: Environment, tmp_path: Path) -> None:
+def test_fmu_exported_by_the_installed_wheel_has_the_same_bytes(
+    environment: Environment, tmp_path: Path
+) -> None:
     paths = [environment.folder / "there.fmu", tmp_path / "here.fmu"]
     there = environment.call("slide-fmu", "export", DUFFING, "-o", paths[0])
     assert there.returncode == 0, there.stderr

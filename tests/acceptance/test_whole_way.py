@@ -19,7 +19,7 @@ FMU_TOLERANCE = 2e-6
 """FMU against numpy, relative to the output's range: rounding of single precision."""
 
 
-def test_the_surrogate_learnt_something(duffing: Finished) -> None:
+def test_run_learns_the_duffing_oscillator_to_a_small_error(duffing: Finished) -> None:
     output = duffing.figures["validation"]["in range"]["outputs"][0]
     assert output["name"] == "position"
     assert output["unit"] == "m"
@@ -29,14 +29,14 @@ def test_the_surrogate_learnt_something(duffing: Finished) -> None:
     assert output["max_error"] > output["rmse"]
 
 
-def test_beyond_the_range_the_error_and_its_estimate_grow(duffing: Finished) -> None:
+def test_error_and_its_estimate_grow_beyond_the_range(duffing: Finished) -> None:
     inside, beyond = (duffing.figures["validation"][n] for n in ("in range", "beyond the range"))
     assert beyond["outputs"][0]["rmse"] > inside["outputs"][0]["rmse"]
     assert inside["error_estimate"]["mean_relative_deviation"] < 1.0
     assert beyond["error_estimate"]["p95_relative_deviation"] > 0
 
 
-def test_the_linear_recipe_finds_the_exact_response(linear: Finished) -> None:
+def test_linear_recipe_finds_the_exact_response(linear: Finished) -> None:
     # the window truncates 2 s: initial effects of exp(-4 * 2) = 3e-4 remain
     assert linear.figures["validation"]["in range"]["outputs"][0]["relative_rmse"] < 1e-3
     assert linear.figures["response_matrix"]["max_deviation_relative"] < 1e-3
@@ -55,7 +55,7 @@ def test_run_leaves_report_card_and_picture(duffing: Finished) -> None:
     assert (folder / "side_by_side.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_check_finds_nothing(duffing: Finished, linear: Finished) -> None:
+def test_check_of_a_finished_fmu_finds_nothing(duffing: Finished, linear: Finished) -> None:
     for finished in (duffing, linear):
         result = invoke("check", finished.fmu, "--json", "-")
         assert result.exit_code == 0, result.output
@@ -129,7 +129,7 @@ def test_validate_measures_what_the_trajectories_say(duffing: Finished) -> None:
     assert figures["outputs"][0]["rms_reference"] == pytest.approx(rms, rel=1e-9)
 
 
-def test_fmu_equals_numpy_through_fmpy(duffing: Finished) -> None:
+def test_finished_fmu_run_by_fmpy_gives_what_numpy_gives(duffing: Finished) -> None:
     surrogate, _ = read_fmu(duffing.fmu)
     inputs = np.random.default_rng(3).uniform(-1000, 1000, (300, 1))
     with unpacked(duffing.fmu) as fmu:
@@ -171,7 +171,7 @@ def test_reference_fmu_of_a_recipe_is_valid(linear: Finished, tmp_path: Path) ->
     assert validate_fmu(str(path)) == []
 
 
-def test_a_finished_run_is_not_done_again(duffing: Finished) -> None:
+def test_finished_run_is_not_done_again(duffing: Finished) -> None:
     before = (duffing.runs / duffing.name / "data.zarr" / "zarr.json").stat().st_mtime_ns
     result = invoke("train", duffing.recipe, "--runs", duffing.runs, "--json", "-")
     assert result.exit_code == 0
@@ -203,17 +203,19 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize("case", MISTAKES)
-def test_mistakes_are_answered_with_a_remedy(duffing: Finished, tmp_path: Path, case: str) -> None:
-    verb, (old, new), message = MISTAKES[case]
+def test_mistake_in_a_recipe_is_answered_with_a_remedy(
+    duffing: Finished, tmp_path: Path, case: str
+) -> None:
+    subcommand, (old, new), message = MISTAKES[case]
     recipe = tmp_path / "mistake.toml"
     recipe.write_text(SMALL_DUFFING.replace(old, new), encoding="utf-8")
-    result = invoke(verb, recipe, "--runs", duffing.runs)
+    result = invoke(subcommand, recipe, "--runs", duffing.runs)
     assert result.exit_code == 1
     assert re.search(message, " ".join(result.output.split()))
     assert "Traceback" not in result.output
 
 
-def test_a_short_window_can_be_overridden(tmp_path: Path) -> None:
+def test_short_window_is_accepted_with_allow_short(tmp_path: Path) -> None:
     recipe = tmp_path / "short.toml"
     text = SMALL_DUFFING.replace("n_in = 72", "n_in = 40\nallow_short = true")
     recipe.write_text(text, encoding="utf-8")
@@ -223,12 +225,14 @@ def test_a_short_window_can_be_overridden(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"", b"no zip", b"PK\x03\x04 broken"])
-@pytest.mark.parametrize("verb", ["info", "check", "validate", "export"])
-def test_files_that_are_no_fmus(tmp_path: Path, verb: str, content: bytes) -> None:
+@pytest.mark.parametrize("subcommand", ["info", "check", "validate", "export"])
+def test_subcommand_refuses_a_file_that_is_no_fmu(
+    tmp_path: Path, subcommand: str, content: bytes
+) -> None:
     path = tmp_path / "bad.fmu"
     path.write_bytes(content)
-    more = ("-o", tmp_path / "out.fmu") if verb == "export" else ()
-    result = invoke(verb, path, *more)
+    more = ("-o", tmp_path / "out.fmu") if subcommand == "export" else ()
+    result = invoke(subcommand, path, *more)
     assert result.exit_code == 1
     assert "bad.fmu" in "".join(result.output.split())
     assert not (tmp_path / "out.fmu").exists()

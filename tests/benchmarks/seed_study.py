@@ -1,4 +1,4 @@
-"""Accuracy and cost of a recipe over several training seeds: every seed, mean and spread.
+"""Accuracy and cost of a recipe over several training seeds: each, mean and standard deviation.
 
     python tests/benchmarks/seed_study.py training/duffing_paper_code.toml --seeds 3 --json -
 

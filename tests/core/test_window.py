@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slide_fmu.core.window import Window
+from slide_fmu.core.window import MAX_WINDOW, Window
 from tests.strategies import windows
 
 
@@ -87,3 +89,11 @@ def test_step_is_positive(step: float) -> None:
 def test_lengths_fit(n_in: int, n_out: int) -> None:
     with pytest.raises(ValueError, match=f"n_in = {n_in}, n_out = {n_out}"):
         Window(0.1, n_in, n_out)
+
+
+def test_largest_window_is_that_which_the_runtime_reads() -> None:
+    """Whatever Python may write, the C library reads: both have the same bound."""
+    runtime = Path(__file__).parents[2] / "slide_fmu" / "fmu" / "runtime"
+    sources = [path.read_text(encoding="utf-8") for path in runtime.rglob("*.[ch]")]
+    bounds = [found for text in sources for found in re.findall(r"MAX_WINDOW = 1 << (\d+)", text)]
+    assert [1 << int(bits) for bits in bounds] == [MAX_WINDOW]

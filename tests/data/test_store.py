@@ -1,4 +1,4 @@
-"""The store: what is done stays, what is not done is told, and other recipes are refused."""
+"""The store: what is done stays, what is not done is reported, and other recipes are refused."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ def test_something_else_is_refused(tmp_path: Path, make: Any) -> None:
         open_store(path, RECIPE, LAYOUT, MOTION)
 
 
-def test_no_store_is_told(tmp_path: Path) -> None:
+def test_missing_store_is_reported(tmp_path: Path) -> None:
     with pytest.raises(StoreError, match=r"no data at .*generate"):
         read_split(tmp_path / "data.zarr", "train", 4)
 
@@ -184,7 +184,7 @@ def test_damaged_file_is_named(store: Path) -> None:
         read_split(store, "train", 4)
 
 
-def test_missing_files_are_told(store: Path) -> None:
+def test_missing_files_of_a_store_are_reported(store: Path) -> None:
     """Of a trajectory that is called done, of a split, of the whole."""
     for index in range(4):
         write_trajectory(store, "train", index, trajectory(index), kind=0)

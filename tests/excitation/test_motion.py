@@ -17,6 +17,7 @@ from slide_fmu.excitation.point_to_point import Moves, trapezoid_way
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.systems import recipe_system
 from tests.recipes import tiny_state_space_recipe
+from tests.strategies import point_to_point_tables
 
 STEP = 1 / 60
 TIME = STEP * np.arange(6001)
@@ -258,31 +259,12 @@ def test_velocity_is_continuous(
     assert found[-1] == pytest.approx(positions[-1], abs=1e-12)
 
 
-@st.composite
-def point_to_point_kinds(draw: st.DrawFn) -> Any:
-    """Machines of any kind: fast and slow, with and without rests."""
-    pairs = st.tuples(st.floats(0.05, 3.0), st.floats(0.05, 3.0)).map(sorted)
-    share = draw(st.floats(0, 1))
-    return kind_of(
-        "point_to_point",
-        duration=draw(pairs),
-        dwell_duration=draw(pairs),
-        ramp=draw(st.tuples(st.floats(0.05, 0.5), st.floats(0.05, 0.5)).map(sorted)),
-        speed=draw(st.lists(st.floats(0.1, 10), min_size=4, max_size=4)),
-        acceleration=draw(st.lists(st.floats(0.1, 50), min_size=4, max_size=4)),
-        reach=draw(st.floats(0.01, 1)),
-        keep=share,
-        single=(1 - share) * draw(st.floats(0, 0.99)),
-        dwell=draw(st.floats(0, 1)),
-        random_start=draw(st.booleans()),
-    )
-
-
-@given(kind=point_to_point_kinds(), factor=st.floats(0.2, 5), seed=st.integers(0, 1000))
+@given(table=point_to_point_tables(), factor=st.floats(0.2, 5), seed=st.integers(0, 1000))
 @settings(max_examples=50, deadline=None)
 def test_any_point_to_point_motion_keeps_ranges_and_limits(
-    kind: Any, factor: float, seed: int
+    table: dict[str, Any], factor: float, seed: int
 ) -> None:
+    kind = kind_of("point_to_point", **table)
     found = motion(kind, JOINTS, seed, factor, TIME[:600])
     assert np.all((found >= LOW) & (found <= HIGH))
     assert np.all(np.abs(speeds(found)) <= factor * np.array(kind.speed) + 1e-9)

@@ -1,4 +1,4 @@
-"""The calls of a master under the same names for both standards; each gives the bare status."""
+"""The calls of an importer under the same names for both standards; each gives the bare status."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Found = tuple[int, list[float]]
 
 
 class Caller(abc.ABC):
-    """One FMU instance as a master of some standard sees it.
+    """One FMU instance as an importer of some standard sees it.
 
     Attributes:
         largest_prehistory: of the values of ``prehistory_known``.
@@ -160,7 +160,7 @@ class Fmi3(Caller):
         watches: it has a callback for intermediate update, and may end steps early.
 
     Attributes:
-        plan: what the master does in a step that it watches; it reads after every sample.
+        plan: what the importer does in a step that it watches; it reads after every sample.
         ended_early: the last step did.
     """
 

@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from slide_fmu.fmu.libraries.build import BUILD, KERNEL, WARNINGS, include_flags, runtime_files
 
 NAMES = ("driver.c", "cell_driver.c", "gated_driver.c")
@@ -46,6 +48,16 @@ def sanitizing_compiler(
         if built.returncode == 0 and subprocess.run([program], check=False).returncode == 0:
             return command, flags
     return None
+
+
+def required_sanitizer(
+    folder: Path, wanted: list[str] | None = None
+) -> tuple[list[str], list[str]]:
+    """The same compiler and flags; the test is skipped where there are none."""
+    compiler = sanitizing_compiler(folder, wanted)
+    if compiler is None:
+        pytest.skip(f"no compiler here can run sanitized programs ({wanted or 'its own flags'})")
+    return compiler
 
 
 def build_driver(command: list[str], flags: list[str], program: Path) -> Path:

@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import fmpy
+import numpy as np
 from fmpy.fmi2 import fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.fmi2 import guid_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.places import Places
@@ -154,3 +156,13 @@ class Loaded:
         made = Native(self.library, guid or self.guid, uri or self.uri, surrogate=self.surrogate)
         self.instances.append(made)
         return made
+
+
+def outputs_of_steps(native: Native, rows: FloatArray, length: float) -> FloatArray:
+    """Two inputs a row, a step of a length in h after each: the two outputs, shape (N, 2)."""
+    outputs = []
+    for row in rows:
+        assert native.set(*row) == OK
+        assert native.do_step(native.time(), length * STEP) == OK, native.messages
+        outputs.append(native.get(2, 2))
+    return np.array(outputs)

@@ -6,13 +6,14 @@ import ctypes
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from fmpy.fmi3 import fmi3IntermediateUpdateCallback, fmi3LogMessageCallback
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import OK
+from tests.fmu.native import OK, Loaded
 from tests.fmu.places import Places
 from tests.fmu.samples import STEP
 
@@ -154,6 +155,12 @@ class Native3:
             status = self.call("fmi3SetFMUState", state)
             self.call("fmi3FreeFMUState", ctypes.byref(state))
         return status
+
+
+def instance_of(loaded: Loaded, **options: Any) -> Native3:
+    """An FMU as an instance of FMI 3.0; options are those of Native3."""
+    folder = with_separator(loaded.folder / "resources")
+    return Native3(loaded.library, loaded.guid, folder, surrogate=loaded.surrogate, **options)
 
 
 def with_separator(folder: Path) -> str:

@@ -31,7 +31,7 @@ Inputs = tuple[float, ...]
 
 @dataclass(frozen=True)
 class Plan:
-    """What a master does that watches a step of several samples.
+    """What an importer does that watches a step of several samples.
 
     Attributes:
         inputs: set after samples, which count from 1.

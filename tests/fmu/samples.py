@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -83,8 +83,17 @@ def random_chain(n: int, seed: int) -> SerialChain:
     )
 
 
+SEEN: dict[str, dict[str, Any]] = {
+    "inputs": {"n_inputs": 2},
+    "differences": {"n_inputs": 2, "differences": 2},
+    "director": {"n_inputs": 2, "features": "director"},
+    "chain": {"n_inputs": 3, "features": "chain"},
+}
+"""Arguments of Shape: what networks see of how many inputs."""
+
+
 def random_features(shape: Shape, seed: int) -> FeatureMap:
-    """Features of zero mean and unit spread; the last two may serve as cosine and sine.
+    """Features of mean 0 and standard deviation 1; the last two may serve as cosine and sine.
 
     Without differences they are the inputs as they are.
     """

@@ -71,7 +71,9 @@ def go(native: Native, lengths: Iterable[float], inputs: FloatArray, first: int 
 @both_holds
 @pytest.mark.parametrize("pattern", essential(PATTERNS, "switching"))
 @pytest.mark.parametrize("shape", SHAPES, ids=NAMES)
-def test_any_step_is_resampling(load: Load, shape: Shape, pattern: str, hold: Hold) -> None:
+def test_step_of_any_length_gives_what_resampling_gives(
+    load: Load, shape: Shape, pattern: str, hold: Hold
+) -> None:
     surrogate = random_surrogate(dataclasses.replace(shape, hold=hold))
     lengths = (PATTERNS[pattern] * 60)[:60]
     inputs = drawn(60, shape.n_inputs)
@@ -95,7 +97,7 @@ LASTING = CellShape(states=4, contraction=0.85, units=6)
 @both_holds
 @pytest.mark.parametrize("cell", [None, LASTING], ids=["layers", "cell"])
 @pytest.mark.parametrize("count", [2, 3, 12])
-def test_a_multiple_is_as_many_single_steps(
+def test_step_of_several_samples_gives_what_as_many_single_steps_give(
     load: Load, cell: CellShape | None, count: int, hold: Hold
 ) -> None:
     surrogate = random_surrogate(Shape(positions=3, cell=cell, hold=hold, differences=1))
@@ -111,7 +113,7 @@ def test_a_multiple_is_as_many_single_steps(
     np.testing.assert_array_equal(found, single[count - 1 :: count])
 
 
-def test_switching_is_seamless_within_the_truncation_error(load: Load) -> None:
+def test_switching_of_step_lengths_stays_within_the_truncation_error(load: Load) -> None:
     """h, 0.6 h, h again: outputs stay within the measured truncation error of the exact window."""
     surrogate = random_surrogate(Shape(cell=LASTING))
     native, oracle = load(surrogate).instance().start(), Resampling(surrogate)
@@ -128,7 +130,7 @@ def test_switching_is_seamless_within_the_truncation_error(load: Load) -> None:
     assert np.max(deviation[odd]) < OUTPUT_TOLERANCE * 8
 
 
-def test_the_truncation_error_is_kept_over_odd_steps(load: Load) -> None:
+def test_truncation_error_is_kept_over_steps_off_the_grid(load: Load) -> None:
     shape = Shape(cell=LASTING, differences=1)
     native = load(random_surrogate(shape)).instance().start()
     measured = go(native, [1] * 30, drawn(30, 1), 3)[-1, 2]
@@ -138,7 +140,7 @@ def test_the_truncation_error_is_kept_over_odd_steps(load: Load) -> None:
     assert go(native, [1], drawn(1, 1), 3)[0, 2] != measured
 
 
-def test_an_endless_step(load: Load) -> None:
+def test_step_of_many_windows_ends_in_the_response_to_a_held_input(load: Load) -> None:
     native = load(sum_surrogate()).instance().start()
     assert go(native, [1, 2.0**32, 1], np.array([[1.0], [0.5], [0.25]])).tolist() == [
         [4.0],
@@ -162,7 +164,7 @@ def test_short_steps_are_joined_without_loss_on_a_line(load: Load) -> None:
 
 @pytest.mark.parametrize("parts", [5, 10, 30, 100])
 def test_small_steps_of_a_held_input_lose_nothing(load: Load, parts: int) -> None:
-    """A master with a small step, whose input changes once in h."""
+    """An importer with a small step, whose input changes once in h."""
     loaded = load(random_surrogate(Shape(n_in=20, n_out=4, cell=FORGETFUL)))
     inputs = drawn(80, 1)
     whole = go(loaded.instance().start(), [1] * 80, inputs)
@@ -184,7 +186,7 @@ def test_shorter_steps_than_a_thirty_second_are_joined(load: Load) -> None:
 
 @pytest.mark.parametrize("long", [9.5, 10.0, 20.5])
 @pytest.mark.parametrize("short", [0.03, 0.032, 0.01])
-def test_a_jump_of_a_ramp_in_a_short_step_stays_short(
+def test_jump_under_first_order_hold_in_a_short_step_stays_short(
     load: Load, short: float, long: float
 ) -> None:
     """A tiny step at an event, then a long one: the jump does not last as long as that."""
@@ -195,16 +197,16 @@ def test_a_jump_of_a_ramp_in_a_short_step_stays_short(
 
 
 @pytest.mark.parametrize("scale", [np.float64(np.float32(STEP)) / STEP, 1 - 1e-7, 1 + 5e-7])
-def test_a_master_may_mean_h_and_give_it_roughly(load: Load, scale: float) -> None:
-    """The time is the master's; samples are one h apart."""
+def test_step_that_is_roughly_h_counts_as_h(load: Load, scale: float) -> None:
+    """The time is the importer's; samples are one h apart."""
     native, count = load(random_surrogate(Shape(cell=FORGETFUL))).instance().start(), 2000
     for k in range(count):
         assert native.do_step(k * STEP * scale, STEP * scale) == OK, native.messages
     assert native.time() == pytest.approx(count * STEP * scale, rel=1e-12)
 
 
-def test_an_event_step_after_a_summed_time_is_taken(load: Load) -> None:
-    """A master that adds up its time is off a little; a tiny step must not make that an error."""
+def test_tiny_step_after_a_summed_time_is_accepted(load: Load) -> None:
+    """An importer that adds up its time is off a little; a tiny step makes that no error."""
     native, time = load(random_surrogate(Shape(cell=FORGETFUL))).instance().start(), 0.0
     for _ in range(20_000):
         assert native.do_step(time, STEP) == OK
@@ -228,7 +230,7 @@ def test_an_event_step_after_a_summed_time_is_taken(load: Load) -> None:
     ],
     ids=["layers", "cells", "gated"],
 )
-def test_states_are_bit_exact_at_any_phase(load: Load, shape: Shape) -> None:
+def test_state_saved_at_any_phase_is_restored_to_the_bit(load: Load, shape: Shape) -> None:
     """Before and in the fade, at the hand-over, after odd steps: saved, restored, gone on."""
     loaded = load(random_surrogate(shape))
     one, other = loaded.instance().start(), loaded.instance()

@@ -420,7 +420,9 @@ class Sequences(RuleBasedStateMachine):
 
 
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
-def test_any_sequence_of_calls(load: Callable[[Surrogate], Loaded], shape: Shape) -> None:
+def test_any_sequence_of_calls_gives_what_the_plain_fmu_gives(
+    load: Callable[[Surrogate], Loaded], shape: Shape
+) -> None:
     loaded = load(random_surrogate(shape))
     run_state_machine_as_test(
         lambda: Sequences(loaded), settings=settings(max_examples=40, stateful_step_count=50)

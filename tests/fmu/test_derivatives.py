@@ -20,7 +20,7 @@ from slide_fmu.surrogate.gradient import jacobian
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import DISCARD, ERROR, OK, Loaded, Native
 from tests.fmu.plain import five_point_slope, plain_features, plain_layers, plain_pair
-from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
+from tests.fmu.samples import SEEN, STEP, CellShape, Shape, random_surrogate
 
 Load = Callable[[Surrogate], Loaded]
 
@@ -31,12 +31,6 @@ ROUNDED = 3e-7
 """Rounding of single-precision outputs; finite differences divide it by their distance."""
 
 SHAPE = Shape(n_in=8, n_out=3, n_outputs=2, positions=2, hidden=(9, 5), seed=2)
-SEEN = {
-    "inputs": {"n_inputs": 2},
-    "differences": {"n_inputs": 2, "differences": 2},
-    "director": {"n_inputs": 2, "features": "director"},
-    "chain": {"n_inputs": 3, "features": "chain"},
-}
 FAMILIES = {
     "elu block": {"activation": "elu"},
     "tanh, skip": {"activation": "tanh", "skip": True, "block": False},
@@ -183,7 +177,7 @@ def test_derivatives_of_diagnostics_are_those_of_the_fmu(
     assert list(seen > 0) == [name.endswith(ends) for name in names.values()]
 
 
-def test_the_newest_column_of_the_window(load: Load) -> None:
+def test_derivative_after_one_step_is_the_newest_column_of_the_gradient(load: Load) -> None:
     """Layers that see the inputs alone: their gradient by the newest input."""
     surrogate = surrogate_of("inputs", "elu block")
     native, rows = load(surrogate).instance().start(), inputs_for(surrogate, 21)
@@ -195,7 +189,9 @@ def test_the_newest_column_of_the_window(load: Load) -> None:
 
 
 @pytest.mark.parametrize("family", ["elu block", "gated cell"])
-def test_before_the_first_step(load: Load, family: str) -> None:
+def test_derivatives_before_the_first_step_are_those_of_held_inputs(
+    load: Load, family: str
+) -> None:
     """Outputs as if the start inputs had been held for ever; so are those after the first step."""
     surrogate = surrogate_of("inputs", family)
     native, row = load(surrogate).instance().start(), inputs_for(surrogate, 1)[0]
@@ -227,7 +223,7 @@ def test_derivatives_are_linear_and_belong_to_the_state(load: Load) -> None:
     assert np.array_equal(derivatives(other, 3, 2), found)
 
 
-def test_a_step_that_fails_leaves_the_derivatives(load: Load) -> None:
+def test_failed_step_leaves_the_derivatives(load: Load) -> None:
     surrogate = surrogate_of("inputs", "cubic cell")
     native = load(surrogate).instance().start()
     for row in inputs_for(surrogate, 5):
@@ -267,7 +263,7 @@ def test_derivatives_that_are_not_finite_are_refused(rich: Loaded) -> None:
     assert "a derivative is not finite; expected smaller seeds" in native.messages[-1]
 
 
-def test_calls_that_are_refused(load: Load) -> None:
+def test_derivatives_of_unknown_variables_or_without_values_are_refused(load: Load) -> None:
     surrogate = surrogate_of("inputs", "gated cell")
     native = load(surrogate).instance()
     one, number = ctypes.c_size_t(1), (ctypes.c_double * 1)(1.0)

@@ -14,7 +14,7 @@ from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import Angle, FloatArray, Hold, Signal
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import DISCARD, ERROR, OK, Loaded, Native
+from tests.fmu.native import DISCARD, ERROR, OK, Loaded, outputs_of_steps
 from tests.fmu.plain import Resampling
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 
@@ -42,61 +42,56 @@ def directors(angles: FloatArray, lengths: FloatArray) -> FloatArray:
     return np.stack([lengths * np.cos(angles), lengths * np.sin(angles)], axis=1)
 
 
-def go(native: Native, inputs: FloatArray, length: float) -> FloatArray:
-    rows = []
-    for row in inputs:
-        assert native.set(*row) == OK
-        assert native.do_step(native.time(), length * STEP) == OK, native.messages
-        rows.append(native.get(2, 2))
-    return np.array(rows)
-
-
 @pytest.mark.parametrize("rate", [0.05, 0.7, -0.7])
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
-def test_four_steps_at_once_turn_on_the_circle(load: Load, shape: Shape, rate: float) -> None:
+def test_director_in_a_step_of_four_samples_turns_on_the_circle(
+    load: Load, shape: Shape, rate: float
+) -> None:
     """As single steps to points on the circle; up to 2.8 rad in a step, across pi in all."""
     loaded = load(unscaled(shape))
     steps = np.maximum(np.arange(1, 121) - 4, 0)  # the first step holds
     inputs = directors(0.3 + rate * steps, 1 + 0.002 * steps)
-    single = go(loaded.instance().start(), inputs, 1)
-    coarse = go(loaded.instance().start(), inputs[3::4], 4)
+    single = outputs_of_steps(loaded.instance().start(), inputs, 1)
+    coarse = outputs_of_steps(loaded.instance().start(), inputs[3::4], 4)
     np.testing.assert_allclose(coarse[:, 0], single[3::4, 0], rtol=0, atol=ALLOWED)
     np.testing.assert_allclose(coarse[:, 1], single[3::4, 1], rtol=3e-4)
 
 
 @pytest.mark.parametrize("length", [2.5, 13.0])
-def test_steps_off_the_grid_turn_on_the_circle(load: Load, length: float) -> None:
+def test_director_in_steps_off_the_grid_turns_on_the_circle(load: Load, length: float) -> None:
     """They sample the past anew: at times at which finer steps give points on the circle."""
     loaded = load(unscaled(LAYERS))
     count = int(2 * length)
     rate = 2.5 / count
     coarse = directors(0.3 + 2.5 * np.arange(20), np.ones(20))
     fine = directors(0.3 + rate * np.maximum(np.arange(1, 20 * count + 1) - count, 0), np.ones(1))
-    found = go(loaded.instance().start(), coarse, length)
-    expected = go(loaded.instance().start(), fine, 0.5)
+    found = outputs_of_steps(loaded.instance().start(), coarse, length)
+    expected = outputs_of_steps(loaded.instance().start(), fine, 0.5)
     np.testing.assert_allclose(found[:, 0], expected[count - 1 :: count, 0], rtol=0, atol=ALLOWED)
     np.testing.assert_allclose(found[:, 1], expected[count - 1 :: count, 1], rtol=3e-4)
 
 
-def test_half_a_turn_goes_to_the_left(load: Load) -> None:
+def test_director_that_turns_by_half_a_turn_goes_to_the_left(load: Load) -> None:
     loaded = load(unscaled(LAYERS))
     for first in (0.0, math.pi, 0.7, 1.9, -2.3):
         ends, middle = directors(np.array([first, first + math.pi]), np.ones(1)), first + 1.5708
-        at_once = go(loaded.instance().start(), ends, 2)
+        at_once = outputs_of_steps(loaded.instance().start(), ends, 2)
         between = directors(np.array([first, first, middle, first + math.pi]), np.ones(1))
-        single = go(loaded.instance().start(), between, 1)
+        single = outputs_of_steps(loaded.instance().start(), between, 1)
         assert at_once[1] == pytest.approx(single[3], abs=1e-4)
 
 
-def test_a_director_that_stays_is_exact(load: Load) -> None:
+def test_director_that_stays_is_exact(load: Load) -> None:
     loaded = load(unscaled(LAYERS))
     row = np.tile([0.6, -1.3], (30, 1))
-    single, coarse = (go(loaded.instance().start(), row, length) for length in (1, 3))
+    single, coarse = (
+        outputs_of_steps(loaded.instance().start(), row, length) for length in (1, 3)
+    )
     assert np.array_equal(coarse, single)
 
 
 @pytest.mark.parametrize("hold", ["zero_order", "first_order"])
-def test_no_direction_is_refused(load: Load, hold: Hold) -> None:
+def test_director_of_zero_length_is_refused(load: Load, hold: Hold) -> None:
     loaded = load(unscaled(dataclasses.replace(LAYERS, hold=hold)))
     native = loaded.instance().start()
     native.set(0.0, 0.0)
@@ -148,7 +143,7 @@ def test_angle_between_other_inputs_turns_whatever_the_network_sees(
     assert "value references 1 and 2 = 0, 0" in native.messages[0]
 
 
-def test_zeros_are_fine_where_there_is_no_director(load: Load) -> None:
+def test_inputs_of_zero_are_accepted_where_there_is_no_director(load: Load) -> None:
     assert load(random_surrogate(Shape(n_inputs=2))).instance().start().set(0.0, 0.0) == OK
     native = load(sum_surrogate()).instance().start()
     native.step(0.0)

@@ -72,7 +72,7 @@ def test_estimates_are_the_same_whenever_they_are_read(
         assert estimates == {k: eager[k] for k in estimates}
 
 
-def test_reading_one_by_one_and_twice(load: Load) -> None:
+def test_estimates_read_one_by_one_and_twice_are_those_read_at_once(load: Load) -> None:
     native = load(random_surrogate(LONG)).instance().start()
     _, read = go(native, [1, 0.6, 1], lambda k: k > 1)
     assert [native.get(5), native.get(4), native.get(4)] == [[read[2][1]], *[[read[2][0]]] * 2]
@@ -83,7 +83,9 @@ def test_reading_one_by_one_and_twice(load: Load) -> None:
 
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 @pytest.mark.parametrize("read_before", [False, True])
-def test_saved_and_restored_before_reading(load: Load, shape: Shape, read_before: bool) -> None:
+def test_estimates_due_when_a_state_is_saved_are_due_after_it_is_restored(
+    load: Load, shape: Shape, read_before: bool
+) -> None:
     """Estimates that are due when a state is saved are due after it is restored."""
     loaded = load(random_surrogate(shape))
     one, other = loaded.instance().start(), loaded.instance().start()
@@ -102,7 +104,7 @@ def test_saved_and_restored_before_reading(load: Load, shape: Shape, read_before
         assert ahead[0][1] == ahead[1][1]
 
 
-def test_reset_forgets_what_is_due(load: Load) -> None:
+def test_reset_forgets_estimates_that_are_due(load: Load) -> None:
     loaded = load(random_surrogate(LONG))
     native, fresh = loaded.instance().start(), loaded.instance().start()
     go(native, [1.0] * 20, lambda k: k == 10)
@@ -115,7 +117,9 @@ def test_reset_forgets_what_is_due(load: Load) -> None:
 
 
 @pytest.mark.parametrize("shape", [LONG, SHAPES["ages"], SHAPES["cell"]])
-def test_estimates_of_the_prehistory(load: Load, shape: Shape) -> None:
+def test_estimates_before_the_first_step_are_those_of_held_inputs(
+    load: Load, shape: Shape
+) -> None:
     """Before the first step the inputs count as held for ever, whatever was read before."""
     surrogate = random_surrogate(shape)
     native = load(surrogate).instance().start()
@@ -126,7 +130,7 @@ def test_estimates_of_the_prehistory(load: Load, shape: Shape) -> None:
 
 
 @pytest.mark.parametrize("length", [1.0, 2.0, 1.5])
-def test_a_step_that_fails_keeps_what_is_due(load: Load, length: float) -> None:
+def test_failed_step_keeps_estimates_that_are_due(load: Load, length: float) -> None:
     """Features overflow where the inputs do not."""
     shape = dataclasses.replace(LONG, features="chain", activation="tanh", hold="first_order")
     loaded = load(random_surrogate(shape))
@@ -141,7 +145,7 @@ def test_a_step_that_fails_keeps_what_is_due(load: Load, length: float) -> None:
     assert go(native, [1.0] * 3, lambda k: True)[1] == go(other, [1.0] * 3, lambda k: True)[1]
 
 
-def test_features_that_are_not_finite_count_as_the_largest_error(load: Load) -> None:
+def test_estimate_of_features_that_are_not_finite_is_the_largest_error(load: Load) -> None:
     """Of the estimator alone; units that saturate must not hide them."""
     base = random_surrogate(Shape(activation="tanh"))
     shape = Shape(activation="tanh", positions=2, estimator_samples=3, features="chain")

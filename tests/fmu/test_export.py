@@ -69,7 +69,9 @@ def test_exported_fmu_passes_the_validation_of_fmpy(
     assert check_fmu(path) == []
 
 
-def test_same_surrogate_same_bytes(fmu: Path, surrogate: Surrogate, tmp_path: Path) -> None:
+def test_export_of_the_same_surrogate_gives_the_same_bytes(
+    fmu: Path, surrogate: Surrogate, tmp_path: Path
+) -> None:
     again, provenance = read_fmu(fmu)
     assert again.to_bytes() == surrogate.to_bytes()
     assert provenance == {"seed": 3, "recipe": "größer"}
@@ -128,7 +130,9 @@ def test_model_description_holds_the_signals_of_the_surrogate(
     assert (known.start, parameter.start, parameter.unit) == ("0.0", first.start, "N")
 
 
-def test_fmi_3(surrogate: Surrogate, tmp_path: Path) -> None:
+def test_exported_fmu_of_fmi_3_holds_exactly_the_expected_members(
+    surrogate: Surrogate, tmp_path: Path
+) -> None:
     path = export_fmu(surrogate, tmp_path / "m.fmu", fmi=3)
     assert path.read_bytes() == export_fmu(surrogate, tmp_path / "n.fmu", fmi=3).read_bytes()
     assert read_fmu(path)[0].to_bytes() == surrogate.to_bytes()
@@ -144,7 +148,9 @@ def test_fmi_3(surrogate: Surrogate, tmp_path: Path) -> None:
         ]
 
 
-def test_fmi_3_description(fmu: Path, surrogate: Surrogate, tmp_path: Path) -> None:
+def test_description_of_fmi_3_says_what_that_of_fmi_2_says_and_more(
+    fmu: Path, surrogate: Surrogate, tmp_path: Path
+) -> None:
     """What FMI 2.0 says, and what FMI 3.0 has beside."""
     path = export_fmu(surrogate, tmp_path / "m.fmu", fmi=3)
     two, three = (fmpy.read_model_description(str(p)) for p in (fmu, path))
@@ -184,7 +190,7 @@ def test_fmi_3_description(fmu: Path, surrogate: Surrogate, tmp_path: Path) -> N
         assert found[0] == found[1]
 
 
-def test_a_signal_called_time_is_refused_in_fmi_3(surrogate: Surrogate, tmp_path: Path) -> None:
+def test_signal_called_time_is_refused_in_fmi_3(surrogate: Surrogate, tmp_path: Path) -> None:
     first, second = surrogate.inputs
     signals = (dataclasses.replace(first, name="time"), second)
     surrogate = dataclasses.replace(surrogate, inputs=signals)
@@ -194,7 +200,9 @@ def test_a_signal_called_time_is_refused_in_fmi_3(surrogate: Surrogate, tmp_path
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_cosim_runs_both_standards(surrogate: Surrogate, tmp_path: Path, fmi: FmiVersion) -> None:
+def test_run_fmu_gives_what_numpy_gives_for_both_standards(
+    surrogate: Surrogate, tmp_path: Path, fmi: FmiVersion
+) -> None:
     path = export_fmu(surrogate, tmp_path / "m.fmu", fmi=fmi)
     inputs = np.random.default_rng(2).uniform(-2, 3, (40, 2))
     columns = dict(zip(("u0", "u1"), inputs.T, strict=True))
@@ -215,7 +223,9 @@ def test_fmpy_simulates_both_standards_alike(fmu: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_verbs_know_both_standards(fmu: Path, tmp_path: Path, fmi: FmiVersion) -> None:
+def test_subcommands_accept_fmus_of_both_standards(
+    fmu: Path, tmp_path: Path, fmi: FmiVersion
+) -> None:
     path = tmp_path / "again.fmu"
     runner = CliRunner()
     assert (
@@ -231,7 +241,9 @@ def test_verbs_know_both_standards(fmu: Path, tmp_path: Path, fmi: FmiVersion) -
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_size_beyond_the_weights(fmu: Path, tmp_path: Path, fmi: FmiVersion) -> None:
+def test_fmu_holds_less_than_half_a_megabyte_beyond_the_weights(
+    fmu: Path, tmp_path: Path, fmi: FmiVersion
+) -> None:
     """All platforms in one file stay below half a megabyte."""
     surrogate = read_fmu(fmu)[0]
     path = export_fmu(surrogate, tmp_path / "m.fmu", fmi=fmi)
@@ -241,7 +253,9 @@ def test_size_beyond_the_weights(fmu: Path, tmp_path: Path, fmi: FmiVersion) -> 
     assert path.stat().st_size - weights < 500_000
 
 
-def test_description_without_estimator(surrogate: Surrogate, tmp_path: Path) -> None:
+def test_description_without_estimator_has_no_estimates(
+    surrogate: Surrogate, tmp_path: Path
+) -> None:
     surrogate = dataclasses.replace(surrogate, estimator=None)
     path = export_fmu(surrogate, tmp_path / "m.fmu")
     description = fmpy.read_model_description(str(path))
@@ -254,7 +268,7 @@ def test_description_without_estimator(surrogate: Surrogate, tmp_path: Path) -> 
     assert initial == [KNOWN_AT_START] * 2 + [["prehistory_known"], KNOWN_AT_START]
 
 
-def test_description_of_a_cell(tmp_path: Path) -> None:
+def test_description_of_a_cell_has_its_truncation_errors(tmp_path: Path) -> None:
     surrogate = random_surrogate(dataclasses.replace(SHAPE, cell=CellShape()))
     path = export_fmu(surrogate, tmp_path / "m.fmu")
     description = fmpy.read_model_description(str(path))
@@ -324,7 +338,7 @@ def test_export_without_compiled_runtime_names_the_command_that_builds_it(
         export_fmu(surrogate, tmp_path / "m.fmu")
 
 
-def test_files_that_are_no_fmu(fmu: Path, tmp_path: Path) -> None:
+def test_file_that_is_no_fmu_is_refused(fmu: Path, tmp_path: Path) -> None:
     text = tmp_path / "text.fmu"
     text.write_text("hello")
     data = fmu.read_bytes()
@@ -343,7 +357,7 @@ def test_files_that_are_no_fmu(fmu: Path, tmp_path: Path) -> None:
     assert "No such file" in check_fmu(tmp_path / "absent.fmu")[0]
 
 
-def test_check_finds_faults(fmu: Path) -> None:
+def test_check_names_the_faults_of_a_damaged_fmu(fmu: Path) -> None:
     with zipfile.ZipFile(fmu) as archive:
         xml = archive.read("modelDescription.xml")
     description = "modelDescription.xml"

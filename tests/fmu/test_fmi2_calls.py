@@ -32,7 +32,7 @@ from tests.fmu.standards import functions
 Load = Callable[[Surrogate], Loaded]
 
 
-def test_steps_that_are_none_are_refused(rich: Loaded) -> None:
+def test_step_of_no_positive_finite_length_is_refused(rich: Loaded) -> None:
     native = rich.instance().start()
     native.step(0.1, 0.2)
     saved = native.save()
@@ -68,7 +68,7 @@ def test_no_step_ends_after_the_stop_time(rich: Loaded) -> None:
         assert native.do_step(k * STEP) == OK
 
 
-def test_the_stop_time_is_that_of_the_run(rich: Loaded) -> None:
+def test_stop_time_holds_for_its_own_run_alone(rich: Loaded) -> None:
     """The state at the end of a run begins another one, whatever its stop time."""
     first, zero = rich.instance(), ctypes.c_double(0)
     assert first.call("fmi2SetupExperiment", 0, zero, zero, 1, ctypes.c_double(STEP)) == OK
@@ -85,8 +85,8 @@ def test_the_stop_time_is_that_of_the_run(rich: Loaded) -> None:
 
 
 @pytest.mark.parametrize("event", [1e-8, 1e-10])
-def test_an_event_step_just_before_the_stop_time(load: Load, event: float) -> None:
-    """A master whose time is off by more than such a step."""
+def test_tiny_step_just_before_the_stop_time_is_accepted(load: Load, event: float) -> None:
+    """An importer whose time is off by more than such a step."""
     native, count, zero = load(sum_surrogate()).instance(), 200_000, ctypes.c_double(0)
     stop = count * STEP - 1e-7
     assert native.call("fmi2SetupExperiment", 0, zero, zero, 1, ctypes.c_double(stop)) == OK
@@ -103,13 +103,15 @@ def test_an_event_step_just_before_the_stop_time(load: Load, event: float) -> No
 
 
 @pytest.mark.parametrize("interval", [2 * STEP, 0.6 * STEP, 0.1])
-def test_a_master_with_another_step_is_served(rich: Loaded, interval: float) -> None:
+def test_step_of_another_length_than_the_window_s_is_accepted(
+    rich: Loaded, interval: float
+) -> None:
     result = fmpy.simulate_fmu(str(rich.path), stop_time=1.0, output_interval=interval)
     assert result["time"][-1] == pytest.approx(1.0)
     assert result["window_filled"][-1] == 1.0
 
 
-def test_communication_points_must_follow(rich: Loaded) -> None:
+def test_step_that_does_not_follow_the_last_one_is_refused(rich: Loaded) -> None:
     native = rich.instance().start(10.0)
     for time in (0.0, 10.0 + STEP, 10.0 + 1e-5, math.nan):
         assert native.do_step(time) == ERROR
@@ -118,8 +120,8 @@ def test_communication_points_must_follow(rich: Loaded) -> None:
     assert native.do_step(10.0 + STEP) == OK
 
 
-def test_times_are_counted_not_accumulated(load: Load) -> None:
-    """A master that adds up its own time over a long run is still followed."""
+def test_summed_times_of_an_importer_are_followed_over_a_long_run(load: Load) -> None:
+    """An importer that adds up its own time over a long run is still followed."""
     native = load(sum_surrogate()).instance().start()
     time = 0.0
     for _ in range(1_000_000):
@@ -128,7 +130,7 @@ def test_times_are_counted_not_accumulated(load: Load) -> None:
     assert native.time() == 1_000_000 * STEP
 
 
-def test_odd_steps_are_counted_too(load: Load) -> None:
+def test_summed_times_of_steps_off_the_grid_are_followed(load: Load) -> None:
     native, odd = load(sum_surrogate()).instance().start(1.0), 0.7 * STEP
     for k in range(10_000):
         assert native.do_step(1.0 + k * odd, odd) == OK
@@ -137,7 +139,7 @@ def test_odd_steps_are_counted_too(load: Load) -> None:
 
 
 @pytest.mark.parametrize("start", [0.0, 1e8, -1e8])
-def test_no_step_is_done_twice(load: Load, start: float) -> None:
+def test_step_that_was_done_is_refused_the_second_time(load: Load, start: float) -> None:
     step = 1e-3
     window = dataclasses.replace(sum_surrogate().window, step=step)
     surrogate = dataclasses.replace(sum_surrogate(), window=window)
@@ -151,14 +153,14 @@ def test_no_step_is_done_twice(load: Load, start: float) -> None:
 
 
 @pytest.mark.parametrize("start", [0.0, 1e8])
-def test_no_short_step_is_done_twice(load: Load, start: float) -> None:
-    """At large times masters get more slack, but never a whole step."""
+def test_short_step_that_was_done_is_refused_the_second_time(load: Load, start: float) -> None:
+    """At large times importers get more slack, but never a whole step."""
     native, step = load(sum_surrogate()).instance().start(start), 0.1 * STEP
     assert [native.do_step(start, step) for _ in range(2)] == [OK, ERROR]
     assert native.do_step(start + step, step) == OK
 
 
-def test_steps_of_a_master_that_subtracts_times(load: Load) -> None:
+def test_steps_of_an_importer_that_subtracts_times_are_accepted(load: Load) -> None:
     """Far from 0 each of its steps is rounded otherwise; the time follows all of them."""
     start, odd = 1e7, 0.7 * STEP
     native = load(sum_surrogate()).instance().start(start)
@@ -168,7 +170,7 @@ def test_steps_of_a_master_that_subtracts_times(load: Load) -> None:
     assert abs(native.time() - times[-1]) < 1e-3 * odd
 
 
-def test_start_times_that_blur_the_steps_are_refused(rich: Loaded) -> None:
+def test_start_time_too_large_to_resolve_the_step_is_refused(rich: Loaded) -> None:
     native = rich.instance()
     zero = ctypes.c_double(0)
     for start in (1e13, -1e13, 1e16, -1e300):
@@ -182,7 +184,7 @@ def test_start_times_that_blur_the_steps_are_refused(rich: Loaded) -> None:
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e300])
-def test_unusable_inputs_are_discarded(rich: Loaded, value: float) -> None:
+def test_input_that_is_not_finite_is_discarded(rich: Loaded, value: float) -> None:
     native = rich.instance().start()
     native.step(0.1, 0.2)
     saved = native.save()
@@ -261,7 +263,7 @@ def test_features_that_are_not_finite_are_refused(load: Load, cell: CellShape | 
 
 
 @pytest.mark.parametrize("length", [2 * STEP, 2.5 * STEP, 9 * STEP])
-def test_a_step_that_fails_leaves_no_trace(load: Load, length: float) -> None:
+def test_failed_step_leaves_no_trace(load: Load, length: float) -> None:
     """Two samples of the largest float sum to infinity; a bad first step is undone as well."""
     native = load(sum_surrogate()).instance().start()
     fresh = native.save()
@@ -337,7 +339,7 @@ def test_ages_that_do_not_fall_are_refused(load: Load, ages: tuple[int, ...]) ->
     assert "age" in message
 
 
-def test_bad_references_and_pointers(rich: Loaded) -> None:
+def test_unknown_references_and_null_pointers_are_refused(rich: Loaded) -> None:
     native = rich.instance().start()
     assert native.try_get(11)[0] == OK
     assert native.try_get(12)[0] == ERROR
@@ -356,7 +358,7 @@ def test_bad_references_and_pointers(rich: Loaded) -> None:
         assert native.call(f"fmi2{function}", None, None, None) == ERROR
 
 
-def test_calls_in_the_wrong_state(rich: Loaded) -> None:
+def test_calls_in_the_wrong_state_are_refused(rich: Loaded) -> None:
     native = rich.instance()
     assert native.do_step(0.0) == ERROR
     assert "instantiated" in native.messages[-1]
@@ -382,14 +384,14 @@ def test_all_functions_of_both_standards_are_exported(rich: Loaded) -> None:
         assert name.encode() + b"\0" in arm
 
 
-def test_no_instance_is_an_error_never_a_crash(rich: Loaded) -> None:
+def test_call_without_an_instance_is_an_error_and_no_crash(rich: Loaded) -> None:
     without = {"fmi2Instantiate", "fmi2FreeInstance", "fmi2GetVersion", "fmi2GetTypesPlatform"}
     for function in set(functions(2)) - without:
         assert getattr(rich.library, function)(*[ctypes.c_void_p()] * 7) == ERROR
     rich.library.fmi2FreeInstance(ctypes.c_void_p())
 
 
-def test_functions_that_are_not_offered(rich: Loaded) -> None:
+def test_functions_that_are_not_offered_answer_with_an_error(rich: Loaded) -> None:
     native = rich.instance().start()
     nothing = [ctypes.c_void_p()] * 6
     for function in (
@@ -403,7 +405,9 @@ def test_functions_that_are_not_offered(rich: Loaded) -> None:
         assert native.messages[-1].startswith(function)
 
 
-def test_debug_logging(rich: Loaded) -> None:
+def test_debug_logging_reports_calls_while_it_is_on_and_refuses_unknown_categories(
+    rich: Loaded,
+) -> None:
     native = rich.instance()
     no_categories = (ctypes.c_size_t(0), None)
     native.start()
@@ -415,7 +419,7 @@ def test_debug_logging(rich: Loaded) -> None:
     assert native.call("fmi2SetDebugLogging", 1, ctypes.c_size_t(1), wrong) == ERROR
 
 
-def test_no_callbacks_at_all(rich: Loaded) -> None:
+def test_instance_without_callbacks_reports_errors_without_a_crash(rich: Loaded) -> None:
     library = rich.library
     library.fmi2Instantiate.restype = ctypes.c_void_p
     arguments = (b"one", 1, rich.guid.encode(), rich.uri.encode(), None, 0, 1)
@@ -425,7 +429,9 @@ def test_no_callbacks_at_all(rich: Loaded) -> None:
     library.fmi2FreeInstance(component)
 
 
-def test_resource_locations(rich: Loaded, tmp_path: Path) -> None:
+def test_resource_location_is_read_in_every_spelling_of_a_local_uri_and_refused_otherwise(
+    rich: Loaded, tmp_path: Path
+) -> None:
     odd = tmp_path / "with space, % and ü"
     shutil.copytree(rich.folder / "resources", odd)
     path = str(rich.folder / "resources")
@@ -437,7 +443,7 @@ def test_resource_locations(rich: Loaded, tmp_path: Path) -> None:
         assert len(native.messages) == 1
 
 
-def test_instantiation_is_refused(rich: Loaded) -> None:
+def test_instantiation_with_a_wrong_guid_or_payload_is_refused(rich: Loaded) -> None:
     assert not rich.instance(guid="other").component.value
     assert "GUID other; expected slide-" in rich.instances[-1].messages[0]
     payload = rich.folder / "resources" / "surrogate.slide"

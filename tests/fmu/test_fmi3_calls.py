@@ -14,7 +14,7 @@ import pytest
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import DISCARD, ERROR, OK, Loaded
-from tests.fmu.native3 import NO, Native3, with_separator
+from tests.fmu.native3 import NO, Native3, instance_of, with_separator
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 from tests.fmu.standards import functions
 from tests.fmu.test_derivatives import derivatives
@@ -26,15 +26,10 @@ SHAPES = [
 ]
 
 
-def _instance(loaded: Loaded, **more: bool) -> Native3:
-    place = with_separator(loaded.folder / "resources")
-    return Native3(loaded.library, loaded.guid, place, surrogate=loaded.surrogate, **more)
-
-
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
-def test_same_bits_as_fmi_2(load: Load, shape: Shape) -> None:
+def test_results_of_fmi_3_are_those_of_fmi_2_to_the_bit(load: Load, shape: Shape) -> None:
     loaded = load(random_surrogate(shape))
-    two, three = loaded.instance().start(), _instance(loaded).start()
+    two, three = loaded.instance().start(), instance_of(loaded).start()
     rng, time = np.random.default_rng(1), 0.0
     for length in rng.choice([STEP, 2 * STEP, 0.6 * STEP], 60).tolist():
         inputs = rng.uniform(-2, 3, shape.n_inputs).tolist()
@@ -46,8 +41,8 @@ def test_same_bits_as_fmi_2(load: Load, shape: Shape) -> None:
     assert two.save() == three.save()
 
 
-def test_states_go_from_one_standard_to_the_other(rich: Loaded) -> None:
-    two, three, again = rich.instance().start(), _instance(rich).start(), _instance(rich)
+def test_state_saved_by_one_standard_is_restored_by_the_other(rich: Loaded) -> None:
+    two, three, again = rich.instance().start(), instance_of(rich).start(), instance_of(rich)
     two.step(0.3, 0.1)
     assert three.restore(two.save()) == again.restore(two.save()) == OK
     two.step(0.2, -0.4)
@@ -59,10 +54,10 @@ def test_states_go_from_one_standard_to_the_other(rich: Loaded) -> None:
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
-def test_derivatives_are_those_of_fmi_2(load: Load, shape: Shape) -> None:
+def test_derivatives_of_fmi_3_are_those_of_fmi_2_to_the_bit(load: Load, shape: Shape) -> None:
     """The same bits; adjoint ones are the same matrix from the other side."""
     loaded = load(random_surrogate(shape))
-    two, three = loaded.instance().start(), _instance(loaded).start()
+    two, three = loaded.instance().start(), instance_of(loaded).start()
     n, m, rng = shape.n_inputs, shape.n_outputs, np.random.default_rng(4)
     knowns, unknowns = range(n), range(n, n + m)
     for index, length in enumerate([STEP, STEP, 2 * STEP, 0.6 * STEP, STEP]):
@@ -80,8 +75,8 @@ def test_derivatives_are_those_of_fmi_2(load: Load, shape: Shape) -> None:
         np.testing.assert_allclose(adjoint, weights @ expected, rtol=1e-12, atol=1e-15)
 
 
-def test_derivatives_with_wrong_counts(rich: Loaded) -> None:
-    native, one = _instance(rich).start(), (ctypes.c_double * 2)()
+def test_derivatives_with_wrong_counts_are_refused(rich: Loaded) -> None:
+    native, one = instance_of(rich).start(), (ctypes.c_double * 2)()
     knowns, unknowns = map(native.places.references, ([0, 1], [2]))
     counts = unknowns, ctypes.c_size_t(1), knowns, ctypes.c_size_t(2)
     few = one, ctypes.c_size_t(1)
@@ -91,8 +86,8 @@ def test_derivatives_with_wrong_counts(rich: Loaded) -> None:
     assert "1 seeds and 1 sensitivities; expected 1 and 2" in native.messages[-1]
 
 
-def test_time_is_a_variable(rich: Loaded) -> None:
-    native, time = _instance(rich), len(fmu_variables(rich.surrogate))
+def test_time_of_the_instance_can_be_read_as_a_variable(rich: Loaded) -> None:
+    native, time = instance_of(rich), len(fmu_variables(rich.surrogate))
     assert native.initialize(2.0) == OK
     assert native.get(time) == [2.0]
     assert native.call("fmi3ExitInitializationMode") == OK
@@ -103,8 +98,8 @@ def test_time_is_a_variable(rich: Loaded) -> None:
     assert native.try_get(time + 1)[0] == ERROR
 
 
-def test_steps_tell_where_they_ended(rich: Loaded) -> None:
-    native = _instance(rich).start(1.0)
+def test_step_reports_the_time_at_which_it_ended(rich: Loaded) -> None:
+    native = instance_of(rich).start(1.0)
     assert native.do_step(1.0) == OK
     assert (native.last, native.flags) == (1.0 + STEP, (False, False, False))
     for step in (0.0, -STEP, math.nan):
@@ -118,16 +113,16 @@ def test_steps_tell_where_they_ended(rich: Loaded) -> None:
     assert native.save() == saved
 
 
-def test_every_variable_has_one_value(rich: Loaded) -> None:
-    native = _instance(rich).start()
+def test_call_with_another_count_of_values_than_variables_is_refused(rich: Loaded) -> None:
+    native = instance_of(rich).start()
     assert native.set(0.1, 0.2, count=1) == ERROR
     assert "1 values for 2 variables" in native.messages[-1]
     assert native.set(0.1, math.nan) == DISCARD
     assert native.set(0.1, 0.2) == OK
 
 
-def test_start_and_stop_time(rich: Loaded) -> None:
-    native = _instance(rich)
+def test_start_and_stop_time_bound_the_steps(rich: Loaded) -> None:
+    native = instance_of(rich)
     for start, stop in ((math.nan, None), (2.0, 1.0), (1e16, None)):
         assert native.initialize(start, stop) == ERROR
     assert native.initialize(1.0, 2.0) == OK
@@ -145,7 +140,7 @@ def test_start_and_stop_time(rich: Loaded) -> None:
     assert native.start().do_step(0.0) == OK
 
 
-def test_resource_paths(rich: Loaded, tmp_path: Path) -> None:
+def test_resource_path_with_and_without_a_slash_is_read(rich: Loaded, tmp_path: Path) -> None:
     odd = tmp_path / "with space, %41 # and ü"
     shutil.copytree(rich.folder / "resources", odd)
     for path in (str(odd), with_separator(odd)):
@@ -157,11 +152,11 @@ def test_resource_paths(rich: Loaded, tmp_path: Path) -> None:
     assert "100 %/" in native.messages[0]  # no printf format: signs stay as they are
 
 
-def test_instantiation_is_refused(rich: Loaded) -> None:
+def test_instantiation_with_wrong_arguments_is_refused(rich: Loaded) -> None:
     native = Native3(rich.library, "other", rich.folder / "resources")
     assert not native.instance.value
     assert "GUID other; expected slide-" in native.messages[0]
-    events = _instance(rich, events=True)
+    events = instance_of(rich, events=True)
     assert not events.instance.value
     assert "eventModeUsed is true; expected false" in events.messages[0]
     for kind, more in (("ModelExchange", ()), ("ScheduledExecution", (None, None, None))):
@@ -174,7 +169,7 @@ def test_instantiation_is_refused(rich: Loaded) -> None:
         assert "this FMU is for co-simulation" in messages[0]
 
 
-def test_no_instance_is_an_error_never_a_crash(rich: Loaded) -> None:
+def test_call_without_an_instance_is_an_error_and_no_crash(rich: Loaded) -> None:
     library, without = rich.library, {"fmi3FreeInstance", "fmi3GetVersion"}
     for name in set(functions(3)) - without:
         if "Instantiate" not in name:
@@ -184,8 +179,8 @@ def test_no_instance_is_an_error_never_a_crash(rich: Loaded) -> None:
     assert library.fmi3GetVersion() == b"3.0"
 
 
-def test_functions_that_are_not_offered(rich: Loaded) -> None:
-    native = _instance(rich).start()
+def test_functions_that_are_not_offered_answer_with_an_error(rich: Loaded) -> None:
+    native = instance_of(rich).start()
     nothing = [ctypes.c_void_p()] * 8
     for name in (
         "fmi3EnterEventMode",
@@ -200,8 +195,8 @@ def test_functions_that_are_not_offered(rich: Loaded) -> None:
         assert native.messages[-1].startswith(name)
 
 
-def test_variables_of_other_types(rich: Loaded) -> None:
-    native = _instance(rich).start()
+def test_variables_of_other_types_are_refused(rich: Loaded) -> None:
+    native = instance_of(rich).start()
     for kind in ("Float32", "Int32", "UInt64", "String"):
         for verb in ("Get", "Set"):
             for count, status in ((0, OK), (1, ERROR)):
@@ -213,8 +208,8 @@ def test_variables_of_other_types(rich: Loaded) -> None:
     assert native.call("fmi3GetIntervalDecimal", None, one, None, None) == ERROR
 
 
-def test_debug_logging(rich: Loaded) -> None:
-    native = _instance(rich, logging=True)
+def test_debug_logging_reports_calls_while_it_is_on(rich: Loaded) -> None:
+    native = instance_of(rich, logging=True)
     assert native.messages[0].startswith("instantiated, window of ")
     native.start()
     assert native.messages[1:] == ["fmi3EnterInitializationMode", "fmi3ExitInitializationMode"]

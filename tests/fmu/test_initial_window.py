@@ -16,7 +16,7 @@ from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.description.variables import PREHISTORY_KNOWN
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import DISCARD, ERROR, OK, Loaded
-from tests.fmu.native3 import Native3, with_separator
+from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.plain import Resampling
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 from tests.fmu.test_any_step import ESTIMATE_TOLERANCE, FORGETFUL, both_holds
@@ -29,15 +29,6 @@ SHAPES = {
     "director": Shape(n_inputs=2, n_outputs=2, features="director", positions=3),
 }
 every_shape = pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
-
-
-def _instance(loaded: Loaded) -> Native3:
-    return Native3(
-        loaded.library,
-        loaded.guid,
-        with_separator(loaded.folder / "resources"),
-        surrogate=loaded.surrogate,
-    )
 
 
 def set_window(native: Native3, surrogate: Surrogate, window: FloatArray, known: float = 2) -> int:
@@ -68,12 +59,12 @@ def window_for(surrogate: Surrogate) -> FloatArray:
 @both_holds
 @every_shape
 @pytest.mark.parametrize("lengths", [[1.0], [3.0, 1.0], [0.6, 1.0, 2.3], [40.0, 1.0]])
-def test_as_if_the_fmu_had_run_before(
+def test_start_with_an_initial_window_is_as_if_the_fmu_had_run_on_it(
     load: Load, shape: Shape, lengths: list[float], hold: Hold
 ) -> None:
     """Outputs and estimates at the start and after it, against resampling of window and steps."""
     surrogate = random_surrogate(replace(shape, hold=hold))
-    native, oracle, time = _instance(load(surrogate)), Resampling(surrogate), 0.0
+    native, oracle, time = instance_of(load(surrogate)), Resampling(surrogate), 0.0
     window = window_for(surrogate)
     assert set_window(native, surrogate, window) == OK, native.messages
     native.start()
@@ -90,10 +81,10 @@ def test_as_if_the_fmu_had_run_before(
     assert np.array_equal(get_window(native, surrogate), window)
 
 
-def test_windows_that_are_not_known_change_nothing(load: Load) -> None:
+def test_initial_window_that_is_not_switched_on_changes_nothing(load: Load) -> None:
     surrogate = random_surrogate(SHAPES["cell"])
     loaded = load(surrogate)
-    native, plain = _instance(loaded), _instance(loaded).start()
+    native, plain = instance_of(loaded), instance_of(loaded).start()
     assert set_window(native, surrogate, window_for(surrogate), known=0) == OK
     native.start()
     for k in range(5):
@@ -102,9 +93,9 @@ def test_windows_that_are_not_known_change_nothing(load: Load) -> None:
         assert native.get(2, 6) == plain.get(2, 6)
 
 
-def test_start_values_and_reset(load: Load) -> None:
+def test_initial_window_has_the_start_values_of_the_inputs_after_reset_too(load: Load) -> None:
     surrogate = random_surrogate(SHAPES["layers"])
-    native = _instance(load(surrogate)).start()
+    native = instance_of(load(surrogate)).start()
     starts = [signal.start_value for signal in surrogate.inputs]
     held = np.tile(starts, (surrogate.memory_length, 1))
     assert np.array_equal(get_window(native, surrogate), held)
@@ -114,9 +105,9 @@ def test_start_values_and_reset(load: Load) -> None:
     assert np.array_equal(get_window(native.start(), surrogate), held)
 
 
-def test_values_that_are_refused(load: Load) -> None:
+def test_initial_window_of_wrong_counts_or_values_is_refused(load: Load) -> None:
     surrogate = random_surrogate(SHAPES["layers"])
-    native, window = _instance(load(surrogate)), window_for(surrogate)
+    native, window = instance_of(load(surrogate)), window_for(surrogate)
     for known in (3.0, 0.5, -1.0, math.nan):
         assert set_window(native, surrogate, window, known) == DISCARD
         assert "expected 0 to 2" in native.messages[-1]
@@ -133,10 +124,10 @@ def test_values_that_are_refused(load: Load) -> None:
 
 
 @both_holds
-def test_a_first_step_that_fails_is_undone(load: Load, hold: Hold) -> None:
+def test_failed_first_step_after_an_initial_window_is_undone(load: Load, hold: Hold) -> None:
     shape = Shape(n_inputs=2, n_outputs=2, cell=CellShape(activation="cubic"), hold=hold)
     surrogate = random_surrogate(shape)
-    native = _instance(load(surrogate))
+    native = instance_of(load(surrogate))
     assert set_window(native, surrogate, window_for(surrogate)) == OK
     native.start()
     for inputs in ((1e30, 0.0), (0.0, -1e30)):
@@ -150,9 +141,9 @@ def test_a_first_step_that_fails_is_undone(load: Load, hold: Hold) -> None:
             assert native.restore(before) == OK
 
 
-def test_directors_must_be_some(load: Load) -> None:
+def test_initial_window_with_a_director_of_zero_is_refused(load: Load) -> None:
     surrogate = random_surrogate(SHAPES["director"])
-    native, window = _instance(load(surrogate)), window_for(surrogate)
+    native, window = instance_of(load(surrogate)), window_for(surrogate)
     window[3] = 0.0
     assert set_window(native, surrogate, window) == OK
     native.start()

@@ -1,4 +1,4 @@
-"""Steps whose inputs move, by the derivatives that a master gives, against plain numpy."""
+"""Steps whose inputs move, by the derivatives that an importer gives, against plain numpy."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_sum_of_a_window_under_moving_inputs_is_that_of_means_by_hand(load: Load
         assert native.get(1) == [pytest.approx(expected)]
 
 
-def test_a_ramp_ends_where_the_derivative_leads(load: Load) -> None:
+def test_input_under_first_order_hold_ends_where_its_derivative_leads(load: Load) -> None:
     native = load(sum_surrogate(1, hold="first_order")).instance().start()
     for length in (1, 2, 0.4):
         assert native.set(3.0) == native.set_rates(0.5 / STEP) == OK
@@ -79,7 +79,7 @@ def test_a_ramp_ends_where_the_derivative_leads(load: Load) -> None:
         assert native.get(1) == [pytest.approx(3 + 0.5 * length)]
 
 
-def test_derivatives_count_for_one_step(load: Load) -> None:
+def test_input_derivative_counts_for_one_step_alone(load: Load) -> None:
     loaded = load(sum_surrogate())
     native, other = (loaded.instance().start() for _ in range(2))
     native.set_rates(9.0)
@@ -96,7 +96,7 @@ def test_derivatives_count_for_one_step(load: Load) -> None:
 
 
 @pytest.mark.parametrize("hold", ["zero_order", "first_order"])
-def test_without_motion_nothing_differs(load: Load, hold: Hold) -> None:
+def test_input_derivative_of_zero_changes_nothing(load: Load, hold: Hold) -> None:
     loaded = load(random_surrogate(Shape(n_inputs=2, positions=3, cell=LASTING, hold=hold)))
     native, other = (loaded.instance().start() for _ in range(2))
     rng = np.random.default_rng(3)
@@ -109,7 +109,9 @@ def test_without_motion_nothing_differs(load: Load, hold: Hold) -> None:
 
 @both_holds
 @pytest.mark.parametrize("cell", [None, LASTING], ids=["layers", "cell"])
-def test_they_are_part_of_the_state(load: Load, cell: CellShape | None, hold: Hold) -> None:
+def test_input_derivatives_are_part_of_a_saved_state(
+    load: Load, cell: CellShape | None, hold: Hold
+) -> None:
     loaded = load(random_surrogate(Shape(positions=3, cell=cell, hold=hold, differences=1)))
     native, other = loaded.instance().start(), loaded.instance()
     for row, length in zip(drawn(12, 1), [1, 1, 2, 0.6] * 3, strict=True):
@@ -124,7 +126,7 @@ def test_they_are_part_of_the_state(load: Load, cell: CellShape | None, hold: Ho
 
 
 @pytest.mark.parametrize("hold", ["zero_order", "first_order"])
-def test_a_step_that_fails_changes_nothing(load: Load, hold: Hold) -> None:
+def test_failed_step_with_input_derivatives_changes_nothing(load: Load, hold: Hold) -> None:
     loaded = load(random_surrogate(Shape(n_in=8, hold=hold, cell=CellShape(activation="cubic"))))
     native = loaded.instance().start()
     for first in (True, False):
@@ -155,7 +157,7 @@ def test_input_derivatives_with_wrong_arguments_are_refused(rich: Loaded) -> Non
     assert native.set_rates(1.0) == ERROR
 
 
-def test_higher_derivatives_are_not_used(rich: Loaded) -> None:
+def test_input_derivatives_of_higher_order_are_not_used(rich: Loaded) -> None:
     """A warning where they are not zero; the first one counts all the same."""
     native, first_only = (rich.instance().start() for _ in range(2))
     both = (ctypes.c_uint * 2)(0, 0), ctypes.c_size_t(2), (ctypes.c_int * 2)(1, 2)
@@ -191,7 +193,7 @@ def moved_outputs(
 @pytest.mark.parametrize("first", LENGTHS[::3])
 @pytest.mark.parametrize("family", ["elu block", "tanh cell"])
 @pytest.mark.parametrize("seen", ["differences", "director"])
-def test_derivatives_of_the_outputs(
+def test_output_derivatives_under_moving_inputs_are_those_of_rollback(
     load: Load, seen: str, family: str, first: float, hold: Hold
 ) -> None:
     """By the inputs that were set, with their rates kept, against rollback; also of the first
@@ -216,7 +218,9 @@ def test_derivatives_of_the_outputs(
 
 
 @pytest.mark.parametrize("parts", [1, 2, 4])
-def test_derivatives_at_the_peaks_of_a_triangle(load: Load, parts: int) -> None:
+def test_derivatives_at_the_peaks_of_a_triangle_are_those_of_rollback(
+    load: Load, parts: int
+) -> None:
     """Where the input turns, the parts before and after have the same value."""
     surrogate = random_surrogate(Shape(activation="elu", hidden=(9, 5)))
     native, distance, length = load(surrogate).instance().start(), 2e-3, 1 / parts

@@ -1,4 +1,4 @@
-"""Steps of several samples that a master of FMI 3.0 watches: outputs and inputs at each sample."""
+"""Steps of several samples that an importer of FMI 3.0 watches: variables at each sample."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import ERROR, OK, Loaded
-from tests.fmu.native3 import Native3, with_separator
+from tests.fmu.native3 import instance_of
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 from tests.fmu.test_any_step import LASTING, both_holds, drawn
 
@@ -25,23 +25,18 @@ SHAPES = {
 every_shape = pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 
 
-def _instance(
-    loaded: Loaded, watch: Callable[[float, bool], float | None] | None = None, ends: bool = False
-) -> Native3:
-    place = with_separator(loaded.folder / "resources")
-    return Native3(
-        loaded.library, loaded.guid, place, watch=watch, ends=ends, surrogate=loaded.surrogate
-    )
-
-
 @both_holds
 @every_shape
-def test_watching_changes_nothing(load: Load, shape: Shape, hold: str) -> None:
+def test_intermediate_updates_that_only_read_change_nothing(
+    load: Load, shape: Shape, hold: str
+) -> None:
     """All variables after steps of up to n_in samples, to the bit."""
     surrogate = random_surrogate(Shape(**{**vars(shape), "hold": hold}))
     loaded, times = load(surrogate), []
-    plain = _instance(loaded).start()
-    watched = _instance(loaded, lambda time, may_set: times.append((time, may_set))).start()
+    plain = instance_of(loaded).start()
+    watched = instance_of(
+        loaded, watch=lambda time, may_set: times.append((time, may_set))
+    ).start()
     count, time = len(fmu_variables(surrogate)) - 2, 0.0
     expected_times = []
     lengths = np.random.default_rng(0).choice([1, 2, 3, 12], 40).tolist()
@@ -56,8 +51,10 @@ def test_watching_changes_nothing(load: Load, shape: Shape, hold: str) -> None:
 
 @both_holds
 @every_shape
-def test_inputs_of_every_sample(load: Load, shape: Shape, hold: str) -> None:
-    """A master that sets inputs on the way has the results of single steps."""
+def test_inputs_set_in_intermediate_updates_give_the_results_of_single_steps(
+    load: Load, shape: Shape, hold: str
+) -> None:
+    """An importer that sets inputs on the way has the results of single steps."""
     surrogate = random_surrogate(Shape(**{**vars(shape), "hold": hold}))
     loaded, rows = load(surrogate), drawn(41, 2)
     seen: list[list[float]] = []
@@ -67,7 +64,7 @@ def test_inputs_of_every_sample(load: Load, shape: Shape, hold: str) -> None:
         if may_set:
             assert watched.set(*rows[len(seen)]) == OK, watched.messages
 
-    watched, single = _instance(loaded, watch), _instance(loaded).start()
+    watched, single = instance_of(loaded, watch=watch), instance_of(loaded).start()
     watched.start()
     assert watched.set(*rows[0]) == OK
     assert watched.do_step(0.0, 40 * STEP) == OK
@@ -78,7 +75,9 @@ def test_inputs_of_every_sample(load: Load, shape: Shape, hold: str) -> None:
     assert np.array_equal(np.array(seen), np.array(expected))
 
 
-def test_the_time_and_what_may_be_called(rich: Loaded) -> None:
+def test_intermediate_update_has_the_time_of_its_sample_and_says_what_may_be_called(
+    rich: Loaded,
+) -> None:
     time_reference = len(fmu_variables(rich.surrogate))
     found: list[object] = []
 
@@ -93,7 +92,7 @@ def test_the_time_and_what_may_be_called(rich: Loaded) -> None:
         assert "is a parameter" in watched.messages[-1]
         found.append(time)
 
-    watched = _instance(rich, watch).start(1.0)
+    watched = instance_of(rich, watch=watch).start(1.0)
     assert watched.do_step(1.0, 3 * STEP) == OK
     assert watched.do_step(1.0 + 3 * STEP, 0.5 * STEP) == OK
     assert found == pytest.approx([1 + STEP, 1 + 2 * STEP, 1 + 3 * STEP, 1 + 3.5 * STEP])
@@ -101,30 +100,36 @@ def test_the_time_and_what_may_be_called(rich: Loaded) -> None:
 
 
 @pytest.mark.parametrize(("until", "end"), [(2, 2), (2.5, 3), (0, 1), (9, 4), (math.nan, 4)])
-def test_a_step_may_end_early(rich: Loaded, until: float, end: int) -> None:
-    asked = _instance(rich, lambda _time, _may_set: until * STEP, ends=True).start()
+def test_step_that_may_return_early_ends_at_the_sample_that_was_asked_for(
+    rich: Loaded, until: float, end: int
+) -> None:
+    asked = instance_of(rich, watch=lambda _time, _may_set: until * STEP, ends=True).start()
     assert asked.do_step(0.0, 4 * STEP) == OK
     assert asked.last == pytest.approx(end * STEP)
     assert asked.flags == (False, False, end < 4)
-    plain = _instance(rich).start()
+    plain = instance_of(rich).start()
     assert plain.do_step(0.0, end * STEP) == OK
     assert plain.get(2, 4) == asked.get(2, 4)
     assert asked.do_step(end * STEP) == OK
 
 
 @pytest.mark.parametrize("start", [0.0, 0.3, -7.1])
-def test_an_early_end_at_the_time_of_a_sample(rich: Loaded, start: float) -> None:
-    """Times that a master rounds in its own way."""
+def test_early_return_at_the_rounded_time_of_a_sample_ends_there(
+    rich: Loaded, start: float
+) -> None:
+    """Times that an importer rounds in its own way."""
     for k in range(1, 99, 7):
         wanted = round(start + k * STEP, 10)
-        asked = _instance(rich, lambda _time, _may_set, at=wanted: at, ends=True).start(start)
+        asked = instance_of(rich, watch=lambda _time, _may_set, at=wanted: at, ends=True).start(
+            start
+        )
         assert asked.do_step(start, 100 * STEP) == OK
         assert asked.last == pytest.approx(wanted, abs=1e-9)
 
 
-def test_an_early_end_is_asked_for_once(rich: Loaded) -> None:
-    asked = _instance(
-        rich, lambda time, _may_set: 2.5 * STEP if time < 1.5 * STEP else None, ends=True
+def test_early_return_ends_one_step_alone(rich: Loaded) -> None:
+    asked = instance_of(
+        rich, watch=lambda time, _may_set: 2.5 * STEP if time < 1.5 * STEP else None, ends=True
     ).start()
     assert asked.do_step(0.0, 6 * STEP) == OK
     assert (asked.last, asked.flags) == (pytest.approx(3 * STEP), (False, False, True))
@@ -132,14 +137,14 @@ def test_an_early_end_is_asked_for_once(rich: Loaded) -> None:
     assert asked.flags == (False, False, False)
 
 
-def test_no_step_ends_early_where_that_is_not_allowed(rich: Loaded) -> None:
-    asked = _instance(rich, lambda time, _may_set: time).start()
+def test_step_that_may_not_return_early_goes_to_its_end(rich: Loaded) -> None:
+    asked = instance_of(rich, watch=lambda time, _may_set: time).start()
     assert asked.do_step(0.0, 4 * STEP) == OK
     assert (asked.last, asked.flags) == (pytest.approx(4 * STEP), (False, False, False))
 
 
 @both_holds
-def test_a_step_that_fails_on_the_way_changes_nothing(load: Load, hold: str) -> None:
+def test_step_that_fails_at_an_intermediate_update_changes_nothing(load: Load, hold: str) -> None:
     shape = Shape(cell=CellShape(activation="cubic"), hold=hold)  # type: ignore[arg-type]
     loaded, bad = load(random_surrogate(shape)), False
 
@@ -147,7 +152,7 @@ def test_a_step_that_fails_on_the_way_changes_nothing(load: Load, hold: str) -> 
         if bad and time > 8.5 * STEP:
             assert watched.set(1e30) == OK
 
-    watched = _instance(loaded, watch).start()
+    watched = instance_of(loaded, watch=watch).start()
     for k in range(3):
         assert watched.set(0.4 * k) == watched.do_step(2 * k * STEP, 2 * STEP) == OK
     saved, bad = watched.save(), True
@@ -160,20 +165,22 @@ def test_a_step_that_fails_on_the_way_changes_nothing(load: Load, hold: str) -> 
 
 
 @both_holds
-def test_derivatives_of_inputs_are_those_of_the_whole_step(load: Load, hold: str) -> None:
+def test_input_derivatives_hold_for_the_whole_step_with_intermediate_updates(
+    load: Load, hold: str
+) -> None:
     """Which a state of FMI 2.0 brings."""
     loaded = load(random_surrogate(Shape(hold=hold, positions=3)))  # type: ignore[arg-type]
     moving, times = loaded.instance().start(), []
-    watched = _instance(loaded, lambda time, may_set: times.append((time, may_set)))
+    watched = instance_of(loaded, watch=lambda time, may_set: times.append((time, may_set)))
     assert moving.set(0.3) == moving.set_rates(40.0) == watched.restore(moving.save()) == OK
     assert moving.do_step(0.0, 3 * STEP) == watched.do_step(0.0, 3 * STEP) == OK
     assert moving.get(1, 2) == watched.get(1, 2)
     assert times == [(pytest.approx(3 * STEP), False)]
 
 
-def test_a_director_that_is_none_on_the_way(load: Load) -> None:
+def test_director_of_zero_set_in_an_intermediate_update_is_refused(load: Load) -> None:
     loaded = load(random_surrogate(SHAPES["director"]))
-    watched = _instance(loaded, lambda _time, _may_set: watched.set(0.0, 0.0) and None)
+    watched = instance_of(loaded, watch=lambda _time, _may_set: watched.set(0.0, 0.0) and None)
     watched.start()
     assert watched.set(1.0, 0.0) == OK
     assert watched.do_step(0.0, 3 * STEP) == ERROR
@@ -181,8 +188,8 @@ def test_a_director_that_is_none_on_the_way(load: Load) -> None:
     assert watched.get(0, 2) == [1.0, 0.0]
 
 
-def test_no_slip_of_time(load: Load) -> None:
-    watched = _instance(load(sum_surrogate()), lambda _time, _may_set: None).start()
+def test_time_does_not_slip_over_many_early_returns(load: Load) -> None:
+    watched = instance_of(load(sum_surrogate()), watch=lambda _time, _may_set: None).start()
     for k in range(20_000):
         assert watched.do_step(3 * k * STEP, 3 * STEP) == OK
     assert watched.last == pytest.approx(60_000 * STEP, rel=1e-12)

@@ -53,7 +53,7 @@ def test_every_kernel_gives_what_numpy_gives(shape: Shape) -> None:
 
 @settings(deadline=None, max_examples=40)
 @given(all_shapes())
-def test_windows_of_any_layout(shape: Shape) -> None:
+def test_prediction_of_windows_of_any_memory_layout_is_the_same(shape: Shape) -> None:
     surrogate = random_surrogate(shape)
     native, windows = NativeSurrogate(surrogate), overlapping(surrogate, 20)
     expected = surrogate.predict_windows(windows)
@@ -67,7 +67,7 @@ def test_windows_of_any_layout(shape: Shape) -> None:
     assert_same(native.predict_windows(windows[:, ::-1]), backwards, surrogate)
 
 
-def test_windows_of_one_sample() -> None:
+def test_prediction_of_windows_of_one_sample_is_that_of_numpy() -> None:
     surrogate = random_surrogate(Shape(n_in=1, n_out=1, n_inputs=2))
     record = np.random.default_rng(3).uniform(-2, 3, (40, 2))
     expected = surrogate.predict_windows(record[:, None])
@@ -78,7 +78,7 @@ def test_windows_of_one_sample() -> None:
 
 
 @pytest.mark.parametrize("cell", [None, CellShape()], ids=["layers", "cells"])
-def test_threads_may_share_it(cell: CellShape | None) -> None:
+def test_prediction_in_threads_that_share_a_model_is_the_same(cell: CellShape | None) -> None:
     surrogate = random_surrogate(Shape(n_in=200, n_out=50, cell=cell))
     native, windows = NativeSurrogate(surrogate), overlapping(surrogate, 300)
     parts = [windows[first:] for first in range(0, 160, 20)]

@@ -17,7 +17,7 @@ from slide_fmu.fmu.export import export_fmu
 from slide_fmu.network.feed_forward import FeedForward
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import DISCARD, ERROR, OK, Loaded
-from tests.fmu.native3 import Native3, with_separator
+from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 from tests.fmu.test_any_step import FORGETFUL, LASTING, drawn
 
@@ -36,15 +36,6 @@ SHAPES = {
 both_families = pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 
 
-def _instance(loaded: Loaded) -> Native3:
-    return Native3(
-        loaded.library,
-        loaded.guid,
-        with_separator(loaded.folder / "resources"),
-        surrogate=loaded.surrogate,
-    )
-
-
 def windows(native: Native3, surrogate: Surrogate) -> FloatArray:
     """All windows, (n_out, n_outputs)."""
     first, count = len(fmu_variables(surrogate)) + 1, block_size(surrogate)
@@ -57,11 +48,11 @@ def windows(native: Native3, surrogate: Surrogate) -> FloatArray:
 
 
 @both_families
-def test_the_window_that_the_network_predicts(load: Load, shape: Shape) -> None:
+def test_output_window_is_that_which_the_network_predicts(load: Load, shape: Shape) -> None:
     """As predict_windows gives it, after single steps, several at once and others; its newest
     sample is the output, to the bit."""
     surrogate = random_surrogate(shape)
-    native, n = _instance(load(surrogate)).start(), surrogate.window.n_in
+    native, n = instance_of(load(surrogate)).start(), surrogate.window.n_in
     lengths = [1] * 30 + [2] * 20 + [1, 3, 1, 1]
     record = []
     for row, length in zip(drawn(len(lengths), 2), lengths, strict=True):
@@ -76,11 +67,11 @@ def test_the_window_that_the_network_predicts(load: Load, shape: Shape) -> None:
             np.testing.assert_allclose(found, expected, rtol=0, atol=1e-5)
 
 
-def test_after_several_samples_cells_know_each_of_them(load: Load) -> None:
+def test_output_window_of_a_cell_after_several_samples_is_that_of_single_steps(load: Load) -> None:
     """A step of five samples gives what five single steps give."""
     surrogate = random_surrogate(SHAPES["cell"])
     loaded = load(surrogate)
-    whole, single = _instance(loaded).start(), _instance(loaded).start()
+    whole, single = instance_of(loaded).start(), instance_of(loaded).start()
     for k, row in enumerate(drawn(20, 2)):
         assert whole.set(*row) == single.set(*row) == OK
         assert whole.do_step(5 * k * STEP, 5 * STEP) == OK
@@ -91,11 +82,11 @@ def test_after_several_samples_cells_know_each_of_them(load: Load) -> None:
         assert windows(whole, surrogate).tolist() == outputs
 
 
-def test_off_the_grid_they_end_with_the_step(load: Load) -> None:
+def test_output_window_after_a_step_off_the_grid_ends_with_the_step(load: Load) -> None:
     """Of a cell that forgets within its window, held inputs."""
     shape = Shape(n_inputs=2, n_outputs=2, cell=FORGETFUL, n_out=3)
     surrogate = random_surrogate(shape)
-    native = _instance(load(surrogate)).start()
+    native = instance_of(load(surrogate)).start()
     rows = drawn(40, 2)
     for k, row in enumerate(rows):
         assert native.set(*row) == native.do_step(0.5 * k * STEP, 0.5 * STEP) == OK
@@ -105,9 +96,11 @@ def test_off_the_grid_they_end_with_the_step(load: Load) -> None:
 
 
 @both_families
-def test_before_the_first_step(load: Load, shape: Shape) -> None:
+def test_output_window_before_the_first_step_is_that_of_held_inputs(
+    load: Load, shape: Shape
+) -> None:
     surrogate = random_surrogate(shape)
-    native = _instance(load(surrogate))
+    native = instance_of(load(surrogate))
     assert native.initialize() == native.set(0.3, 0.4) == OK
     found = windows(native, surrogate)
     newest = native.get(2, shape.n_outputs)
@@ -120,10 +113,10 @@ def test_before_the_first_step(load: Load, shape: Shape) -> None:
 
 
 @both_families
-def test_reading_changes_nothing(load: Load, shape: Shape) -> None:
+def test_output_window_that_is_read_changes_nothing(load: Load, shape: Shape) -> None:
     surrogate = random_surrogate(shape)
     loaded = load(surrogate)
-    native, other = _instance(loaded).start(), _instance(loaded).start()
+    native, other = instance_of(loaded).start(), instance_of(loaded).start()
     for k, row in enumerate(drawn(15, 2)):
         assert native.set(*row) == native.do_step(k * STEP) == OK
         found = windows(native, surrogate)
@@ -133,10 +126,10 @@ def test_reading_changes_nothing(load: Load, shape: Shape) -> None:
 
 
 @both_families
-def test_a_step_that_fails_leaves_them(load: Load, shape: Shape) -> None:
+def test_failed_step_leaves_output_windows(load: Load, shape: Shape) -> None:
     """Also the derivatives, which look at the same window."""
     surrogate = random_surrogate(shape)
-    native, m = _instance(load(surrogate)).start(), shape.n_outputs
+    native, m = instance_of(load(surrogate)).start(), shape.n_outputs
     for k, row in enumerate(drawn(15, 2)):
         assert native.set(*row) == native.do_step(k * STEP) == OK
     knowns, unknowns, seed = range(2), range(2, 2 + m), np.array([1.0, -0.5])
@@ -153,7 +146,7 @@ def test_a_step_that_fails_leaves_them(load: Load, shape: Shape) -> None:
         assert np.array_equal(native.derivative(name, unknowns, knowns, seed), before[1])
 
 
-def test_samples_that_are_not_finite_are_refused(load: Load) -> None:
+def test_output_window_with_samples_that_are_not_finite_is_refused(load: Load) -> None:
     """Where the newest one is, the output."""
     surrogate = random_surrogate(Shape(n_outputs=1, n_out=3))
     network = surrogate.network
@@ -162,7 +155,7 @@ def test_samples_that_are_not_finite_are_refused(load: Load) -> None:
     larger = np.float32([[1e37], [1e37], [1.0]]) * last.weights
     layers = (*first, replace(last, weights=larger))
     changed = FeedForward(layers, network.n_samples, network.features)
-    native = _instance(load(replace(surrogate, network=changed))).start()
+    native = instance_of(load(replace(surrogate, network=changed))).start()
     time = len(fmu_variables(surrogate))
     values, reference = (ctypes.c_double * 3)(), native.places.references([time + 1])
     arguments = reference, ctypes.c_size_t(1), values, ctypes.c_size_t(3)
@@ -175,7 +168,7 @@ def test_samples_that_are_not_finite_are_refused(load: Load) -> None:
     assert native.save() == saved
 
 
-def test_only_networks_that_know_several_samples_have_them() -> None:
+def test_networks_of_one_sample_have_no_output_windows() -> None:
     one_sample = random_surrogate(Shape(block=False))
     assert block_size(one_sample) == 1
     assert [v.name for v in fmu_variables(one_sample, 3)][-2:] == ["time", "initial_u0_window"]
@@ -183,8 +176,8 @@ def test_only_networks_that_know_several_samples_have_them() -> None:
     assert names[-3:] == ["time", "y0_window", "initial_u0_window"]
 
 
-def test_counts_of_values(rich: Loaded) -> None:
-    native, time = _instance(rich).start(), len(fmu_variables(rich.surrogate))
+def test_output_window_read_with_a_wrong_count_is_refused(rich: Loaded) -> None:
+    native, time = instance_of(rich).start(), len(fmu_variables(rich.surrogate))
     references = native.places.references([time, time + 1])
     values = (ctypes.c_double * 5)(*[-7.0] * 5)
     for count, status in ((4, ERROR), (2, ERROR), (5, OK)):

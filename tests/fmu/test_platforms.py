@@ -1,4 +1,4 @@
-"""The libraries of all platforms that run here give the same results, in a master written in C.
+"""The libraries of all platforms that run here give the same results, in an importer written in C.
 
 Windows runs under wine, Linux on aarch64 under qemu-user. macOS does not run here:
 ``test_macos.py`` looks into its libraries.
@@ -31,7 +31,7 @@ from tests.fmu.samples import CellShape, Shape, random_surrogate
 
 pytestmark = pytest.mark.extended
 
-MASTER = Path(__file__).parent / "c" / "master.c"
+IMPORTER = Path(__file__).parent / "c" / "importer.c"
 STEPS = 60
 ARM_LIBRARIES = Path("/usr/aarch64-linux-gnu")
 
@@ -114,20 +114,20 @@ RUNS = [(name, fmi) for name, platform in PLATFORMS.items() for fmi in platform.
 
 
 @pytest.fixture(scope="module")
-def masters(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Platform], Path]:
-    """The master of each platform, compiled once."""
-    folder, built = tmp_path_factory.mktemp("masters"), dict[str, Path]()
+def importers(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Platform], Path]:
+    """The importer of each platform, compiled once."""
+    folder, built = tmp_path_factory.mktemp("importers"), dict[str, Path]()
 
-    def master(platform: Platform) -> Path:
+    def importer(platform: Platform) -> Path:
         if platform.target not in built:
-            program = folder / f"master-{platform.target}.exe"
+            program = folder / f"importer-{platform.target}.exe"
             zig = [sys.executable, "-m", "ziglang", "cc", "-target", platform.target]
-            result = run_compiler(zig, [*WARNINGS, str(MASTER), "-o", str(program)])
+            result = run_compiler(zig, [*WARNINGS, str(IMPORTER), "-o", str(program)])
             assert result.returncode == 0, result.stderr
             built[platform.target] = program
         return built[platform.target]
 
-    return master
+    return importer
 
 
 @pytest.fixture(scope="module")
@@ -145,7 +145,7 @@ def _exported(surrogate: Surrogate, fmi: FmiVersion, folder: Path) -> Path:
 def _run(
     platform: Platform,
     fmi: FmiVersion,
-    master: Path,
+    importer: Path,
     surrogate: Surrogate,
     folder: Path,
     environment: dict[str, str],
@@ -164,7 +164,7 @@ def _run(
     numbers = map(str, (STEPS, n_inputs, *read))
     guid = guid_of(surrogate.to_bytes())
     result = subprocess.run(
-        [*platform.command, master, library, str(fmi), place, guid, *numbers],
+        [*platform.command, importer, library, str(fmi), place, guid, *numbers],
         capture_output=True,
         text=True,
         check=False,
@@ -176,7 +176,7 @@ def _run(
 
 
 def _here(
-    masters: Callable[[Platform], Path],
+    importers: Callable[[Platform], Path],
     surrogate: Surrogate,
     folder: Path,
     environment: dict[str, str],
@@ -184,13 +184,13 @@ def _here(
     linux = PLATFORMS["linux"]
     if linux.missing is not None:
         pytest.skip(linux.missing)
-    return _run(linux, 2, masters(linux), surrogate, folder, environment)
+    return _run(linux, 2, importers(linux), surrogate, folder, environment)
 
 
 @pytest.mark.parametrize(("name", "fmi"), RUNS, ids=str)
 @pytest.mark.parametrize("family", FAMILIES)
-def test_all_platforms_give_the_same(
-    masters: Callable[[Platform], Path],
+def test_libraries_of_all_platforms_give_the_same_outputs(
+    importers: Callable[[Platform], Path],
     environment: dict[str, str],
     tmp_path: Path,
     name: str,
@@ -202,8 +202,8 @@ def test_all_platforms_give_the_same(
         pytest.skip(platform.missing)
     surrogate = random_surrogate(FAMILIES[family])
     (tmp_path / "here").mkdir()
-    expected = _here(masters, surrogate, tmp_path / "here", environment)
+    expected = _here(importers, surrogate, tmp_path / "here", environment)
     assert np.ptp(expected[:, 0]) > 0.1
-    found = _run(platform, fmi, masters(platform), surrogate, tmp_path, environment)
+    found = _run(platform, fmi, importers(platform), surrogate, tmp_path, environment)
     print(f"largest deviation {np.abs(found - expected).max():.3g}")
     np.testing.assert_allclose(found, expected, rtol=TOLERANCE, atol=TOLERANCE)

@@ -9,12 +9,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slide_fmu.core.signals import FloatArray, Hold
+from slide_fmu.core.signals import Hold
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.description.variables import PREHISTORY_KNOWN
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import DISCARD, ERROR, OK, Loaded, Native
-from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
+from tests.fmu.native import DISCARD, ERROR, OK, Loaded, Native, outputs_of_steps
+from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.fmu.test_derivatives import derivatives
 
 Load = Callable[[Surrogate], Loaded]
@@ -35,29 +35,22 @@ def know(native: Native, surrogate: Surrogate, *inputs: float) -> int:
     return native.set(1.0, *inputs, first=reference(surrogate))
 
 
-def go(native: Native, rows: FloatArray, length: float) -> FloatArray:
-    outputs = []
-    for row in rows:
-        assert native.set(*row) == OK
-        assert native.do_step(native.time(), length * STEP) == OK, native.messages
-        outputs.append(native.get(2, 2))
-    return np.array(outputs)
-
-
 @pytest.mark.parametrize("hold", ["zero_order", "first_order"])
 @pytest.mark.parametrize("length", [1.0, 3.0, 0.6])
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
-def test_as_if_the_fmu_had_run_before(load: Load, shape: Shape, length: float, hold: Hold) -> None:
+def test_start_with_initial_inputs_is_as_if_the_fmu_had_run_on_them(
+    load: Load, shape: Shape, length: float, hold: Hold
+) -> None:
     surrogate = random_surrogate(replace(shape, hold=hold))
     loaded, rows = load(surrogate), np.random.default_rng(3).uniform(0.2, 1, (12, 2))
     knowing, earlier = loaded.instance(), loaded.instance().start()
     assert know(knowing, surrogate, *BEFORE_START) == OK
-    found = go(knowing.start(), rows, length)
-    go(earlier, np.array([BEFORE_START]), 1.0)
-    expected = go(earlier, rows, length)
+    found = outputs_of_steps(knowing.start(), rows, length)
+    outputs_of_steps(earlier, np.array([BEFORE_START]), 1.0)
+    expected = outputs_of_steps(earlier, rows, length)
     assert np.array_equal(found, expected)
     assert np.array_equal(derivatives(knowing, 2, 2), derivatives(earlier, 2, 2))
-    without = go(loaded.instance().start(), rows, length)
+    without = outputs_of_steps(loaded.instance().start(), rows, length)
     assert not np.allclose(found[0], without[0])
 
 
@@ -76,7 +69,7 @@ def test_outputs_at_the_start_are_those_of_the_initial_inputs(load: Load) -> Non
     assert np.array_equal(derivatives(knowing, 2, 2), np.zeros((2, 2)))
 
 
-def test_initial_inputs_alone_change_nothing(load: Load) -> None:
+def test_initial_inputs_that_are_not_switched_on_change_nothing(load: Load) -> None:
     """Tools that set every parameter to its start value do no harm."""
     surrogate = random_surrogate(SHAPES["cell"])
     loaded, rows = load(surrogate), np.random.default_rng(3).uniform(0.2, 1, (5, 2))
@@ -85,11 +78,11 @@ def test_initial_inputs_alone_change_nothing(load: Load) -> None:
     starts = [float(variable.start or 0.0) for variable in variables]
     assert native.set(*starts, first=reference(surrogate)) == OK
     assert native.set(*BEFORE_START, first=reference(surrogate) + 1) == OK
-    expected = go(loaded.instance().start(), rows, 1.0)
-    assert np.array_equal(go(native.start(), rows, 1.0), expected)
+    expected = outputs_of_steps(loaded.instance().start(), rows, 1.0)
+    assert np.array_equal(outputs_of_steps(native.start(), rows, 1.0), expected)
 
 
-def test_parameters_are_set_before_the_steps(load: Load) -> None:
+def test_initial_inputs_with_impossible_values_or_after_the_start_are_refused(load: Load) -> None:
     surrogate = random_surrogate(SHAPES["layers"])
     first, native = reference(surrogate), load(surrogate).instance()
     for value in (0.5, 2.0, math.nan):
@@ -109,7 +102,7 @@ def test_parameters_are_set_before_the_steps(load: Load) -> None:
     assert native.get(first, 3) == [0.0, *starts]
 
 
-def test_a_first_step_that_fails_is_undone(load: Load) -> None:
+def test_failed_first_step_after_initial_inputs_is_undone(load: Load) -> None:
     surrogate = random_surrogate(SHAPES["director"])
     native = load(surrogate).instance()
     know(native, surrogate, 0.0, 0.0)

@@ -42,7 +42,9 @@ def flags(loaded: Loaded, rows: np.ndarray, length: float = 1.0) -> list[float]:
 
 
 @given(shape=all_shapes(), data=st.data())
-def test_stream_and_record_agree(shape: Shape, data: st.DataObject) -> None:
+def test_inputs_in_range_of_a_stream_and_of_a_record_agree(
+    shape: Shape, data: st.DataObject
+) -> None:
     surrogate = random_surrogate(shape)
     rows = 0.6 * data.draw(records(shape.n_inputs)) + 0.3
     stream, found = surrogate.stream(), []
@@ -53,7 +55,7 @@ def test_stream_and_record_agree(shape: Shape, data: st.DataObject) -> None:
 
 
 @pytest.mark.parametrize("cell", [None, CellShape()])
-def test_one_input_out_of_range_counts_until_it_is_forgotten(
+def test_one_input_out_of_range_counts_until_the_memory_has_lost_it(
     load: Load, cell: CellShape | None
 ) -> None:
     loaded = load(wide_surrogate(Shape(n_in=6, n_out=2, cell=cell)))
@@ -66,7 +68,7 @@ def test_one_input_out_of_range_counts_until_it_is_forgotten(
     assert loaded.surrogate.inputs_in_range(rows[:, None]).tolist() == expected
 
 
-def test_the_first_input_counts_as_held(load: Load) -> None:
+def test_first_input_out_of_range_counts_as_held_before(load: Load) -> None:
     loaded = load(wide_surrogate(Shape(n_in=6, n_out=2, block=False)))
     native, place = loaded.instance().start(), reference(loaded.surrogate)
     assert native.get(place) == [1.0]
@@ -76,7 +78,7 @@ def test_the_first_input_counts_as_held(load: Load) -> None:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_features_that_the_estimator_does_not_know(load: Load, seed: int) -> None:
+def test_features_unknown_to_the_estimator_are_out_of_range(load: Load, seed: int) -> None:
     """Over the samples that an estimate depends on, whenever the flag is read."""
     shape = Shape(n_in=6, n_out=2, differences=1, positions=3, narrow=True, seed=seed)
     surrogate = wide_surrogate(dataclasses.replace(shape, estimator_samples=4))
@@ -92,7 +94,9 @@ def test_features_that_the_estimator_does_not_know(load: Load, seed: int) -> Non
 
 
 @pytest.mark.parametrize("length", [2.0, 0.5, 2.5])
-def test_steps_of_other_lengths(load: Load, length: float) -> None:
+def test_flag_after_steps_of_other_lengths_is_that_of_the_resampled_inputs(
+    load: Load, length: float
+) -> None:
     """Samples end with the step, one h apart; each takes the input where it begins."""
     loaded = load(wide_surrogate(Shape(n_in=6, n_out=2, block=False)))
     outside, before = max(1, int(2 / length)), 8
@@ -104,7 +108,7 @@ def test_steps_of_other_lengths(load: Load, length: float) -> None:
     assert not expected.all()
 
 
-def test_the_length_of_a_director(load: Load) -> None:
+def test_director_of_another_length_than_one_is_out_of_range(load: Load) -> None:
     shape = Shape(n_in=4, n_out=2, n_inputs=2, features="director", block=False)
     unit = Affine.of_channels([0.0, 0.0], [1.0, 1.0])
     signals = tuple(
@@ -120,7 +124,7 @@ def test_the_length_of_a_director(load: Load) -> None:
     assert surrogate.inputs_in_range(rows).tolist() == expected
 
 
-def test_the_flag_belongs_to_the_state(load: Load) -> None:
+def test_flag_after_a_restored_state_is_that_of_the_state(load: Load) -> None:
     loaded = load(wide_surrogate(Shape(n_in=6, n_out=2, cell=CellShape())))
     native, place = loaded.instance().start(), reference(loaded.surrogate)
     native.step(1.0)
@@ -137,7 +141,7 @@ def test_the_flag_belongs_to_the_state(load: Load) -> None:
 
 
 @pytest.mark.parametrize(("positions", "samples"), [(1, 1), (3, 4), (2, 7)])
-def test_features_unknown_to_the_estimator_count_for_exactly_its_reach(
+def test_features_unknown_to_the_estimator_count_for_exactly_its_memory_length(
     load: Load, positions: int, samples: int
 ) -> None:
     """The step after the last estimate that rests on the stray sample is in range again."""

@@ -95,7 +95,7 @@ def _filled(inputs: FloatArray, n_samples: int) -> FloatArray:
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
-def test_fmpy_gives_what_numpy_gives(tmp_path: Path, shape: Shape) -> None:
+def test_fmu_run_by_fmpy_gives_what_numpy_gives(tmp_path: Path, shape: Shape) -> None:
     surrogate = random_surrogate(shape)
     path = export_fmu(surrogate, tmp_path / "sample.fmu")
     rng = np.random.default_rng(4)
@@ -123,7 +123,7 @@ def test_fmpy_gives_what_numpy_gives(tmp_path: Path, shape: Shape) -> None:
     np.testing.assert_allclose(results["window_filled"], filled)
 
 
-def test_linear_sums_are_exact(tmp_path: Path) -> None:
+def test_linear_network_of_integers_gives_exact_sums(tmp_path: Path) -> None:
     surrogate = sum_surrogate(7)
     path = export_fmu(surrogate, tmp_path / "sum.fmu")
     inputs = np.arange(30.0)[:, None]
@@ -131,7 +131,7 @@ def test_linear_sums_are_exact(tmp_path: Path) -> None:
     np.testing.assert_array_equal(_simulate(path, surrogate, inputs)["y"], expected)
 
 
-def test_huge_error_exponents_stay_finite(load: Callable[[Surrogate], Loaded]) -> None:
+def test_estimate_of_a_huge_exponent_stays_finite(load: Callable[[Surrogate], Loaded]) -> None:
     """Far out of range the estimate saturates at the largest error that the map knows."""
     surrogate = random_surrogate(Shape(activation="identity", positions=2))
     native = load(surrogate).instance().start()

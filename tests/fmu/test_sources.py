@@ -72,7 +72,7 @@ def run(native: Native, n_inputs: int, n_results: int) -> FloatArray:
 
 @pytest.mark.extended
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
-def test_same_results_as_the_library(shape: Shape, tmp_path: Path) -> None:
+def test_source_fmu_gives_the_same_results_as_the_library(shape: Shape, tmp_path: Path) -> None:
     loaded = exported(random_surrogate(shape), tmp_path)
     assert validate_fmu(str(loaded.path)) == []
     library = ctypes.CDLL(str(compiled(loaded, tmp_path / "own.so", *SHARED)))
@@ -84,7 +84,7 @@ def test_same_results_as_the_library(shape: Shape, tmp_path: Path) -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-4, atol=OUTPUT_TOLERANCE * RANGE)
 
 
-def test_fast_math_is_refused(tmp_path: Path) -> None:
+def test_source_fmu_compiled_with_fast_math_is_refused(tmp_path: Path) -> None:
     loaded = exported(random_surrogate(SHAPES["layers"]), tmp_path)
     source = str(loaded.folder / "sources" / "stream.c")
     command, _ = host_compilers()[0]
@@ -95,7 +95,7 @@ def test_fast_math_is_refused(tmp_path: Path) -> None:
     assert "compile without -ffast-math" in built.stderr
 
 
-def test_description_names_all_sources(tmp_path: Path) -> None:
+def test_description_of_a_source_fmu_names_all_sources(tmp_path: Path) -> None:
     loaded = exported(random_surrogate(SHAPES["layers"]), tmp_path)
     description = fmpy.read_model_description(str(loaded.path))
     (files,) = description.buildConfigurations[0].sourceFileSets
@@ -104,17 +104,21 @@ def test_description_names_all_sources(tmp_path: Path) -> None:
     assert check_fmu(loaded.path) == []
 
 
-def test_verb_adds_them_to_an_fmu(tmp_path: Path) -> None:
+def test_export_with_source_adds_the_sources_to_an_fmu(tmp_path: Path) -> None:
     surrogate = random_surrogate(SHAPES["layers"])
     plain = export_fmu(surrogate, tmp_path / "plain.fmu")
-    arguments = ["export", str(plain), "--source", "-o", str(tmp_path / "verb.fmu")]
+    arguments = ["export", str(plain), "--source", "-o", str(tmp_path / "again_with_sources.fmu")]
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 0, result.output
     again = export_fmu(surrogate, tmp_path / "again.fmu", sources=True)
-    assert (tmp_path / "verb.fmu").read_bytes() == again.read_bytes() != plain.read_bytes()
+    assert (
+        (tmp_path / "again_with_sources.fmu").read_bytes()
+        == again.read_bytes()
+        != plain.read_bytes()
+    )
 
 
-def test_only_in_fmi_2(tmp_path: Path) -> None:
+def test_sources_are_refused_in_fmi_3(tmp_path: Path) -> None:
     plain = export_fmu(random_surrogate(SHAPES["layers"]), tmp_path / "plain.fmu")
     arguments = ["export", str(plain), "--source", "--fmi", "3", "-o", str(tmp_path / "no.fmu")]
     result = CliRunner().invoke(app, arguments)
@@ -123,7 +127,7 @@ def test_only_in_fmi_2(tmp_path: Path) -> None:
     assert not (tmp_path / "no.fmu").exists()
 
 
-def test_no_file_is_opened(tmp_path: Path) -> None:
+def test_source_fmu_opens_no_file(tmp_path: Path) -> None:
     loaded = exported(random_surrogate(SHAPES["layers"]), tmp_path)
     for path in (loaded.folder / "sources").iterdir():
         text = path.read_text("utf-8")
@@ -131,7 +135,7 @@ def test_no_file_is_opened(tmp_path: Path) -> None:
 
 
 @pytest.mark.extended
-def test_wrong_guid_is_refused(tmp_path: Path) -> None:
+def test_source_fmu_refuses_a_wrong_guid(tmp_path: Path) -> None:
     loaded = exported(random_surrogate(SHAPES["layers"]), tmp_path)
     library = ctypes.CDLL(str(compiled(loaded, tmp_path / "own.so", *SHARED)))
     refused = Native(library, "another", "")
@@ -140,7 +144,7 @@ def test_wrong_guid_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.extended
-def test_several_in_one_program(tmp_path: Path) -> None:
+def test_several_source_fmus_in_one_program_keep_apart(tmp_path: Path) -> None:
     """Their functions begin with their names."""
     names, parts = ("first", "second"), []
     for name in names:
@@ -164,7 +168,7 @@ def test_several_in_one_program(tmp_path: Path) -> None:
 @pytest.mark.skipif(
     shutil.which("cmake") is None, reason="fmpy compiles with cmake: not installed"
 )
-def test_fmpy_compiles_it(tmp_path: Path) -> None:
+def test_source_fmu_is_compiled_and_run_by_fmpy(tmp_path: Path) -> None:
     loaded = exported(random_surrogate(SHAPES["cell"]), tmp_path)
     library = next((loaded.folder / "binaries" / fmpy.platform).iterdir()).read_bytes()
     command = [sys.executable, "-m", "fmpy", "compile", str(loaded.path)]

@@ -13,7 +13,7 @@ from slide_fmu.fmu.description.fmi2 import guid_of
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.fmu.libraries.build import WARNINGS, include_flags
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.driver import build_program, host_compilers, run_compiler, sanitizing_compiler
+from tests.fmu.driver import build_program, host_compilers, required_sanitizer, run_compiler
 from tests.fmu.native import Loaded
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 from tests.fmu.small_shapes import CELLS, DIRECTOR, GATED, SMALL
@@ -70,22 +70,22 @@ def _run(program: Path, verb: str, loaded: Loaded, count: int) -> list[str]:
 
 
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
-def test_eight_threads_give_what_one_gives(load: Load, tmp_path: Path, shape: Shape) -> None:
+def test_instances_in_eight_c_threads_give_what_one_gives(
+    load: Load, tmp_path: Path, shape: Shape
+) -> None:
     loaded = load(random_surrogate(shape))
     assert _run(_linked(loaded, tmp_path), "threads", loaded, 2000) == ["same"]
 
 
 @pytest.mark.parametrize("fmu", RELEASED, ids=lambda path: path.stem)
-def test_eight_threads_of_released_fmus(fmu: Path, tmp_path: Path) -> None:
+def test_released_fmus_in_eight_c_threads_give_what_one_gives(fmu: Path, tmp_path: Path) -> None:
     loaded = _unpacked(fmu, tmp_path / "fmu")
     assert _run(_linked(loaded, tmp_path), "threads", loaded, 300) == ["same"]
 
 
-def test_no_race_between_threads(load: Load, tmp_path: Path) -> None:
+def test_thread_sanitizer_finds_no_race_between_instances(load: Load, tmp_path: Path) -> None:
     """Under the thread sanitizer."""
-    compiler = sanitizing_compiler(tmp_path, INSTRUMENTED)
-    if compiler is None:
-        pytest.skip("no compiler here can run programs under the thread sanitizer")
+    compiler = required_sanitizer(tmp_path, INSTRUMENTED)
     folder = tmp_path / "instrumented"
     folder.mkdir()
     program = build_program(*compiler, folder / "stress", [SOURCE], {})
@@ -97,13 +97,15 @@ def test_no_race_between_threads(load: Load, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
-def test_ten_thousand_lives(load: Load, tmp_path: Path, shape: Shape) -> None:
+def test_ten_thousand_instances_after_each_other_leave_no_memory_behind(
+    load: Load, tmp_path: Path, shape: Shape
+) -> None:
     loaded = load(random_surrogate(shape))
     grown = int(_run(_linked(loaded, tmp_path), "lives", loaded, LIVES)[0])
     assert grown < ALLOWED_GROWTH
 
 
-def test_ten_thousand_lives_of_a_released_fmu(tmp_path: Path) -> None:
+def test_ten_thousand_instances_of_a_released_fmu_leave_no_memory_behind(tmp_path: Path) -> None:
     linear = next(path for path in RELEASED if path.stem == "linear")
     loaded = _unpacked(linear, tmp_path / "fmu")
     grown = int(_run(_linked(loaded, tmp_path), "lives", loaded, LIVES)[0])
@@ -111,7 +113,7 @@ def test_ten_thousand_lives_of_a_released_fmu(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("shape", [LAYERS, CELL], ids=["layers", "cells"])
-def test_ten_million_steps(load: Load, tmp_path: Path, shape: Shape) -> None:
+def test_ten_million_steps_keep_time_and_results(load: Load, tmp_path: Path, shape: Shape) -> None:
     """The time is that of all steps, and a periodic input gives what it gave at the begin."""
     loaded = load(random_surrogate(shape))
     time, differing = _run(_linked(loaded, tmp_path), "long", loaded, STEPS)

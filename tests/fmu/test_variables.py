@@ -14,7 +14,7 @@ from slide_fmu.fmu.description.variables import BY_KEY, KINDS, REFERENCES_PER_KI
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import ERROR, OK, Loaded, Native
-from tests.fmu.native3 import Native3, with_separator
+from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
 Load = Callable[[Surrogate], Loaded]
@@ -107,8 +107,7 @@ def _get(native: Native | Native3, variable: Variable, function: str) -> tuple[i
 def _instance(loaded: Loaded, fmi: FmiVersion) -> Native | Native3:
     if fmi == 2:
         return loaded.instance().start()
-    place = with_separator(loaded.folder / "resources")
-    return Native3(loaded.library, loaded.guid, place).start()
+    return instance_of(loaded).start()
 
 
 @every_shape

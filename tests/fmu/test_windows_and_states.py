@@ -15,7 +15,7 @@ from tests.fmu.samples import Shape, random_surrogate, sum_surrogate
 Load = Callable[[Surrogate], Loaded]
 
 
-def test_window_set_step_get(summing: Native) -> None:
+def test_window_takes_the_input_that_is_set_before_each_step(summing: Native) -> None:
     results = []
     for _ in range(6):
         summing.step(1.0)
@@ -23,7 +23,7 @@ def test_window_set_step_get(summing: Native) -> None:
     assert results == [1, 2, 3, 4, 4, 4]
 
 
-def test_window_set_once(summing: Native) -> None:
+def test_window_keeps_an_input_that_is_set_once(summing: Native) -> None:
     summing.set(1.0)
     results = []
     for _ in range(6):
@@ -32,7 +32,7 @@ def test_window_set_once(summing: Native) -> None:
     assert results == [1, 2, 3, 4, 4, 4]
 
 
-def test_window_get_once_at_the_end(summing: Native) -> None:
+def test_window_advances_though_no_output_is_read(summing: Native) -> None:
     for _ in range(4):
         summing.step(1.0)
     assert summing.get(1) == [4]
@@ -46,15 +46,15 @@ def test_window_advances_with_steps_only(summing: Native) -> None:
     assert summing.get(1) == [1]
 
 
-def test_window_after_rollback(summing: Native) -> None:
+def test_window_after_a_rollback_is_that_of_the_saved_state(summing: Native) -> None:
     saved = summing.save()
     for _ in range(2):
         assert summing.restore(saved) == OK
         summing.steps = 1
-        test_window_set_step_get(summing)
+        test_window_takes_the_input_that_is_set_before_each_step(summing)
 
 
-def test_prehistory_is_the_first_input(load: Load) -> None:
+def test_prehistory_before_the_first_step_is_the_first_input(load: Load) -> None:
     native = load(sum_surrogate()).instance().start()
     native.set(0.5)
     assert native.get(1, 2) == [2.0, 0.0]
@@ -80,7 +80,7 @@ def test_error_estimates_fill_by_their_own_window(load: Load) -> None:
     assert native.try_get(8)[0] == ERROR
 
 
-def test_outputs_in_initialization_mode(load: Load) -> None:
+def test_outputs_in_initialization_mode_are_those_of_the_initial_inputs(load: Load) -> None:
     native = load(sum_surrogate()).instance()
     assert native.try_get(1)[0] == ERROR
     native.call("fmi2EnterInitializationMode")
@@ -156,7 +156,7 @@ def test_instances_and_fmus_are_independent(load: Load) -> None:
         native.free()
 
 
-def test_instances_in_threads(rich: Loaded) -> None:
+def test_instances_in_eight_threads_give_what_one_gives_alone(rich: Loaded) -> None:
     """Eight instances stepped at the same time give what one gives alone."""
     inputs = np.random.default_rng(6).uniform(-1, 1, (2000, 2))
 

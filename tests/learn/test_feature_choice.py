@@ -54,7 +54,7 @@ def chosen(
 
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_differences_are_those_of_the_inputs(order: int) -> None:
-    """By their definition with the first input held before, divided by their spread."""
+    """By definition with the first input held before, divided by their standard deviation."""
     inputs = noise(3)
     features = chosen(Differences.NAMES[: order + 1], inputs)
     held = np.concatenate([inputs[:, :1], inputs[:, :1], inputs], 1)
@@ -87,7 +87,7 @@ def test_signals_come_in_the_order_of_the_names() -> None:
     assert np.all(features.scale[:2] > 1.0)
 
 
-def test_features_are_divided_by_the_spread_of_the_differences() -> None:
+def test_features_are_divided_by_the_standard_deviation_of_the_differences() -> None:
     """However small an input is beside the others."""
     inputs = noise(2) * [1.0, 1e-10]
     features = chosen(Differences.NAMES, inputs)
@@ -110,7 +110,7 @@ def test_features_are_divided_by_the_spread_of_the_differences() -> None:
 def test_every_feature_is_normalised_as_its_set_says(
     names: tuple[str, ...], inputs: FloatArray, chain: SerialChain | None
 ) -> None:
-    """Bounded ones stay, centred ones have no mean, and all but the first unit spread."""
+    """Bounded ones stay, centred ones have mean 0, all but the first standard deviation 1."""
     features = chosen(names, inputs, chain)
     every = features.features
     raw, found = every.along(inputs), features.along(inputs).astype(np.float64)
@@ -211,7 +211,7 @@ EXPECTED = (
         (("rates",), 3, ARM, "chain of 2 joints with 3 inputs; expected one input per joint"),
     ],
 )
-def test_what_cannot_be_chosen_is_told(
+def test_features_that_cannot_be_chosen_are_refused(
     names: tuple[str, ...], n_inputs: int, chain: SerialChain | None, message: str
 ) -> None:
     with pytest.raises(ValueError, match=message):

@@ -1,4 +1,4 @@
-"""The training loop: broken and resumed without a trace, best weights kept, divergence told."""
+"""The training loop: resumed without a trace, best weights kept, divergence reported."""
 
 from __future__ import annotations
 
@@ -81,12 +81,12 @@ def test_stopped_training_goes_on_without_a_trace(
 
     with pytest.raises(Stop):
         regression.fit(tmp_path / "c.pt", stop)
-    told: list[tuple[int, int, float]] = []
-    weights, history = regression.fit(tmp_path / "c.pt", lambda *state: told.append(state))
+    reported: list[tuple[int, int, float]] = []
+    weights, history = regression.fit(tmp_path / "c.pt", lambda *state: reported.append(state))
     assert all(torch.equal(weights[key], unbroken[key]) for key in unbroken)
     assert history.step == tuple(range(20, 201, 20))
-    assert [done for done, _, _ in told] == list(range(stop_at, 201, 20))
-    assert told[-1][2] == min(history.validation_error)
+    assert [done for done, _, _ in reported] == list(range(stop_at, 201, 20))
+    assert reported[-1][2] == min(history.validation_error)
     _, whole = regression.fit(tmp_path / "other.pt")
     assert history == whole
 
@@ -173,7 +173,7 @@ def test_learning_rate_warms_up_and_falls_like_a_cosine() -> None:
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
-def test_divergence_is_told_with_its_remedy(tmp_path: Path, value: float) -> None:
+def test_divergence_is_reported_with_its_remedy(tmp_path: Path, value: float) -> None:
     model, data = Slow(), regression_data(1)
     with torch.no_grad():
         model.linear.weight[0, 0] = value

@@ -109,7 +109,7 @@ def test_stretches_have_the_mean_rates_of_their_instants() -> None:
 
 
 @pytest.mark.parametrize("make", [LinearOscillator, DuffingOscillator, DuffingBaseMotion])
-def test_measured_agrees_with_linearized(make: type[System]) -> None:
+def test_measured_decay_agrees_with_the_linearized_one(make: type[System]) -> None:
     system = make()
     rng = np.random.default_rng(5)
     signal, count = system.inputs[0], round(6.0 / system.step)
@@ -157,7 +157,7 @@ def test_measured_decay_needs_two_motions_and_enough_samples() -> None:
         measured_decay(system, [], np.random.default_rng(0))
 
 
-def test_too_short_a_record_gives_no_time() -> None:
+def test_measured_decay_of_a_record_that_is_too_short_is_infinite() -> None:
     system = LinearOscillator()
     first, second = system.rest_state(np.zeros(1)), system.rest_state(np.array([900.0]))
     assert measured_decay_time(system, np.zeros((50, 1)), first, second) == math.inf
@@ -177,7 +177,7 @@ def test_recommended_window_just_fits(
         assert too_short(Window(step, n_in - 1, n_out), decay_time) is not None
 
 
-def test_too_short_tells_the_numbers() -> None:
+def test_message_about_a_short_window_gives_the_numbers() -> None:
     message = too_short(Window(0.03, 80, 53), PAPER)
     assert message is not None
     for part in ("80 - 53 = 27 samples", "0.81 s", "39 samples", "1.151 s", "n_in >= 92"):
@@ -185,7 +185,7 @@ def test_too_short_tells_the_numbers() -> None:
 
 
 @pytest.mark.parametrize("decay_time", [math.inf, math.nan, -1.0])
-def test_no_window_for_a_system_that_does_not_forget(decay_time: float) -> None:
+def test_window_for_a_system_that_does_not_forget_is_refused(decay_time: float) -> None:
     with pytest.raises(ValueError, match="decay time"):
         recommend_window(decay_time, 0.1, 5)
     with pytest.raises(ValueError, match="decay time"):

@@ -44,7 +44,9 @@ def in_order(values: list[complex]) -> list[complex]:
 
 @pytest.mark.parametrize("n", [1, 2, 5, 40])
 @pytest.mark.parametrize(("a", "b"), [(1.0, 0.0), (0.5, 1e-3), (0.0, 0.05)])
-def test_chain_of_masses(n: int, a: float, b: float) -> None:
+def test_modes_of_a_chain_of_masses_are_those_of_the_closed_form(
+    n: int, a: float, b: float
+) -> None:
     linearization, omega = chain(n, a, b)
     half = 0.5 * (a + b * omega**2)
     root = np.sqrt((half**2 - omega**2).astype(complex))
@@ -60,7 +62,7 @@ def test_chain_of_masses(n: int, a: float, b: float) -> None:
     assert found.decay_time == pytest.approx(math.log(0.01) / expected.real.max())
 
 
-def test_oscillator_of_the_paper() -> None:
+def test_mode_of_the_paper_s_oscillator_has_its_published_decay_time() -> None:
     found = spectrum(linear(1.0, 8.0, 1600.0))
     (mode,) = found.modes
     assert mode.natural_frequency == pytest.approx(40.0)
@@ -71,7 +73,9 @@ def test_oscillator_of_the_paper() -> None:
 
 @pytest.mark.parametrize("angle", [0.0, 0.7, math.pi / 2, 3.0])
 @pytest.mark.parametrize("copies", [1, 2])
-def test_pendulum_in_redundant_coordinates(angle: float, copies: int) -> None:
+def test_modes_of_a_pendulum_in_redundant_coordinates_are_those_of_its_angle(
+    angle: float, copies: int
+) -> None:
     """Centre of mass x, y and angle of a rod on a joint with spring and damper."""
     mass, inertia, length, k, d, drag = 2.0, 0.4, 1.5, 70.0, 3.0, 0.8
     joint = [[1, 0, length * math.sin(angle)], [0, 1, -length * math.cos(angle)]]

@@ -71,7 +71,7 @@ def oscillator(model: str, **window: Any) -> Recipe:
     ],
     ids=["linear", "base_motion", "duffing"],
 )
-def test_measured_and_linearized_agree(recipe: Recipe, agreement: float) -> None:
+def test_measured_and_linearized_decay_times_agree(recipe: Recipe, agreement: float) -> None:
     found = size_window(recipe, recipe_system(recipe))
     expected = -math.log(recipe.window.remaining_amplitude) / RATE
     assert found.linearized.mean == pytest.approx(expected, rel=1e-3)
@@ -161,7 +161,9 @@ def test_longer_measured_decay_is_a_remark(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("few_motions")
-def test_window_prints_the_remark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_subcommand_window_prints_the_remark(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     recipe = oscillator("LinearOscillator")
     found = size_window(recipe, recipe_system(recipe))
     longer = replace(found, measured=replace(found.measured, rates=np.full(10, -2.0)))
@@ -175,7 +177,7 @@ def test_window_prints_the_remark(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.usefixtures("few_motions")
-def test_allow_short_accepts_it() -> None:
+def test_short_window_is_accepted_with_allow_short() -> None:
     recipe = oscillator("LinearOscillator", n_in=80, allow_short=True)
     found = size_window(recipe, recipe_system(recipe))
     assert found.problem is not None
@@ -183,7 +185,7 @@ def test_allow_short_accepts_it() -> None:
 
 
 @pytest.mark.usefixtures("few_motions")
-def test_motion_that_never_ends_is_told() -> None:
+def test_motion_that_never_ends_is_refused_with_a_remedy() -> None:
     recipe = tiny_recipe(system={"parameters": {"damping": 0.0}})
     with pytest.raises(ValueError, match=r"decay time = inf s; .* give the system damping"):
         size_window(recipe, recipe_system(recipe))
@@ -201,7 +203,7 @@ class Swaying(LinearOscillator):
 
 
 @pytest.mark.usefixtures("few_motions")
-def test_growth_for_a_moment_is_accepted_and_told() -> None:
+def test_growth_for_a_moment_is_accepted_and_reported() -> None:
     """The first instant is the state at rest."""
     recipe = oscillator("LinearOscillator", n_in=96)
     found = size_window(recipe, Swaying(damping=8.0, step=0.03))

@@ -113,7 +113,7 @@ def test_linear_network_grows_as_its_inputs_do() -> None:
         assert test.growth == pytest.approx(1.0, rel=MEAN_OF_RECORDS)
 
 
-def test_difference_is_what_a_pole_leaves() -> None:
+def test_difference_after_a_window_is_what_a_pole_leaves() -> None:
     """Two runs of a linear cell differ by pole^n of what they differed before."""
     first, other = (examine(scalar_cell(pole))[0].differences for pole in (0.95, 0.9))
     n = RECIPE.window.n_in - (NEWEST - 1) / 2
@@ -314,7 +314,7 @@ def test_limits_are_those_of_the_recipe() -> None:
         assert test.growth == pytest.approx(1.0, rel=2 * MEAN_OF_RECORDS)
 
 
-def test_figures_are_plain_numbers() -> None:
+def test_stability_figures_are_plain_numbers() -> None:
     fine, wild = (stability_figures(examine(scalar_cell(pole))) for pole in (0.8, 1e3))
     json.dumps([fine, wild], allow_nan=False)
     assert [row["amplitude"] for row in fine] == list(AMPLITUDES)
@@ -323,7 +323,7 @@ def test_figures_are_plain_numbers() -> None:
     assert all(not row["passed"] and row["growth"] is None for row in wild)
 
 
-def test_tests_repeat_themselves() -> None:
+def test_stability_check_gives_the_same_twice() -> None:
     one, other = (examine(scalar_cell(0.9)) for _ in range(2))
     for a, b in zip(one, other, strict=True):
         assert np.array_equal(a.differences, b.differences)

@@ -75,12 +75,14 @@ class Score:
         all: mutants that there are.
         tried: those that ran; a sample if time was short.
         killed: those that the tests found.
+        hung: those of the killed whose tests did not end in time.
         survivors: file, line and fault of the others.
     """
 
     all: int
     tried: int = 0
     killed: int = 0
+    hung: int = 0
     survivors: list[str] = field(default_factory=list)
 
 
@@ -108,14 +110,14 @@ def copies(count: int) -> Iterator[list[Path]]:
         yield places
 
 
-def passes(place: Path, module: Module, limit: float) -> bool:
-    """Whether the tests of a module pass in a copy, within a time in s."""
+def outcome(place: Path, module: Module, limit: float) -> str:
+    """How the tests of a module end in a copy: "passed", "failed", or "hung" after a time in s."""
     environment = {**os.environ, "PYTHONPATH": str(place), "PYTHONDONTWRITEBYTECODE": "1"}
     commands = [["-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *module.tests]]
     if any(source.endswith(".c") for source in module.sources):
         commands.insert(0, ["-c", BUILD])
     try:
-        return all(
+        passed = all(
             subprocess.run(
                 [sys.executable, *command], cwd=place, env=environment, timeout=limit,
                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False,
@@ -123,11 +125,21 @@ def passes(place: Path, module: Module, limit: float) -> bool:
             for command in commands
         )  # fmt: skip
     except subprocess.TimeoutExpired:
-        return False
+        return "hung"
+    return "passed" if passed else "failed"
 
 
-def measure(module: Module, places: list[Path], seconds: float, seed: int) -> Score:
+def measure(
+    module: Module, places: list[Path], seconds: float, seed: int, count: int | None = None
+) -> Score:
     """Try mutants of a module in a random order until all are tried or the time is over.
+
+    Args:
+        module: whose sources are mutated.
+        places: copies of the repository; as many mutants are tried at once.
+        seconds: no mutant is begun after so many.
+        seed: of the order.
+        count: mutants that are tried at most; None is all.
 
     Raises:
         RuntimeError: the tests fail on the sources as they are.
@@ -135,8 +147,9 @@ def measure(module: Module, places: list[Path], seconds: float, seed: int) -> Sc
     texts = {source: (places[0] / source).read_text("utf-8") for source in module.sources}
     found = [mutant for source, text in texts.items() for mutant in mutants_of(source, text)]
     random.Random(seed).shuffle(found)
+    tried = found[:count]
     begin = time.monotonic()
-    if not passes(places[0], module, 600.0):
+    if outcome(places[0], module, 600.0) != "passed":
         raise RuntimeError(f"{' '.join(module.tests)} fail on the sources as they are; mend them")
     patience = PATIENCE * (time.monotonic() - begin) + 10
     begin = time.monotonic()
@@ -149,16 +162,17 @@ def measure(module: Module, places: list[Path], seconds: float, seed: int) -> Sc
             return
         place = free.get()
         (place / source).write_text(mutant.text, encoding="utf-8")
-        survived = passes(place, module, patience)
+        end = outcome(place, module, patience)
         (place / source).write_text(texts[source], encoding="utf-8")
         free.put(place)
         score.tried += 1
-        score.killed += not survived
-        if survived:
+        score.killed += end != "passed"
+        score.hung += end == "hung"
+        if end == "passed":
             score.survivors.append(f"{source}:{mutant.line}: {mutant.fault}")
 
     with ThreadPoolExecutor(len(places)) as pool:
-        for _ in pool.map(lambda pair: attempt(*pair), found):
+        for _ in pool.map(lambda pair: attempt(*pair), tried):
             pass
     return score
 
@@ -167,6 +181,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", metavar="FILE", help="write the scores there; - is stdout")
     parser.add_argument("--limit", type=float, default=600.0, help="seconds for each module")
+    parser.add_argument(
+        "--count", type=int, help="mutants of each module; all of them if left out"
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the order of the mutants")
     parser.add_argument("--only", choices=MODULES, action="append", help="one module of all")
     parser.add_argument("--workers", type=int, default=2, help="mutants that are tried at once")
@@ -174,10 +191,15 @@ def main() -> None:
     scores: dict[str, Score] = {}
     with copies(task.workers) as places:
         for name in task.only or MODULES:
-            score = scores[name] = measure(MODULES[name], places, task.limit, task.seed)
+            score = scores[name] = measure(
+                MODULES[name], places, task.limit, task.seed, task.count
+            )
             share = 100 * score.killed / max(1, score.tried)
-            print(f"{name}: {score.killed} of {score.tried} killed ({share:.0f} %), "
-                  f"of {score.all} mutants", file=sys.stderr, flush=True)  # fmt: skip
+            print(
+                f"{name}: {score.killed} of {score.tried} killed ({share:.0f} %), "
+                f"{score.hung} of them by time, of {score.all} mutants",
+                file=sys.stderr, flush=True,
+            )  # fmt: skip
             for line in score.survivors:
                 print(f"  survived: {line}", file=sys.stderr, flush=True)
     if task.json is not None:

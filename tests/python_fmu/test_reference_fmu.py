@@ -109,7 +109,7 @@ def test_it_starts_at_rest_under_the_first_input(name: str, tmp_path: Path) -> N
     assert np.max(np.abs(found - expected)) < SAME
 
 
-def test_master_of_fmpy_runs_it(tmp_path: Path) -> None:
+def test_reference_fmu_is_simulated_by_fmpy(tmp_path: Path) -> None:
     system = load_system(dotted("DuffingOscillator"), {})
     path = write_reference_fmu(dotted("DuffingOscillator"), {}, tmp_path / "reference.fmu")
     inputs = np.random.default_rng(0).uniform(-1000, 1000, (30, 1))

@@ -1,4 +1,4 @@
-"""Torch modules that no FMU can carry are told at export, in one sentence."""
+"""Torch modules that no FMU can carry are refused at export, in one sentence."""
 
 from __future__ import annotations
 

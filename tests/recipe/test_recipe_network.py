@@ -107,7 +107,7 @@ GATED = 'units = "gated"\nschedule = ["inputs"]\n'
 """Keys of a state-space network with gated units."""
 
 
-def test_network_sees_the_inputs_unless_told_otherwise() -> None:
+def test_network_sees_the_inputs_by_default() -> None:
     state_space, feed_forward = (
         parse_recipe(text, "mine.toml").network for text in (WITHOUT_LEARNING, TINY)
     )

@@ -13,6 +13,7 @@ from slide_fmu.core.window import MAX_WINDOW
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.feed_forward import FeedForward, Layer
+from slide_fmu.surrogate import error_estimator
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 
 RANGES = np.array([[-1.0, -2.0], [0.5, 3.0]], np.float32)
@@ -51,7 +52,7 @@ def test_exponents_alone_give_the_error_of_the_map() -> None:
     assert found == pytest.approx(np.array([[1e-6, 1e-2], [1.0, 100.0]]))
 
 
-def test_expected_error_adds_to_the_spread_around_it() -> None:
+def test_expected_error_adds_to_the_standard_deviation_around_it() -> None:
     """First mu of both outputs, then eps of both: e^2 (1 + mu^2)."""
     values = np.array([[2.0, -3.0, -1.0, 0.0]])
     found = estimator_of(4).squares(values, INSIDE, 2)
@@ -114,6 +115,20 @@ def test_positions_are_one_to_the_largest_window(positions: int, fits: int) -> N
         estimator.require_outputs(2)
     else:
         with pytest.raises(ValueError, match=f"3 samples at {positions} positions; expected 1 to"):
+            estimator.require_outputs(2)
+
+
+@pytest.mark.parametrize(("limit", "fits"), [(2, False), (3, True)])
+def test_samples_of_the_network_are_at_most_the_largest_window(
+    limit: int, fits: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The network sees three samples; the largest window is made small for the test."""
+    monkeypatch.setattr(error_estimator, "MAX_WINDOW", limit)
+    estimator = estimator_of(positions=1)
+    if fits:
+        estimator.require_outputs(2)
+    else:
+        with pytest.raises(ValueError, match="sees 3 samples at 1 positions; expected 1 to 2 of"):
             estimator.require_outputs(2)
 
 

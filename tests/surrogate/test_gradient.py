@@ -11,17 +11,11 @@ import pytest
 from slide_fmu.surrogate.gradient import gradient, jacobian
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.plain import five_point_slope, plain_outputs
-from tests.fmu.samples import CellShape, Shape, random_surrogate
+from tests.fmu.samples import SEEN, CellShape, Shape, random_surrogate
 
 ALLOWED = 1e-5
 """Relative to the largest derivative: features are rounded to single precision."""
 
-SEEN = {
-    "inputs": {"n_inputs": 2},
-    "differences": {"n_inputs": 2, "differences": 2},
-    "director": {"n_inputs": 2, "features": "director"},
-    "chain": {"n_inputs": 3, "features": "chain"},
-}
 FAMILIES = {
     "relu block": {"activation": "relu"},
     "elu, skip": {"activation": "elu", "skip": True, "hidden": (9, 5)},
@@ -72,14 +66,14 @@ def test_gradient_is_a_product_with_the_jacobian(family: str) -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
 
 
-def test_windows_are_independent_of_each_other() -> None:
+def test_gradient_of_a_window_does_not_depend_on_the_others() -> None:
     surrogate = surrogate_of("differences", "tanh cell")
     windows = some_windows(surrogate, 3)
     together = jacobian(surrogate, windows)
     np.testing.assert_allclose(together[1:2], jacobian(surrogate, windows[1:2]), rtol=1e-12)
 
 
-def test_wrong_shapes_and_values_are_refused() -> None:
+def test_gradient_of_wrong_shapes_and_values_is_refused() -> None:
     surrogate = surrogate_of("inputs", "tanh cell")
     windows, weights = some_windows(surrogate), np.ones((2, 3, 2))
     with pytest.raises(ValueError, match=r"windows of shape \(2, 7, 2\); expected \(B, 8, 2\)"):
@@ -94,7 +88,7 @@ def test_wrong_shapes_and_values_are_refused() -> None:
 
 
 @pytest.mark.parametrize("family", ["relu block", "tanh"])
-def test_no_windows(family: str) -> None:
+def test_gradient_of_no_windows_is_empty(family: str) -> None:
     surrogate = random_surrogate(Shape(**FAMILIES[family]))
     window, n = surrogate.window, len(surrogate.outputs)
     windows = np.zeros((0, window.n_in, len(surrogate.inputs)))

@@ -95,7 +95,7 @@ def same_network(one: Network, other: Network) -> bool:
 
 
 @given(all_shapes())
-def test_round_trip(shape: Shape) -> None:
+def test_payload_that_is_written_and_read_is_the_same_surrogate(shape: Shape) -> None:
     surrogate = random_surrogate(shape)
     data = surrogate.to_bytes()
     again = Surrogate.from_bytes(data)
@@ -111,7 +111,7 @@ def test_round_trip(shape: Shape) -> None:
 
 
 @both_files
-def test_every_truncation_is_refused(data: bytes) -> None:
+def test_payload_truncated_anywhere_is_refused(data: bytes) -> None:
     for length in range(len(data)):
         assert refused_or_read(data[:length]), length
     for length in range(len(data) - 4):
@@ -126,7 +126,7 @@ def single_byte_damages(data: bytes) -> Iterator[bytearray]:
             yield damaged
 
 
-def test_every_flipped_byte_is_refused() -> None:
+def test_payload_with_any_byte_flipped_is_refused() -> None:
     for damaged in single_byte_damages(SMALL):
         assert refused_or_read(bytes(damaged) + SMALL[-4:])
     for place in range(len(SMALL) - 4, len(SMALL)):
@@ -147,7 +147,9 @@ def test_flipped_bytes_with_a_right_checksum_are_refused_or_read(data: bytes) ->
 
 @both_files
 @pytest.mark.parametrize("value", [0, 1, 2**30 + 1, 2**31 - 1, 2**31, 2**32 - 1])
-def test_no_size_is_believed(data: bytes, value: int) -> None:
+def test_payload_with_any_wrong_number_is_refused_or_read_within_its_bytes(
+    data: bytes, value: int
+) -> None:
     """Every aligned number in turn, also products that overflow 32 and 64 bits."""
     for place in range(12, len(data) - 4, 4):
         body = data[:place] + struct.pack("<I", value) + data[place + 4 : -4]
@@ -164,7 +166,7 @@ def refused_because(data: bytes, changes: list[tuple[int, int | float, str]], st
             Surrogate.from_bytes(with_checksum(body))
 
 
-def test_features_are_checked() -> None:
+def test_payload_with_impossible_features_is_refused() -> None:
     """Words: kind; set, order; count, signals 0 to 3; f64 offset[4]; f64 scale[4]."""
     wrong: list[tuple[int, int | float, str]] = [
         (0, 4, "network of kind 4"),
@@ -183,7 +185,7 @@ def test_features_are_checked() -> None:
     refused_because(CELLS, wrong, CELLS.index(b"PRED") + 8)
 
 
-def test_sizes_of_a_cell_are_named() -> None:
+def test_cell_of_impossible_sizes_is_refused_with_its_sizes() -> None:
     """Words after the features: n_samples, n_out, n, H, p, units, turned, roles."""
     start = CELLS.index(b"PRED") + 8 + 4 * 24
     wrong: list[tuple[int, int | float, str]] = [
@@ -203,7 +205,7 @@ def test_sizes_of_a_cell_are_named() -> None:
     refused_because(CELLS, wrong, start)
 
 
-def test_chains_are_checked() -> None:
+def test_payload_with_an_impossible_chain_is_refused() -> None:
     """f64 step, then finite numbers; 8 joints would not fit."""
     start = GATED.index(b"PRED") + 8 + 8
     step = "expected a positive, finite step"
@@ -217,7 +219,7 @@ def test_chains_are_checked() -> None:
     refused_because(GATED, wrong, start)
 
 
-def test_starts_are_checked() -> None:
+def test_payload_with_impossible_start_values_is_refused() -> None:
     """Of every input: offset, scale, start, each of 8 bytes, hold and angle, of 4."""
     outside = "by its metadata, inputs start at"
     begin = SMALL.index(b"SCIN") + 8
@@ -247,7 +249,7 @@ def test_starts_of_file_and_metadata_are_the_same() -> None:
         Surrogate.from_bytes(with_checksum(body))
 
 
-def test_holds_and_angles_are_checked() -> None:
+def test_payload_with_impossible_holds_or_angles_is_refused() -> None:
     """Of two inputs, neither of which is an angle: each number changed by itself."""
     hold = SMALL.index(b"SCIN") + 8 + 24
     wrong: list[tuple[int, int | float, str]] = [
@@ -269,7 +271,7 @@ def test_angles_are_scaled_alike_about_zero() -> None:
     refused_because(ANGLE, wrong, begin)
 
 
-def test_features_of_an_angle_need_one() -> None:
+def test_features_of_an_angle_without_an_angle_are_refused() -> None:
     begin = ANGLE.index(b"SCIN") + 8
     words = [begin + 28, begin + ROW + 28]
     body = bytearray(ANGLE[:-4])
@@ -321,7 +323,7 @@ def test_huge_layer_is_refused_before_it_is_allocated() -> None:
         Surrogate.from_bytes(with_checksum(SMALL[:place] + sizes + SMALL[place + 8 : -4]))
 
 
-def test_messages_name_what_is_wrong() -> None:
+def test_message_about_a_damaged_payload_names_what_is_wrong() -> None:
     with pytest.raises(PayloadError, match="expected it to begin with 'SLIDEFMU'"):
         Surrogate.from_bytes(b"PK\x03\x04" + bytes(100))
     with pytest.raises(PayloadError, match="version 2; expected version 5: make it again from"):

@@ -62,7 +62,9 @@ def test_blocks_and_steps_agree_where_they_overlap(shape: Shape, count: int) -> 
 
 
 @given(all_shapes(), st.integers(1, 40))
-def test_newest_and_estimate_are_those_of_the_stream(shape: Shape, count: int) -> None:
+def test_newest_outputs_and_estimates_of_a_record_are_those_of_the_stream(
+    shape: Shape, count: int
+) -> None:
     surrogate, inputs = random_surrogate(shape), record(shape, count)
     outputs, estimates = streamed(surrogate, inputs)
     newest = surrogate.predict_newest(inputs)
@@ -76,7 +78,7 @@ def test_newest_and_estimate_are_those_of_the_stream(shape: Shape, count: int) -
 
 
 @given(all_shapes(), st.integers(1, 30))
-def test_batch_is_one_record_after_the_other(shape: Shape, count: int) -> None:
+def test_stream_of_a_batch_is_that_of_one_record_after_the_other(shape: Shape, count: int) -> None:
     surrogate = random_surrogate(shape)
     batch = np.random.default_rng(shape.seed).uniform(-2, 3, (3, count, shape.n_inputs))
     expected = np.stack([surrogate.predict_newest(inputs) for inputs in batch])
@@ -103,7 +105,7 @@ def test_truncation_error_of_the_stream_is_in_output_units() -> None:
 
 
 @pytest.mark.parametrize("block", [True, False])
-def test_a_block_is_the_prediction_of_its_window(block: bool) -> None:
+def test_block_of_a_record_is_the_prediction_of_its_window(block: bool) -> None:
     shape = Shape(n_in=6, n_out=3, n_inputs=2, n_outputs=2, block=block)
     surrogate, inputs = random_surrogate(shape), record(shape, 12)
     starts = np.array([0, 3, 6])
@@ -118,7 +120,9 @@ def test_a_block_is_the_prediction_of_its_window(block: bool) -> None:
     [Shape(positions=3), Shape(block=False, positions=3), Shape(cell=CellShape(), positions=3)],
     ids=["block", "one_sample", "cell"],
 )
-def test_batches_do_not_change_results(shape: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_record_predicted_in_small_batches_gives_the_same_results(
+    shape: Shape, monkeypatch: pytest.MonkeyPatch
+) -> None:
     surrogate, inputs = random_surrogate(shape), record(shape, 50)
     names = ("predict", "predict_newest", "estimate_error")
     whole = [getattr(surrogate, name)(inputs) for name in names]
@@ -154,7 +158,7 @@ def test_prehistory_is_the_same_as_a_longer_held_record(shape: Shape) -> None:
         assert found == pytest.approx(expected, rel=ESTIMATE_ROUNDING)
 
 
-def test_save_and_load(tmp_path: Path) -> None:
+def test_surrogate_that_is_saved_and_loaded_is_the_same(tmp_path: Path) -> None:
     shape = Shape(positions=2, skip=True)
     surrogate, path, inputs = random_surrogate(shape), tmp_path / "a.slide", record(shape, 20)
     surrogate.save(path)

@@ -38,7 +38,7 @@ def impulse_response(count: int) -> FloatArray:
     return np.array(response)
 
 
-def test_exact_matrix_is_the_closed_form() -> None:
+def test_exact_response_matrix_of_an_oscillator_is_the_closed_form() -> None:
     window = Window(STEP, 96, 24)
     response = impulse_response(96)
     expected = np.zeros((24, 96))
@@ -60,7 +60,7 @@ def test_no_output_depends_on_later_inputs() -> None:
         assert found[row, newest] > 0.0  # the newest input already acts
 
 
-def test_learnt_matrix_of_a_known_map() -> None:
+def test_learnt_response_matrix_of_a_linear_layer_is_its_weights() -> None:
     """Weights W become scale_out W / scale_in."""
     surrogate = random_surrogate(Shape(n_in=6, n_out=3, n_inputs=2, n_outputs=2, hidden=()))
     network = surrogate.network
@@ -72,7 +72,7 @@ def test_learnt_matrix_of_a_known_map() -> None:
     assert np.max(np.abs(found - expected)) < ROUNDING * np.ptp(expected)
 
 
-def test_learnt_matrix_of_a_linear_cell() -> None:
+def test_learnt_response_matrix_of_a_linear_cell_is_its_impulse_response() -> None:
     """Response of output row to input column: C A^age B (+ D for the newest), 0 for later."""
     shape = Shape(n_in=6, n_out=3, n_inputs=2, n_outputs=2, cell=CellShape(units=0))
     surrogate = random_surrogate(shape)
@@ -88,7 +88,7 @@ def test_learnt_matrix_of_a_linear_cell() -> None:
     assert np.max(np.abs(found - expected.reshape(6, 12))) < ROUNDING * np.ptp(expected)
 
 
-def test_only_affine_windows_have_a_matrix() -> None:
+def test_network_that_is_not_affine_has_no_response_matrix() -> None:
     assert is_affine(random_surrogate(Shape(hidden=())))
     assert is_affine(random_surrogate(Shape(hidden=(3,), activation="identity")))
     assert is_affine(random_surrogate(Shape(cell=CellShape(units=0))))
@@ -98,7 +98,7 @@ def test_only_affine_windows_have_a_matrix() -> None:
     assert not is_affine(random_surrogate(Shape(hidden=(), block=False)))  # sees less
 
 
-def test_figures_of_a_matrix() -> None:
+def test_figures_of_a_response_matrix_are_those_by_hand() -> None:
     exact = np.array([[2.0, 0.0], [1.0, -4.0]])
     learnt = np.array([[2.0, 0.1], [1.0, -4.4]])
     figures = matrix_figures(learnt, exact)

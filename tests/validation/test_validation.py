@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -95,7 +96,7 @@ def test_an_fmu_is_measured_against_the_finer_model(finer: Validation) -> None:
     assert output["rmse"] == pytest.approx(np.sqrt(np.mean(error**2)))
 
 
-def test_without_a_reference_of_its_own_nothing_is_said_of_the_model(
+def test_recipe_without_a_reference_of_its_own_has_no_model_error(
     fmu: Path, surrogate: Surrogate, finer: Validation
 ) -> None:
     plain = measured(fmu, surrogate, PLAIN)
@@ -189,7 +190,7 @@ def test_excitations_of_one_kind_have_names_of_their_own(finer: Validation) -> N
     assert "By excitation, in range: held_random 1 1 %, sweep 2 %, held_random 3 3 %.\n" in text
 
 
-def test_bars_of_one_kind_lie_beside_each_other(
+def test_bars_of_excitations_of_one_kind_lie_beside_each_other(
     finer: Validation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With the same name one would hide the other."""
@@ -227,7 +228,7 @@ def test_card_shows_the_system_under_its_name_if_there_is_a_picture(finer: Valid
     assert drawn.index("# tiny.fmu") < drawn.index(shown) < drawn.index("| variable |")
 
 
-def test_several_processes_measure_the_same(
+def test_validation_by_several_processes_measures_the_same(
     fmu: Path, surrogate: Surrogate, finer: Validation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(validation, "WORTH_PROCESSES", 0.0)
@@ -242,14 +243,14 @@ def test_several_processes_measure_the_same(
         assert np.array_equal(one.model, other.model)
 
 
-def test_little_work_starts_no_processes(
+def test_validation_with_little_work_starts_no_processes(
     fmu: Path, surrogate: Surrogate, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(validation, "process_pool", None)
     assert len(measured(fmu, surrogate, PLAIN, workers=None).comparisons) == 3
 
 
-def test_the_exported_reference_is_the_one_that_is_measured_against(tmp_path: Path) -> None:
+def test_exported_reference_is_the_one_that_is_measured_against(tmp_path: Path) -> None:
     from slide_fmu.cosim.run import run_fmu, unpacked
 
     path = write_reference(FINER, tmp_path / "reference.fmu")
@@ -298,7 +299,7 @@ def test_reference_with_another_tool_is_refused() -> None:
 
 
 @pytest.mark.parametrize("table", ["parameters", "reference"])
-def test_step_is_that_of_the_window_alone(table: str) -> None:
+def test_recipe_with_a_step_of_its_own_for_the_system_is_refused(table: str) -> None:
     said = reference_refused(**{table: {"step": 1.0}})
     assert said == (
         f"recipe 'tiny': system.{table}.step = 1.0; expected no step there: samples are "
@@ -312,3 +313,85 @@ def test_validation_of_few_trajectories_needs_no_second_one(
     task = replace(TASK, trajectories=1)
     found = validate(fmu, surrogate, FINER, task, silent, workers=None)
     assert len(found.comparisons) == 1
+
+
+def test_task_without_numbers_takes_those_of_the_recipe(fmu: Path, surrogate: Surrogate) -> None:
+    recipe = tiny_recipe(
+        system={"parameters": MODEL}, validation={"trajectories": 2, "duration": 1.5}
+    )
+    found = validate(fmu, surrogate, recipe, Task(seed=3), silent)
+    assert [comparison.time[-1] for comparison in found.comparisons] == [1.75, 1.75]  # burn-in too
+    given = validate(fmu, surrogate, recipe, Task(3, trajectories=1, duration=1.25), silent)
+    assert [comparison.time[-1] for comparison in given.comparisons] == [1.5]
+    plain = tiny_recipe(system={"parameters": MODEL}, validation={"trajectories": 1})
+    (alone,) = validate(fmu, surrogate, plain, Task(seed=3), silent).comparisons
+    assert alone.time[-1] == 0.25 + plain.data.duration
+
+
+def test_progress_of_a_validation_counts_every_trajectory(fmu: Path, surrogate: Surrogate) -> None:
+    calls: list[tuple[int, int]] = []
+    found = validate(fmu, surrogate, PLAIN, TASK, lambda *numbers: calls.append(numbers))
+    assert calls == [(0, 3), (1, 3), (2, 3), (3, 3)]
+    assert len({comparison.reference.tobytes() for comparison in found.comparisons}) == 3
+
+
+@pytest.mark.parametrize(("missing", "fits"), [(0.4, True), (0.6, False)])
+def test_duration_may_be_short_of_the_least_by_less_than_half_a_step(
+    fmu: Path, surrogate: Surrogate, missing: float, fits: bool
+) -> None:
+    step = PLAIN.window.step
+    task = Task(3, trajectories=1, duration=PLAIN.shortest_validation() - missing * step)
+    if fits:
+        assert len(validate(fmu, surrogate, PLAIN, task, silent).comparisons) == 1
+    else:
+        with pytest.raises(
+            ValueError, match=r"expected at least 0\.5 s, so that the FMU's windows"
+        ):
+            validate(fmu, surrogate, PLAIN, task, silent)
+
+
+@pytest.mark.parametrize(
+    ("workers", "cores", "expected"),
+    [(7, 1, 2), (None, 2, 2), (None, 8, 2), (None, None, 1), (1, 8, 1), (2, 1, 2)],
+)
+def test_worker_processes_are_at_most_the_trajectories_after_the_first(
+    fmu: Path,
+    surrogate: Surrogate,
+    monkeypatch: pytest.MonkeyPatch,
+    workers: int | None,
+    cores: int | None,
+    expected: int,
+) -> None:
+    """Of three trajectories the first one is measured before; one worker is this process."""
+    started: list[int] = []
+
+    def measure(bench: object, count: int, workers: int, progress: object) -> list[Comparison]:
+        started.append(workers)
+        return []
+
+    monkeypatch.setattr(validation, "WORTH_PROCESSES", 0.0)
+    monkeypatch.setattr(validation.os, "cpu_count", lambda: cores)
+    monkeypatch.setattr(validation, "_measure_by_processes", measure)
+    measured(fmu, surrogate, PLAIN, workers=workers)
+    assert started == ([] if expected == 1 else [expected])
+
+
+@pytest.mark.parametrize(("seconds", "starts"), [(4.9, 0), (5.1, 1)])
+def test_worker_processes_start_where_the_rest_of_the_work_is_long(
+    fmu: Path,
+    surrogate: Surrogate,
+    monkeypatch: pytest.MonkeyPatch,
+    seconds: float,
+    starts: int,
+) -> None:
+    """Two trajectories of so many seconds each are left, and ten seconds are worth processes."""
+    started: list[int] = []
+    clock = iter([100.0, 100.0 + seconds])
+    monkeypatch.setattr(validation, "WORTH_PROCESSES", 10.0)
+    monkeypatch.setattr(validation, "time", SimpleNamespace(perf_counter=lambda: next(clock)))
+    monkeypatch.setattr(
+        validation, "_measure_by_processes", lambda *work: started.append(work[1]) or []
+    )
+    found = measured(fmu, surrogate, PLAIN, workers=2)
+    assert started == [3] * starts
+    assert len(found.comparisons) == (1 if starts else 3)

@@ -66,7 +66,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean
 /* Nothing to do. */
 #define IDLE(name, ...) \
     fmi2Status name(__VA_ARGS__) { return fmi2OK; }
-/* Not offered: masters look for all functions of the standard, whether or not they are. */
+/* Not offered: importers look for all functions of the standard, whether or not they are. */
 #define REFUSED(name, ...) \
     fmi2Status name(__VA_ARGS__) { return fmi2Error; }
 

@@ -284,7 +284,7 @@ static void step_anyhow(fmi2Component c) {
     }
 }
 
-/* A saved state carries no checksum: whatever a master does to it, no step may leave its arrays.
+/* A saved state carries no checksum: whatever an importer does to it, no step may leave its arrays.
  * The mode stays: with another one every call would be refused. */
 static int damage(const char *uri, const char *guid) {
     static const unsigned char patterns[] = {0xFF, 0x7F, 0x80, 0x01};

@@ -7,7 +7,7 @@
  *       instances that live for two steps; prints by how many bytes the resident memory has grown
  *       since the first tenth of them
  *   stress long RESOURCES GUID STEP SCALE N_INPUTS N_OUTPUTS N_VALUES STEPS
- *       steps of a periodic input at times that are added up as masters do; prints the time at the
+ *       steps of a periodic input at times that are added up as importers do; prints the time at the
  *       end, and how many values of the last period differ from those of an early one
  *
  * RESOURCES: path of the folder. STEP in s. Inputs are sines of amplitude SCALE. N_VALUES are read:

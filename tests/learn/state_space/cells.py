@@ -7,7 +7,6 @@ from dataclasses import fields, replace
 
 import numpy as np
 import torch
-from hypothesis import strategies as st
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.differences import Differences
@@ -101,33 +100,6 @@ def taught_segments(shape: CellShape, seed: int, batch: int = 24, noise: float =
     targets = outputs[8:]
     targets = targets + noise * random(*targets.shape, seed=seed + 1)
     return Segments(features, targets, torch.ones(batch, dtype=torch.float64))
-
-
-@st.composite
-def cell_shapes(draw: st.DrawFn) -> CellShape:
-    """Shapes of small cells: all sorts of units or none, of roles, factors, and turned pairs."""
-    units = draw(st.sampled_from(["tanh", "cubic", "gated"]))
-    gated = units == "gated"
-    n_states, n_features = draw(st.integers(1, 4)), draw(st.integers(1, 3))
-    one, any_number = (
-        st.lists(st.integers(0, n_features - 1), min_size=least, max_size=3, unique=True).map(
-            tuple
-        )
-        for least in (1, 0)
-    )
-    drive = draw(one)
-    turned = draw(st.integers(0, n_states // 2)) if gated else 0
-    roles = Roles(
-        drive,
-        draw(st.just(drive) | one),
-        draw(any_number) if gated else (),
-        draw(one) if gated else (),
-        draw(any_number),
-        (n_features, n_features + 1) if turned else (),
-    )
-    bias = gated or draw(st.booleans())
-    n_units, n_outputs = draw(st.integers(0, 4)), draw(st.integers(1, 3))
-    return CellShape(n_states, n_units, n_outputs, roles, units, bias, turned)
 
 
 def plain_cell(shape: CellShape, theta: torch.Tensor) -> PlainCell:

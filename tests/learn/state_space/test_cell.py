@@ -16,7 +16,6 @@ from tests.learn.state_space.cells import (
     GATED_SHAPES,
     READ,
     TURNED,
-    cell_shapes,
     numpy_network,
     plain,
     plain_cell,
@@ -24,6 +23,7 @@ from tests.learn.state_space.cells import (
     random_features,
     random_theta,
 )
+from tests.strategies import learnt_cell_shapes
 
 ROUNDING = 1e-5
 """Float32 sums of some ten terms of order 1, in a cell that contracts."""
@@ -34,7 +34,7 @@ SAME = 1e-12
 @example(FACTORS, 30, 4, 0)
 @example(READ, 30, 4, 0)
 @example(TURNED, 30, 4, 0)
-@given(cell_shapes(), st.integers(1, 30), st.integers(1, 4), st.integers(0, 100))
+@given(learnt_cell_shapes(), st.integers(1, 30), st.integers(1, 4), st.integers(0, 100))
 def test_simulation_is_that_of_the_numpy_network(
     shape: CellShape, samples: int, batch: int, seed: int
 ) -> None:
@@ -49,7 +49,7 @@ def test_simulation_is_that_of_the_numpy_network(
 @example(FACTORS, 0)
 @example(READ, 0)
 @example(TURNED, 0)
-@given(cell_shapes(), st.integers(0, 100))
+@given(learnt_cell_shapes(), st.integers(0, 100))
 def test_simulation_is_what_the_equations_say(shape: CellShape, seed: int) -> None:
     theta, features = random_theta(shape, seed), random_features(8, 2, shape, seed + 1)
     outputs, states = simulate(shape, theta, features)
@@ -59,7 +59,7 @@ def test_simulation_is_what_the_equations_say(shape: CellShape, seed: int) -> No
         assert states[:, sequence].numpy() == pytest.approx(state, rel=0, abs=SAME)
 
 
-@given(cell_shapes())
+@given(learnt_cell_shapes())
 def test_split_and_join_are_inverses(shape: CellShape) -> None:
     theta = random(shape.n_parameters)
     m, roles = shape.split(theta), shape.roles
@@ -79,7 +79,7 @@ def test_split_and_join_are_inverses(shape: CellShape) -> None:
         assert not m.constant.any()
 
 
-@given(cell_shapes(), st.integers(0, 100))
+@given(learnt_cell_shapes(), st.integers(0, 100))
 def test_states_depend_on_the_first_parameters_alone(shape: CellShape, seed: int) -> None:
     theta, features = random_theta(shape, seed), random_features(5, 2, shape, seed)
     other = theta.clone()

@@ -71,8 +71,8 @@ def test_broken_fit_goes_on_without_a_trace(
 
     with pytest.raises(Broken):
         fit(tmp_path / "c.pt", stop)
-    told: list[int] = []
-    found = fit(tmp_path / "c.pt", lambda done, total, error=None: told.append(done))
+    reported: list[int] = []
+    found = fit(tmp_path / "c.pt", lambda done, total, error=None: reported.append(done))
     for end, expected in zip(found, fit(tmp_path / "other.pt"), strict=True):
         assert torch.equal(end.theta, expected.theta)
         assert (end.error, end.finished, end.history) == (
@@ -80,11 +80,11 @@ def test_broken_fit_goes_on_without_a_trace(
             expected.finished,
             expected.history,
         )
-    assert told == list(range(TOTAL - len(told) + 1, TOTAL + 1))
+    assert reported == list(range(TOTAL - len(reported) + 1, TOTAL + 1))
     # stored after every iteration, or at the ends of the runs alone
     ends = [0, 4, 9, 12]
     stored = broken_at if store_every == 0 else max(end for end in ends if end < broken_at)
-    assert len(told) == TOTAL - stored
+    assert len(reported) == TOTAL - stored
 
 
 def test_finished_fit_is_not_repeated(tmp_path: Path) -> None:
@@ -100,10 +100,10 @@ def test_finished_fit_is_not_repeated(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["c.pt"]
 
 
-def test_every_iteration_of_all_runs_is_told(tmp_path: Path) -> None:
-    told: list[int] = []
-    fit(tmp_path / "folder" / "c.pt", lambda done, total, error=None: told.append(done))
-    assert told == list(range(1, TOTAL + 1))
+def test_every_iteration_of_all_runs_is_reported(tmp_path: Path) -> None:
+    reported: list[int] = []
+    fit(tmp_path / "folder" / "c.pt", lambda done, total, error=None: reported.append(done))
+    assert reported == list(range(1, TOTAL + 1))
 
 
 def test_finished_start_is_left_alone(tmp_path: Path) -> None:
@@ -130,7 +130,7 @@ def damaged(path: Path, how: str) -> None:
 
 
 @pytest.mark.parametrize("how", ["empty", "text", "cut", "list", "other", "older"])
-def test_damaged_file_is_told_with_its_remedy(tmp_path: Path, how: str) -> None:
+def test_damaged_ledger_is_refused_with_its_remedy(tmp_path: Path, how: str) -> None:
     path = tmp_path / "c.pt"
     damaged(path, how)
     with pytest.raises(

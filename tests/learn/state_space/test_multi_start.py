@@ -15,7 +15,7 @@ from slide_fmu.core.window import Window
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space import fit as state_space
 from slide_fmu.learn.state_space import ledger, preconditioned_descent
-from slide_fmu.learn.state_space import multi_start as tournament_module
+from slide_fmu.learn.state_space import multi_start as multi_start_module
 from slide_fmu.learn.state_space.fit import prepare
 from slide_fmu.learn.state_space.multi_start import LINEAR_ITERATIONS, MultiStart
 from slide_fmu.learn.state_space.pole_penalty import PolePenalty
@@ -74,7 +74,7 @@ def test_order_below_the_excited_band_starts_from_the_lowest_eigenvalues(tmp_pat
 
 
 def test_pairs_that_an_order_does_not_have_are_not_turned(tmp_path: Path) -> None:
-    """Told before anything is fitted."""
+    """Refused before anything is fitted."""
     problem = problem_of(tmp_path, names=("inputs", "changes"))
     table = StateSpaceRecipe(units="gated", schedule=("inputs",), order=3, hidden=2)
     data = prepare(problem, table, LeastSquaresRecipe(**QUICK))
@@ -103,7 +103,7 @@ def test_static_features_that_also_drive_share_no_impulse_response(tmp_path: Pat
     assert torch.equal(found[2], found[0])
 
 
-def test_order_that_neither_shows_is_told(tmp_path: Path) -> None:
+def test_order_that_neither_shows_is_refused(tmp_path: Path) -> None:
     problem = short_records(tmp_path)
     with pytest.raises(ValueError, match=r"network\.order = 3; expected at most 2 .* 4 samples"):
         fit(problem, {"order": 3, "hidden": 0})
@@ -122,15 +122,15 @@ def test_order_that_both_show_starts_from_both(tmp_path: Path) -> None:
 def test_penalty_knows_the_slowest_pole_of_the_system(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, eigenvalues: Any, slowest: float
 ) -> None:
-    told, of = set(), PolePenalty.of
+    reported, of = set(), PolePenalty.of
 
     def heard(window: Window, slowest: float, residuals: int) -> PolePenalty:
-        told.add((window, slowest))
+        reported.add((window, slowest))
         return of(window, slowest, residuals)
 
     monkeypatch.setattr(PolePenalty, "of", staticmethod(heard))
     fit(problem_of(tmp_path, 0.0, eigenvalues=eigenvalues), {"order": 2, "hidden": 0})
-    ((window, value),) = told
+    ((window, value),) = reported
     assert window == WINDOW
     assert value == pytest.approx(slowest)
 
@@ -212,10 +212,10 @@ def test_resumed_fit_tells_the_best_error_so_far(
 
 @pytest.mark.parametrize("network", [NONLINEAR, {"order": 2, "hidden": 0}])
 def test_finished_fit_tells_its_error(tmp_path: Path, network: dict[str, Any]) -> None:
-    problem, told = problem_of(tmp_path), []
+    problem, reported = problem_of(tmp_path), []
     fit(problem, network)
-    found = fit(problem, network, lambda done, total, best=None: told.append(best))
-    assert told[-1] == found.error
+    found = fit(problem, network, lambda done, total, best=None: reported.append(best))
+    assert reported[-1] == found.error
 
 
 def linear_of(problem: Problem, network: dict[str, Any]) -> tuple[list[bool], float]:
@@ -244,7 +244,7 @@ def test_linear_models_of_very_many_data_are_fitted_to_the_starts_part(
     data = prepare(problem, StateSpaceRecipe(**network), LeastSquaresRecipe(**QUICK))
     count = data.whole.targets.numel()
     for most, in_part in ((count, False), (count - 1, True)):
-        monkeypatch.setattr(tournament_module, "MOST_RESIDUALS", most)
+        monkeypatch.setattr(multi_start_module, "MOST_RESIDUALS", most)
         fresh = replace(problem, checkpoint=tmp_path / f"{most}.pt")
         found, error = linear_of(fresh, network)
         assert found == [in_part] * 2

@@ -26,13 +26,13 @@ from tests.learn.state_space.cells import (
     GATED_SHAPES,
     READ,
     TURNED,
-    cell_shapes,
     plain,
     random_segments,
     random_theta,
     random_weights,
     taught_segments,
 )
+from tests.strategies import learnt_cell_shapes
 
 EXACT = 1e-10
 """Roundings of float64 in sums of some thousand products of order 1, relative to the largest."""
@@ -116,7 +116,7 @@ def test_cells_of_all_kinds_agree_with_forward_differentiation(
 @example(TURNED, 3, BLOCK + 1, 9, 0)
 @settings(max_examples=25)
 @given(
-    cell_shapes(),
+    learnt_cell_shapes(),
     st.integers(0, 6),
     st.integers(1, BLOCK + 5),
     st.integers(1, 12),

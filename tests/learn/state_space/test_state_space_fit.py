@@ -213,7 +213,9 @@ def test_widening_that_never_helps_keeps_the_smaller_network(
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 @pytest.mark.parametrize("hidden", [0, 3])
-def test_fit_without_any_finite_error_is_told(tmp_path: Path, value: float, hidden: int) -> None:
+def test_fit_without_any_finite_error_is_refused(
+    tmp_path: Path, value: float, hidden: int
+) -> None:
     inputs, outputs = spring(2, 2, 200)
     outputs[1, 150] = value
     problem = problem_of(tmp_path, validation=(inputs, outputs))
@@ -221,7 +223,7 @@ def test_fit_without_any_finite_error_is_told(tmp_path: Path, value: float, hidd
         fit(problem, {"order": 2, "hidden": hidden})
 
 
-def test_short_trajectories_and_high_orders_are_told(tmp_path: Path) -> None:
+def test_short_trajectories_and_high_orders_are_refused(tmp_path: Path) -> None:
     short = problem_of(tmp_path, training=spring(1, 6, 28))
     with pytest.raises(ValueError, match=r"trajectories of 28 samples; .* data.duration longer"):
         fit(short, NONLINEAR)

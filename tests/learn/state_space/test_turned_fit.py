@@ -110,7 +110,7 @@ def test_turned_pairs_find_what_turns_with_a_chain(tmp_path: Path, eigenvalues: 
     assert not any("turned" in name for name in runs(plain))
 
 
-def tournament_of(problem: Problem, **changes: Any) -> MultiStart:
+def multi_start_of(problem: Problem, **changes: Any) -> MultiStart:
     table, training = StateSpaceRecipe(**TURNED | changes), LeastSquaresRecipe(**QUICK)
     return MultiStart(problem, table, training, prepare(problem, table, training), silent)
 
@@ -120,7 +120,7 @@ def test_starts_keep_the_coordinates_of_pairs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
 ) -> None:
     """The states of the linear model, neither scaled nor mixed; the unit acts on nothing yet."""
-    multi_start = tournament_of(problem_in(tmp_path, EIGENVALUES))
+    multi_start = multi_start_of(problem_in(tmp_path, EIGENVALUES))
     linear, begun = multi_start.linear(6), []
 
     def descend(name: str, shape: Any, theta: torch.Tensor, *others: Any) -> Any:
@@ -144,7 +144,7 @@ def test_starts_keep_the_coordinates_of_pairs(
 
 
 def test_pairs_of_what_is_no_vector_are_refused(tmp_path: Path) -> None:
-    """Told before anything is fitted."""
+    """Refused before anything is fitted."""
     inputs, outputs = records(1)
     flat = problem_of(
         tmp_path, names=LOADS, chain=ARM, training=(inputs, outputs[:, :, :2]),

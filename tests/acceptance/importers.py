@@ -1,4 +1,4 @@
-"""Real masters on one system: each gives what it read of the outputs along the run.
+"""Real importers on one system: each gives what it read of the outputs along the run.
 
 All of them step the components in parallel and exchange values afterwards (Jacobi).
 """

@@ -1,4 +1,4 @@
-/* master LIBRARY STANDARD RESOURCES GUID STEPS N_INPUTS N_OUTPUTS: a small master in C for every
+/* importer LIBRARY STANDARD RESOURCES GUID STEPS N_INPUTS N_OUTPUTS: a small importer in C for every
  * platform. Runs an FMU of FMI 2 or 3 on made-up inputs, with steps of one, two and 0.6 sample
  * steps of 5 ms, and prints all outputs after each step, exactly. RESOURCES: a URI; for FMI 3 a
  * path with percent escapes, because Windows changes other arguments than plain ASCII. */

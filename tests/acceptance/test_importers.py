@@ -1,4 +1,4 @@
-"""Released FMUs in real masters: in a loop with a controller, and beside their references."""
+"""Released FMUs in real importers: in a loop with a controller, and beside their references."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from slide_fmu.cosim.ssp import Connection, write_ssp
 from slide_fmu.fmu.export import read_fmu
 from tests.acceptance.conftest import invoke
 from tests.acceptance.controller import build_controller, force_at
-from tests.acceptance.masters import (
+from tests.acceptance.importers import (
     Outputs,
     run_container,
     run_ecos,
@@ -47,18 +47,18 @@ LOOP = [
 ]
 """What is connected inside a container."""
 
-Master = Callable[[Path, Outputs, float, int], FloatArray]
+Importer = Callable[[Path, Outputs, float, int], FloatArray]
 
 
-def master(run: Master, module: str, *more: str) -> ParameterSet:
-    """A master that is skipped where it is missing, and more arguments of a test."""
+def importer(run: Importer, module: str, *more: str) -> ParameterSet:
+    """An importer that is skipped where it is missing, and more arguments of a test."""
     missing = importlib.util.find_spec(module) is None
     mark = pytest.mark.skipif(missing, reason=f"{module} is not installed")
     return pytest.param(run, *more, id="-".join([module, *more]), marks=mark)
 
 
 RUNS = {"fmpy": run_fmpy, "libcosimpy": run_libcosim, "ecospy": run_ecos}
-MASTERS = [master(run, module) for module, run in RUNS.items()]
+IMPORTERS = [importer(run, module) for module, run in RUNS.items()]
 needs_toolbox = pytest.mark.skipif(
     importlib.util.find_spec("fmu_manipulation_toolbox") is None,
     reason="fmu-manipulation-toolbox is not installed",
@@ -98,9 +98,9 @@ def closed_loop() -> FloatArray:
     return np.array(positions)
 
 
-@pytest.mark.parametrize("run", MASTERS)
-def test_loop_with_a_controller(
-    run: Master, controller: Path, closed_loop: FloatArray, tmp_path: Path
+@pytest.mark.parametrize("run", IMPORTERS)
+def test_importer_runs_a_loop_with_a_controller_as_numpy_does(
+    run: Importer, controller: Path, closed_loop: FloatArray, tmp_path: Path
 ) -> None:
     connections = [
         Connection(("controller", "force"), ("duffing", "force")),
@@ -114,7 +114,7 @@ def test_loop_with_a_controller(
 
 
 @needs_toolbox
-def test_loop_inside_a_container(
+def test_container_of_a_loop_gives_what_numpy_gives(
     controller: Path, closed_loop: FloatArray, tmp_path: Path
 ) -> None:
     for fmu in (controller, DUFFING):
@@ -126,7 +126,7 @@ def test_loop_inside_a_container(
 
 @needs_toolbox
 @pytest.mark.parametrize("fmu", sorted((ROOT / "fmus").glob("*/*.fmu")), ids=lambda p: p.stem)
-def test_toolbox_has_nothing_to_say(fmu: Path) -> None:
+def test_fmu_manipulation_toolbox_reports_no_problem(fmu: Path) -> None:
     command = [Path(sys.executable).with_name("fmutool"), "-input", fmu, "-check"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     said = done.stdout + done.stderr
@@ -175,7 +175,7 @@ COMPARED = {
 }
 
 
-def beside(run: Master, ssp: Path, compared: Compared) -> FloatArray:
+def beside(run: Importer, ssp: Path, compared: Compared) -> FloatArray:
     """Reference, surrogate, ``window_filled`` and ``inputs_in_range``, shape (steps, 4)."""
     outputs = [("reference", compared.output), ("surrogate", compared.output)]
     outputs += [("surrogate", "window_filled"), ("surrogate", "inputs_in_range")]
@@ -183,7 +183,7 @@ def beside(run: Master, ssp: Path, compared: Compared) -> FloatArray:
 
 
 PAIRS = [
-    master(run, module, name)
+    importer(run, module, name)
     for module, run in RUNS.items()
     for name in COMPARED
     if (module, name) != ("fmpy", "slider_crank")  # see the test below
@@ -191,8 +191,8 @@ PAIRS = [
 
 
 @pytest.mark.parametrize(("run", "name"), PAIRS)
-def test_reference_and_surrogate_side_by_side(
-    run: Master, name: str, side_by_side: Callable[[str, float], Path]
+def test_importer_runs_surrogate_and_reference_side_by_side(
+    run: Importer, name: str, side_by_side: Callable[[str, float], Path]
 ) -> None:
     compared = COMPARED[name]
     found = beside(run, side_by_side(name, compared.duration), compared)
@@ -204,7 +204,7 @@ def test_reference_and_surrogate_side_by_side(
     assert error < compared.error
 
 
-def test_master_of_fmpy_begins_with_no_direction(
+def test_fmpy_begins_an_ssp_with_no_direction_and_fails(
     side_by_side: Callable[[str, float], Path],
 ) -> None:
     ssp = side_by_side("slider_crank", COMPARED["slider_crank"].duration)
@@ -231,8 +231,10 @@ def side_by_side_3(of_fmi_3: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("run", MASTERS)
-def test_surrogate_of_fmi_3_beside_its_reference(run: Master, side_by_side_3: Path) -> None:
+@pytest.mark.parametrize("run", IMPORTERS)
+def test_importer_runs_a_surrogate_of_fmi_3_beside_its_reference(
+    run: Importer, side_by_side_3: Path
+) -> None:
     """As README's table of tools says."""
     if run is run_ecos:
         found = beside(run, side_by_side_3, COMPARED["duffing"])
@@ -246,7 +248,7 @@ def test_surrogate_of_fmi_3_beside_its_reference(run: Master, side_by_side_3: Pa
 
 
 @needs_toolbox
-def test_loop_inside_a_container_of_fmi_3(
+def test_container_of_fmi_3_of_a_loop_gives_what_numpy_gives(
     of_fmi_3: Path, controller: Path, closed_loop: FloatArray, tmp_path: Path
 ) -> None:
     """The container itself is of FMI 2.0."""
@@ -257,7 +259,7 @@ def test_loop_inside_a_container_of_fmi_3(
     np.testing.assert_allclose(found, closed_loop, rtol=0, atol=SAME)
 
 
-def test_the_same_fmus_give_the_same_bytes(
+def test_ssp_of_the_same_fmus_has_the_same_bytes(
     controller: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     components = {"controller": controller, "duffing": DUFFING}
@@ -267,7 +269,7 @@ def test_the_same_fmus_give_the_same_bytes(
     assert one.read_bytes() == two.read_bytes()
 
 
-def test_the_same_fmu_beside_its_reference_gives_the_same_bytes(
+def test_ssp_of_an_fmu_beside_its_reference_has_the_same_bytes(
     side_by_side: Callable[[str, float], Path], tmp_path: Path
 ) -> None:
     duration = COMPARED["duffing"].duration
@@ -276,7 +278,7 @@ def test_the_same_fmu_beside_its_reference_gives_the_same_bytes(
     assert again.read_bytes() == side_by_side("duffing", duration).read_bytes()
 
 
-def test_inputs_leave_the_start_values_without_a_jump(
+def test_inputs_of_an_ssp_leave_the_start_values_without_a_jump(
     side_by_side: Callable[[str, float], Path],
 ) -> None:
     compared = COMPARED["robot_6r"]
@@ -288,13 +290,15 @@ def test_inputs_leave_the_start_values_without_a_jump(
     assert np.max(np.ptp(found, axis=0)) > 1
 
 
-def test_structure_is_valid(side_by_side: Callable[[str, float], Path]) -> None:
+def test_structure_of_an_ssp_is_valid(side_by_side: Callable[[str, float], Path]) -> None:
     system = read_ssd(str(side_by_side("duffing", COMPARED["duffing"].duration))).system
     assert [element.name for element in system.elements] == ["inputs", "reference", "surrogate"]
     assert len(system.connections) == 2
 
 
-def test_mistakes_are_named(tmp_path: Path, controller: Path) -> None:
+def test_ssp_of_fmus_that_do_not_fit_is_refused_with_the_names(
+    tmp_path: Path, controller: Path
+) -> None:
     with pytest.raises(ValueError, match=r"ending in \.ssp"):
         write_ssp(tmp_path / "loop.zip", "loop", {"controller": controller}, [])
     wrong = [Connection(("controller", "force"), ("controller", "force"))]

@@ -67,7 +67,7 @@ def write_comparison(
     """Write an SSP of a surrogate and its reference on the same inputs.
 
     Its components are ``inputs``, ``reference`` and ``surrogate``. The system has no connectors of
-    its own: there are masters that refuse them.
+    its own: there are importers that reject them.
 
     Args:
         path: file to write, ending in ``.ssp``.

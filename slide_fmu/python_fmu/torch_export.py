@@ -39,6 +39,7 @@ LONGEST_NAME = 100
 
 PARTS = (
     "fmu.description.variables",
+    "python_fmu.slave",
     "python_fmu.torch_window",
     "python_fmu.torch_network",
     "python_fmu.torch_slave",

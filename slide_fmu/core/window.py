@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,18 @@ from slide_fmu.core.signals import FloatArray
 
 MAX_WINDOW = 1 << 20
 """Largest n_in: an upper bound against damaged files, far above any use."""
+
+
+def checked_batch(name: str, values: NDArray[Any], shape: tuple[int, int]) -> FloatArray:
+    """Give values as a batch of float64 whose elements have a shape: (B, samples, channels).
+
+    Raises:
+        ValueError: they have another shape; the message begins with the name.
+    """
+    array = np.asarray(values, dtype=np.float64)
+    if array.ndim != 3 or array.shape[1:] != shape:
+        raise ValueError(f"{name} of shape {array.shape}; expected (B, {shape[0]}, {shape[1]})")
+    return array
 
 
 @dataclass(frozen=True)

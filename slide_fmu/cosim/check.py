@@ -13,6 +13,7 @@ from fmpy.validation import validate_fmu
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.importer import Reader, open_slave
+from slide_fmu.cosim.synthetic import random_record
 from slide_fmu.fmu.description.fmi2 import guid_of
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables, memory_lengths
 from slide_fmu.fmu.description.variables import ERROR_ESTIMATE, IN_RANGE, TRUNCATION_ERROR
@@ -121,10 +122,8 @@ def _compare_run(path: Path, surrogate: Surrogate, description: ModelDescription
     platform = fmpy.platform if fmi == 2 else fmpy.platform_tuple
     if not any(f"/{platform}/" in name for name in library_members(surrogate.name, fmi)):
         return []
-    low = np.array([signal.low for signal in surrogate.inputs])
-    high = np.array([signal.high for signal in surrogate.inputs])
     steps = max(surrogate.window.n_in, *memory_lengths(surrogate).values()) + 10
-    inputs = np.random.default_rng(0).uniform(low, high, (steps, len(low)))
+    inputs = random_record(surrogate, steps)
     with tempfile.TemporaryDirectory(prefix="slide_fmu_check_") as folder:
         try:
             fmpy.extract(str(path), folder)

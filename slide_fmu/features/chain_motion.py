@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar
 
 import numpy as np
@@ -9,10 +10,7 @@ import numpy as np
 from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.base import BEFORE, Features, Offered, PullBack
-from slide_fmu.features.serial_chain import SerialChain
-
-PARTS = ("a", "d", "alpha", "masses", "centres", "inertias", "gravity", "tool")
-"""Parts of a serial chain in the order of the bytes."""
+from slide_fmu.features.serial_chain import SerialChain, part_shapes
 
 TURN = 1e-3
 """Of a joint, in rad, to the nearest points of the five-point formula."""
@@ -99,14 +97,13 @@ class ChainMotion(Features):
         """Read the step, the ranges and the chain."""
         n, step = n_inputs, float(section.f64(1)[0])
         middle, half_range = section.f64(n), section.f64(n)
-        shapes = [(n,)] * 4 + [(n, 3), (n, 3, 3), (3,), (3,)]
-        parts = [section.f64(int(np.prod(shape))).reshape(shape) for shape in shapes]
-        chain = SerialChain(**dict(zip(PARTS, parts, strict=True)))
-        return cls(chain, middle, half_range, step)
+        shapes = part_shapes(n).items()
+        parts = {name: section.f64(math.prod(shape)).reshape(shape) for name, shape in shapes}
+        return cls(SerialChain(**parts), middle, half_range, step)
 
     def parameters(self) -> bytes:
-        """f64 step, middle[n], half_range[n], then the chain's ``PARTS``."""
-        chain = [getattr(self.chain, name) for name in PARTS]
+        """f64 step, middle[n], half_range[n], then the parts of the chain (``part_shapes``)."""
+        chain = [getattr(self.chain, name) for name in part_shapes(self.n_channels)]
         parts = [np.array([self.step]), self.middle, self.half_range, *chain]
         return b"".join(part.astype("<f8").tobytes() for part in parts)
 

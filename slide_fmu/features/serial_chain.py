@@ -26,6 +26,12 @@ class Frames(NamedTuple):
     rotations: FloatArray
 
 
+def part_shapes(n: int) -> dict[str, tuple[int, ...]]:
+    """Give the shapes of the parts of a chain of n joints by name, in the order of their bytes."""
+    vectors = dict.fromkeys(("a", "d", "alpha", "masses"), (n,))
+    return {**vectors, "centres": (n, 3), "inertias": (n, 3, 3), "gravity": (3,), "tool": (3,)}
+
+
 @dataclass(frozen=True, eq=False)
 class SerialChain:
     """n bodies, each turning about the z axis of the frame before it; standard Denavit-Hartenberg.
@@ -57,18 +63,7 @@ class SerialChain:
     tool: FloatArray
 
     def __post_init__(self) -> None:
-        n = len(self.a)
-        shapes: dict[str, tuple[int, ...]] = {
-            "a": (n,),
-            "d": (n,),
-            "alpha": (n,),
-            "masses": (n,),
-            "centres": (n, 3),
-            "inertias": (n, 3, 3),
-            "gravity": (3,),
-            "tool": (3,),
-        }
-        for name, shape in shapes.items():
+        for name, shape in part_shapes(len(self.a)).items():
             value = getattr(self, name)
             if value.shape != shape or not np.isfinite(value).all():
                 raise ValueError(

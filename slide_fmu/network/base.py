@@ -130,16 +130,3 @@ class Stepper(abc.ABC):
 
         None before the first step, and for families that do not measure it.
         """
-
-
-def check_sequences(network: Network, sequences: NDArray[Any]) -> None:
-    """Refuse sequences that a network does not take.
-
-    Raises:
-        ValueError: with the shape found and the shape expected.
-    """
-    expected = (network.n_samples, network.n_channels)
-    if sequences.ndim != 3 or sequences.shape[1:] != expected:
-        raise ValueError(
-            f"sequences of shape {sequences.shape}; expected (B, {expected[0]}, {expected[1]})"
-        )

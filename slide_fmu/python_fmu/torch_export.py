@@ -22,7 +22,7 @@ from pydantic import ConfigDict, Field, ValidationError, field_validator, model_
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FORMER_HOLDS, Hold, Signal
 from slide_fmu.core.window import MAX_WINDOW
-from slide_fmu.fmu.description.variables import KINDS, initial_name
+from slide_fmu.fmu.description.variables import BY_KEY, KINDS
 from slide_fmu.fmu.export import MODULE
 from slide_fmu.python_fmu.torch_files import SUFFIXES
 from slide_fmu.python_fmu.writer import write_python_fmu
@@ -170,7 +170,7 @@ class ModuleTable(Table):
     def _names_differ(self) -> ModuleTable:
         names = [signal.name for signal in (*self.inputs, *self.outputs)]
         names += [kind.name for kind in KINDS if kind.in_module_fmus and kind.per == "one"]
-        names += [initial_name(signal.name) for signal in self.inputs]
+        names += [BY_KEY["INITIAL_INPUT"].name_for(signal.name) for signal in self.inputs]
         twice = [name for name in names if names.count(name) > 1]
         if twice:
             raise ValueError(f"two variables have the name {twice[0]!r}; expected unique names")

@@ -36,6 +36,9 @@ RANGE_SLACK = 1e-6
 TRIALS = 5
 """Windows of random inputs that a module is tried on when its FMU is written."""
 
+PLAIN_STATE = ("prehistory_known", "stepping", "outputs", "filled")
+"""Attributes of a slave that are saved as they are."""
+
 _Value = TypeVar("_Value", float, bool)
 _Getter = Callable[[], float | bool]
 _Setter = Callable[[float], None]
@@ -264,15 +267,12 @@ class ModuleSlave(Slave):
     def _get_fmu_state(self) -> dict[str, Any]:
         """Give all that changes, as JSON values; floats keep all their bits."""
         return {
+            **{name: getattr(self, name) for name in PLAIN_STATE},
             "guid": self.guid,
             "inputs": list(self.inputs),
             "initial": list(self.initial),
-            "prehistory_known": self.prehistory_known,
-            "stepping": self.stepping,
             "window": None if self.past.window is None else self.past.window.tolist(),
             "steps": list(self.past.steps),
-            "outputs": self.outputs,
-            "filled": self.filled,
             "clock": [self.clock.anchor, self.clock.stride, self.clock.count],
         }
 
@@ -282,11 +282,11 @@ class ModuleSlave(Slave):
             return
         self.inputs[:] = state["inputs"]
         self.initial[:] = state["initial"]
-        self.prehistory_known, self.stepping = state["prehistory_known"], state["stepping"]
+        for name in PLAIN_STATE:
+            setattr(self, name, state[name])
         window = state["window"]
         self.past.window = None if window is None else np.array(window)
         self.past.steps = [(length, list(inputs)) for length, inputs in state["steps"]]
-        self.outputs, self.filled = state["outputs"], state["filled"]
         self.clock.anchor, self.clock.stride, self.clock.count = state["clock"]
 
     @staticmethod
@@ -315,7 +315,8 @@ class ModuleSlave(Slave):
         tables = {"input": self.about["inputs"], "output": self.about["outputs"]}
         signals = []
         for kind in (kind for kind in KINDS if kind.in_module_fmus and kind.type == "Real"):
-            alone = {"unit": kind.unit, "low": kind.low, "high": kind.high, "start": 0.0}
+            low, high, _ = kind.bounds
+            alone = {"unit": kind.unit, "low": low, "high": high, "start": 0.0}
             for table in tables.get(kind.per, [{**alone, "name": ""}]):
                 name = kind.name_for(table["name"])
                 signals.append(Signal(name, **{key: table[key] for key in kept}))

@@ -43,13 +43,13 @@ import struct
 import zlib
 from collections.abc import Callable
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.scaling import Affine, LogError
-from slide_fmu.core.signals import Angle, FloatArray, Hold, Signal
+from slide_fmu.core.signals import Angle, Hold, Signal
 from slide_fmu.core.window import Window
 from slide_fmu.features.director import Director
 from slide_fmu.network.bytes import decode_network, encode_network
@@ -66,8 +66,6 @@ ANGLES: tuple[Angle | None, ...] = (None, "cosine", "sine")
 """Places in both are the numbers in the file."""
 
 INPUT_ROW = struct.Struct("<dddII")
-
-Made = TypeVar("Made")
 
 
 class PayloadError(ValueError):
@@ -97,7 +95,7 @@ def encode(surrogate: Surrogate) -> bytes:
     return body + struct.pack("<I", zlib.crc32(body))
 
 
-def decode(data: bytes, make: Callable[..., Made]) -> Made:
+def decode(data: bytes, make: Callable[..., Surrogate]) -> Surrogate:
     """Read a surrogate file.
 
     Args:
@@ -163,14 +161,8 @@ def _row(signal: Signal) -> dict[str, Any]:
 def _input_rows(inputs: tuple[Signal, ...], scaling: Affine) -> bytes:
     rows = zip(inputs, scaling.offset.tolist(), scaling.scale.tolist(), strict=True)
     return b"".join(
-        INPUT_ROW.pack(
-            offset,
-            scale,
-            signal.start_value,
-            HOLDS.index(signal.hold),
-            ANGLES.index(signal.angle),
-        )
-        for signal, offset, scale in rows
+        INPUT_ROW.pack(offset, scale, u.start_value, HOLDS.index(u.hold), ANGLES.index(u.angle))
+        for u, offset, scale in rows
     )
 
 
@@ -185,7 +177,9 @@ def _decode_sections(reader: Reader) -> tuple[Any, ...]:
         raise ValueError(f"n_inputs {n_inputs}, n_outputs {n_outputs}; expected some of both")
     rows = _decode_input_rows(reader.section(b"SCIN"), n_inputs)
     input_scaling = Affine.of_channels([row[0] for row in rows], [row[1] for row in rows])
-    output_scaling = Affine(*_decode_columns(reader.section(b"SCOU"), n_outputs, 2))
+    section = reader.section(b"SCOU")
+    output_scaling = Affine(*section.f64(2 * n_outputs).reshape(n_outputs, 2).T.copy())
+    section.done()
     section = reader.section(b"PRED")
     network = decode_network(section, n_inputs)
     section.done()
@@ -236,12 +230,6 @@ def _signals(
             f"by its metadata, inputs start at {starts}; expected {[row[2] for row in rows]}"
         )
     return name, inputs, outputs
-
-
-def _decode_columns(section: Reader, channels: int, count: int) -> tuple[FloatArray, ...]:
-    rows = section.f64(count * channels).reshape(channels, count)
-    section.done()
-    return tuple(rows.T.copy())
 
 
 def _encode_estimator(estimator: ErrorEstimator) -> bytes:

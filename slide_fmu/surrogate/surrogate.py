@@ -15,7 +15,6 @@ from slide_fmu.core.signals import FloatArray, Hold, Signal, cosines_of, hold_of
 from slide_fmu.core.window import Window
 from slide_fmu.features.base import BEFORE
 from slide_fmu.network.base import BATCH, Network, Stepper
-from slide_fmu.network.feed_forward import SlidingWindow
 from slide_fmu.surrogate.checks import check_signals, check_starts
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.payload import decode, encode
@@ -106,14 +105,13 @@ class Surrogate:
     @property
     def estimated_samples(self) -> int:
         """Samples over which the error is estimated; of the output window without estimator."""
-        if self.estimator is None:
-            return self.window.n_out
-        whole = self.estimator.network.n_samples == self.window.n_in
-        return (
-            self.window.n_out
-            if whole and self.estimator.positions == 1
-            else (self.estimator.positions)
-        )
+        estimator, window = self.estimator, self.window
+        if estimator is None or (estimator.network.n_samples, estimator.positions) == (
+            window.n_in,
+            1,
+        ):
+            return window.n_out
+        return estimator.positions
 
     @property
     def gives_blocks(self) -> bool:
@@ -301,7 +299,7 @@ class Stream:
         self.surrogate = surrogate
         estimator = surrogate.estimator
         self._predictor: Stepper = surrogate.network.stepper()
-        self._estimator = None if estimator is None else SlidingWindow(estimator.network)
+        self._estimator = None if estimator is None else estimator.network.stepper()
         self._squares: FloatArray | None = None
         self._inside = [math.inf, math.inf]  # newest samples in range: inputs, features
 
@@ -322,8 +320,9 @@ class Stream:
         row = surrogate._checked(np.asarray(inputs, dtype=np.float64)[None, :])[0]
         scaled = surrogate.input_scaling.apply(row)
         values = self._predictor.step(scaled)[-len(surrogate.outputs) :]
-        estimates = self._estimate(scaled)
-        self._watch_ranges(scaled)
+        estimates, known = self._estimate(scaled)
+        for place, inside in enumerate((surrogate.covers(scaled[None])[0], known)):
+            self._inside[place] = self._inside[place] + 1 if inside else 0
         return surrogate.output_scaling.invert(values.astype(np.float64)), estimates
 
     @property
@@ -333,14 +332,6 @@ class Stream:
         inputs, features = self._inside
         inside = inputs >= self.surrogate.network.memory_length
         return inside and (estimator is None or features >= estimator.memory_length)
-
-    def _watch_ranges(self, scaled: FloatArray) -> None:
-        estimator, covered = self.surrogate.estimator, self.surrogate.covers(scaled[None])[0]
-        known = True
-        if estimator is not None and self._estimator is not None:
-            known = estimator.knows(self._estimator.newest[None])[0]
-        for place, inside in enumerate((covered, known)):
-            self._inside[place] = self._inside[place] + 1 if inside else 0
 
     @property
     def truncation_error(self) -> FloatArray | None:
@@ -352,19 +343,19 @@ class Stream:
         scale = self.surrogate.output_scaling.scale
         return None if error is None else np.asarray(error.astype(np.float64) * scale)
 
-    def _estimate(self, scaled: FloatArray) -> FloatArray | None:
+    def _estimate(self, scaled: FloatArray) -> tuple[FloatArray | None, bool]:
+        """Give the estimates, and whether the training has seen such features."""
         estimator = self.surrogate.estimator
         if estimator is None or self._estimator is None:
-            return None
+            return None, True
         values = self._estimator.step(scaled)[None].astype(np.float64)
-        newest = self._estimator.newest
-        square = estimator.squares(values, newest[None], len(self.surrogate.outputs))
+        newest = self._estimator.newest[None]
+        square = estimator.squares(values, newest, len(self.surrogate.outputs))
         if self._squares is None:
             self._squares = np.repeat(square, estimator.positions, axis=0)
-        else:
-            self._squares = np.concatenate([self._squares[1:], square])
-        scale = self.surrogate.output_scaling.scale
-        return np.asarray(np.sqrt(self._squares.mean(axis=0)) * scale)
+        self._squares = np.concatenate([self._squares[1:], square])
+        estimates = np.sqrt(self._squares.mean(axis=0)) * self.surrogate.output_scaling.scale
+        return np.asarray(estimates), bool(estimator.knows(newest)[0])
 
 
 def _inside_throughout(inside: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:

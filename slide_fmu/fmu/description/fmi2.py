@@ -79,11 +79,7 @@ def model_description(surrogate: Surrogate, guid: str, sources: Sequence[str] = 
         files = ElementTree.SubElement(slave, "SourceFiles")
         for name in sources:
             ElementTree.SubElement(files, "File", name=name)
-    add_units(root, variables)
-    add_log_categories(root)
-    ElementTree.SubElement(
-        root, "DefaultExperiment", startTime="0", stepSize=repr(surrogate.window.step)
-    )
+    add_context(root, variables, surrogate)
     _add_variables(root, variables)
     _add_structure(root, variables)
     return document(root)
@@ -99,20 +95,20 @@ def summary(surrogate: Surrogate) -> str:
     )
 
 
-def add_units(root: ElementTree.Element, variables: Sequence[Variable]) -> None:
-    """The element UnitDefinitions, alike in both standards."""
+def add_context(
+    root: ElementTree.Element, variables: Sequence[Variable], surrogate: Surrogate
+) -> None:
+    """Add units, log categories and the default experiment, which are alike in both standards."""
     definitions = ElementTree.SubElement(root, "UnitDefinitions")
     for name in sorted({variable.unit for variable in variables if variable.unit}):
         unit = ElementTree.SubElement(definitions, "Unit", name=name)
         if name in BASE_UNITS:
             ElementTree.SubElement(unit, "BaseUnit", BASE_UNITS[name])
-
-
-def add_log_categories(root: ElementTree.Element) -> None:
-    """The element LogCategories, alike in both standards."""
     categories = ElementTree.SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():
         ElementTree.SubElement(categories, "Category", name=name, description=text)
+    step = repr(surrogate.window.step)
+    ElementTree.SubElement(root, "DefaultExperiment", startTime="0", stepSize=step)
 
 
 def common_attributes(variable: Variable) -> dict[str, str]:

@@ -133,16 +133,18 @@ def _variable(
     sizes = {"scalar": None, "block": block_size(surrogate)}
     size = sizes.get(kind.size, surrogate.memory_length)
     unit = signal.unit if kind.unit is None and signal is not None else kind.unit
-    high = kind.high_fmi_3 if fmi == 3 and kind.high_fmi_3 is not None else kind.high
+    low, high, start = kind.bounds
+    if fmi == 3 and kind.high_fmi_3 is not None:
+        high = kind.high_fmi_3
     return Variable(
         kind,
         kind.reference(index),
         kind.name_for("" if signal is None else signal.name),
         _description(surrogate, fmi, kind, signal, size),
         unit,
-        _bound(kind.low, None if signal is None else signal.low),
+        _bound(low, None if signal is None else signal.low),
         _bound(high, None if signal is None else signal.high),
-        _bound(kind.start, None if signal is None else signal.start_value),
+        _bound(start, None if signal is None else signal.start_value),
         size,
     )
 

@@ -189,14 +189,13 @@ class SlidingWindow(Stepper):
 
     def step(self, row: NDArray[Any]) -> Float32Array:
         network, newest = self._network, np.asarray(row, dtype=np.float64)[None]
-        if self._recent is None or self._window is None:
+        if self._recent is None:
             self._recent = np.repeat(newest, BEFORE + 1, axis=0)
-            seen = network.features.along(self._recent[None])[0, -1:]
+        self._recent = np.concatenate([self._recent[1:], newest])
+        seen = network.features.along(self._recent[None])[0, -1:]
+        if self._window is None:
             self._window = np.repeat(seen, network.n_samples, axis=0)
-        else:
-            self._recent = np.concatenate([self._recent[1:], newest])
-            seen = network.features.along(self._recent[None])[0, -1:]
-            self._window = np.concatenate([self._window[1:], seen])
+        self._window = np.concatenate([self._window[1:], seen])
         return network.evaluate_features(self._window[None]).reshape(-1)
 
     @property

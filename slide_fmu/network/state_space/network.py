@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.core.window import Window
+from slide_fmu.core.window import Window, checked_batch
 from slide_fmu.features.base import BEFORE
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.base import Float32Array, Network, Stepper, check_sequences
+from slide_fmu.network.base import Float32Array, Network, Stepper
 from slide_fmu.network.state_space.cell import Cell, check_roles
 from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
 from slide_fmu.network.state_space.roles import Roles
@@ -110,7 +110,7 @@ class StateSpace(Network):
 
         The oldest of them has seen n_samples - n_out + 1 inputs.
         """
-        check_sequences(self, sequences)
+        checked_batch("sequences", sequences, (self.n_samples, self.n_channels))
         rows = max(1, CHUNK // self.n_samples)
         parts = [
             self.run(self.features.along(sequences[first : first + rows]))[0][:, -n_out:]
@@ -218,20 +218,19 @@ class PingPong(Stepper):
         self._error: Float32Array | None = None
 
     def step(self, row: NDArray[Any]) -> Float32Array:
-        newest = np.asarray(row, dtype=np.float64)
-        if self._recent is None:
-            self._recent = np.repeat(newest[None], BEFORE + 1, axis=0)
-            for _ in range(2 * self._network.n_samples):
-                values = self._advance()
-            return values
-        self._recent = np.concatenate([self._recent[1:], newest[None]])
-        return self._advance()
+        newest, earlier = np.asarray(row, dtype=np.float64)[None], 0
+        if self._recent is None:  # held for ever before: the states have seen it often
+            self._recent = np.repeat(newest, BEFORE + 1, axis=0)
+            earlier = 2 * self._network.n_samples - 1
+        self._recent = np.concatenate([self._recent[1:], newest])
+        features = self._network.features.along(self._recent[None])[:, -1:]
+        for _ in range(earlier):
+            self._advance(features)
+        return self._advance(features)
 
-    def _advance(self) -> Float32Array:
-        """Take the newest input into both states; older first."""
+    def _advance(self, features: Float32Array) -> Float32Array:
+        """Take the features of the newest input, (1, 1, q), into both states; older first."""
         network = self._network
-        assert self._recent is not None
-        features = network.features.along(self._recent[None])[:, -1:]
         pairs, self._states = network.run(np.repeat(features, 2, axis=0), self._states)
         older, younger = pairs[:, 0]
         faded = self._fade[self._age] * (younger - older)

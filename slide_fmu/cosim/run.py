@@ -43,7 +43,7 @@ class UnpackedFmu:
 
     @property
     def step(self) -> float:
-        """Communication step in s that the FMU asks for (DefaultExperiment)."""
+        """The communication step in s that the FMU asks for (DefaultExperiment)."""
         return float(self.description.defaultExperiment.stepSize)
 
     def require(self, *names: str) -> None:

@@ -20,7 +20,7 @@ FIVE_POINTS = {-2: 1 / 12, -1: -2 / 3, 1: 2 / 3, 2: -1 / 12}
 
 
 class ChainMotion(Features):
-    """What a serial chain does that follows its joint angles: rigid-body loads on its base. Final.
+    """The motion of a serial chain whose set points the inputs are, and its loads. Final.
 
     The inputs are the set points of the joint angles. The joints move on the quadratic B-spline
     through them: with constant acceleration in every step (``mbs_models.set_points``). All signals
@@ -33,8 +33,8 @@ class ChainMotion(Features):
       about the base's origin, ``SerialChain.base_inertia``, 9) and ``turned_momentum`` (linear
       and angular, 6).
 
-    A base on soft ground moves by M(q) xi'' + (...) xi' + K xi = wrench: drive, statics and
-    schedule of its response are among the signals.
+    A base on soft ground moves by M(q) xi'' + (...) xi' + K xi = wrench: drive, feedthrough
+    and scheduling variables of its response are among the signals.
 
     Args:
         chain: geometry and masses.
@@ -83,7 +83,7 @@ class ChainMotion(Features):
 
     @classmethod
     def of_system(cls, names: tuple[str, ...], offered: Offered) -> ChainMotion:
-        """On the set points of the system's serial chain."""
+        """Make the set on the set points of the system's serial chain."""
         if offered.chain is None:
             raise ValueError(
                 f"features {list(names)} need the system's serial chain (System.chain); this "
@@ -102,13 +102,13 @@ class ChainMotion(Features):
         return cls(SerialChain(**parts), middle, half_range, step)
 
     def parameters(self) -> bytes:
-        """f64 step, middle[n], half_range[n], then the parts of the chain (``part_shapes``)."""
+        """Write f64 step, middle[n], half_range[n], then the chain's ``part_shapes``."""
         chain = [getattr(self.chain, name) for name in part_shapes(self.n_channels)]
         parts = [np.array([self.step]), self.middle, self.half_range, *chain]
         return b"".join(part.astype("<f8").tobytes() for part in parts)
 
     def of(self, inputs: FloatArray) -> FloatArray:
-        """(B, N + BEFORE, n_joints) to (B, N, n_signals)."""
+        """Form the signals: (B, N + BEFORE, n_joints) to (B, N, n_signals)."""
         points = self.middle + self.half_range * inputs
         angles = 0.5 * (points[:, 2:] + points[:, 1:-1])
         changes = np.diff(points, axis=1) / self.step
@@ -125,7 +125,7 @@ class ChainMotion(Features):
         return np.concatenate([wrench, change, position, rates, frame, *turned], axis=2)
 
     def pull_back(self, inputs: FloatArray) -> PullBack:
-        """By the five-point formula in float64.
+        """Prepare the reverse mode by the five-point formula in float64.
 
         It is exact to about 1e-12 of the largest terms where networks round features to 6e-8, and
         the recursions of ``SerialChain`` stay the only ones. The C runtime does the same

@@ -33,7 +33,7 @@ class NativeError(RuntimeError):
 
 
 def kernels() -> list[str]:
-    """Names of the kernels that this processor supports, the fastest first.
+    """Name the kernels that this processor supports, the fastest first.
 
     Raises:
         NativeError: there is no compiled library.
@@ -46,7 +46,7 @@ def kernels() -> list[str]:
 
 
 class NativeSurrogate:
-    """A surrogate in the C runtime. Final.
+    """A NativeSurrogate is a surrogate in the C runtime. Final.
 
     Args:
         surrogate: what is evaluated.
@@ -74,7 +74,7 @@ class NativeSurrogate:
         return int(handle)
 
     def predict_windows(self, windows: NDArray[Any], threads: int | None = None) -> FloatArray:
-        """Outputs of single windows, as ``Surrogate.predict_windows`` gives them.
+        """Predict the outputs of single windows, as ``Surrogate.predict_windows`` does.
 
         Overlapping windows of a record, as ``numpy.lib.stride_tricks.sliding_window_view`` gives
         them, are read in place: the record is scaled once. (Features that look at inputs before
@@ -223,7 +223,7 @@ def _library() -> ctypes.CDLL:
 
 
 def library_path() -> Path:
-    """The compiled library of this platform.
+    """Find the compiled library of this platform.
 
     Raises:
         NativeError: there is none for it.

@@ -26,7 +26,7 @@ from slide_fmu.network.state_space.network import StateSpace
 
 @dataclass(frozen=True)
 class Family:
-    """What the package has to know of a network family.
+    """A Family is what the package has to know of a network family.
 
     Attributes:
         name: for people.
@@ -58,7 +58,7 @@ FAMILIES = (
 
 
 def family_of(network: Network) -> Family:
-    """The family that a network belongs to.
+    """Find the family that a network belongs to.
 
     Raises:
         TypeError: it belongs to none that is registered.

@@ -96,7 +96,7 @@ class SignalTable(Table):
         return self
 
     def signal(self) -> Signal:
-        """The signal.
+        """Give the signal.
 
         Raises:
             ValueError: its range or start is none.
@@ -104,7 +104,7 @@ class SignalTable(Table):
         return Signal(self.name, self.unit, self.low, self.high, self.description, self.start)
 
     def scaling(self) -> Affine:
-        """From values to what the module takes or gives.
+        """Give the map from values to what the module takes or gives.
 
         Raises:
             ValueError: the signal is none, or its range too large or too small to be -1 .. 1.
@@ -121,7 +121,7 @@ class SignalTable(Table):
             ) from error
 
     def figures(self) -> dict[str, Any]:
-        """As the slave reads it: nothing left out."""
+        """Give the signal as the slave reads it: nothing is left out."""
         signal, scaling = self.signal(), self.scaling()
         return {
             **{name: value for name, value in asdict(signal).items() if name in SAID},

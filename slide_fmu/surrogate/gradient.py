@@ -20,7 +20,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 
 
 def gradient(surrogate: Surrogate, windows: NDArray[Any], weights: NDArray[Any]) -> FloatArray:
-    """Gradient of a weighted sum of the outputs (vector-Jacobian product).
+    """Compute the gradient of a weighted sum of the outputs (vector-Jacobian product).
 
     Args:
         surrogate: of either family, with any features.
@@ -43,7 +43,7 @@ def gradient(surrogate: Surrogate, windows: NDArray[Any], weights: NDArray[Any])
 
 
 def jacobian(surrogate: Surrogate, windows: NDArray[Any]) -> FloatArray:
-    """All derivatives of the outputs by the inputs behind them.
+    """Compute all derivatives of the outputs by the inputs behind them.
 
     Args:
         surrogate, windows: as for ``gradient``.

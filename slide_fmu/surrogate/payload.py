@@ -30,10 +30,10 @@ block is one evaluation, newest sample last). A state-space surrogate has n_samp
 as the window, and n_values = n_outputs.
 The estimator is a feed-forward network. It gives n_outputs values eps per evaluation, with e =
 10^(m + r eps), m = (high + low)/2, r = (high - low)/2; or n_outputs expected errors mu, relative
-to the spread around them, followed by n_outputs values eps, with e = 10^(m + r eps) sqrt(1 +
-mu^2). An e that is larger than 10^high, or not a number, counts as 10^high; so does every e at a
-sample with a feature outside least .. largest. Over its last ``positions`` evaluations the root of
-the mean square of e, times the scale of SCOU, is the estimate.
+to the standard deviation around them, followed by n_outputs values eps, with e = 10^(m + r eps)
+sqrt(1 + mu^2). An e that is larger than 10^high, or not a number, counts as 10^high; so does every
+e at a sample with a feature outside least .. largest. Over its last ``positions`` evaluations the
+root of the mean square of e, times the scale of SCOU, is the estimate.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class PayloadError(ValueError):
 
 
 def encode(surrogate: Surrogate) -> bytes:
-    """The bytes of a surrogate file; the same surrogate gives the same bytes."""
+    """Write the bytes of a surrogate file; the same surrogate gives the same bytes."""
     window, scaling = surrogate.window, surrogate.output_scaling
     sizes = len(surrogate.inputs), len(surrogate.outputs)
     body = MAGIC + struct.pack("<I", VERSION)

@@ -45,13 +45,13 @@ INITIAL = {"output": "calculated", "local": "calculated", "parameter": "exact"}
 
 
 def guid_of(payload: bytes) -> str:
-    """Identity of a surrogate file, derived from its bytes as in ``runtime/bytes/payload.c``."""
+    """Derive the identity of a surrogate file from its bytes, as ``runtime/bytes/payload.c``."""
     stored_crc = int.from_bytes(payload[-4:], "little")
     return f"slide-{stored_crc:08x}-{zlib.adler32(payload):08x}-{len(payload):x}"
 
 
 def model_description(surrogate: Surrogate, guid: str, sources: Sequence[str] = ()) -> bytes:
-    """The XML document of a surrogate's FMU; the same arguments give the same bytes.
+    """Write the XML document of a surrogate's FMU; the same arguments give the same bytes.
 
     Args:
         surrogate: what the FMU carries.
@@ -86,7 +86,7 @@ def model_description(surrogate: Surrogate, guid: str, sources: Sequence[str] = 
 
 
 def summary(surrogate: Surrogate) -> str:
-    """What the FMU is, in one sentence."""
+    """Say what the FMU is, in one sentence."""
     window = surrogate.window
     return (
         "SLIDE surrogate: a network that needs the last "
@@ -112,7 +112,7 @@ def add_context(
 
 
 def common_attributes(variable: Variable) -> dict[str, str]:
-    """What every variable has, alike in both standards."""
+    """Give what every variable has, alike in both standards."""
     kind = variable.kind
     attributes = {
         "name": variable.name,
@@ -127,14 +127,14 @@ def common_attributes(variable: Variable) -> dict[str, str]:
 
 
 def given_attributes(variable: Variable) -> dict[str, str]:
-    """Unit, bounds and start value, those that are given."""
+    """Give unit, bounds and start value, those that a variable has."""
     limits = {"min": variable.low, "max": variable.high, "start": variable.start}
     unit = {} if variable.unit is None else {"unit": variable.unit}
     return unit | {key: repr(float(value)) for key, value in limits.items() if value is not None}
 
 
 def document(root: ElementTree.Element) -> bytes:
-    """The bytes of an XML document."""
+    """Write an XML document as UTF-8."""
     ElementTree.indent(root)
     text = ElementTree.tostring(root, encoding="unicode")
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + text.encode("utf-8") + b"\n"

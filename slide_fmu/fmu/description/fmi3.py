@@ -42,7 +42,7 @@ ELEMENTS = {"Real": "Float64", "Boolean": "Boolean"}
 
 
 def model_description3(surrogate: Surrogate, guid: str) -> bytes:
-    """The XML document of a surrogate's FMU; the same surrogate gives the same bytes.
+    """Write the XML document of a surrogate's FMU; the same surrogate gives the same bytes.
 
     Raises:
         ValueError: two variables would have the same name.

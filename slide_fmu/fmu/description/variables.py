@@ -51,7 +51,7 @@ class Kind:
         key: name of the kind in C, without its prefix ``SLIDE_``.
         name: of the variable; ``{signal}`` stands for the name of the signal it belongs to.
         text: description for users; ``{signal}``, ``{positions}`` (samples that an error estimate
-            tells of) and ``{size}`` (samples of an array) are filled in.
+            is about) and ``{size}`` (samples of an array) are filled in.
         causality, variability: as in both standards.
         per: whether there is one variable, one for each input, or one for each output.
         when: what the surrogate must have: an error estimator, a state-space network, or a network
@@ -91,7 +91,7 @@ class Kind:
     text_fmi_3: str = ""
 
     def reference(self, index: int = 0) -> int:
-        """Value reference of the variable with an index among those of its kind.
+        """Give the value reference of the variable with an index among those of its kind.
 
         Raises:
             ValueError: the index does not fit.
@@ -104,7 +104,7 @@ class Kind:
         return self.number * REFERENCES_PER_KIND + index
 
     def name_for(self, signal: str) -> str:
-        """Name of the variable that belongs to a signal."""
+        """Give the name of the variable that belongs to a signal."""
         return self.name.replace("{signal}", signal)
 
 
@@ -257,7 +257,7 @@ BY_KEY = {kind.key: kind for kind in KINDS}
 
 
 def kind_of(reference: int) -> tuple[Kind, int] | None:
-    """Kind and index that a value reference means, or None where there is no such kind."""
+    """Find the kind and index that a value reference means, or None where there is no kind."""
     number, index = divmod(reference, REFERENCES_PER_KIND)
     found = [kind for kind in KINDS if kind.number == number]
     return (found[0], index) if found else None

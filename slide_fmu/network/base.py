@@ -97,7 +97,7 @@ class Network(abc.ABC):
     @property
     @abc.abstractmethod
     def measures_truncation(self) -> bool:
-        """It is true when its steppers say what their finite memory costs: ``truncation_error``."""
+        """It is true when its steppers measure their ``truncation_error``."""
 
     @property
     @abc.abstractmethod

@@ -209,7 +209,7 @@ class Surrogate:
         return np.asarray(np.sqrt(views.mean(axis=-1)) * self.output_scaling.scale)
 
     def inputs_in_range(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
-        """Say at each sample whether the inputs behind the outputs lie where the training had them.
+        """Say at each sample whether the inputs behind the outputs lie in their ranges.
 
         The last ``network.memory_length`` inputs lie in their ranges; of an angle, the length of
         cosine and sine is about 1. With an estimator, its features of the samples that an

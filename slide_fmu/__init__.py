@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from slide_fmu.surrogate.surrogate import Surrogate
     from slide_fmu.systems.base import Linearization, SimulationError, State, System
 
-__version__ = "0.5.0"
+__version__ = "0.6.0"
 
 __all__ = [
     "FmuError",

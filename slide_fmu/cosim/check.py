@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from itertools import zip_longest
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -103,6 +104,12 @@ def _compare_description(
             f"model identifier {description.coSimulation.modelIdentifier!r}; "
             f"expected {surrogate.name!r}"
         )
+    return problems + _compare_variables(surrogate, description)
+
+
+def _compare_variables(surrogate: Surrogate, description: ModelDescription) -> list[str]:
+    """At most one problem: the first variable that differs, and how many do."""
+    fmi = _version(description)
     types = {"Real": "Real" if fmi == 2 else "Float64", "Boolean": "Boolean"}
     expected = [
         (v.name, v.reference, types[v.type], v.unit, v.causality)
@@ -111,9 +118,24 @@ def _compare_description(
     found = [
         (v.name, v.valueReference, v.type, v.unit, v.causality) for v in description.modelVariables
     ]
-    if found != expected:
-        problems.append(f"variables {found}; expected {expected}; export again")
-    return problems
+    pairs = [pair for pair in zip_longest(found, expected) if pair[0] != pair[1]]
+    if not pairs:
+        return []
+    first = f"variable {_described(pairs[0][0])}; expected {_described(pairs[0][1])}"
+    return [
+        f"{len(pairs)} of {len(expected)} variables are not those of this version of slide-fmu. "
+        f"The first: {first}. The FMU was made by another version, or {DESCRIPTION} was edited; "
+        "make the FMU again with slide-fmu export OLD.fmu -o NEW.fmu, and connect its variables "
+        "by their names"
+    ]
+
+
+def _described(variable: tuple[str, int, str, str | None, str] | None) -> str:
+    if variable is None:
+        return "none"
+    name, reference, type_name, unit, causality = variable
+    in_unit = "without a unit" if unit is None else f"in {unit}"
+    return f"{name!r} with value reference {reference}, {causality}, {type_name} {in_unit}"
 
 
 def _compare_run(path: Path, surrogate: Surrogate, description: ModelDescription) -> list[str]:

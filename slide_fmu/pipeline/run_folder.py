@@ -127,7 +127,8 @@ def _same_learning(record: dict[str, Any], recipe: Recipe) -> bool:
 def _learnt(recipe: dict[str, Any]) -> dict[str, Any]:
     """What a recipe says about learning: not how the result is tested and measured."""
     learnt = {k: v for k, v in recipe.items() if k not in ("stability", "validation")}
-    learnt["system"] = {k: v for k, v in recipe["system"].items() if k != "reference"}
+    untaught = ("reference", "picture")
+    learnt["system"] = {k: v for k, v in recipe["system"].items() if k not in untaught}
     return learnt
 
 

@@ -174,6 +174,14 @@ class ModuleSlave(Slave):
         else:
             self._refuse_next(fault)
 
+    def set_boolean(self, vrs: Sequence[int], values: Sequence[bool]) -> None:
+        """Refuse to set anything: the only Boolean variable is an output."""
+        if len(vrs) > 0:
+            self._refuse_next(
+                f"value reference {vrs[0]} is no Boolean variable that can be set; only inputs, "
+                f"0 to {len(self.inputs) - 1}, and parameters can be set, which are Real"
+            )
+
     def _fault_of(self, reference: int, value: float) -> str | None:
         """Say why a variable cannot have a value now."""
         kind, index = kind_of(reference) or (None, 0)

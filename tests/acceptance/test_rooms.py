@@ -44,10 +44,6 @@ def test_house_has_few_rooms_floors_and_arrows_and_no_circle(measured: dict[str,
     assert measured["circles of files"] == []
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="cosim.rivals imports python_fmu.writer until the baselines leave the package",
-)
 def test_every_arrow_leads_down(measured: dict[str, Any]) -> None:
     floor = {room["name"]: room["floor"] for room in measured["rooms"]}
     assert set(floor) == {

@@ -7,8 +7,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).parents[2]
 
 
@@ -22,9 +20,6 @@ def test_site_is_built_strictly_and_loads_nothing_from_the_network(tmp_path: Pat
         assert loaded == [], page.name
 
 
-@pytest.mark.xfail(
-    strict=True, reason="the table of variables is not here yet: fmu/description/variables.py"
-)
 def test_files_that_the_pages_name_exist_or_are_to_be_made() -> None:
     """Rows of the tables on adding things name new files as ``(new)``, or with NAME."""
     for page in (ROOT / "docs").glob("*.md"):

@@ -1,10 +1,14 @@
 """An FMU beside the memory's limit and the same network elsewhere: one run, all in turns, medians.
 
+    python tests/benchmarks/comparison.py fmus/robot_6r/robot_6r.fmu --json -
+    python tests/benchmarks/comparison.py --synthetic robot --json -
+
 Baselines that are not installed, or do not know such a network, are None, with a remark.
 """
 
 from __future__ import annotations
 
+import argparse
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -16,11 +20,12 @@ from baselines import BaselineError
 from baselines.cells import TorchCells
 from baselines.layers import onnx_layers, torch_layers
 from baselines.numpy_fmu import write_numpy_fmu
+from figures_out import write_figures
 from timing import Part, TimedSurrogate, part_times, repeats
 
 from slide_fmu.cosim.bench import Bench, fmu_times
 from slide_fmu.cosim.run import unpacked
-from slide_fmu.cosim.synthetic import Effort, synthetic_surrogate
+from slide_fmu.cosim.synthetic import SYNTHETIC, Effort, synthetic_surrogate
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.network.feed_forward import FeedForward
 from slide_fmu.network.state_space import StateSpace
@@ -126,3 +131,27 @@ def _add_cells(bench: Bench, network: StateSpace) -> dict[str, str]:
     except (ImportError, BaselineError) as error:
         remarks["torch"] = str(error)
     return remarks
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("fmu", type=Path, nargs="?")
+    what.add_argument("--synthetic", choices=SYNTHETIC)
+    parser.add_argument("--rounds", type=int, default=Effort.rounds)
+    parser.add_argument("--steps", type=int, default=Effort.steps)
+    parser.add_argument("--json", default="-")
+    arguments = parser.parse_args()
+    effort = Effort(arguments.rounds, arguments.steps)
+    if arguments.fmu is None:
+        figures = compare_synthetic(arguments.synthetic, effort)
+    else:
+        figures = compare_fmu(arguments.fmu, effort)
+    write_figures(figures, arguments.json)
+
+
+if __name__ == "__main__":
+    main()

@@ -350,7 +350,15 @@ def test_check_finds_faults(fmu: Path) -> None:
     faults: list[tuple[dict[str, bytes | None], str]] = [
         ({"binaries/win64/two_masses.dll": None}, "two_masses.dll is missing"),
         ({description: xml.replace(b'guid="slide', b'guid="other')}, "GUID other"),
-        ({description: xml.replace(b'name="u0"', b'name="u7"')}, "u7"),
+        (
+            {description: xml.replace(b'name="u0"', b'name="u7"')},
+            "variables are not those of this version of slide-fmu. The first: variable 'u7' with "
+            "value reference 0, input, Real in N; expected 'u0' with value reference 0, input",
+        ),
+        (
+            {description: xml.replace(b'valueReference="1000000"', b'valueReference="2"')},
+            "1 of 12 variables are not those of this version",
+        ),
         ({description: xml.replace(b"</ModelVariables>", b"")}, description),
         ({description: None}, description),
         ({"resources/surrogate.slide": b"SLIDEFMU"}, "surrogate file"),

@@ -27,6 +27,7 @@ def folder(tmp_path: Path) -> RunFolder:
     "changes",
     [
         {"system": {"reference": {"substeps": 24}}},
+        {"system": {"picture": "mbs_models.pictures.drawing:robot_picture"}},
         {"validation": {"trajectories": 3}},
         {"stability": {"growth": 5.0}},
     ],

@@ -329,6 +329,23 @@ def test_values_that_cannot_be_set(tmp_path: Path, capfd: pytest.CaptureFixture[
     slave.freeInstance()
 
 
+@pytest.mark.parametrize("reference", [IN_RANGE, 0])
+def test_booleans_cannot_be_set_and_the_instance_lives_on(
+    reference: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = export_module(*saved(surrogate_with("zero_order"), tmp_path, ".pt"), tmp_path / "m.fmu")
+    slave = start(path, tmp_path / "a", 1.0, 0.3, -0.4)
+    before = slave.getReal(EVERYTHING), slave.getBoolean([IN_RANGE])
+    slave.setBoolean([reference], [False])
+    message = f"value reference {reference} is no Boolean variable that can be set"
+    assert message in capfd.readouterr().out
+    assert (slave.getReal(EVERYTHING), slave.getBoolean([IN_RANGE])) == before
+    with pytest.raises(FMICallException):
+        slave.doStep(0.0, STEP)
+    slave.doStep(0.0, STEP)
+    slave.freeInstance()
+
+
 def test_damaged_states_and_those_of_others_are_refused(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

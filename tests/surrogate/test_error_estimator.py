@@ -33,9 +33,9 @@ def estimator_of(n_values: int = 2, positions: int = 4) -> ErrorEstimator:
     return ErrorEstimator(network_of(n_values), MAP, positions, RANGES)
 
 
-def test_reach_counts_the_samples_of_all_positions() -> None:
-    assert estimator_of(positions=1).reach == 3
-    assert estimator_of(positions=4).reach == 6
+def test_memory_length_counts_the_samples_of_all_positions() -> None:
+    assert estimator_of(positions=1).memory_length == 3
+    assert estimator_of(positions=4).memory_length == 6
 
 
 def test_ends_of_the_range_are_known_and_what_lies_beyond_is_not() -> None:

@@ -126,16 +126,16 @@ static void step_twice(FuzzFmu *fmu, FuzzInput *input) {
     if (count > MOST_REFERENCES || fuzz_save(fmu, &before) != 0) {
         return;
     }
-    for (int i = 0; i < 2; ++i) {
-        status[i] = fuzz_do_step(fmu, time, length);
+    for (int turn = 0; turn < 2; ++turn) {
+        status[turn] = fuzz_do_step(fmu, time, length);
         for (size_t k = 0; k < count; ++k) {
-            const uint32_t i = (uint32_t)k % model->n_outputs;
+            const uint32_t output = (uint32_t)k % model->n_outputs;
             const uint32_t kind = k < model->n_outputs ? SLIDE_OUTPUT : SLIDE_ERROR_ESTIMATE;
-            const uint32_t reference = kind * SLIDE_REFERENCES_PER_KIND + i;
-            found[i][k] = 0;
-            fuzz_get(fmu, &reference, 1, &found[i][k], 1);
+            const uint32_t reference = kind * SLIDE_REFERENCES_PER_KIND + output;
+            found[turn][k] = 0;
+            fuzz_get(fmu, &reference, 1, &found[turn][k], 1);
         }
-        if (i == 0) {
+        if (turn == 0) {
             fuzz_expect(fuzz_restore(fmu, before) == 0, "that its own state is taken");
         }
     }

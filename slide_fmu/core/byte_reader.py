@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 
 class Reader:
-    """A cursor over bytes that never reads beyond its end. Final.
+    """A Reader takes little-endian values from bytes and never reads beyond their end. Final.
 
     Every method that takes numbers raises a ValueError, with the bytes expected and those left,
     where there are not enough of them.
@@ -54,15 +54,11 @@ class Reader:
         return Reader(self.take(self.u32()))
 
     def done(self) -> None:
-        """Refuse bytes that are left.
-
-        Raises:
-            ValueError: with their number.
-        """
+        """Raise a ValueError, with their number, where bytes are left."""
         if self.position != len(self.data):
             raise ValueError(f"{len(self.data) - self.position} bytes too many in a section")
 
 
 def indices_bytes(indices: tuple[int, ...]) -> bytes:
-    """The bytes of unsigned integers, their number first; ``Reader.indices`` reads them."""
+    """Write unsigned integers, their number first; ``Reader.indices`` reads them."""
     return np.array([len(indices), *indices], dtype="<u4").tobytes()

@@ -9,7 +9,7 @@ from slide_fmu.core.signals import FloatArray
 
 
 def rms(values: FloatArray) -> FloatArray:
-    """Root mean square over all samples, per channel.
+    """Compute the root mean square over all samples, per channel.
 
     Args:
         values: shape (..., n_channels).
@@ -21,7 +21,7 @@ def rms(values: FloatArray) -> FloatArray:
 
 
 def moving_rms(errors: FloatArray, length: int) -> FloatArray:
-    """Root mean square over the last ``length`` samples, at every sample that has as many.
+    """Compute the root mean square over the last ``length`` samples, where there are as many.
 
     The target of the error estimator (paper, section on the error estimation network, with the
     square that is missing in print): the RMSE over the output window that ends at a sample.
@@ -39,7 +39,7 @@ def moving_rms(errors: FloatArray, length: int) -> FloatArray:
 def relative_deviation(
     estimate: FloatArray, true: FloatArray, resolution: ArrayLike
 ) -> FloatArray:
-    """Deviation of an error estimate from the true error, relative to the true error.
+    """Compute how far an error estimate is from the true error, relative to the true error.
 
     Errors below the resolution count as the resolution, in both.
 

@@ -13,7 +13,7 @@ from slide_fmu.core.signals import FloatArray, Signal
 
 @dataclass(frozen=True, eq=False)
 class Affine:
-    """Channel-wise affine map: scaled = (physical - offset) / scale.
+    """An Affine maps each channel: scaled = (physical - offset) / scale.
 
     Attributes:
         offset: shape (n_channels,), in the channels' units.
@@ -39,23 +39,23 @@ class Affine:
 
     @staticmethod
     def of_channels(offset: ArrayLike, scale: ArrayLike) -> Affine:
-        """Build from anything numpy can turn into float64 vectors."""
+        """Build the map from anything that numpy can turn into float64 vectors."""
         return Affine(
             np.atleast_1d(np.asarray(offset, dtype=np.float64)),
             np.atleast_1d(np.asarray(scale, dtype=np.float64)),
         )
 
     def apply(self, physical: NDArray[Any]) -> NDArray[Any]:
-        """Physical values, shape (..., n_channels), to scaled values of the same shape."""
+        """Map physical values, shape (..., n_channels), to scaled values of the same shape."""
         return (physical - self.offset) / self.scale
 
     def invert(self, scaled: NDArray[Any]) -> NDArray[Any]:
-        """Scaled values, shape (..., n_channels), to physical values of the same shape."""
+        """Map scaled values, shape (..., n_channels), to physical values of the same shape."""
         return scaled * self.scale + self.offset
 
 
 def range_scaling(signals: tuple[Signal, ...]) -> Affine:
-    """Scaling that maps the signals' ranges to [-1, 1]."""
+    """Make the scaling that maps the ranges of signals to [-1, 1]."""
     return Affine.of_channels(
         [0.5 * (signal.high + signal.low) for signal in signals],
         [0.5 * (signal.high - signal.low) for signal in signals],
@@ -64,7 +64,7 @@ def range_scaling(signals: tuple[Signal, ...]) -> Affine:
 
 @dataclass(frozen=True)
 class LogError:
-    """Logarithmic map of an error in [10**low, 10**high] to [-1, 1].
+    """A LogError maps the logarithm of an error in [10**low, 10**high] to [-1, 1].
 
     With m = (high + low) / 2 and r = (high - low) / 2: eps = (log10 e - m) / r and
     log10 e = m + r eps. The paper prints r in place of m, which is right for high = 0 only.
@@ -89,18 +89,18 @@ class LogError:
 
     @property
     def middle(self) -> float:
-        """Midpoint m of the exponents."""
+        """The midpoint m of the decimal exponents."""
         return 0.5 * (self.high + self.low)
 
     @property
     def half_range(self) -> float:
-        """Half range r of the exponents."""
+        """Half the range of the decimal exponents, r."""
         return 0.5 * (self.high - self.low)
 
     def apply(self, error: NDArray[Any]) -> NDArray[Any]:
-        """Errors (positive, any shape) to logarithmic errors eps of the same shape."""
+        """Map positive errors of any shape to logarithmic errors eps of the same shape."""
         return np.asarray((np.log10(error) - self.middle) / self.half_range)
 
     def invert(self, eps: NDArray[Any]) -> NDArray[Any]:
-        """Logarithmic errors eps to errors of the same shape."""
+        """Map logarithmic errors eps to errors of the same shape."""
         return np.asarray(np.power(10.0, self.middle + self.half_range * eps))

@@ -31,7 +31,7 @@ UNUSABLE = re.compile(r"[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 @dataclass(frozen=True)
 class Signal:
-    """One scalar input or output of a system.
+    """A Signal describes one scalar input or output of a system.
 
     Attributes:
         name: identifier, unique in its system; becomes the FMI variable name.
@@ -91,12 +91,12 @@ class Signal:
 
     @property
     def start_value(self) -> float:
-        """Value before anybody sets one."""
+        """The value before anybody sets one, in ``unit``."""
         return min(max(0.0, self.low), self.high) if self.start is None else self.start
 
 
 def check_inputs(signals: tuple[Signal, ...]) -> None:
-    """Refuse inputs whose meanings do not belong together.
+    """Reject inputs whose meanings do not belong together.
 
     All inputs of a system have the same hold. The sine of an angle follows its cosine, and both
     have the same range about 0: their length on the circle is the end of the range.
@@ -118,7 +118,7 @@ def check_inputs(signals: tuple[Signal, ...]) -> None:
 
 
 def _check_angle(signals: tuple[Signal, ...], index: int) -> None:
-    """Refuse a cosine or sine that has no partner, or one of another range."""
+    """Reject a cosine or sine that has no partner, or one of another range."""
     signal, neighbour = signals[index], index + (1 if signals[index].angle == "cosine" else -1)
     if signal.angle is None:
         return
@@ -138,22 +138,18 @@ def _check_angle(signals: tuple[Signal, ...], index: int) -> None:
 
 
 def hold_of(signals: tuple[Signal, ...]) -> Hold:
-    """The hold that all inputs share.
-
-    Args:
-        signals: inputs, at least one, that ``check_inputs`` accepts.
-    """
+    """Give the hold that all inputs share, of at least one that ``check_inputs`` accepts."""
     return signals[0].hold
 
 
 def cosines_of(signals: tuple[Signal, ...]) -> tuple[int, ...]:
-    """Indices of the inputs that are the cosine of an angle; the sine of each is the next."""
+    """Give the indices of inputs that are the cosine of an angle; the sine of each is the next."""
     return tuple(index for index, signal in enumerate(signals) if signal.angle == "cosine")
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """A sampled motion: what went in and what came out.
+    """A Trajectory is a sampled motion: what went in and what came out.
 
     Sample k belongs to time ``k * step``. ``inputs[k]`` acts from sample k to sample k+1, so a
     trajectory of N inputs has N+1 outputs.
@@ -185,5 +181,5 @@ class Trajectory:
 
     @property
     def time(self) -> FloatArray:
-        """Times of the outputs in s, shape (N + 1,)."""
+        """The times of the outputs in s, shape (N + 1,)."""
         return self.step * np.arange(len(self.outputs), dtype=np.float64)

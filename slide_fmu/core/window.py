@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +20,21 @@ MAX_WINDOW = 1 << 20
 """Largest n_in: an upper bound against damaged files, far above any use."""
 
 
+def checked_batch(name: str, values: NDArray[Any], shape: tuple[int, int]) -> FloatArray:
+    """Give values as a batch of float64 whose elements have a shape: (B, samples, channels).
+
+    Raises:
+        ValueError: they have another shape; the message begins with the name.
+    """
+    array = np.asarray(values, dtype=np.float64)
+    if array.ndim != 3 or array.shape[1:] != shape:
+        raise ValueError(f"{name} of shape {array.shape}; expected (B, {shape[0]}, {shape[1]})")
+    return array
+
+
 @dataclass(frozen=True)
 class Window:
-    """Lengths of the input window and of the initially truncated output window.
+    """A Window has the lengths of the input window and the truncated output window (paper).
 
     Attributes:
         step: sample step h in s.
@@ -48,29 +61,29 @@ class Window:
 
     @property
     def n_truncated(self) -> int:
-        """Number of leading samples for which no output is given (n_in - n_out)."""
+        """The number of leading samples for which no output is given (n_in - n_out)."""
         return self.n_in - self.n_out
 
     @property
     def truncation_time(self) -> float:
-        """Time (n_in - n_out) h in s that initial effects have for their decay (paper, t_d)."""
+        """The time (n_in - n_out) h in s that initial effects have to decay (paper, t_d)."""
         return self.n_truncated * self.step
 
     @property
     def memory_length(self) -> int:
-        """Newest inputs that every output of the window may depend on: n_in - n_out + 1."""
+        """The number of inputs that every output of the window may depend on: n_in - n_out + 1."""
         return self.n_truncated + 1
 
     def starts(self, n_inputs: int, stride: int = 1) -> NDArray[np.int64]:
-        """First-sample indices s of all windows that fit into a record of ``n_inputs`` inputs."""
+        """Give the first-sample indices s of all windows that fit into a record of inputs."""
         return np.arange(0, n_inputs - self.n_in + 1, stride, dtype=np.int64)
 
     def input_indices(self, starts: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Input sample indices of windows, shape (len(starts), n_in)."""
+        """Give the input sample indices of windows, shape (len(starts), n_in)."""
         return starts[:, None] + np.arange(self.n_in)
 
     def output_indices(self, starts: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Output sample indices of windows, shape (len(starts), n_out)."""
+        """Give the output sample indices of windows, shape (len(starts), n_out)."""
         return starts[:, None] + np.arange(self.n_truncated + 1, self.n_in + 1)
 
     def cut(

@@ -15,7 +15,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import UnpackedFmu, instantiated, unpacked
-from slide_fmu.cosim.synthetic import Effort, synthetic_surrogate
+from slide_fmu.cosim.synthetic import Effort, random_record, synthetic_surrogate
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.fmu.native import NativeSurrogate, kernels
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -105,8 +105,8 @@ class Bench:
     """One surrogate and its FMU, and the times measured so far. Final.
 
     Args:
-        surrogate: in the FMU.
-        fmu: unpacked.
+        surrogate: the one in the FMU.
+        fmu: the unpacked FMU.
         effort: how long is measured.
 
     Attributes:
@@ -120,7 +120,7 @@ class Bench:
     def __init__(self, surrogate: Surrogate, fmu: UnpackedFmu, effort: Effort) -> None:
         self.surrogate, self.effort = surrogate, effort
         self.native, self._fmu = NativeSurrogate(surrogate), fmu
-        self.record = _random_record(surrogate, effort.windows)
+        self.record = random_record(surrogate, effort.windows + surrogate.window.n_in - 1)
         views = np.lib.stride_tricks.sliding_window_view(self.record, surrogate.window.n_in, 0)
         self.windows = np.moveaxis(views, -1, 1)
         stepper, row = surrogate.network.stepper(), surrogate.input_scaling.apply(self.record)[0]
@@ -156,7 +156,7 @@ class Bench:
             self.add(f"batch_{name}", [time.process_time() - begin])
 
     def figures(self) -> dict[str, Any]:
-        """What was measured; after at least one round.
+        """Sum up what was measured; after at least one round.
 
         Returns:
             ``kernel_name``; ``n_weights``, their number; medians in microseconds: ``fmu_step``
@@ -178,11 +178,3 @@ class Bench:
                 for name, times in self._times.items()
             },
         }
-
-
-def _random_record(surrogate: Surrogate, windows: int) -> FloatArray:
-    """Inputs within their ranges, as many samples as so many overlapping windows have."""
-    low = np.array([signal.low for signal in surrogate.inputs])
-    high = np.array([signal.high for signal in surrogate.inputs])
-    samples = windows + surrogate.window.n_in - 1
-    return np.random.default_rng(0).uniform(low, high, (samples, len(low)))

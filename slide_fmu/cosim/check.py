@@ -14,31 +14,31 @@ from fmpy.validation import validate_fmu
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.importer import Reader, open_slave
+from slide_fmu.cosim.synthetic import random_record
 from slide_fmu.fmu.description.fmi2 import guid_of
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables, memory_lengths
-from slide_fmu.fmu.description.variables import IN_RANGE
+from slide_fmu.fmu.description.variables import ERROR_ESTIMATE, IN_RANGE, TRUNCATION_ERROR
 from slide_fmu.fmu.export import DESCRIPTION, SURROGATE, FmuError, read_fmu, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion, library_members
 from slide_fmu.surrogate.surrogate import Surrogate
 
 OUTPUT_TOLERANCE = 2e-6
-"""Native against numpy, relative to the output's range: rounding of single precision."""
+"""Largest deviation of the library from numpy, relative to the output's range: it is the rounding
+of single precision."""
 
 ERROR_TOLERANCE = 1e-4
-"""The same for error estimates, relative to themselves: the exponential magnifies rounding."""
+"""Largest deviation of error estimates, relative to themselves: the exponential in their map
+magnifies rounding."""
 
 FILLED_TOLERANCE = 1e-12
-"""The same for the filled part of the inputs: a quotient of two counts."""
+"""Largest deviation of the filled part of the inputs: it is a quotient of two counts."""
 
 
 def check_fmu(path: Path) -> list[str]:
     """Check that an FMU is whole, consistent, and gives what its surrogate gives.
 
-    Args:
-        path: the FMU file.
-
     Returns:
-        Problems, each one sentence with its remedy where there is one.
+        The problems, each one sentence with its remedy where there is one.
     """
     try:
         surrogate, _ = read_fmu(path)
@@ -144,10 +144,8 @@ def _compare_run(path: Path, surrogate: Surrogate, description: ModelDescription
     platform = fmpy.platform if fmi == 2 else fmpy.platform_tuple
     if not any(f"/{platform}/" in name for name in library_members(surrogate.name, fmi)):
         return []
-    low = np.array([signal.low for signal in surrogate.inputs])
-    high = np.array([signal.high for signal in surrogate.inputs])
     steps = max(surrogate.window.n_in, *memory_lengths(surrogate).values()) + 10
-    inputs = np.random.default_rng(0).uniform(low, high, (steps, len(low)))
+    inputs = random_record(surrogate, steps)
     with tempfile.TemporaryDirectory(prefix="slide_fmu_check_") as folder:
         try:
             fmpy.extract(str(path), folder)
@@ -157,80 +155,50 @@ def _compare_run(path: Path, surrogate: Surrogate, description: ModelDescription
             native = _run_native(folder, surrogate, description, inputs)
         except Exception as error:  # fmpy raises bare Exception when a call fails
             return [f"the native library failed: {error}"]
-    expected = _run_numpy(surrogate, inputs)
-    ranges = np.array([signal.high - signal.low for signal in surrogate.outputs])
-    rounding = OUTPUT_TOLERANCE * np.maximum(ranges, np.abs(expected[""]).max(axis=0))
     problems = []
-    for suffix, values in expected.items():
-        found = np.stack([native[s.name + suffix] for s in surrogate.outputs], axis=1)
-        estimates = suffix == "_error_estimate"
-        allowed = ERROR_TOLERANCE * values.max(axis=0) if estimates else rounding
-        what = suffix.strip("_").replace("_", " ") or "output"
-        problems += _compare(surrogate, what, found, values, allowed)
-    problems += _compare_in_range(surrogate, native, inputs)
-    return problems + _compare_filled(surrogate, native)
+    for name, (values, allowed) in _expected(surrogate, inputs).items():
+        deviation = np.abs(native[name] - values).max()
+        if not deviation <= allowed:
+            problems.append(
+                f"{name}: native library and numpy differ by {deviation:.3g}; expected at most "
+                f"{allowed:.3g}, export again"
+            )
+    return problems
 
 
-def _run_numpy(surrogate: Surrogate, inputs: FloatArray) -> dict[str, FloatArray]:
-    """Outputs and what belongs to each, by the suffix of the variable, (steps, n_outputs)."""
-    stream = surrogate.stream()
+def _expected(surrogate: Surrogate, inputs: FloatArray) -> dict[str, tuple[FloatArray, float]]:
+    """What numpy gives for every output variable, (steps,), and how far the library may be off."""
+    stream, steps = surrogate.stream(), np.arange(1, len(inputs) + 1)
     rows: dict[str, list[FloatArray]] = {}
     for row in inputs:
         outputs, estimates = stream.step(row)
         results = {
-            "": outputs,
-            "_error_estimate": estimates,
-            "_truncation_error": stream.truncation_error,
+            "{signal}": outputs,
+            ERROR_ESTIMATE: estimates,
+            TRUNCATION_ERROR: stream.truncation_error,
         }
-        for suffix, values in results.items():
-            if values is not None:
-                rows.setdefault(suffix, []).append(values)
-    return {suffix: np.array(values) for suffix, values in rows.items()}
-
-
-def _compare(
-    surrogate: Surrogate, what: str, native: FloatArray, numpy: FloatArray, allowed: FloatArray
-) -> list[str]:
-    problems = []
-    for column, signal in enumerate(surrogate.outputs):
-        deviation = np.abs(native[:, column] - numpy[:, column]).max()
-        if not deviation <= allowed[column]:
-            problems.append(
-                f"{what} of {signal.name!r}: native library and numpy differ by {deviation:.3g} "
-                f"{signal.unit}; expected at most {allowed[column]:.3g} {signal.unit}"
-            )
-    return problems
-
-
-def _compare_in_range(
-    surrogate: Surrogate, native: dict[str, FloatArray], inputs: FloatArray
-) -> list[str]:
-    deviating = np.nonzero(native[IN_RANGE] != surrogate.inputs_in_range(inputs))[0]
-    if len(deviating) == 0:
-        return []
-    return [
-        f"{IN_RANGE}: native library and numpy differ after step {deviating[0] + 1}; "
-        "expected the same, export again"
-    ]
-
-
-def _compare_filled(surrogate: Surrogate, native: dict[str, FloatArray]) -> list[str]:
-    problems = []
-    for name, count in memory_lengths(surrogate).items():
-        steps = np.arange(1, len(native[name]) + 1)
-        deviation = np.abs(native[name] - np.minimum(1, steps / count)).max()
-        if not deviation <= FILLED_TOLERANCE:
-            problems.append(
-                f"{name}: native library and steps / {count} differ by {deviation:.3g}; "
-                f"expected at most {FILLED_TOLERANCE:g}, export again"
-            )
-    return problems
+        for kind, found in results.items():
+            if found is not None:
+                rows.setdefault(kind, []).append(found)
+    expected = {
+        name: (np.minimum(1, steps / count), FILLED_TOLERANCE)
+        for name, count in memory_lengths(surrogate).items()
+    }
+    expected[IN_RANGE] = surrogate.inputs_in_range(inputs).astype(np.float64), 0.0
+    for kind, columns in rows.items():
+        for signal, values, y in zip(
+            surrogate.outputs, np.transpose(columns), np.transpose(rows["{signal}"]), strict=True
+        ):
+            rounding = OUTPUT_TOLERANCE * max(signal.high - signal.low, np.abs(y).max())
+            allowed = ERROR_TOLERANCE * values.max() if kind == ERROR_ESTIMATE else rounding
+            expected[kind.format(signal=signal.name)] = values, float(allowed)
+    return expected
 
 
 def _run_native(
     folder: str, surrogate: Surrogate, description: ModelDescription, inputs: FloatArray
 ) -> dict[str, FloatArray]:
-    """All output variables after every step, by name, shape (steps,) each."""
+    """Run the library; gives all output variables after every step, by name, (steps,) each."""
     n_inputs, step = len(surrogate.inputs), surrogate.window.step
     outputs = [v for v in fmu_variables(surrogate) if v.causality == "output"]
     names = [variable.name for variable in outputs]

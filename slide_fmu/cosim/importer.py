@@ -2,58 +2,71 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import chdir, contextmanager
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import fmpy
+import numpy as np
 from fmpy import fmi2, fmi3
 from fmpy.model_description import ModelDescription
 
 
-class Slave(Protocol):
-    """What both standards offer under one name; a call that fails raises fmpy's exception."""
+class Slave:
+    """An instance of an FMU of either standard, with calls of one name. Final.
 
-    def enter_initialization(self, start_time: float) -> None: ...
-    def exit_initialization(self) -> None: ...
-    def set_real(self, references: Sequence[int], values: Sequence[float]) -> None: ...
-    def set_boolean(self, references: Sequence[int], values: Sequence[bool]) -> None: ...
-    def get_real(self, references: Sequence[int]) -> list[float]: ...
-    def get_boolean(self, references: Sequence[int]) -> list[bool]: ...
-    def do_step(self, time: float, step: float) -> None: ...
-    def terminate(self) -> None: ...
+    A call that fails raises fmpy's ``FMICallException``. Times are in s; real variables are those
+    of type Real (Float64 in FMI 3.0).
+
+    Args:
+        slave: fmpy's instance, of ``FMU2Slave`` or ``FMU3Slave``.
+    """
+
+    def __init__(self, slave: Any) -> None:
+        self._slave = slave
+        self.fmi_3 = isinstance(slave, fmi3.FMU3Slave)
+        self.exit_initialization: Callable[[], None] = slave.exitInitializationMode
+        self.do_step: Callable[[float, float], None] = slave.doStep
+        self.terminate: Callable[[], None] = slave.terminate
+        self.set_boolean: Callable[[Sequence[int], Sequence[bool]], None] = slave.setBoolean
+        self.get_boolean: Callable[[Sequence[int]], list[bool]] = slave.getBoolean
+        real = "Float64" if self.fmi_3 else "Real"
+        self.set_real: Callable[[Sequence[int], Sequence[float]], None]
+        self.set_real = getattr(slave, f"set{real}")
+        self.get_real: Callable[[Sequence[int]], list[float]] = getattr(slave, f"get{real}")
+
+    def enter_initialization(self, start_time: float) -> None:
+        """Begin initialization mode at a start time in s."""
+        if self.fmi_3:
+            self._slave.enterInitializationMode(startTime=start_time)
+        else:
+            self._slave.setupExperiment(startTime=start_time)
+            self._slave.enterInitializationMode()
 
 
 class Reader:
-    """Reads variables of types Real (Float64) and Boolean, in one order.
+    """A Reader gets variables of types Real (Float64) and Boolean, in one order. Final.
 
     Args:
-        references: value references.
+        references: value references of the variables.
         types: names of their types, as in the model description.
     """
 
     def __init__(self, references: Sequence[int], types: Sequence[str]) -> None:
-        self._places: dict[bool, list[int]] = {False: [], True: []}
-        for place, name in enumerate(types):
-            self._places[name == "Boolean"].append(place)
-        self._references = {
-            boolean: [references[place] for place in places]
-            for boolean, places in self._places.items()
-        }
-        self._count = len(references)
+        booleans = [name == "Boolean" for name in types]
+        self._reals = [r for r, boolean in zip(references, booleans, strict=True) if not boolean]
+        self._booleans = [r for r, boolean in zip(references, booleans, strict=True) if boolean]
+        # places of all reals, then all Booleans, in the order that is asked for
+        self._order = np.argsort(np.argsort(booleans, kind="stable"), kind="stable").tolist()
 
     def __call__(self, slave: Slave) -> list[float]:
-        """Values in the order of the references; of a Boolean 0 or 1."""
-        if not self._places[True]:  # nothing but the call: its time is measured
-            return slave.get_real(self._references[False])
-        values = [0.0] * self._count
-        for boolean, places in self._places.items():
-            get = slave.get_boolean if boolean else slave.get_real
-            found = get(self._references[boolean]) if places else []
-            for place, value in zip(places, found, strict=True):
-                values[place] = float(value)
-        return values
+        """Get the values in the order of the references; those of a Boolean are 0 or 1."""
+        if not self._booleans:  # nothing but the call: its time is measured
+            return slave.get_real(self._reals)
+        found = slave.get_real(self._reals) if self._reals else []
+        found += map(float, slave.get_boolean(self._booleans))
+        return [found[place] for place in self._order]
 
 
 @contextmanager
@@ -63,12 +76,13 @@ def open_slave(
     """Instantiate an unpacked FMU for the time of a ``with`` block.
 
     Args:
-        folder: the unpacked FMU.
-        name: of the instance.
+        folder: the folder of the unpacked FMU.
+        description: its model description, of FMI 2.0 or FMI 3.0.
+        name: the name of the instance.
         messages: receives what the FMU logs as warning or worse.
 
     Raises:
-        Exception: what fmpy raises when the library cannot be loaded or refuses.
+        Exception: fmpy raises it when the library cannot be loaded or rejects the instance.
     """
     arguments = {
         "guid": description.guid or description.instantiationToken,
@@ -80,54 +94,17 @@ def open_slave(
         if description.fmiVersion.startswith("3."):
             slave = fmi3.FMU3Slave(**arguments)
             slave.instantiate(logMessage=_logger3(messages))
-            opened: Slave = _Slave3(slave)
         else:
             slave = fmi2.FMU2Slave(**arguments)
             slave.instantiate(callbacks=_callbacks2(messages))
-            opened = _Slave2(slave)
     try:
-        yield opened
+        yield Slave(slave)
     finally:
         slave.freeInstance()
 
 
-class _Slave2:
-    """FMI 2.0. Final."""
-
-    def __init__(self, slave: Any) -> None:
-        self._slave = slave
-        self.exit_initialization = slave.exitInitializationMode
-        self.set_real = slave.setReal
-        self.set_boolean = slave.setBoolean
-        self.get_real = slave.getReal
-        self.get_boolean = slave.getBoolean
-        self.do_step = slave.doStep
-        self.terminate = slave.terminate
-
-    def enter_initialization(self, start_time: float) -> None:
-        self._slave.setupExperiment(startTime=start_time)
-        self._slave.enterInitializationMode()
-
-
-class _Slave3:
-    """FMI 3.0. Final."""
-
-    def __init__(self, slave: Any) -> None:
-        self._slave = slave
-        self.exit_initialization = slave.exitInitializationMode
-        self.set_real = slave.setFloat64
-        self.set_boolean = slave.setBoolean
-        self.get_real = slave.getFloat64
-        self.get_boolean = slave.getBoolean
-        self.do_step = slave.doStep
-        self.terminate = slave.terminate
-
-    def enter_initialization(self, start_time: float) -> None:
-        self._slave.enterInitializationMode(startTime=start_time)
-
-
 def _callbacks2(messages: list[str]) -> Any:
-    """FMI 2.0 callbacks that keep what the FMU logs.
+    """Make callbacks of FMI 2.0 that keep what the FMU logs.
 
     fmpy's own proxy for printf-like messages is left alone: it serves one logger per process, and
     would outlive this one. Messages without arguments need it only for their doubled signs.
@@ -145,6 +122,8 @@ def _callbacks2(messages: list[str]) -> Any:
 
 
 def _logger3(messages: list[str]) -> Any:
+    """Make a callback of FMI 3.0 that keeps what the FMU logs."""
+
     def log(_environment: Any, status: int, _category: Any, message: Any) -> None:
         if status > fmi3.fmi3OK and message:
             messages.append(message.decode("utf-8", "replace"))

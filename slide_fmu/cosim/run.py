@@ -43,15 +43,11 @@ class UnpackedFmu:
 
     @property
     def step(self) -> float:
-        """Communication step in s that the FMU asks for (DefaultExperiment)."""
+        """The communication step in s that the FMU asks for (DefaultExperiment)."""
         return float(self.description.defaultExperiment.stepSize)
 
     def require(self, *names: str) -> None:
-        """Refuse variables that the FMU does not have.
-
-        Raises:
-            CoSimulationError: with those that it has.
-        """
+        """Raise a CoSimulationError, with all names, for variables that the FMU has not."""
         unknown = [name for name in names if name not in self.references]
         if unknown:
             raise CoSimulationError(
@@ -61,11 +57,12 @@ class UnpackedFmu:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Result of one run.
+    """The result of one run.
 
     Attributes:
-        values: outputs at t_0 .. t_N, shape (N + 1, n_outputs); Booleans are 0 or 1.
-        seconds: wall time of set, doStep and get of every step, shape (N,).
+        values: outputs at t_0 .. t_N in their units, shape (N + 1, n_outputs); Booleans are 0 or
+            1.
+        seconds: wall time in s of set, doStep and get of every step, shape (N,).
     """
 
     values: FloatArray
@@ -107,7 +104,7 @@ def unpacked(path: Path) -> Iterator[UnpackedFmu]:
 
 @contextmanager
 def instantiated(fmu: UnpackedFmu) -> Iterator[Slave]:
-    """A fresh instance of an FMU for the time of a ``with`` block.
+    """Open a fresh instance of an FMU for the time of a ``with`` block.
 
     Raises:
         CoSimulationError: its library cannot be loaded, or a call in the block failed; with what
@@ -140,6 +137,7 @@ def run_fmu(
     """Run a fresh instance of an FMU; inputs are held over each communication step.
 
     Args:
+        fmu: the unpacked FMU.
         inputs: values by variable name, shape (N,) each; ``inputs[name][k]`` is set before the
             step from t_k to t_k+1, the first also in initialization mode.
         outputs: names of the variables to record.
@@ -149,40 +147,27 @@ def run_fmu(
     Raises:
         CoSimulationError: a variable is not there, or the FMU reports an error.
     """
-    fmu.require(*inputs, *outputs, *(parameters or {}))
-    with instantiated(fmu) as slave:
-        return _run(slave, fmu, inputs, outputs, parameters or {}, step or fmu.step)
-
-
-def _run(
-    slave: Slave,
-    fmu: UnpackedFmu,
-    inputs: Mapping[str, FloatArray],
-    outputs: Sequence[str],
-    parameters: Mapping[str, float | bool],
-    step: float,
-) -> Run:
-    for name, value in parameters.items():
-        if fmu.types[name] == "Boolean":
-            slave.set_boolean([fmu.references[name]], [bool(value)])
-        else:
-            slave.set_real([fmu.references[name]], [float(value)])
-    input_references = [fmu.references[name] for name in inputs]
-    read = Reader(
-        [fmu.references[name] for name in outputs], [fmu.types[name] for name in outputs]
-    )
+    parameters, step = parameters or {}, step or fmu.step
+    fmu.require(*inputs, *outputs, *parameters)
+    references = [fmu.references[name] for name in inputs]
+    read = Reader([fmu.references[name] for name in outputs], [fmu.types[n] for n in outputs])
     rows = np.stack(list(inputs.values()), axis=1).tolist()
-    slave.set_real(input_references, rows[0])
-    slave.enter_initialization(0.0)
-    slave.set_real(input_references, rows[0])
-    slave.exit_initialization()
-    values = [read(slave)]
-    seconds = np.empty(len(rows))
-    for k, row in enumerate(rows):
-        begin = time.perf_counter()
-        slave.set_real(input_references, row)
-        slave.do_step(k * step, step)
-        values.append(read(slave))
-        seconds[k] = time.perf_counter() - begin
-    slave.terminate()
+    with instantiated(fmu) as slave:
+        for name, value in parameters.items():
+            if fmu.types[name] == "Boolean":
+                slave.set_boolean([fmu.references[name]], [bool(value)])
+            else:
+                slave.set_real([fmu.references[name]], [float(value)])
+        slave.set_real(references, rows[0])
+        slave.enter_initialization(0.0)
+        slave.set_real(references, rows[0])
+        slave.exit_initialization()
+        values, seconds = [read(slave)], np.empty(len(rows))
+        for k, row in enumerate(rows):
+            begin = time.perf_counter()
+            slave.set_real(references, row)
+            slave.do_step(k * step, step)
+            values.append(read(slave))
+            seconds[k] = time.perf_counter() - begin
+        slave.terminate()
     return Run(np.array(values, dtype=np.float64), seconds)

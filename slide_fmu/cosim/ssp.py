@@ -8,6 +8,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from slide_fmu.core.files import write_zip
+from slide_fmu.fmu.description.fmi2 import document
 from slide_fmu.fmu.description.reading import read_description
 
 STRUCTURE = "SystemStructure.ssd"
@@ -67,7 +68,7 @@ def write_comparison(
     """Write an SSP of a surrogate and its reference on the same inputs.
 
     Its components are ``inputs``, ``reference`` and ``surrogate``. The system has no connectors of
-    its own: there are masters that refuse them.
+    its own: there are importers that reject them.
 
     Args:
         path: file to write, ending in ``.ssp``.
@@ -91,79 +92,58 @@ def write_comparison(
     return write_ssp(path, name, components, connections)
 
 
-@dataclass(frozen=True)
-class _Connector:
-    """A variable that can be connected: ``input`` or ``output``, ``Real`` or ``Boolean``."""
-
-    kind: str
-    type: str
-
+_Connectors = Mapping[str, tuple[str, str]]
+"""Variables that can be connected, by name: ``input`` or ``output``, ``Real`` or ``Boolean``."""
 
 _TYPES = {"Real": "Real", "Float64": "Real", "Boolean": "Boolean"}
 """Types of variables that become connectors, and their names in SSP 1.0."""
 
 
-def _connectors(fmu: Path) -> dict[str, _Connector]:
-    """Variables of an FMU that can be connected, by name."""
+def _connectors(fmu: Path) -> _Connectors:
+    """Read which variables of an FMU can be connected."""
     return {
-        v.name: _Connector(v.causality, _TYPES[v.type])
+        v.name: (v.causality, _TYPES[v.type])
         for v in read_description(fmu).modelVariables
         if v.causality in ("input", "output") and v.type in _TYPES
     }
 
 
-def _require(
-    kinds: Mapping[str, Mapping[str, _Connector]], connector: tuple[str, str], kind: str
-) -> None:
+def _require(kinds: Mapping[str, _Connectors], connector: tuple[str, str], kind: str) -> None:
+    """Reject a connector that no component has as input or output."""
     component, name = connector
-    connectors = kinds.get(component, {})
-    found = connectors.get(name)
-    if found is None or found.kind != kind:
-        known = sorted(key for key, value in connectors.items() if value.kind == kind)
+    known = [key for key, (found, _) in kinds.get(component, {}).items() if found == kind]
+    if name not in known:
         raise ValueError(
             f"SSP connection at {component}.{name}: no {kind} has that name; expected one of "
-            f"{known}"
+            f"{sorted(known)}"
         )
 
 
 def _structure(
-    name: str,
-    kinds: Mapping[str, Mapping[str, _Connector]],
-    connections: Sequence[Connection],
+    name: str, kinds: Mapping[str, _Connectors], connections: Sequence[Connection]
 ) -> bytes:
-    """The XML document of the structure."""
+    """Write the XML document of the structure."""
     ElementTree.register_namespace("ssd", DESCRIPTION)
     ElementTree.register_namespace("ssc", COMMON)
-    root = ElementTree.Element(_ssd("SystemStructureDescription"), version="1.0", name=name)
-    system = ElementTree.SubElement(root, _ssd("System"), name=name)
-    elements = ElementTree.SubElement(system, _ssd("Elements"))
+    root = ElementTree.Element(
+        f"{{{DESCRIPTION}}}SystemStructureDescription", version="1.0", name=name
+    )
+    system = _add(root, "System", name=name)
+    elements = _add(system, "Elements")
     for component, connectors in kinds.items():
-        element = ElementTree.SubElement(
-            elements,
-            _ssd("Component"),
-            name=component,
-            type="application/x-fmu-sharedlibrary",
-            source=f"resources/{component}.fmu",
-        )
-        _add_connectors(element, connectors)
-    parent = ElementTree.SubElement(system, _ssd("Connections"))
+        kind, source = "application/x-fmu-sharedlibrary", f"resources/{component}.fmu"
+        element = _add(elements, "Component", name=component, type=kind, source=source)
+        parent = _add(element, "Connectors")
+        for connector, (causality, of_type) in connectors.items():
+            child = _add(parent, "Connector", name=connector, kind=causality)
+            ElementTree.SubElement(child, f"{{{COMMON}}}{of_type}")
+    parent = _add(system, "Connections")
     for connection in connections:
-        (start, output), (end, taken) = connection.start, connection.end
         names = ("startElement", "startConnector", "endElement", "endConnector")
-        attributes = dict(zip(names, (start, output, end, taken), strict=True))
-        ElementTree.SubElement(parent, _ssd("Connection"), attributes)
-    ElementTree.indent(root)
-    text = ElementTree.tostring(root, encoding="unicode")
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + text.encode("utf-8") + b"\n"
+        values = (*connection.start, *connection.end)
+        _add(parent, "Connection", **dict(zip(names, values, strict=True)))
+    return document(root)
 
 
-def _add_connectors(parent: ElementTree.Element, connectors_of: Mapping[str, _Connector]) -> None:
-    connectors = ElementTree.SubElement(parent, _ssd("Connectors"))
-    for name, found in connectors_of.items():
-        attributes = {"name": name, "kind": found.kind}
-        connector = ElementTree.SubElement(connectors, _ssd("Connector"), attributes)
-        ElementTree.SubElement(connector, f"{{{COMMON}}}{found.type}")
-
-
-def _ssd(tag: str) -> str:
-    return f"{{{DESCRIPTION}}}{tag}"
+def _add(parent: ElementTree.Element, tag: str, **attributes: str) -> ElementTree.Element:
+    return ElementTree.SubElement(parent, f"{{{DESCRIPTION}}}{tag}", attributes)

@@ -1,4 +1,4 @@
-"""What a benchmark is asked for: how long to measure, and networks with random weights."""
+"""What benchmarks and checks are made of: effort, random inputs, networks of random weights."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from slide_fmu.core.scaling import Affine
-from slide_fmu.core.signals import Signal
+from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.window import Window
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
@@ -28,12 +28,19 @@ class Effort:
     windows: int = 1200
 
 
-def synthetic_surrogate(name: str) -> Surrogate:
-    """A surrogate with random weights.
+def random_record(surrogate: Surrogate, samples: int) -> FloatArray:
+    """Draw inputs within their ranges, shape (samples, n_inputs), in their units."""
+    low = np.array([signal.low for signal in surrogate.inputs])
+    high = np.array([signal.high for signal in surrogate.inputs])
+    return np.random.default_rng(0).uniform(low, high, (samples, len(low)))
 
-    ``robot``: as many weights as the three networks 720-180-180-180-60 of the paper's robot (616
-    thousand) in one network 720-374-374-374-180, ELU: six inputs, three outputs, a window of 120
-    samples and a block of 60.
+
+def synthetic_surrogate(name: str) -> Surrogate:
+    """Make a surrogate with random weights.
+
+    ``robot`` has as many weights as the three networks 720-180-180-180-60 of the paper's robot
+    (616 thousand) in one network 720-374-374-374-180, ELU: six inputs, three outputs, a window of
+    120 samples and a block of 60.
 
     Raises:
         ValueError: there is none of this name.

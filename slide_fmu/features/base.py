@@ -78,7 +78,7 @@ class Features(abc.ABC):
     @classmethod
     @abc.abstractmethod
     def of_system(cls, names: tuple[str, ...], offered: Offered) -> Features:
-        """The set on the inputs of a system, with the signals of some names among its own.
+        """Make the set on the inputs of a system, with the signals of some names among its own.
 
         Raises:
             ValueError: the system has not what the set needs.
@@ -95,11 +95,11 @@ class Features(abc.ABC):
 
     @abc.abstractmethod
     def parameters(self) -> bytes:
-        """The bytes that follow the set's number in a surrogate file, little-endian."""
+        """Write the bytes that follow the set's number in a surrogate file, little-endian."""
 
     @abc.abstractmethod
     def of(self, inputs: FloatArray) -> FloatArray:
-        """Signals at every sample that has ``BEFORE`` samples before it.
+        """Form the signals at every sample that has ``BEFORE`` samples before it.
 
         Args:
             inputs: scaled inputs, shape (B, N + BEFORE, n_channels).
@@ -110,7 +110,7 @@ class Features(abc.ABC):
 
     @abc.abstractmethod
     def pull_back(self, inputs: FloatArray) -> PullBack:
-        """Reverse mode of ``of``, in float64.
+        """Prepare the reverse mode of ``of``, in float64.
 
         Args:
             inputs: as for ``of``.
@@ -122,11 +122,11 @@ class Features(abc.ABC):
 
     @property
     def n_signals(self) -> int:
-        """Number of all signals."""
+        """The number of all signals."""
         return sum(self.blocks.values())
 
     def along(self, sequences: NDArray[Any]) -> FloatArray:
-        """Signals along sequences; inputs before a sequence count as equal to its first.
+        """Form the signals along sequences; inputs before a sequence count as equal to its first.
 
         Args:
             sequences: scaled inputs, shape (B, N, n_channels).
@@ -138,7 +138,7 @@ class Features(abc.ABC):
         return self.of(np.pad(inputs, ((0, 0), (BEFORE, 0), (0, 0)), mode="edge"))
 
     def indices(self, names: tuple[str, ...]) -> tuple[int, ...]:
-        """Indices of the signals of some names, in their order.
+        """Give the indices of the signals of some names, in their order.
 
         Raises:
             ValueError: there are no signals of a name.

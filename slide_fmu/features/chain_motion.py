@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar
 
 import numpy as np
@@ -9,10 +10,7 @@ import numpy as np
 from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.base import BEFORE, Features, Offered, PullBack
-from slide_fmu.features.serial_chain import SerialChain
-
-PARTS = ("a", "d", "alpha", "masses", "centres", "inertias", "gravity", "tool")
-"""Parts of a serial chain in the order of the bytes."""
+from slide_fmu.features.serial_chain import SerialChain, part_shapes
 
 TURN = 1e-3
 """Of a joint, in rad, to the nearest points of the five-point formula."""
@@ -22,7 +20,7 @@ FIVE_POINTS = {-2: 1 / 12, -1: -2 / 3, 1: 2 / 3, 2: -1 / 12}
 
 
 class ChainMotion(Features):
-    """What a serial chain does that follows its joint angles: rigid-body loads on its base. Final.
+    """The motion of a serial chain whose set points the inputs are, and its loads. Final.
 
     The inputs are the set points of the joint angles. The joints move on the quadratic B-spline
     through them: with constant acceleration in every step (``mbs_models.set_points``). All signals
@@ -35,8 +33,8 @@ class ChainMotion(Features):
       about the base's origin, ``SerialChain.base_inertia``, 9) and ``turned_momentum`` (linear
       and angular, 6).
 
-    A base on soft ground moves by M(q) xi'' + (...) xi' + K xi = wrench: drive, statics and
-    schedule of its response are among the signals.
+    A base on soft ground moves by M(q) xi'' + (...) xi' + K xi = wrench: drive, feedthrough
+    and scheduling variables of its response are among the signals.
 
     Args:
         chain: geometry and masses.
@@ -85,7 +83,7 @@ class ChainMotion(Features):
 
     @classmethod
     def of_system(cls, names: tuple[str, ...], offered: Offered) -> ChainMotion:
-        """On the set points of the system's serial chain."""
+        """Make the set on the set points of the system's serial chain."""
         if offered.chain is None:
             raise ValueError(
                 f"features {list(names)} need the system's serial chain (System.chain); this "
@@ -99,19 +97,18 @@ class ChainMotion(Features):
         """Read the step, the ranges and the chain."""
         n, step = n_inputs, float(section.f64(1)[0])
         middle, half_range = section.f64(n), section.f64(n)
-        shapes = [(n,)] * 4 + [(n, 3), (n, 3, 3), (3,), (3,)]
-        parts = [section.f64(int(np.prod(shape))).reshape(shape) for shape in shapes]
-        chain = SerialChain(**dict(zip(PARTS, parts, strict=True)))
-        return cls(chain, middle, half_range, step)
+        shapes = part_shapes(n).items()
+        parts = {name: section.f64(math.prod(shape)).reshape(shape) for name, shape in shapes}
+        return cls(SerialChain(**parts), middle, half_range, step)
 
     def parameters(self) -> bytes:
-        """f64 step, middle[n], half_range[n], then the chain's ``PARTS``."""
-        chain = [getattr(self.chain, name) for name in PARTS]
+        """Write f64 step, middle[n], half_range[n], then the chain's ``part_shapes``."""
+        chain = [getattr(self.chain, name) for name in part_shapes(self.n_channels)]
         parts = [np.array([self.step]), self.middle, self.half_range, *chain]
         return b"".join(part.astype("<f8").tobytes() for part in parts)
 
     def of(self, inputs: FloatArray) -> FloatArray:
-        """(B, N + BEFORE, n_joints) to (B, N, n_signals)."""
+        """Form the signals: (B, N + BEFORE, n_joints) to (B, N, n_signals)."""
         points = self.middle + self.half_range * inputs
         angles = 0.5 * (points[:, 2:] + points[:, 1:-1])
         changes = np.diff(points, axis=1) / self.step
@@ -128,7 +125,7 @@ class ChainMotion(Features):
         return np.concatenate([wrench, change, position, rates, frame, *turned], axis=2)
 
     def pull_back(self, inputs: FloatArray) -> PullBack:
-        """By the five-point formula in float64.
+        """Prepare the reverse mode by the five-point formula in float64.
 
         It is exact to about 1e-12 of the largest terms where networks round features to 6e-8, and
         the recursions of ``SerialChain`` stay the only ones. The C runtime does the same

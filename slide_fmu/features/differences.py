@@ -43,7 +43,7 @@ class Differences(Features):
 
     @classmethod
     def of_system(cls, names: tuple[str, ...], offered: Offered) -> Differences:
-        """Up to the highest order that is named."""
+        """Make the set up to the highest order that is named."""
         return cls(len(offered.inputs), max(cls.NAMES.index(name) for name in names))
 
     @classmethod
@@ -52,11 +52,11 @@ class Differences(Features):
         return cls(n_inputs, section.u32())
 
     def parameters(self) -> bytes:
-        """u32 order."""
+        """Write u32 order."""
         return struct.pack("<I", self.order)
 
     def of(self, inputs: FloatArray) -> FloatArray:
-        """Inputs, first and second differences: (B, N + BEFORE, c) to (B, N, c (order + 1))."""
+        """Form inputs and differences: (B, N + BEFORE, c) to (B, N, c (order + 1))."""
         parts = [inputs]
         for _ in range(self.order):
             parts.append(np.diff(parts[-1], axis=1))
@@ -64,7 +64,7 @@ class Differences(Features):
         return np.concatenate([part[:, part.shape[1] - count :] for part in parts], axis=2)
 
     def pull_back(self, inputs: FloatArray) -> PullBack:
-        """The transpose of the same sums, wherever the inputs are."""
+        """Prepare the reverse mode: the transpose of the same sums, wherever the inputs are."""
 
         def pull_back(weights: FloatArray) -> FloatArray:
             gradient = np.zeros(inputs.shape)

@@ -28,7 +28,7 @@ class Director(Features):
 
     @classmethod
     def of_system(cls, names: tuple[str, ...], offered: Offered) -> Director:
-        """On the cosine and the sine of an angle, which must be the only two inputs."""
+        """Make the set on cosine and sine of an angle, which must be the only two inputs."""
         if cosines_of(offered.inputs) != (0,) or len(offered.inputs) != cls.n_channels:
             raise ValueError(
                 f"features {list(names)} of {len(offered.inputs)} inputs "
@@ -46,11 +46,11 @@ class Director(Features):
         return cls()
 
     def parameters(self) -> bytes:
-        """Nothing."""
+        """Write nothing: there are no parameters."""
         return b""
 
     def of(self, inputs: FloatArray) -> FloatArray:
-        """(B, N + BEFORE, 2) to (B, N, 4)."""
+        """Form the signals: (B, N + BEFORE, 2) to (B, N, 4)."""
         angles = np.arctan2(inputs[:, 1:, 1], inputs[:, 1:, 0])
         turns = np.diff(angles, axis=1)
         turns -= 2 * np.pi * np.ceil((turns - np.pi) / (2 * np.pi))
@@ -59,7 +59,10 @@ class Director(Features):
         return np.stack(parts, axis=2)
 
     def pull_back(self, inputs: FloatArray) -> PullBack:
-        """In closed form: an angle moves with its director across it, over its length squared."""
+        """Prepare the reverse mode in closed form.
+
+        An angle moves with its director across it, over its length squared.
+        """
         angles, squares = np.arctan2(inputs[..., 1], inputs[..., 0]), np.sum(inputs**2, axis=2)
         across = np.stack([-inputs[..., 1], inputs[..., 0]], axis=2)
         newest = angles[:, BEFORE:]

@@ -12,7 +12,7 @@ from slide_fmu.features.base import BEFORE, Features, PullBack
 
 
 class FeatureMap:
-    """The features that a network sees: some signals of a set, centred and scaled. Final.
+    """A FeatureMap gives what a network sees: signals of a set, centred and scaled. Final.
 
     Args:
         features: the set.
@@ -53,16 +53,16 @@ class FeatureMap:
 
     @property
     def n_channels(self) -> int:
-        """Number of input channels."""
+        """The number of input channels."""
         return self.features.n_channels
 
     @property
     def n_signals(self) -> int:
-        """Number of features that the network takes."""
+        """The number of features that the network takes."""
         return len(self.chosen)
 
     def along(self, sequences: NDArray[Any]) -> NDArray[np.float32]:
-        """Features along sequences: (B, N, n_channels) to (B, N, n_signals), float32.
+        """Form features along sequences: (B, N, n_channels) to (B, N, n_signals), float32.
 
         Inputs before a sequence count as equal to its first.
         """
@@ -70,7 +70,7 @@ class FeatureMap:
         return ((signals - self.offset) / self.scale).astype(np.float32)
 
     def pull_back(self, sequences: FloatArray) -> PullBack:
-        """Reverse mode of ``along``, in float64.
+        """Prepare the reverse mode of ``along``, in float64.
 
         Args:
             sequences: scaled inputs, shape (B, N, n_channels).

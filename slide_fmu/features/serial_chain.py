@@ -15,7 +15,7 @@ from slide_fmu.core.signals import FloatArray
 
 
 class Frames(NamedTuple):
-    """Frames of a chain in base axes: the base (index 0) and the n link frames.
+    """The frames of a chain in base axes: the base (index 0) and the n link frames.
 
     Attributes:
         positions: origins in m, shape (..., n + 1, 3).
@@ -26,9 +26,15 @@ class Frames(NamedTuple):
     rotations: FloatArray
 
 
+def part_shapes(n: int) -> dict[str, tuple[int, ...]]:
+    """Give the shapes of the parts of a chain of n joints by name, in the order of their bytes."""
+    vectors = dict.fromkeys(("a", "d", "alpha", "masses"), (n,))
+    return {**vectors, "centres": (n, 3), "inertias": (n, 3, 3), "gravity": (3,), "tool": (3,)}
+
+
 @dataclass(frozen=True, eq=False)
 class SerialChain:
-    """n bodies, each turning about the z axis of the frame before it; standard Denavit-Hartenberg.
+    """A SerialChain has n bodies, each turning about z of the frame before (Denavit-Hartenberg).
 
     Frame i is frame i - 1, turned by q_i about z, moved by d_i along z, moved by a_i along the
     new x, and turned by alpha_i about it. Link i moves with frame i.
@@ -57,18 +63,7 @@ class SerialChain:
     tool: FloatArray
 
     def __post_init__(self) -> None:
-        n = len(self.a)
-        shapes: dict[str, tuple[int, ...]] = {
-            "a": (n,),
-            "d": (n,),
-            "alpha": (n,),
-            "masses": (n,),
-            "centres": (n, 3),
-            "inertias": (n, 3, 3),
-            "gravity": (3,),
-            "tool": (3,),
-        }
-        for name, shape in shapes.items():
+        for name, shape in part_shapes(len(self.a)).items():
             value = getattr(self, name)
             if value.shape != shape or not np.isfinite(value).all():
                 raise ValueError(
@@ -78,18 +73,18 @@ class SerialChain:
 
     @property
     def n_joints(self) -> int:
-        """Number of joints."""
+        """The number of joints."""
         return len(self.a)
 
     def turned(self, rotation: FloatArray) -> SerialChain:
-        """The same on a base whose axes are the columns of a rotation matrix, shape (3, 3).
+        """Give the chain on a base whose axes are the columns of a rotation matrix, (3, 3).
 
         Base axes stay those of the base: only gravity is another one in them.
         """
         return replace(self, gravity=rotation.T @ self.gravity)
 
     def forward_kinematics(self, q: FloatArray) -> Frames:
-        """Frames at joint angles q in rad, shape (..., n)."""
+        """Give the frames at joint angles q in rad, shape (..., n)."""
         steps, turns = self._link_transformations(self._angles("q", q))
         position, rotation = np.zeros((*steps.shape[:-2], 3)), np.eye(3)
         positions = np.empty((*steps.shape[:-2], self.n_joints + 1, 3))
@@ -102,7 +97,7 @@ class SerialChain:
         return Frames(positions, rotations)
 
     def tool_position(self, q: FloatArray) -> FloatArray:
-        """Tool point in base axes in m at joint angles q, shape (..., n); gives (..., 3)."""
+        """Give the tool point in base axes in m, (..., 3), at joint angles q in rad, (..., n)."""
         cosines, sines = np.cos(self._angles("q", q)), np.sin(q)
         twists = zip(np.cos(self.alpha).tolist(), np.sin(self.alpha).tolist(), strict=True)
         links = list(zip(self.a.tolist(), self.d.tolist(), twists, strict=True))
@@ -117,7 +112,7 @@ class SerialChain:
         return position
 
     def base_wrench(self, q: FloatArray, dq: FloatArray, ddq: FloatArray) -> FloatArray:
-        """Force in N and moment in N m about the base origin that the chain exerts ON its base.
+        """Give force in N and moment in N m about the base origin, of the chain ON its base.
 
         Weight and inertia forces of all links, in base axes: at rest it is the weight. It is
         minus what holds the base in place.
@@ -134,7 +129,7 @@ class SerialChain:
         return -np.concatenate([forces.sum(axis=-2), moments.sum(axis=-2)], axis=-1)
 
     def joint_torques(self, q: FloatArray, dq: FloatArray, ddq: FloatArray) -> FloatArray:
-        """Torques in N m that the drives need for a motion; arguments and shape as q."""
+        """Give the torques in N m that the drives need; arguments and shape as ``base_wrench``."""
         forces, moments, frames = self._link_wrenches(q, dq, ddq)
         forces = np.flip(np.cumsum(np.flip(forces, -2), axis=-2), -2)
         moments = np.flip(np.cumsum(np.flip(moments, -2), axis=-2), -2)
@@ -142,7 +137,7 @@ class SerialChain:
         return np.asarray(np.sum(axes * (moments - _cross(origins, forces)), axis=-1))
 
     def base_inertia(self, q: FloatArray) -> FloatArray:
-        """Mass, first moment and inertia of the whole chain about the base origin, base axes.
+        """Give mass, first moment and inertia of the chain about the base origin, base axes.
 
         Args:
             q: joint angles in rad, shape (..., n).
@@ -163,7 +158,9 @@ class SerialChain:
         return np.concatenate([mass, first, entries], axis=-1)
 
     def base_momentum(self, q: FloatArray, dq: FloatArray) -> FloatArray:
-        """Linear momentum in N s and angular momentum in N m s about the base origin, base axes.
+        """Give the momenta in N s and N m s of the chain about the base origin, base axes.
+
+        The linear momentum comes first.
 
         Args:
             q: joint angles in rad, shape (..., n).

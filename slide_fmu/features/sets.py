@@ -36,7 +36,7 @@ LINEAR_NAMES = tuple(name for kind in SETS if kind.linear for name in kind.NAMES
 
 
 def feature_set(names: tuple[str, ...], offered: Offered) -> Features:
-    """The set that all names belong to, on the inputs of a system.
+    """Make the set that all names belong to, on the inputs of a system.
 
     Args:
         names: of signals, at least one.
@@ -53,7 +53,7 @@ def feature_set(names: tuple[str, ...], offered: Offered) -> Features:
 
 
 def encode_features(features: FeatureMap) -> bytes:
-    """The bytes of the features that a network sees.
+    """Write the bytes of the features that a network sees.
 
     Raises:
         TypeError: their set is not registered.

@@ -21,7 +21,7 @@ DESCRIPTION = "modelDescription.xml"
 SURROGATE = "resources/surrogate.slide"
 PROVENANCE = "resources/provenance.json"
 MODULE = "resources/module.json"
-"""What an FMU says about the torch module in it (``slide_fmu/torch_fmu``)."""
+"""What an FMU says about the torch module in it (``slide_fmu/python_fmu``)."""
 
 
 class FmuError(ValueError):
@@ -96,7 +96,7 @@ def read_fmu(path: Path) -> tuple[Surrogate, dict[str, Any] | None]:
         if read_member(path, MODULE) is not None:
             raise FmuError(
                 f"{path} carries a torch module; expected a native FMU, which export writes "
-                "without --backend python: only info and masters read this one"
+                "without --backend python: only info and importers read this one"
             )
         raise FmuError(f"{path} was not made by slide-fmu: expected {SURROGATE} in it")
     try:
@@ -107,7 +107,7 @@ def read_fmu(path: Path) -> tuple[Surrogate, dict[str, Any] | None]:
 
 
 def read_json(path: Path, name: str) -> dict[str, Any] | None:
-    """A JSON object in an FMU, or None when it has no such file; null where NaN stands.
+    """Read a JSON object in an FMU, or None when there is no such file; null stands for NaN.
 
     Raises:
         FmuError: the file is no zip archive or is damaged, or holds no JSON object.
@@ -128,7 +128,7 @@ def read_json(path: Path, name: str) -> dict[str, Any] | None:
 
 
 def read_member(path: Path, name: str) -> bytes | None:
-    """Content of one file of an FMU, or None when it has no such file.
+    """Read one file of an FMU, or None when it has no such file.
 
     Raises:
         FmuError: the file is no zip archive or is damaged.

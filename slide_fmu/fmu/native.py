@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.window import checked_batch
 from slide_fmu.fmu.libraries.build import BINARIES, TARGETS
 from slide_fmu.network.feed_forward import FeedForward
 from slide_fmu.network.state_space import StateSpace
@@ -32,20 +33,20 @@ class NativeError(RuntimeError):
 
 
 def kernels() -> list[str]:
-    """Names of the kernels that this processor supports, the fastest first.
+    """Name the kernels that this processor supports, the fastest first.
 
     Raises:
         NativeError: there is no compiled library.
     """
     library = _library()
     names: list[str] = []
-    while (name := library.slide_native_kernel(ctypes.c_size_t(len(names)))) is not None:
+    while (name := library.slide_native_kernel(len(names))) is not None:
         names.append(name.decode().removeprefix("slide_kernel_"))
     return names
 
 
 class NativeSurrogate:
-    """A surrogate in the C runtime. Final.
+    """A NativeSurrogate is a surrogate in the C runtime. Final.
 
     Args:
         surrogate: what is evaluated.
@@ -64,18 +65,16 @@ class NativeSurrogate:
 
     def _open(self) -> int:
         message = ctypes.create_string_buffer(MESSAGE)
-        size = ctypes.c_size_t(len(self._payload))
-        kernel = ctypes.c_size_t(self._kernel)
         handle = self._library.slide_native_open(
-            self._payload, size, kernel, message, ctypes.c_size_t(MESSAGE)
+            self._payload, len(self._payload), self._kernel, message, MESSAGE
         )
         if not handle:
             raise NativeError(f"surrogate {self.surrogate.name!r}: {message.value.decode()}")
-        weakref.finalize(self, self._library.slide_native_close, ctypes.c_void_p(handle))
+        weakref.finalize(self, self._library.slide_native_close, handle)
         return int(handle)
 
     def predict_windows(self, windows: NDArray[Any], threads: int | None = None) -> FloatArray:
-        """Outputs of single windows, as ``Surrogate.predict_windows`` gives them.
+        """Predict the outputs of single windows, as ``Surrogate.predict_windows`` does.
 
         Overlapping windows of a record, as ``numpy.lib.stride_tricks.sliding_window_view`` gives
         them, are read in place: the record is scaled once. (Features that look at inputs before
@@ -93,12 +92,7 @@ class NativeSurrogate:
             NativeError: a feature is not finite.
         """
         surrogate, window = self.surrogate, self.surrogate.window
-        array = np.asarray(windows, dtype=np.float64)
-        expected = (window.n_in, len(surrogate.inputs))
-        if array.ndim != 3 or array.shape[1:] != expected:
-            raise ValueError(
-                f"windows of shape {array.shape}; expected (B, {expected[0]}, {expected[1]})"
-            )
+        array = checked_batch("windows", windows, (window.n_in, len(surrogate.inputs)))
         count = _available_cores() if threads is None else threads
         if count < 1:
             raise ValueError(f"threads {threads}; expected at least one")
@@ -126,7 +120,7 @@ class NativeSurrogate:
     ) -> NDArray[np.float32]:
         """Values of every evaluation: one a window, or one at each of its last positions."""
         n_in, seen = self.surrogate.window.n_in, network.features
-        if not _sees_single_inputs(network):
+        if seen.features.n_before > 0:
             starts = step * np.arange(windows)[:, None] + np.arange(n_in)
             records, step = scaled[starts], n_in
         else:
@@ -174,14 +168,8 @@ def _share(
     def run(index: int) -> int:
         first, last = bounds[index], bounds[index + 1]
         pointers = np.ascontiguousarray(begins[first:last])
-        return int(
-            function(
-                ctypes.c_void_p(handles[index]),
-                ctypes.c_void_p(pointers.ctypes.data),
-                ctypes.c_size_t(len(pointers)),
-                ctypes.c_void_p(values[first:last].ctypes.data),
-            )
-        )
+        place = values[first:last].ctypes.data
+        return int(function(handles[index], pointers.ctypes.data, len(pointers), place))
 
     if len(handles) == 1:
         failed = [run(0)]
@@ -190,10 +178,6 @@ def _share(
             failed = list(pool.map(run, range(len(handles))))
     if any(failed):
         raise NativeError("a feature of the windows is not finite, or there is no memory left")
-
-
-def _sees_single_inputs(network: FeedForward) -> bool:
-    return network.features.features.n_before == 0
 
 
 def _record_behind(windows: FloatArray) -> tuple[FloatArray, int]:
@@ -224,14 +208,22 @@ def _library() -> ctypes.CDLL:
             f"the compiled runtime {path} is missing; run: python -m slide_fmu.fmu.libraries.build"
         )
     library = ctypes.CDLL(str(path))
-    library.slide_native_open.restype = ctypes.c_void_p
-    library.slide_native_kernel.restype = ctypes.c_char_p
-    library.slide_native_close.restype = None
+    handle, text, size = ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t
+    signatures: dict[str, list[Any]] = {
+        "open": [handle, text, size, size, text, size],
+        "close": [None, handle],
+        "kernel": [text, size],
+        "layers": [ctypes.c_int, handle, handle, size, handle],
+        "cells": [ctypes.c_int, handle, handle, size, handle],
+    }
+    for name, (result, *arguments) in signatures.items():
+        function = getattr(library, f"slide_native_{name}")
+        function.restype, function.argtypes = result, arguments
     return library
 
 
 def library_path() -> Path:
-    """The compiled library of this platform.
+    """Find the compiled library of this platform.
 
     Raises:
         NativeError: there is none for it.

@@ -45,7 +45,7 @@ class Network(abc.ABC):
 
     @abc.abstractmethod
     def evaluate(self, sequences: NDArray[Any]) -> Float32Array:
-        """Evaluate a batch.
+        """Evaluate a batch of sequences.
 
         Args:
             sequences: scaled inputs, shape (B, n_samples, n_channels), oldest sample first.
@@ -56,7 +56,7 @@ class Network(abc.ABC):
 
     @abc.abstractmethod
     def block(self, sequences: NDArray[Any], n_out: int) -> Float32Array:
-        """The output windows of a batch of input windows.
+        """Evaluate the output windows of a batch of input windows.
 
         Args:
             sequences: scaled inputs, shape (B, n_in, n_channels), oldest sample first.
@@ -68,7 +68,7 @@ class Network(abc.ABC):
 
     @abc.abstractmethod
     def stream(self, records: NDArray[Any]) -> Float32Array:
-        """Values at every sample of long records, as the FMU gives them.
+        """Evaluate at every sample of long records, as the FMU does.
 
         Args:
             records: scaled inputs, shape (B, N, n_channels), N >= 1; the first input of each
@@ -84,7 +84,7 @@ class Network(abc.ABC):
 
     @abc.abstractmethod
     def require_window(self, window: Window, n_outputs: int) -> None:
-        """Refuse a window, or a number of outputs, that the network as a surrogate does not fit.
+        """Reject a window, or a number of outputs, that the network does not fit.
 
         Raises:
             ValueError: with the sizes found and those expected.
@@ -92,21 +92,21 @@ class Network(abc.ABC):
 
     @abc.abstractmethod
     def block_length(self, n_outputs: int) -> int:
-        """Samples of the outputs that it knows at a time, of so many outputs."""
+        """Give the number of samples of the outputs that it knows at a time."""
 
     @property
     @abc.abstractmethod
     def measures_truncation(self) -> bool:
-        """Whether its steppers say what their finite memory costs: ``truncation_error``."""
+        """It is true when its steppers measure their ``truncation_error``."""
 
     @property
     @abc.abstractmethod
     def is_affine(self) -> bool:
-        """Whether the values are an affine function of the sequence."""
+        """It is true when the values are an affine function of the sequence."""
 
     @abc.abstractmethod
     def count_parameters(self) -> int:
-        """Number of weights and biases."""
+        """Count the weights and biases."""
 
 
 class Stepper(abc.ABC):
@@ -126,20 +126,7 @@ class Stepper(abc.ABC):
     @property
     @abc.abstractmethod
     def truncation_error(self) -> Float32Array | None:
-        """What a finite memory was last found to cost, shape (n_values,), scaled.
+        """The last found cost of the finite memory, shape (n_values,), scaled.
 
         None before the first step, and for families that do not measure it.
         """
-
-
-def check_sequences(network: Network, sequences: NDArray[Any]) -> None:
-    """Refuse sequences that a network does not take.
-
-    Raises:
-        ValueError: with the shape found and the shape expected.
-    """
-    expected = (network.n_samples, network.n_channels)
-    if sequences.ndim != 3 or sequences.shape[1:] != expected:
-        raise ValueError(
-            f"sequences of shape {sequences.shape}; expected (B, {expected[0]}, {expected[1]})"
-        )

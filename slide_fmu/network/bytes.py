@@ -41,7 +41,7 @@ KIND_FLOAT16 = 3
 
 
 def encode_network(network: Network) -> bytes:
-    """The bytes of a network.
+    """Write the bytes of a network.
 
     Raises:
         TypeError: the network belongs to no registered family.

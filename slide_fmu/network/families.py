@@ -26,7 +26,7 @@ from slide_fmu.network.state_space.network import StateSpace
 
 @dataclass(frozen=True)
 class Family:
-    """What the package has to know of a network family.
+    """A Family is what the package has to know of a network family.
 
     Attributes:
         name: for people.
@@ -34,7 +34,10 @@ class Family:
         network: the final class.
         encode: the bytes of a network, which begin with the kind.
         decode: the reader of what follows the kind: of the bytes and the number of input channels.
-        pull_back: reverse mode, as ``network.gradient.pull_back_block``, of float64 features.
+        pull_back: reverse mode of ``Network.block`` after its features. It takes the network, the
+            features of input windows in float64, shape (B, n_in, n_features), and n_out; it gives
+            a function from weights of the values, shape (B, n_out, n_outputs), to the gradient of
+            their weighted sum with respect to the features.
     """
 
     name: str
@@ -55,7 +58,7 @@ FAMILIES = (
 
 
 def family_of(network: Network) -> Family:
-    """The family that a network belongs to.
+    """Find the family that a network belongs to.
 
     Raises:
         TypeError: it belongs to none that is registered.

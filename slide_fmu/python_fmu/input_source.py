@@ -1,24 +1,22 @@
-"""Recorded inputs as FMU: drives other FMUs in masters that take no inputs from outside."""
+"""Recorded inputs as FMU: drives other FMUs in importers that take no inputs from outside."""
 
 from __future__ import annotations
 
-import hashlib
 import io
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import Element
 
 import numpy as np
-from pythonfmu import DefaultExperiment, Fmi2Causality, Fmi2Slave, Real
-from pythonfmu.enums import Fmi2Initial, Fmi2Variability
+from pythonfmu import Real
 
 from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.python_fmu.slave import Slave
 from slide_fmu.python_fmu.torch_window import SAME, Clock
-from slide_fmu.python_fmu.writer import complete, keep_module_of, write_python_fmu
+from slide_fmu.python_fmu.writer import write_python_fmu
 
 RECORD = "inputs.npz"
 
@@ -37,13 +35,13 @@ def write_input_source(
 ) -> Path:
     """Write an FMU whose outputs are recorded inputs, sample k from time k h on.
 
-    After the record its last sample is held. Needs this Python environment where it runs.
+    After the record its last sample is held. The FMU needs this Python environment where it runs.
 
     Args:
-        signals: what the columns are; become the outputs.
-        step: h in s.
-        inputs: shape (N, n_inputs), in the signals' units.
-        path: file to write, ending in ``.fmu``.
+        signals: one for each column of the inputs; they become the outputs.
+        step: sample step h in s.
+        inputs: the record, shape (N, n_inputs), in the signals' units.
+        path: the file to write, ending in ``.fmu``.
 
     Returns:
         The path.
@@ -59,40 +57,24 @@ def write_input_source(
     return write_python_fmu(class_name, script, path, {RECORD: record.getvalue()})
 
 
-class InputSource(Fmi2Slave):  # type: ignore[misc]
-    """A record of inputs as FMI 2.0 co-simulation slave."""
-
-    def __init_subclass__(cls, **kwargs: Any) -> None:
-        super().__init_subclass__(**kwargs)
-        keep_module_of(cls)
+class InputSource(Slave):
+    """A record of inputs as co-simulation slave of FMI 2.0. Final but for its name."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        keep_module_of(type(self))
         record = Path(self.resources) / RECORD
         with np.load(record) as found:
             about, self.inputs = json.loads(str(found["about"])), found["inputs"]
-        self.guid = hashlib.sha256(record.read_bytes()).hexdigest()[:32]
         self.signals = [Signal(**signal) for signal in about["signals"]]
-        self.step = float(about["step"])
-        self.clock = Clock(self.step)
-        self.description = "Recorded inputs; the last one is held"
-        self.default_experiment = DefaultExperiment(0.0, None, self.step)
+        self.clock = Clock(float(about["step"]))
+        text = "Recorded inputs; the last one is held"
+        self.introduce(record.read_bytes(), text, self.clock.step)
         for index, signal in enumerate(self.signals):
-            self.register_variable(
-                Real(
-                    signal.name,
-                    causality=Fmi2Causality.output,
-                    variability=Fmi2Variability.continuous,
-                    initial=Fmi2Initial.calculated,
-                    description=signal.description,
-                    getter=partial(self._value, index),
-                ),
-                nested=False,
-            )
+            text, getter = signal.description, partial(self._value, index)
+            self.add(Real, signal.name, "output", "continuous", description=text, getter=getter)
 
     def setup_experiment(self, start_time: float, *others: object) -> None:
-        """Begin with the sample of the start time."""
+        """Begin with the sample of the start time, in s."""
         self.clock.anchor = start_time
 
     def do_step(self, current_time: float, step_size: float) -> bool:
@@ -105,14 +87,10 @@ class InputSource(Fmi2Slave):  # type: ignore[misc]
         return True
 
     def _value(self, index: int) -> float:
-        """Of an output now."""
-        sample = min(
-            max(int(np.floor(self.clock.time / self.step + SAME)), 0), len(self.inputs) - 1
-        )
-        return float(self.inputs[sample, index])
+        """Give the value of an output now."""
+        sample = int(np.floor(self.clock.time / self.clock.step + SAME))
+        return float(self.inputs[min(max(sample, 0), len(self.inputs) - 1), index])
 
-    def to_xml(self, model_options: Mapping[str, str] | None = None) -> Element:
-        """Model description with units, ranges and initial unknowns."""
-        root: Element = super().to_xml(dict(model_options or {}))
-        complete(root, self.signals)
-        return root
+    def described(self) -> list[Signal]:
+        """Give the recorded signals."""
+        return self.signals

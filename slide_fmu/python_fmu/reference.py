@@ -1,4 +1,4 @@
-"""Write a reference system as FMU, to run it side by side with its surrogate in any master."""
+"""Write a reference system as FMU, to run it side by side with its surrogate in any importer."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def write_reference_fmu(model: str, parameters: Mapping[str, Parameter], path: P
     """Write a system as FMI 2.0 co-simulation FMU that runs in a Python environment.
 
     The FMU holds a small script only; slide_fmu and the system's package are imported from the
-    environment of the master. It starts at rest under its first inputs, or, with the parameter
+    environment of the importer. It starts at rest under its first inputs, or, with the parameter
     ``start_from_state``, from ``initial_coordinates[i]`` and ``initial_velocities[i]`` (and
-    ``initial_last_input[i]`` for ramped inputs).
+    ``initial_last_input[i]`` for inputs with a first-order hold).
 
     Args:
         model: ``"package.module:Class"`` of a ``System``.

@@ -1,23 +1,21 @@
 """The inside of a reference FMU: any ``System`` behind the FMI 2.0 interface of PythonFMU.
 
-A reference FMU holds a script with one subclass that names the system; see ``reference_fmu``.
+A reference FMU holds a script with one subclass that names the system; see ``reference.py``.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
-from xml.etree.ElementTree import Element
 
 import numpy as np
-from pythonfmu import Boolean, DefaultExperiment, Fmi2Causality, Fmi2Slave, Real
-from pythonfmu.enums import Fmi2Initial, Fmi2Status, Fmi2Variability
+from pythonfmu import Boolean, Real
+from pythonfmu.enums import Fmi2Status
 
-from slide_fmu.core.signals import FloatArray, hold_of
+from slide_fmu.core.signals import FloatArray, Signal, hold_of
+from slide_fmu.python_fmu.slave import Slave
 from slide_fmu.python_fmu.torch_window import Clock
-from slide_fmu.python_fmu.writer import child, complete, keep_module_of
 from slide_fmu.systems.base import SimulationError, State
 from slide_fmu.systems.loading import Parameter, load_system
 
@@ -25,29 +23,24 @@ FROM_STATE = "start_from_state"
 """FMI parameter: start from the ``initial_...`` parameters instead of at rest."""
 
 
-class SystemSlave(Fmi2Slave):  # type: ignore[misc]
-    """A reference system as FMI 2.0 co-simulation slave.
+class SystemSlave(Slave):
+    """A reference system as co-simulation slave of FMI 2.0. Final but for its name.
 
     Attributes:
-        MODEL: dotted name of the system.
+        MODEL: the dotted name of the system.
         PARAMETERS: its keyword arguments.
     """
 
+    CAPABILITIES = {"canHandleVariableCommunicationStepSize": "false"}  # noqa: RUF012 (constant)
     MODEL: ClassVar[str]
     PARAMETERS: ClassVar[Mapping[str, Parameter]]
 
-    def __init_subclass__(cls, **kwargs: Any) -> None:
-        super().__init_subclass__(**kwargs)
-        keep_module_of(cls)
-
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        keep_module_of(type(self))
         self.system = load_system(self.MODEL, self.PARAMETERS)
         identity = json.dumps([self.MODEL, dict(self.PARAMETERS)], sort_keys=True)
-        self.guid = hashlib.sha256(identity.encode()).hexdigest()[:32]
-        self.description = f"Reference system {self.MODEL}, simulated by its own solver"
-        self.default_experiment = DefaultExperiment(0.0, 1.0, self.system.step)
+        text = f"Reference system {self.MODEL}, simulated by its own solver"
+        self.introduce(identity.encode(), text, self.system.step, stop=1.0)
         self.input_values = np.array([signal.start_value for signal in self.system.inputs])
         rest = self.system.rest_state(self.input_values)
         self.initial = {
@@ -63,53 +56,24 @@ class SystemSlave(Fmi2Slave):  # type: ignore[misc]
     def _register(self) -> None:
         """Declare the variables: inputs, outputs, then the parameters of the initial state."""
         for index, signal in enumerate(self.system.inputs):
-            self._add(
-                signal.name, Fmi2Causality.input, signal.description, self.input_values, index
-            )
+            access = _access(signal.description, self.input_values, index)
+            self.add(Real, signal.name, "input", "continuous", **access)
         for index, signal in enumerate(self.system.outputs):
-            self.register_variable(
-                Real(
-                    signal.name,
-                    causality=Fmi2Causality.output,
-                    variability=Fmi2Variability.continuous,
-                    initial=Fmi2Initial.calculated,
-                    description=signal.description,
-                    getter=lambda index=index: self._outputs()[index],
-                ),
-                nested=False,
-            )
-        self.register_variable(
-            Boolean(
-                FROM_STATE,
-                causality=Fmi2Causality.parameter,
-                variability=Fmi2Variability.fixed,
-                initial=Fmi2Initial.exact,
-                description="start from the initial_ parameters instead of at rest",
-                getter=lambda: self.from_state,
-                setter=lambda value: setattr(self, "from_state", value),
-            ),
-            nested=False,
-        )
+            access = {
+                "description": signal.description,
+                "getter": lambda index=index: self._outputs()[index],
+            }
+            self.add(Real, signal.name, "output", "continuous", **access)
+        access = {
+            "description": "start from the initial_ parameters instead of at rest",
+            "getter": lambda: self.from_state,
+            "setter": lambda value: setattr(self, "from_state", value),
+        }
+        self.add(Boolean, FROM_STATE, "parameter", "fixed", **access)
         for part, values in self.initial.items():
             for index in range(len(values)):
-                name = f"initial_{part}[{index}]"
-                self._add(name, Fmi2Causality.parameter, "SI units", values, index)
-
-    def _add(
-        self, name: str, causality: Fmi2Causality, text: str, values: FloatArray, index: int
-    ) -> None:
-        """Declare a real variable that is stored in ``values[index]``."""
-        is_input = causality == Fmi2Causality.input
-        variable = Real(
-            name,
-            causality=causality,
-            variability=Fmi2Variability.continuous if is_input else Fmi2Variability.fixed,
-            initial=None if is_input else Fmi2Initial.exact,
-            description=text,
-            getter=lambda: values[index],
-            setter=lambda value: values.__setitem__(index, value),
-        )
-        self.register_variable(variable, nested=False)
+                access = _access("SI units", values, index)
+                self.add(Real, f"initial_{part}[{index}]", "parameter", "fixed", **access)
 
     def exit_initialization_mode(self) -> None:
         """Put the system into its initial state."""
@@ -117,7 +81,7 @@ class SystemSlave(Fmi2Slave):  # type: ignore[misc]
         self.started = True
 
     def _start(self) -> None:
-        """Initial state: as given, or the static equilibrium under the present inputs."""
+        """Set the initial state: the given one, or the static equilibrium under the inputs."""
         if self.from_state:
             last_input = self.initial.get("last_input", self.input_values)
             coordinates, velocities = self.initial["coordinates"], self.initial["velocities"]
@@ -126,13 +90,13 @@ class SystemSlave(Fmi2Slave):  # type: ignore[misc]
             self.system.set_state(self.system.rest_state(self.input_values))
 
     def _outputs(self) -> FloatArray:
-        """Outputs at the current state, before the first step at the initial state."""
+        """Give the outputs at the current state; before the first step, at the initial state."""
         if not self.started:
             self._start()
         return self.system.output()
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """Advance by the sample step h; anything else is refused with a logged message."""
+        """Advance by the sample step h; any other step is rejected with a logged message."""
         step = self.system.step
         if Clock(step).meant(step_size) != (step, 1):
             return self._refuse(
@@ -149,10 +113,15 @@ class SystemSlave(Fmi2Slave):  # type: ignore[misc]
         self.log(f"{self.MODEL}: {message}", Fmi2Status.error)
         return False
 
-    def to_xml(self, model_options: Mapping[str, str] | None = None) -> Element:
-        """Model description with what PythonFMU leaves out: units, ranges, initial unknowns."""
-        root: Element = super().to_xml(dict(model_options or {}))
-        slave = child(root, "CoSimulation")
-        slave.set("canHandleVariableCommunicationStepSize", "false")
-        complete(root, (*self.system.inputs, *self.system.outputs))
-        return root
+    def described(self) -> Sequence[Signal]:
+        """Give inputs and outputs of the system."""
+        return (*self.system.inputs, *self.system.outputs)
+
+
+def _access(text: str, values: FloatArray, index: int) -> dict[str, Any]:
+    """Describe a real variable that is stored in ``values[index]``, and how it is got and set."""
+    return {
+        "description": text,
+        "getter": lambda: values[index],
+        "setter": lambda value: values.__setitem__(index, value),
+    }

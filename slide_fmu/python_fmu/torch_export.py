@@ -22,7 +22,7 @@ from pydantic import ConfigDict, Field, ValidationError, field_validator, model_
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FORMER_HOLDS, Hold, Signal
 from slide_fmu.core.window import MAX_WINDOW
-from slide_fmu.fmu.description.variables import KINDS, initial_name
+from slide_fmu.fmu.description.variables import BY_KEY, KINDS
 from slide_fmu.fmu.export import MODULE
 from slide_fmu.python_fmu.torch_files import SUFFIXES
 from slide_fmu.python_fmu.writer import write_python_fmu
@@ -39,6 +39,7 @@ LONGEST_NAME = 100
 
 PARTS = (
     "fmu.description.variables",
+    "python_fmu.slave",
     "python_fmu.torch_window",
     "python_fmu.torch_network",
     "python_fmu.torch_slave",
@@ -95,7 +96,7 @@ class SignalTable(Table):
         return self
 
     def signal(self) -> Signal:
-        """The signal.
+        """Give the signal.
 
         Raises:
             ValueError: its range or start is none.
@@ -103,7 +104,7 @@ class SignalTable(Table):
         return Signal(self.name, self.unit, self.low, self.high, self.description, self.start)
 
     def scaling(self) -> Affine:
-        """From values to what the module takes or gives.
+        """Give the map from values to what the module takes or gives.
 
         Raises:
             ValueError: the signal is none, or its range too large or too small to be -1 .. 1.
@@ -120,7 +121,7 @@ class SignalTable(Table):
             ) from error
 
     def figures(self) -> dict[str, Any]:
-        """As the slave reads it: nothing left out."""
+        """Give the signal as the slave reads it: nothing is left out."""
         signal, scaling = self.signal(), self.scaling()
         return {
             **{name: value for name, value in asdict(signal).items() if name in SAID},
@@ -169,7 +170,7 @@ class ModuleTable(Table):
     def _names_differ(self) -> ModuleTable:
         names = [signal.name for signal in (*self.inputs, *self.outputs)]
         names += [kind.name for kind in KINDS if kind.in_module_fmus and kind.per == "one"]
-        names += [initial_name(signal.name) for signal in self.inputs]
+        names += [BY_KEY["INITIAL_INPUT"].name_for(signal.name) for signal in self.inputs]
         twice = [name for name in names if names.count(name) > 1]
         if twice:
             raise ValueError(f"two variables have the name {twice[0]!r}; expected unique names")

@@ -13,12 +13,12 @@ and their names in the FMU."""
 
 
 def is_module(path: Path) -> bool:
-    """Whether a file is a torch module, by its name."""
+    """Say whether a file is a torch module, by its name."""
     return path.suffix in SUFFIXES
 
 
 def module_figures(path: Path) -> dict[str, Any] | None:
-    """What an FMU says about the torch module in it, or None when it carries none.
+    """Read what an FMU says about the torch module in it, or None when it carries none.
 
     Raises:
         FmuError: the file is no zip archive or is damaged, or what it says is no JSON object.

@@ -1,6 +1,6 @@
 """The torch module in an FMU, evaluated on the CPU. Becomes part of that FMU, as its slave does.
 
-Modules are written by others: whatever goes wrong in them is told in one sentence.
+Modules are written by others: whatever goes wrong in them is reported in one sentence.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class ModuleNetwork:
         self._n_outputs = n_outputs
 
     def values(self, window: FloatArray) -> FloatArray:
-        """Scaled outputs of the newest sample, (n_outputs,), for scaled inputs (n_in, n_inputs).
+        """Give the scaled outputs, (n_outputs,), of scaled inputs (n_in, n_inputs), both float64.
 
         Raises:
             ValueError: the module gives none that are finite numbers.
@@ -56,7 +56,7 @@ class ModuleNetwork:
         return newest
 
     def require_function(self, windows: Sequence[FloatArray]) -> None:
-        """Refuse a module that gives something else for the same window the second time.
+        """Reject a module that gives something else for the same window the second time.
 
         Args:
             windows: scaled inputs, (n_in, n_inputs) each; others lie between the two times.

@@ -7,27 +7,25 @@ communication step mean what they mean in the native runtime, see ``fmu/runtime/
 The library of PythonFMU answers a call with fmi2OK, a step with fmi2Discard too, and every
 exception with fmi2Fatal, after which the instance is gone. So a step that cannot be taken is
 discarded; what else is refused is logged and changes nothing (values that cannot be had are NaN),
-and the next step is discarded: no master goes on as if nothing were wrong.
+and the next step is discarded: no importer goes on as if nothing were wrong.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
-import sys
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
-from xml.etree.ElementTree import Element
 
 import numpy as np
-from pythonfmu import Boolean, DefaultExperiment, Fmi2Causality, Fmi2Slave, Real
-from pythonfmu.enums import Fmi2Initial, Fmi2Status, Fmi2Variability
+from pythonfmu import Boolean, Real
+from pythonfmu.enums import Fmi2Status
 
-from slide_fmu.fmu.description.variables import KINDS, PREHISTORY_KNOWN, Kind, kind_of
+from slide_fmu.fmu.description.variables import KINDS, PREHISTORY_KNOWN, kind_of
+from slide_fmu.python_fmu.slave import Slave
 from slide_fmu.python_fmu.torch_network import ModuleNetwork
 from slide_fmu.python_fmu.torch_window import Clock, FloatArray, PastInputs
 
@@ -38,38 +36,39 @@ RANGE_SLACK = 1e-6
 TRIALS = 5
 """Windows of random inputs that a module is tried on when its FMU is written."""
 
+PLAIN_STATE = ("prehistory_known", "stepping", "outputs", "filled")
+"""Attributes of a slave that are saved as they are."""
+
 _Value = TypeVar("_Value", float, bool)
+_Getter = Callable[[], float | bool]
+_Setter = Callable[[float], None]
 
-_SPARE_REFERENCES: list[dict[str, Any]] = []
 
+class ModuleSlave(Slave):
+    """A torch module on a sliding window as co-simulation slave of FMI 2.0.
 
-class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
-    """A torch module on a sliding window as FMI 2.0 co-simulation slave."""
+    Values of inputs and outputs are in the units of their signals, times in s.
+    """
 
-    def __init_subclass__(cls, **kwargs: Any) -> None:
-        super().__init_subclass__(**kwargs)
-        _keep_module_of(cls)
+    CAPABILITIES = dict.fromkeys(("canGetAndSetFMUstate", "canSerializeFMUstate"), "true")
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        _keep_module_of(type(self))
         folder = Path(self.resources)
         text = (folder / DESCRIPTION).read_bytes()
         self.about: dict[str, Any] = json.loads(text)
         self.network = ModuleNetwork(folder, len(self.about["outputs"]))
-        self.guid = hashlib.sha256(text + self.network.identity).hexdigest()[:32]
-        self.description = self.about["description"]
-        self.sample_step = float(self.about["window"]["step"])
+        self.clock, self.filled = Clock(float(self.about["window"]["step"])), 0.0
         self.n_in = int(self.about["window"]["n_in"])
-        self.default_experiment = DefaultExperiment(0.0, None, self.sample_step)
+        identity, step = text + self.network.identity, self.clock.step
+        self.introduce(identity, self.about["description"], step)
         signals = self.about["inputs"]
         self.inputs = [float(signal["start"]) for signal in signals]
         self.initial = list(self.inputs)
         self.prehistory_known = 0.0
         self.offset = np.array([signal["offset"] for signal in signals])
         self.scale = np.array([signal["scale"] for signal in signals])
-        self.past = PastInputs(self.n_in, self.sample_step, signals[0]["hold"] == "first_order")
-        self.clock, self.filled = Clock(self.sample_step), 0.0
+        self.past = PastInputs(self.n_in, step, signals[0]["hold"] == "first_order")
         self.stepping = False
         self.refused: str | None = None  # why the next step is
         self.outputs: list[float] | None = None  # None: those of the present inputs, held
@@ -78,56 +77,41 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
 
     def _register(self) -> None:
         """Declare the variables of the table, with its names, types and value references."""
-        signals = {
-            "one": [{}],
-            "input": self.about["inputs"],
-            "output": self.about["outputs"],
-        }
+        tables = {"one": [{}], "input": self.about["inputs"], "output": self.about["outputs"]}
         for kind in KINDS:
-            if kind.in_module_fmus:
-                for index, signal in enumerate(signals[kind.per]):
-                    self._add(kind, index, signal)
-
-    def _add(self, kind: Kind, index: int, signal: Mapping[str, Any]) -> None:
-        """Declare one variable; ``register_variable`` would count the value references itself."""
-        getter, setter = self._access(kind.key, index)
-        name = signal.get("name", "")
-        own_text = signal["description"] if kind.name == "{signal}" else ""
-        initial = {"output": Fmi2Initial.calculated, "parameter": Fmi2Initial.exact}
-        variable = {"Real": Real, "Boolean": Boolean}[kind.type](
-            kind.name_for(name),
-            causality=Fmi2Causality[kind.causality],
-            variability=Fmi2Variability[kind.variability],
-            initial=initial.get(kind.causality),
-            description=own_text or kind.text.format(signal=name),
-            getter=getter,
-            setter=setter,
-        )
-        variable.value_reference = kind.reference(index)
-        self.vars[variable.value_reference] = variable
-
-    def _access(
-        self, key: str, index: int
-    ) -> tuple[Callable[[], float | bool], Callable[[float], None] | None]:
-        """How the variables of a kind are read and, where they can be, written."""
-        match key:
-            case "INPUT":
-                return partial(self.inputs.__getitem__, index), partial(
-                    self.inputs.__setitem__, index
+            for index, signal in enumerate(tables[kind.per] if kind.in_module_fmus else ()):
+                name = signal.get("name", "")
+                own_text = signal["description"] if kind.name == "{signal}" else ""
+                getter, setter = self._access(kind.key, index)
+                self.add(
+                    {"Real": Real, "Boolean": Boolean}[kind.type],
+                    kind.name_for(name),
+                    kind.causality,
+                    kind.variability,
+                    kind.reference(index),
+                    description=own_text or kind.text.format(signal=name),
+                    getter=getter,
+                    setter=setter,
                 )
-            case "OUTPUT":
-                return partial(self._output, index), None
-            case "WINDOW_FILLED":
-                return self._window_filled, None
-            case "IN_RANGE":
-                return self._in_range, None
-            case "PREHISTORY_KNOWN":
-                return lambda: self.prehistory_known, partial(setattr, self, "prehistory_known")
-            case "INITIAL_INPUT":
-                return partial(self.initial.__getitem__, index), partial(
-                    self.initial.__setitem__, index
-                )
-        raise KeyError(f"a torch module gives no values for variables of the kind {key}")
+
+    def _access(self, key: str, index: int) -> tuple[_Getter, _Setter | None]:
+        """Say how the variables of a kind are got and, where they can be, set."""
+        inputs, initial = self.inputs, self.initial
+        access: dict[str, tuple[_Getter, _Setter | None]] = {
+            "INPUT": (partial(inputs.__getitem__, index), partial(inputs.__setitem__, index)),
+            "OUTPUT": (partial(self._output, index), None),
+            "WINDOW_FILLED": (self._window_filled, None),
+            "IN_RANGE": (self._in_range, None),
+            "PREHISTORY_KNOWN": (
+                lambda: self.prehistory_known,
+                partial(setattr, self, "prehistory_known"),
+            ),
+            "INITIAL_INPUT": (
+                partial(initial.__getitem__, index),
+                partial(initial.__setitem__, index),
+            ),
+        }
+        return access[key]
 
     def _window_filled(self) -> float:
         return 1.0 if self.prehistory_known else min(1.0, self.filled / self.n_in)
@@ -135,7 +119,7 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
     def setup_experiment(
         self, start_time: float, stop_time: float | None = None, *others: object
     ) -> None:
-        """Start the clock."""
+        """Start the clock at a start time, both in s."""
         stop = math.inf if stop_time is None else stop_time
         if not stop >= start_time:
             self._refuse_next(
@@ -150,15 +134,15 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
             )
 
     def exit_initialization_mode(self) -> None:
-        """From here on parameters keep their values."""
+        """Go on to stepping: from here on parameters keep their values."""
         self.stepping = True
 
     def get_real(self, vrs: Sequence[int]) -> list[float]:
-        """Values of variables; all NaN where one is none, or the module gives no outputs."""
+        """Give values of variables; all NaN where one is none or the module gives no outputs."""
         return self._get(super().get_real, "Real", vrs, math.nan)
 
     def get_boolean(self, vrs: Sequence[int]) -> list[bool]:
-        """Values of variables; all false where one is none."""
+        """Give values of variables; all are false where one is none."""
         return self._get(super().get_boolean, "Boolean", vrs, False)
 
     def _get(
@@ -199,7 +183,7 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
             )
 
     def _fault_of(self, reference: int, value: float) -> str | None:
-        """Why a variable cannot have a value now."""
+        """Say why a variable cannot have a value now."""
         kind, index = kind_of(reference) or (None, 0)
         if (
             kind is None
@@ -228,7 +212,7 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         )
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """Take in the present inputs; what cannot be done is refused with a logged message."""
+        """Take in the present inputs; a step that cannot be taken is rejected with a message."""
         fault = self.refused or self.clock.fault_of(current_time, step_size)
         self.refused = None
         if fault is not None:
@@ -243,7 +227,7 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
             self.past.window, self.past.steps = before
             return self._refuse(f"step to {current_time + step_size} s: {error}")
         self.outputs = outputs.tolist()
-        self.filled += count or length / self.sample_step
+        self.filled += count or length / self.clock.step
         self.clock.advance(current_time, step_size)
         return True
 
@@ -252,19 +236,19 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         return False
 
     def _refuse_next(self, fault: str) -> None:
-        """Tell a fault for which PythonFMU has no status, and discard the next step for it."""
+        """Report a fault for which PythonFMU has no status; discard the next step for it."""
         self._refuse(fault)
         self.refused = f"refused because of what went before: {fault}"
 
     def _present_outputs(self) -> list[float]:
-        """Outputs at the present time; before the first step, of inputs held for ever."""
+        """Give the present outputs; before the first step, those of inputs held for ever."""
         if self.outputs is not None:
             return self.outputs
         outputs: list[float] = self._evaluate(self._window()).tolist()
         return outputs
 
     def _window(self) -> FloatArray:
-        """The inputs behind the present outputs, shape (n_in, n_inputs)."""
+        """Give the inputs behind the present outputs, shape (n_in, n_inputs)."""
         if self.past.window is not None:
             return self.past.window
         return np.tile(self.initial if self.prehistory_known else self.inputs, (self.n_in, 1))
@@ -276,7 +260,7 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         return self._present_outputs()[index]
 
     def _evaluate(self, window: FloatArray) -> FloatArray:
-        """Outputs, shape (n_outputs,), of a window of inputs, shape (n_in, n_inputs).
+        """Give the outputs, shape (n_outputs,), of a window of inputs, shape (n_in, n_inputs).
 
         Raises:
             ValueError: the module gives none that are finite numbers.
@@ -289,17 +273,14 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
         return np.asarray((window - self.offset) / self.scale)
 
     def _get_fmu_state(self) -> dict[str, Any]:
-        """All that changes, as JSON values; floats keep all their bits."""
+        """Give all that changes, as JSON values; floats keep all their bits."""
         return {
+            **{name: getattr(self, name) for name in PLAIN_STATE},
             "guid": self.guid,
             "inputs": list(self.inputs),
             "initial": list(self.initial),
-            "prehistory_known": self.prehistory_known,
-            "stepping": self.stepping,
             "window": None if self.past.window is None else self.past.window.tolist(),
             "steps": list(self.past.steps),
-            "outputs": self.outputs,
-            "filled": self.filled,
             "clock": [self.clock.anchor, self.clock.stride, self.clock.count],
         }
 
@@ -309,11 +290,11 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
             return
         self.inputs[:] = state["inputs"]
         self.initial[:] = state["initial"]
-        self.prehistory_known, self.stepping = state["prehistory_known"], state["stepping"]
+        for name in PLAIN_STATE:
+            setattr(self, name, state[name])
         window = state["window"]
         self.past.window = None if window is None else np.array(window)
         self.past.steps = [(length, list(inputs)) for length, inputs in state["steps"]]
-        self.outputs, self.filled = state["outputs"], state["filled"]
         self.clock.anchor, self.clock.stride, self.clock.count = state["clock"]
 
     @staticmethod
@@ -323,34 +304,34 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
 
     @staticmethod
     def _fmu_state_from_bytes(data: bytes) -> dict[str, Any]:
-        """The state; of damaged bytes, what is wrong with them."""
+        """Read the state; of damaged bytes, say what is wrong with them."""
         text = data[8:]
         if data[:8] != b"%08x" % zlib.crc32(text):
             return {"fault": "the state is damaged: its checksum does not match its content"}
         return dict(json.loads(text))
 
-    def to_xml(self, model_options: Mapping[str, str] | None = None) -> Element:
-        """Model description; written by slide_fmu, so here and nowhere else it is at hand."""
+    def described(self) -> list[Any]:
+        """Give the signals of all real variables, after the module was tried.
+
+        Raises:
+            ValueError: the module is no function of the window, or gives no outputs.
+        """
         from slide_fmu.core.signals import Signal
-        from slide_fmu.python_fmu.writer import child, complete
 
         self.network.require_function([self._scaled(window) for window in self._trials()])
-        root: Element = super().to_xml(dict(model_options or {}))
-        for flag in ("canGetAndSetFMUstate", "canSerializeFMUstate"):
-            child(root, "CoSimulation").set(flag, "true")
         kept = ("unit", "low", "high", "start")
         tables = {"input": self.about["inputs"], "output": self.about["outputs"]}
         signals = []
         for kind in (kind for kind in KINDS if kind.in_module_fmus and kind.type == "Real"):
-            alone = {"unit": kind.unit, "low": kind.low, "high": kind.high, "start": 0.0}
+            low, high, _ = kind.bounds
+            alone = {"unit": kind.unit, "low": low, "high": high, "start": 0.0}
             for table in tables.get(kind.per, [{**alone, "name": ""}]):
                 name = kind.name_for(table["name"])
                 signals.append(Signal(name, **{key: table[key] for key in kept}))
-        complete(root, signals)
-        return root
+        return signals
 
     def _trials(self) -> list[FloatArray]:
-        """Windows that the module must know: of the start, and of inputs in their ranges."""
+        """Draw windows that the module must know: the start, and inputs in their ranges."""
         low, high = (np.array([s[key] for s in self.about["inputs"]]) for key in ("low", "high"))
         rng = np.random.default_rng(0)
         windows = [np.tile(row, (self.n_in, 1)) for row in (self.inputs, low, high)]
@@ -358,8 +339,3 @@ class ModuleSlave(Fmi2Slave):  # type: ignore[misc]
             part = rng.uniform(size=(self.n_in, len(low)))
             windows.append((1 - part) * low + part * high)
         return windows
-
-
-def _keep_module_of(slave_class: type) -> None:
-    """As ``keep_module_of`` in ``slide_fmu/python_fmu/writer.py``, which is not at hand."""
-    _SPARE_REFERENCES.append(vars(sys.modules[slave_class.__module__]))

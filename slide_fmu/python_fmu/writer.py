@@ -9,7 +9,6 @@ import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 from pythonfmu import FmuBuilder
@@ -17,8 +16,6 @@ from pythonfmu import FmuBuilder
 from slide_fmu.core.files import write_zip
 from slide_fmu.core.signals import Signal
 from slide_fmu.core.units import BASE_UNITS
-
-_SPARE_REFERENCES: list[dict[str, Any]] = []
 
 
 def write_python_fmu(
@@ -29,9 +26,9 @@ def write_python_fmu(
     The same arguments give the same bytes, where the slave ``complete``s its model description.
 
     Args:
-        class_name: the slave class, which becomes the model identifier.
-        script: Python source that defines it.
-        path: file to write, ending in ``.fmu``; replaced as a whole when it is there.
+        class_name: the name of the slave class, which becomes the model identifier.
+        script: the Python source that defines it.
+        path: the file to write, ending in ``.fmu``; it is replaced as a whole when it is there.
         resources: files beside the script, by name.
 
     Returns:
@@ -68,47 +65,39 @@ def write_python_fmu(
     return path
 
 
-def keep_module_of(slave_class: type) -> None:
-    """Hold one more reference to the names of the module that defines a slave class.
-
-    The library of PythonFMU 0.7 gives back one reference too many per instance (its issue 228);
-    without a spare one for each, the second instance in a process finds an emptied module.
-    """
-    _SPARE_REFERENCES.append(vars(sys.modules[slave_class.__module__]))
-
-
-def complete(root: Element, signals: Sequence[Signal]) -> None:
-    """Add units, ranges, start values and initial unknowns to a model description.
+def complete(root: Element, signals: Sequence[Signal], capabilities: Mapping[str, str]) -> None:
+    """Add units, ranges, start values, capabilities and initial unknowns to a model description.
 
     The date goes: the same FMU is the same file on another day.
 
     Args:
-        root: as ``Fmi2Slave.to_xml`` gives it.
-        signals: inputs and outputs.
+        root: the document, as ``Fmi2Slave.to_xml`` gives it.
+        signals: real variables that have a unit and a range.
+        capabilities: attributes of the element ``CoSimulation``.
+
+    Raises:
+        RuntimeError: PythonFMU did not write an element that it always writes.
     """
     root.attrib.pop("generationDateAndTime", None)
-    slave = child(root, "CoSimulation")
+    slave = _child(root, "CoSimulation")
+    slave.attrib.update(capabilities)
     units = Element("UnitDefinitions")
     for name in sorted({signal.unit for signal in signals}):
         unit = SubElement(units, "Unit", name=name)
         if name in BASE_UNITS:
             SubElement(unit, "BaseUnit", BASE_UNITS[name])
     root.insert(list(root).index(slave) + 1, units)
-    by_name = {variable.get("name"): variable for variable in child(root, "ModelVariables")}
+    by_name = {variable.get("name"): variable for variable in _child(root, "ModelVariables")}
     for signal in signals:
-        _set_range(child(by_name[signal.name], "Real"), signal)
-    structure = child(root, "ModelStructure")
+        _set_range(_child(by_name[signal.name], "Real"), signal)
+    structure = _child(root, "ModelStructure")
     unknowns = SubElement(structure, "InitialUnknowns")
-    for unknown in child(structure, "Outputs"):
+    for unknown in _child(structure, "Outputs"):
         SubElement(unknowns, "Unknown", index=unknown.attrib["index"])
 
 
-def child(parent: Element, tag: str) -> Element:
-    """A child that PythonFMU always writes.
-
-    Raises:
-        RuntimeError: it is not there.
-    """
+def _child(parent: Element, tag: str) -> Element:
+    """Find a child that PythonFMU always writes; raise a RuntimeError where it is not there."""
     found = parent.find(tag)
     if found is None:
         raise RuntimeError(f"model description: no {tag} in {parent.tag}; expected PythonFMU 0.7")
@@ -116,7 +105,7 @@ def child(parent: Element, tag: str) -> Element:
 
 
 def _set_range(real: Element, signal: Signal) -> None:
-    """Unit, range and, of an input, start of a signal, as attributes of its ``Real`` element."""
+    """Set unit, range and, of an input, start of a signal on its ``Real`` element."""
     real.attrib.update(unit=signal.unit, min=repr(signal.low), max=repr(signal.high))
     if "start" in real.attrib:
         real.set("start", repr(signal.start_value))  # with all digits, so within the range

@@ -14,7 +14,7 @@ START_TOLERANCE = 1e-12
 def check_signals(
     inputs: tuple[Signal, ...], outputs: tuple[Signal, ...], scaling: Affine
 ) -> None:
-    """Refuse inputs that do not belong together, and angles that are scaled off the circle.
+    """Reject inputs that do not belong together, and angles that are scaled off the circle.
 
     Args:
         inputs: in channel order.
@@ -42,7 +42,7 @@ def check_signals(
 
 
 def check_starts(scaling: Affine, inputs: tuple[Signal, ...]) -> None:
-    """Refuse start values of inputs that do not lie in offset -+ scale, the scaled range.
+    """Reject start values of inputs that do not lie in offset -+ scale, the scaled range.
 
     Raises:
         ValueError: with the input.

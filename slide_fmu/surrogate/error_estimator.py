@@ -21,8 +21,8 @@ class ErrorEstimator:
 
     Attributes:
         network: gives the logarithmic error eps of every output, in one or several positions;
-            or first the expected error mu of every output, relative to the spread around it,
-            then the eps of that spread.
+            or first the expected error mu of every output, relative to the standard deviation
+            around it, then the eps of that standard deviation.
         log_error: map between eps and the error relative to the scale of the output.
         positions: number of consecutive evaluations whose mean square is taken; 1 if the network
             estimates the error of an output window directly.
@@ -36,7 +36,7 @@ class ErrorEstimator:
     ranges: Float32Array
 
     def require_outputs(self, n_outputs: int) -> None:
-        """Refuse an error estimator that does not fit.
+        """Reject an error estimator that does not fit so many outputs.
 
         Raises:
             ValueError: wrong number of values, samples or positions, or ranges that are none.
@@ -66,15 +66,15 @@ class ErrorEstimator:
 
     @property
     def memory_length(self) -> int:
-        """Newest samples whose features an estimate depends on: those of all its positions."""
+        """The number of samples whose features an estimate depends on, at all its positions."""
         return self.network.memory_length + self.positions - 1
 
     def knows(self, newest: Float32Array) -> NDArray[np.bool_]:
-        """Whether the training has seen such features: (N, n_features) to (N,)."""
+        """Say whether the training has seen such features: (N, n_features) to (N,)."""
         return np.asarray(((newest >= self.ranges[0]) & (newest <= self.ranges[1])).all(axis=1))
 
     def along(self, scaled: FloatArray, n_outputs: int) -> FloatArray:
-        """Squared errors at every sample of a record, relative to the outputs' scales.
+        """Estimate squared errors at every sample of a record, relative to the outputs' scales.
 
         Args:
             scaled: inputs, shape (N, n_inputs); the first counts as held for ever before.
@@ -86,7 +86,7 @@ class ErrorEstimator:
         return self.squares(values, self.network.features.along(scaled[None])[0], n_outputs)
 
     def squares(self, values: FloatArray, newest: Float32Array, n_outputs: int) -> FloatArray:
-        """Squared errors, relative to the outputs' scales, from what the network gives.
+        """Form squared errors, relative to the outputs' scales, from what the network gives.
 
         Args:
             values: shape (N, n_outputs) or (N, 2 n_outputs).

@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.window import checked_batch
 from slide_fmu.features.base import PullBack
-from slide_fmu.network.gradient import pull_back_block
+from slide_fmu.network.families import family_of
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
 def gradient(surrogate: Surrogate, windows: NDArray[Any], weights: NDArray[Any]) -> FloatArray:
-    """Gradient of a weighted sum of the outputs (vector-Jacobian product).
+    """Compute the gradient of a weighted sum of the outputs (vector-Jacobian product).
 
     Args:
         surrogate: of either family, with any features.
@@ -42,7 +43,7 @@ def gradient(surrogate: Surrogate, windows: NDArray[Any], weights: NDArray[Any])
 
 
 def jacobian(surrogate: Surrogate, windows: NDArray[Any]) -> FloatArray:
-    """All derivatives of the outputs by the inputs behind them.
+    """Compute all derivatives of the outputs by the inputs behind them.
 
     Args:
         surrogate, windows: as for ``gradient``.
@@ -72,7 +73,8 @@ def _pull_back(surrogate: Surrogate, windows: NDArray[Any]) -> PullBack:
         return lambda _weights: np.zeros(checked.shape)
     scaled = surrogate.input_scaling.apply(checked)
     of_features = network.features.pull_back(scaled)
-    of_values = pull_back_block(network, network.features.along(scaled), window.n_out)
+    features = network.features.along(scaled).astype(np.float64)
+    of_values = family_of(network).pull_back(network, features, window.n_out)
 
     def pull_back(weights: FloatArray) -> FloatArray:
         of_scaled = of_features(of_values(weights * surrogate.output_scaling.scale))
@@ -82,9 +84,7 @@ def _pull_back(surrogate: Surrogate, windows: NDArray[Any]) -> PullBack:
 
 
 def _checked(name: str, values: NDArray[Any], shape: tuple[int, int]) -> FloatArray:
-    array = np.asarray(values, dtype=np.float64)
-    if array.ndim != 3 or array.shape[1:] != shape:
-        raise ValueError(f"{name} of shape {array.shape}; expected (B, {shape[0]}, {shape[1]})")
+    array = checked_batch(name, values, shape)
     if not np.all(np.isfinite(array)):
         raise ValueError(f"{name}: a value is not finite; expected numbers")
     return array

@@ -30,10 +30,10 @@ block is one evaluation, newest sample last). A state-space surrogate has n_samp
 as the window, and n_values = n_outputs.
 The estimator is a feed-forward network. It gives n_outputs values eps per evaluation, with e =
 10^(m + r eps), m = (high + low)/2, r = (high - low)/2; or n_outputs expected errors mu, relative
-to the spread around them, followed by n_outputs values eps, with e = 10^(m + r eps) sqrt(1 +
-mu^2). An e that is larger than 10^high, or not a number, counts as 10^high; so does every e at a
-sample with a feature outside least .. largest. Over its last ``positions`` evaluations the root of
-the mean square of e, times the scale of SCOU, is the estimate.
+to the standard deviation around them, followed by n_outputs values eps, with e = 10^(m + r eps)
+sqrt(1 + mu^2). An e that is larger than 10^high, or not a number, counts as 10^high; so does every
+e at a sample with a feature outside least .. largest. Over its last ``positions`` evaluations the
+root of the mean square of e, times the scale of SCOU, is the estimate.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ import struct
 import zlib
 from collections.abc import Callable
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.scaling import Affine, LogError
-from slide_fmu.core.signals import Angle, FloatArray, Hold, Signal
+from slide_fmu.core.signals import Angle, Hold, Signal
 from slide_fmu.core.window import Window
 from slide_fmu.features.director import Director
 from slide_fmu.network.bytes import decode_network, encode_network
@@ -67,15 +67,13 @@ ANGLES: tuple[Angle | None, ...] = (None, "cosine", "sine")
 
 INPUT_ROW = struct.Struct("<dddII")
 
-Made = TypeVar("Made")
-
 
 class PayloadError(ValueError):
     """A surrogate file is damaged, of another version, or not a surrogate file."""
 
 
 def encode(surrogate: Surrogate) -> bytes:
-    """The bytes of a surrogate file; the same surrogate gives the same bytes."""
+    """Write the bytes of a surrogate file; the same surrogate gives the same bytes."""
     window, scaling = surrogate.window, surrogate.output_scaling
     sizes = len(surrogate.inputs), len(surrogate.outputs)
     body = MAGIC + struct.pack("<I", VERSION)
@@ -97,7 +95,7 @@ def encode(surrogate: Surrogate) -> bytes:
     return body + struct.pack("<I", zlib.crc32(body))
 
 
-def decode(data: bytes, make: Callable[..., Made]) -> Made:
+def decode(data: bytes, make: Callable[..., Surrogate]) -> Surrogate:
     """Read a surrogate file.
 
     Args:
@@ -163,14 +161,8 @@ def _row(signal: Signal) -> dict[str, Any]:
 def _input_rows(inputs: tuple[Signal, ...], scaling: Affine) -> bytes:
     rows = zip(inputs, scaling.offset.tolist(), scaling.scale.tolist(), strict=True)
     return b"".join(
-        INPUT_ROW.pack(
-            offset,
-            scale,
-            signal.start_value,
-            HOLDS.index(signal.hold),
-            ANGLES.index(signal.angle),
-        )
-        for signal, offset, scale in rows
+        INPUT_ROW.pack(offset, scale, u.start_value, HOLDS.index(u.hold), ANGLES.index(u.angle))
+        for u, offset, scale in rows
     )
 
 
@@ -185,7 +177,9 @@ def _decode_sections(reader: Reader) -> tuple[Any, ...]:
         raise ValueError(f"n_inputs {n_inputs}, n_outputs {n_outputs}; expected some of both")
     rows = _decode_input_rows(reader.section(b"SCIN"), n_inputs)
     input_scaling = Affine.of_channels([row[0] for row in rows], [row[1] for row in rows])
-    output_scaling = Affine(*_decode_columns(reader.section(b"SCOU"), n_outputs, 2))
+    section = reader.section(b"SCOU")
+    output_scaling = Affine(*section.f64(2 * n_outputs).reshape(n_outputs, 2).T.copy())
+    section.done()
     section = reader.section(b"PRED")
     network = decode_network(section, n_inputs)
     section.done()
@@ -236,12 +230,6 @@ def _signals(
             f"by its metadata, inputs start at {starts}; expected {[row[2] for row in rows]}"
         )
     return name, inputs, outputs
-
-
-def _decode_columns(section: Reader, channels: int, count: int) -> tuple[FloatArray, ...]:
-    rows = section.f64(count * channels).reshape(channels, count)
-    section.done()
-    return tuple(rows.T.copy())
 
 
 def _encode_estimator(estimator: ErrorEstimator) -> bytes:

@@ -15,7 +15,6 @@ from slide_fmu.core.signals import FloatArray, Hold, Signal, cosines_of, hold_of
 from slide_fmu.core.window import Window
 from slide_fmu.features.base import BEFORE
 from slide_fmu.network.base import BATCH, Network, Stepper
-from slide_fmu.network.feed_forward import SlidingWindow
 from slide_fmu.surrogate.checks import check_signals, check_starts
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.payload import decode, encode
@@ -85,43 +84,42 @@ class Surrogate:
 
     @property
     def hold(self) -> Hold:
-        """How the inputs act between samples, as in the training data."""
+        """The hold of the inputs between samples, as in the training data."""
         return hold_of(self.inputs)
 
     @property
     def starts(self) -> FloatArray:
-        """Inputs before anybody sets them, shape (n_inputs,)."""
+        """The inputs before anybody sets them, in their units, shape (n_inputs,)."""
         return np.array([signal.start_value for signal in self.inputs], dtype=np.float64)
 
     @property
     def memory_length(self) -> int:
-        """Newest samples of the inputs that any result may depend on.
+        """The number of samples of the inputs that any result may depend on.
 
-        The longer of the input window and the memory of the error estimator, and before them the
-        ``BEFORE`` samples that features look at. The C runtime has it as ``n_sampled``.
+        It is the longer of the input window and the memory of the error estimator, and before them
+        the ``BEFORE`` samples that features look at. The C runtime has it as ``n_sampled``.
         """
         estimated = 0 if self.estimator is None else self.estimator.memory_length
         return max(self.window.n_in, estimated) + BEFORE
 
     @property
     def estimated_samples(self) -> int:
-        """Samples over which the error is estimated; of the output window without estimator."""
-        if self.estimator is None:
-            return self.window.n_out
-        whole = self.estimator.network.n_samples == self.window.n_in
-        return (
-            self.window.n_out
-            if whole and self.estimator.positions == 1
-            else (self.estimator.positions)
-        )
+        """The number of samples over which the error is estimated, or the output window's."""
+        estimator, window = self.estimator, self.window
+        if estimator is None or (estimator.network.n_samples, estimator.positions) == (
+            window.n_in,
+            1,
+        ):
+            return window.n_out
+        return estimator.positions
 
     @property
     def gives_blocks(self) -> bool:
-        """Whether one evaluation gives the whole output window (else one sample)."""
+        """It is true when one evaluation gives the whole output window, else one sample."""
         return self.network.n_values != len(self.outputs)
 
     def predict_windows(self, windows: NDArray[Any]) -> FloatArray:
-        """Outputs of single windows.
+        """Predict the outputs of single windows.
 
         Args:
             windows: physical inputs, shape (B, n_in, n_inputs).
@@ -174,7 +172,7 @@ class Surrogate:
         return np.asarray(self.predict_newest_batch(self._checked(inputs)[None])[0])
 
     def predict_newest_batch(self, inputs: NDArray[Any]) -> FloatArray:
-        """``predict_newest`` of many records of the same length at once.
+        """Predict many records of the same length as ``predict_newest`` does.
 
         Args:
             inputs: shape (B, N, n_inputs), N >= 1, in the inputs' units.
@@ -191,7 +189,7 @@ class Surrogate:
         return self.output_scaling.invert(newest)
 
     def estimate_error(self, inputs: NDArray[Any]) -> FloatArray:
-        """Estimated RMSE over the ``estimated_samples`` that end at each sample.
+        """Estimate the RMSE over the ``estimated_samples`` that end at each sample.
 
         Args:
             inputs: shape (N, n_inputs), N >= 1, in the inputs' units.
@@ -211,7 +209,7 @@ class Surrogate:
         return np.asarray(np.sqrt(views.mean(axis=-1)) * self.output_scaling.scale)
 
     def inputs_in_range(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
-        """Whether all inputs behind the outputs lie where the training had them, at each sample.
+        """Say at each sample whether the inputs behind the outputs lie in their ranges.
 
         The last ``network.memory_length`` inputs lie in their ranges; of an angle, the length of
         cosine and sine is about 1. With an estimator, its features of the samples that an
@@ -237,7 +235,7 @@ class Surrogate:
         return inside
 
     def covers(self, scaled: NDArray[Any]) -> NDArray[np.bool_]:
-        """Whether single inputs lie in their ranges: scaled ones (N, n_inputs) to (N,)."""
+        """Say whether single scaled inputs lie in their ranges: (N, n_inputs) to (N,)."""
         inside = np.abs(scaled) <= 1 + RANGE_SLACK
         for cosine in cosines_of(self.inputs):
             lengths = np.hypot(scaled[:, cosine], scaled[:, cosine + 1])
@@ -267,7 +265,7 @@ class Surrogate:
         return array
 
     def to_bytes(self) -> bytes:
-        """The surrogate file (``payload.py``); the same surrogate gives the same bytes."""
+        """Write a surrogate file (``payload.py``); the same surrogate gives the same bytes."""
         return encode(self)
 
     @staticmethod
@@ -295,13 +293,13 @@ class Surrogate:
 
 
 class Stream:
-    """Step-by-step evaluation of a surrogate: newest output only, as the FMU does. Final."""
+    """A Stream evaluates a surrogate step by step: newest output only, as the FMU does. Final."""
 
     def __init__(self, surrogate: Surrogate) -> None:
         self.surrogate = surrogate
         estimator = surrogate.estimator
         self._predictor: Stepper = surrogate.network.stepper()
-        self._estimator = None if estimator is None else SlidingWindow(estimator.network)
+        self._estimator = None if estimator is None else estimator.network.stepper()
         self._squares: FloatArray | None = None
         self._inside = [math.inf, math.inf]  # newest samples in range: inputs, features
 
@@ -322,29 +320,22 @@ class Stream:
         row = surrogate._checked(np.asarray(inputs, dtype=np.float64)[None, :])[0]
         scaled = surrogate.input_scaling.apply(row)
         values = self._predictor.step(scaled)[-len(surrogate.outputs) :]
-        estimates = self._estimate(scaled)
-        self._watch_ranges(scaled)
+        estimates, known = self._estimate(scaled)
+        for place, inside in enumerate((surrogate.covers(scaled[None])[0], known)):
+            self._inside[place] = self._inside[place] + 1 if inside else 0
         return surrogate.output_scaling.invert(values.astype(np.float64)), estimates
 
     @property
     def inputs_in_range(self) -> bool:
-        """``Surrogate.inputs_in_range`` at the last sample."""
+        """What ``Surrogate.inputs_in_range`` says of the last sample."""
         estimator = self.surrogate.estimator
         inputs, features = self._inside
         inside = inputs >= self.surrogate.network.memory_length
         return inside and (estimator is None or features >= estimator.memory_length)
 
-    def _watch_ranges(self, scaled: FloatArray) -> None:
-        estimator, covered = self.surrogate.estimator, self.surrogate.covers(scaled[None])[0]
-        known = True
-        if estimator is not None and self._estimator is not None:
-            known = estimator.knows(self._estimator.newest[None])[0]
-        for place, inside in enumerate((covered, known)):
-            self._inside[place] = self._inside[place] + 1 if inside else 0
-
     @property
     def truncation_error(self) -> FloatArray | None:
-        """Last measured truncation error of every output, shape (n_outputs,), in their units.
+        """The last measured truncation error of the outputs, shape (n_outputs,), in their units.
 
         None before the first step, and for networks that do not measure it.
         """
@@ -352,19 +343,19 @@ class Stream:
         scale = self.surrogate.output_scaling.scale
         return None if error is None else np.asarray(error.astype(np.float64) * scale)
 
-    def _estimate(self, scaled: FloatArray) -> FloatArray | None:
+    def _estimate(self, scaled: FloatArray) -> tuple[FloatArray | None, bool]:
+        """Give the estimates, and whether the training has seen such features."""
         estimator = self.surrogate.estimator
         if estimator is None or self._estimator is None:
-            return None
+            return None, True
         values = self._estimator.step(scaled)[None].astype(np.float64)
-        newest = self._estimator.newest
-        square = estimator.squares(values, newest[None], len(self.surrogate.outputs))
+        newest = self._estimator.newest[None]
+        square = estimator.squares(values, newest, len(self.surrogate.outputs))
         if self._squares is None:
             self._squares = np.repeat(square, estimator.positions, axis=0)
-        else:
-            self._squares = np.concatenate([self._squares[1:], square])
-        scale = self.surrogate.output_scaling.scale
-        return np.asarray(np.sqrt(self._squares.mean(axis=0)) * scale)
+        self._squares = np.concatenate([self._squares[1:], square])
+        estimates = np.sqrt(self._squares.mean(axis=0)) * self.surrogate.output_scaling.scale
+        return np.asarray(estimates), bool(estimator.knows(newest)[0])
 
 
 def _inside_throughout(inside: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:

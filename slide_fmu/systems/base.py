@@ -13,7 +13,7 @@ from slide_fmu.features.serial_chain import SerialChain
 
 @dataclass(frozen=True, eq=False)
 class Linearization:
-    """Tangent matrices of M q'' + D q' + K q + G^T lambda = 0, G q = 0 at one state.
+    """The tangent matrices of M q'' + D q' + K q + G^T lambda = 0, G q = 0 at one state.
 
     Attributes:
         mass: M, shape (n, n).
@@ -30,7 +30,7 @@ class Linearization:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Full state of a system at one sample: everything the future depends on beside the inputs.
+    """The full state of a system at one sample: all that the future depends on but the inputs.
 
     Attributes:
         coordinates: generalized coordinates q, shape (n,).
@@ -67,7 +67,7 @@ class System(abc.ABC):
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None
     ) -> State:
-        """A random initial state from the range in which the system is used.
+        """Draw an initial state from the range in which the system is used.
 
         Args:
             first_input: what acts first, shape (n_inputs,), if it is known; a system that is made
@@ -76,7 +76,7 @@ class System(abc.ABC):
 
     @abc.abstractmethod
     def rest_state(self, held_input: FloatArray) -> State:
-        """The static equilibrium under a constant input, shape (n_inputs,)."""
+        """Give the static equilibrium under a constant input, shape (n_inputs,)."""
 
     @abc.abstractmethod
     def set_state(self, state: State) -> None:
@@ -84,11 +84,11 @@ class System(abc.ABC):
 
     @abc.abstractmethod
     def get_state(self) -> State:
-        """The current state."""
+        """Give the current state."""
 
     @abc.abstractmethod
     def output(self) -> FloatArray:
-        """Outputs at the current state, shape (n_outputs,)."""
+        """Give the outputs at the current state in their units, shape (n_outputs,)."""
 
     @abc.abstractmethod
     def advance(self, inputs: FloatArray) -> FloatArray:

@@ -45,13 +45,13 @@ INITIAL = {"output": "calculated", "local": "calculated", "parameter": "exact"}
 
 
 def guid_of(payload: bytes) -> str:
-    """Identity of a surrogate file, derived from its bytes as in ``runtime/bytes/payload.c``."""
+    """Derive the identity of a surrogate file from its bytes, as ``runtime/bytes/payload.c``."""
     stored_crc = int.from_bytes(payload[-4:], "little")
     return f"slide-{stored_crc:08x}-{zlib.adler32(payload):08x}-{len(payload):x}"
 
 
 def model_description(surrogate: Surrogate, guid: str, sources: Sequence[str] = ()) -> bytes:
-    """The XML document of a surrogate's FMU; the same arguments give the same bytes.
+    """Write the XML document of a surrogate's FMU; the same arguments give the same bytes.
 
     Args:
         surrogate: what the FMU carries.
@@ -79,18 +79,14 @@ def model_description(surrogate: Surrogate, guid: str, sources: Sequence[str] = 
         files = ElementTree.SubElement(slave, "SourceFiles")
         for name in sources:
             ElementTree.SubElement(files, "File", name=name)
-    add_units(root, variables)
-    add_log_categories(root)
-    ElementTree.SubElement(
-        root, "DefaultExperiment", startTime="0", stepSize=repr(surrogate.window.step)
-    )
+    add_context(root, variables, surrogate)
     _add_variables(root, variables)
     _add_structure(root, variables)
     return document(root)
 
 
 def summary(surrogate: Surrogate) -> str:
-    """What the FMU is, in one sentence."""
+    """Say what the FMU is, in one sentence."""
     window = surrogate.window
     return (
         "SLIDE surrogate: a network that needs the last "
@@ -99,24 +95,24 @@ def summary(surrogate: Surrogate) -> str:
     )
 
 
-def add_units(root: ElementTree.Element, variables: Sequence[Variable]) -> None:
-    """The element UnitDefinitions, alike in both standards."""
+def add_context(
+    root: ElementTree.Element, variables: Sequence[Variable], surrogate: Surrogate
+) -> None:
+    """Add units, log categories and the default experiment, which are alike in both standards."""
     definitions = ElementTree.SubElement(root, "UnitDefinitions")
     for name in sorted({variable.unit for variable in variables if variable.unit}):
         unit = ElementTree.SubElement(definitions, "Unit", name=name)
         if name in BASE_UNITS:
             ElementTree.SubElement(unit, "BaseUnit", BASE_UNITS[name])
-
-
-def add_log_categories(root: ElementTree.Element) -> None:
-    """The element LogCategories, alike in both standards."""
     categories = ElementTree.SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():
         ElementTree.SubElement(categories, "Category", name=name, description=text)
+    step = repr(surrogate.window.step)
+    ElementTree.SubElement(root, "DefaultExperiment", startTime="0", stepSize=step)
 
 
 def common_attributes(variable: Variable) -> dict[str, str]:
-    """What every variable has, alike in both standards."""
+    """Give what every variable has, alike in both standards."""
     kind = variable.kind
     attributes = {
         "name": variable.name,
@@ -131,14 +127,14 @@ def common_attributes(variable: Variable) -> dict[str, str]:
 
 
 def given_attributes(variable: Variable) -> dict[str, str]:
-    """Unit, bounds and start value, those that are given."""
+    """Give unit, bounds and start value, those that a variable has."""
     limits = {"min": variable.low, "max": variable.high, "start": variable.start}
     unit = {} if variable.unit is None else {"unit": variable.unit}
     return unit | {key: repr(float(value)) for key, value in limits.items() if value is not None}
 
 
 def document(root: ElementTree.Element) -> bytes:
-    """The bytes of an XML document."""
+    """Write an XML document as UTF-8."""
     ElementTree.indent(root)
     text = ElementTree.tostring(root, encoding="unicode")
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + text.encode("utf-8") + b"\n"

@@ -10,8 +10,7 @@ from collections.abc import Sequence
 from xml.etree import ElementTree
 
 from slide_fmu.fmu.description.fmi2 import (
-    add_log_categories,
-    add_units,
+    add_context,
     common_attributes,
     document,
     given_attributes,
@@ -43,7 +42,7 @@ ELEMENTS = {"Real": "Float64", "Boolean": "Boolean"}
 
 
 def model_description3(surrogate: Surrogate, guid: str) -> bytes:
-    """The XML document of a surrogate's FMU; the same surrogate gives the same bytes.
+    """Write the XML document of a surrogate's FMU; the same surrogate gives the same bytes.
 
     Raises:
         ValueError: two variables would have the same name.
@@ -60,9 +59,7 @@ def model_description3(surrogate: Surrogate, guid: str) -> bytes:
     )
     interface = {"modelIdentifier": surrogate.name, **CAPABILITIES, "fixedInternalStepSize": step}
     ElementTree.SubElement(root, "CoSimulation", interface)
-    add_units(root, variables)
-    add_log_categories(root)
-    ElementTree.SubElement(root, "DefaultExperiment", startTime="0", stepSize=step)
+    add_context(root, variables, surrogate)
     _add_variables(root, variables)
     _add_structure(root, variables)
     return document(root)

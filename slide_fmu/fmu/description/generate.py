@@ -30,7 +30,7 @@ SIZE = {
 
 
 def header() -> str:
-    """The C header: all kinds as one macro, which ``runtime/calls/variables.c`` expands."""
+    """Write the C header: one macro of all kinds, which ``runtime/calls/variables.c`` expands."""
     rows = [
         f"    KIND({kind.key}, {kind.number}, {kind.causality.upper()}, {kind.type.upper()}, "
         f"{kind.per.upper()}, {kind.when.upper()}, {kind.size.upper()}, {kind.fmi})"
@@ -58,13 +58,7 @@ def header() -> str:
 
 
 def page() -> str:
-    """The page for users, as Markdown."""
-    rows = [
-        f"| `{kind.name_for(_signal(kind))}` | {_references(kind)} | "
-        f"{kind.causality}, {kind.variability} | {_type(kind)} | {_existence(kind)} | "
-        f"{_text(kind)} |"
-        for kind in KINDS
-    ]
+    """Write the page for users, as Markdown."""
     return "\n".join(
         [
             "# Variables of an FMU",
@@ -80,7 +74,7 @@ def page() -> str:
             "| variable | value references | causality, variability | type | there is one "
             "| description |",
             "| --- | --- | --- | --- | --- | --- |",
-            *rows,
+            *map(_row, KINDS),
             "",
             f"This page is made by `{COMMAND}`.",
             "",
@@ -88,32 +82,25 @@ def page() -> str:
     )
 
 
-def _signal(kind: Kind) -> str:
-    return f"<{kind.per}>"
-
-
-def _references(kind: Kind) -> str:
-    first = kind.reference()
-    return str(first) if kind.per == "one" else f"{first} + index"
-
-
-def _type(kind: Kind) -> str:
-    name = {"Real": "Real (Float64)", "Boolean": "Boolean"}[kind.type]
-    return f"{name}, {SIZE[kind.size]}" if SIZE[kind.size] else name
-
-
-def _existence(kind: Kind) -> str:
+def _row(kind: Kind) -> str:
+    """Write the row of a kind, as Markdown."""
+    signal, index = f"<{kind.per}>", "" if kind.per == "one" else " + index"
+    of_type = {"Real": "Real (Float64)", "Boolean": "Boolean"}[kind.type]
     conditions = [PER[kind.per], WHEN[kind.when], "in FMI 3.0" if kind.fmi == 3 else ""]
-    return ", ".join(condition for condition in conditions if condition) or "always"
-
-
-def _text(kind: Kind) -> str:
-    text = kind.text.format(signal=f"`{_signal(kind)}`", positions="n", size="n")
+    text = kind.text.format(signal=f"`{signal}`", positions="n", size="n")
     if kind.text_with_estimator:
         text += f" With an error estimator: {kind.text_with_estimator}"
     if kind.text_fmi_3:
         text += f" In FMI 3.0: {kind.text_fmi_3}"
-    return text
+    cells = [
+        f"`{kind.name_for(signal)}`",
+        f"{kind.reference()}{index}",
+        f"{kind.causality}, {kind.variability}",
+        ", ".join(filter(None, [of_type, SIZE[kind.size]])),
+        ", ".join(filter(None, conditions)) or "always",
+        text,
+    ]
+    return f"| {' | '.join(cells)} |"
 
 
 def main() -> None:

@@ -22,7 +22,7 @@ class Variable:
     """One variable of an FMU.
 
     Attributes:
-        kind: its row in the table, which tells type, causality and variability.
+        kind: its row in the table, which has type, causality and variability.
         reference: its value reference.
         unit: None for a Boolean.
         low, high, start: None where none is given.
@@ -41,7 +41,7 @@ class Variable:
 
     @property
     def causality(self) -> str:
-        """Causality, as both standards name it."""
+        """The causality, as both standards name it."""
         return self.kind.causality
 
     @property
@@ -51,7 +51,7 @@ class Variable:
 
 
 def fmu_variables(surrogate: Surrogate, fmi: FmiVersion = 2) -> list[Variable]:
-    """All variables of a surrogate's FMU, in the order of the table.
+    """List all variables of a surrogate's FMU, in the order of the table.
 
     Args:
         surrogate: what the FMU carries.
@@ -77,7 +77,7 @@ def fmu_variables(surrogate: Surrogate, fmi: FmiVersion = 2) -> list[Variable]:
 
 
 def memory_lengths(surrogate: Surrogate) -> dict[str, int]:
-    """Variables for the filled part of the inputs, and how many samples of the inputs that is.
+    """Give, by the variable for the filled part of its inputs, each memory length in samples.
 
     Those behind the outputs are what the network needs; those behind the error estimates are what
     the estimator needs at all its positions.
@@ -95,7 +95,7 @@ def block_size(surrogate: Surrogate) -> int:
 
 
 def initial_dependencies(variables: Sequence[Variable]) -> Iterator[tuple[int, list[int]]]:
-    """Each output and what it depends on in initialization mode, by positions in the list.
+    """Give each output and what it depends on in initialization mode, by positions.
 
     Outputs follow from past inputs alone, but before the first step from the start inputs, or from
     the initial ones. The filled parts do not follow from inputs: only whether those before the
@@ -133,16 +133,18 @@ def _variable(
     sizes = {"scalar": None, "block": block_size(surrogate)}
     size = sizes.get(kind.size, surrogate.memory_length)
     unit = signal.unit if kind.unit is None and signal is not None else kind.unit
-    high = kind.high_fmi_3 if fmi == 3 and kind.high_fmi_3 is not None else kind.high
+    low, high, start = kind.bounds
+    if fmi == 3 and kind.high_fmi_3 is not None:
+        high = kind.high_fmi_3
     return Variable(
         kind,
         kind.reference(index),
         kind.name_for("" if signal is None else signal.name),
         _description(surrogate, fmi, kind, signal, size),
         unit,
-        _bound(kind.low, None if signal is None else signal.low),
+        _bound(low, None if signal is None else signal.low),
         _bound(high, None if signal is None else signal.high),
-        _bound(kind.start, None if signal is None else signal.start_value),
+        _bound(start, None if signal is None else signal.start_value),
         size,
     )
 

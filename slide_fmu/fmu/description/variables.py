@@ -34,6 +34,12 @@ When = Literal["always", "estimator", "state_space", "several_samples"]
 Size = Literal["scalar", "block", "sampled"]
 Initially = Literal["nothing", "prehistory", "everything"]
 Bound = float | Literal["signal"] | None
+Bounds = tuple[Bound, Bound, Bound]
+
+SIGNAL: Bounds = ("signal", "signal", "signal")
+RANGE: Bounds = ("signal", "signal", None)
+SHARE: Bounds = (0.0, 1.0, None)
+NOT_NEGATIVE: Bounds = (0.0, None, None)
 
 
 @dataclass(frozen=True)
@@ -45,7 +51,7 @@ class Kind:
         key: name of the kind in C, without its prefix ``SLIDE_``.
         name: of the variable; ``{signal}`` stands for the name of the signal it belongs to.
         text: description for users; ``{signal}``, ``{positions}`` (samples that an error estimate
-            tells of) and ``{size}`` (samples of an array) are filled in.
+            is about) and ``{size}`` (samples of an array) are filled in.
         causality, variability: as in both standards.
         per: whether there is one variable, one for each input, or one for each output.
         when: what the surrogate must have: an error estimator, a state-space network, or a network
@@ -55,7 +61,8 @@ class Kind:
         fmi: the first version of the standard in which the variable exists.
         type: Real (Float64 in FMI 3.0) or Boolean.
         unit: None for that of the signal.
-        low, high, start: a number, that of the signal, or None where none is given.
+        bounds: lower and upper bound and start value; each is a number, that of the signal, or
+            None where none is given.
         high_fmi_3: another upper bound in FMI 3.0.
         initially: what the variable depends on in initialization mode, where it is an output: no
             variable, whether the prehistory is known, or all inputs and parameters. At a
@@ -76,9 +83,7 @@ class Kind:
     fmi: Literal[2, 3] = 2
     type: Literal["Real", "Boolean"] = "Real"
     unit: str | None = None
-    low: Bound = None
-    high: Bound = None
-    start: Bound = None
+    bounds: Bounds = (None, None, None)
     high_fmi_3: float | None = None
     initially: Initially = "nothing"
     in_module_fmus: bool = False
@@ -86,7 +91,7 @@ class Kind:
     text_fmi_3: str = ""
 
     def reference(self, index: int = 0) -> int:
-        """Value reference of the variable with an index among those of its kind.
+        """Give the value reference of the variable with an index among those of its kind.
 
         Raises:
             ValueError: the index does not fit.
@@ -99,7 +104,7 @@ class Kind:
         return self.number * REFERENCES_PER_KIND + index
 
     def name_for(self, signal: str) -> str:
-        """Name of the variable that belongs to a signal."""
+        """Give the name of the variable that belongs to a signal."""
         return self.name.replace("{signal}", signal)
 
 
@@ -111,9 +116,7 @@ KINDS: tuple[Kind, ...] = (
         "This is an input; its range is that of the training.",
         "input",
         per="input",
-        low="signal",
-        high="signal",
-        start="signal",
+        bounds=SIGNAL,
         in_module_fmus=True,
     ),
     Kind(
@@ -123,8 +126,7 @@ KINDS: tuple[Kind, ...] = (
         "This output is predicted for the end of the communication step.",
         "output",
         per="output",
-        low="signal",
-        high="signal",
+        bounds=RANGE,
         initially="everything",
         in_module_fmus=True,
     ),
@@ -137,7 +139,7 @@ KINDS: tuple[Kind, ...] = (
         "output",
         per="output",
         when="estimator",
-        low=0.0,
+        bounds=NOT_NEGATIVE,
         initially="everything",
     ),
     Kind(
@@ -148,8 +150,7 @@ KINDS: tuple[Kind, ...] = (
         "on.",
         "output",
         unit="1",
-        low=0.0,
-        high=1.0,
+        bounds=SHARE,
         initially="prehistory",
         in_module_fmus=True,
     ),
@@ -162,8 +163,7 @@ KINDS: tuple[Kind, ...] = (
         "output",
         when="estimator",
         unit="1",
-        low=0.0,
-        high=1.0,
+        bounds=SHARE,
         initially="prehistory",
     ),
     Kind(
@@ -175,7 +175,7 @@ KINDS: tuple[Kind, ...] = (
         "output",
         per="output",
         when="state_space",
-        low=0.0,
+        bounds=NOT_NEGATIVE,
         initially="everything",
     ),
     Kind(
@@ -199,9 +199,7 @@ KINDS: tuple[Kind, ...] = (
         "parameter",
         "fixed",
         unit="1",
-        low=0.0,
-        high=1.0,
-        start=0.0,
+        bounds=(0.0, 1.0, 0.0),
         high_fmi_3=2.0,
         in_module_fmus=True,
         text_fmi_3="With 2 their last samples were the arrays initial_..._window.",
@@ -214,9 +212,7 @@ KINDS: tuple[Kind, ...] = (
         "parameter",
         "fixed",
         per="input",
-        low="signal",
-        high="signal",
-        start="signal",
+        bounds=SIGNAL,
         in_module_fmus=True,
     ),
     Kind(
@@ -239,8 +235,7 @@ KINDS: tuple[Kind, ...] = (
         when="several_samples",
         size="block",
         fmi=3,
-        low="signal",
-        high="signal",
+        bounds=RANGE,
     ),
     Kind(
         11,
@@ -253,9 +248,7 @@ KINDS: tuple[Kind, ...] = (
         per="input",
         size="sampled",
         fmi=3,
-        low="signal",
-        high="signal",
-        start="signal",
+        bounds=SIGNAL,
     ),
 )
 """All kinds by rising numbers; in this order variables stand in a model description."""
@@ -263,13 +256,8 @@ KINDS: tuple[Kind, ...] = (
 BY_KEY = {kind.key: kind for kind in KINDS}
 
 
-def initial_name(name: str) -> str:
-    """Name of the parameter for the value of an input before the start."""
-    return BY_KEY["INITIAL_INPUT"].name_for(name)
-
-
 def kind_of(reference: int) -> tuple[Kind, int] | None:
-    """Kind and index that a value reference means, or None where there is no such kind."""
+    """Find the kind and index that a value reference means, or None where there is no kind."""
     number, index = divmod(reference, REFERENCES_PER_KIND)
     found = [kind for kind in KINDS if kind.number == number]
     return (found[0], index) if found else None

@@ -27,7 +27,7 @@ library is universal; folders of FMI 3.0 (platform tuples) are of one architectu
 
 
 def checked_version(version: int) -> FmiVersion:
-    """The same number as a version of the standard.
+    """Give the same number as a version of the standard.
 
     Raises:
         ValueError: FMUs of this version cannot be written.
@@ -39,7 +39,7 @@ def checked_version(version: int) -> FmiVersion:
 
 
 def library_members(name: str, fmi: FmiVersion) -> dict[str, tuple[str, ...]]:
-    """Libraries in an FMU with this model identifier, and the compiled ones they come from."""
+    """Name the libraries in an FMU with a model identifier, and the compiled ones in each."""
     return {
         f"binaries/{platform}/{name}.{sources[0].rpartition('.')[2]}": sources
         for platform, sources in PLATFORMS[fmi].items()
@@ -47,7 +47,7 @@ def library_members(name: str, fmi: FmiVersion) -> dict[str, tuple[str, ...]]:
 
 
 def libraries(name: str, fmi: FmiVersion) -> dict[str, bytes]:
-    """Content of all libraries of an FMU with this model identifier.
+    """Read all libraries of an FMU with a model identifier.
 
     Raises:
         FileNotFoundError: the runtime has not been compiled.

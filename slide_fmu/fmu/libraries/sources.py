@@ -24,7 +24,7 @@ _INTERNAL = re.compile(r"\b(slide_\w+)(?=\(|;)")
 
 
 def source_members(name: str, payload: bytes) -> dict[str, bytes]:
-    """The files of the folder, by their names in the FMU.
+    """Write the files of the folder, by their names in the FMU.
 
     Args:
         name: the model identifier; begins the names of the program's internal functions, so that
@@ -43,7 +43,7 @@ def source_members(name: str, payload: bytes) -> dict[str, bytes]:
 
 
 def compiled_files() -> list[str]:
-    """Names of the files to compile, for the element ``SourceFiles``."""
+    """Name the files to compile, for the element ``SourceFiles``."""
     return [path.name for path in runtime_files(".c", SOURCE_FOLDERS)]
 
 

@@ -17,7 +17,7 @@ KIND = 1
 
 
 def encode_feed_forward(network: FeedForward) -> bytes:
-    """The bytes of a network, its kind first."""
+    """Write the bytes of a network, its kind first."""
     parts = [struct.pack("<I", KIND), encode_features(network.features)]
     parts.append(struct.pack("<II", network.n_samples, len(network.layers)))
     parts.append(indices_bytes(network.ages))

@@ -11,7 +11,7 @@ from slide_fmu.network.feed_forward.network import FeedForward, Layer
 
 
 def pull_back_layers(network: FeedForward, features: FloatArray, n_out: int) -> PullBack:
-    """Reverse mode of ``FeedForward.block`` after its features; see ``network/gradient.py``.
+    """Prepare the reverse mode of ``FeedForward.block`` after its features; see ``Family``.
 
     One evaluation gives a block of samples, or there is one at each of the last n_out positions.
     """

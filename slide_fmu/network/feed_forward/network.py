@@ -112,7 +112,7 @@ class FeedForward(Network):
         return np.asarray(hidden, dtype=np.float32)
 
     def block(self, sequences: NDArray[Any], n_out: int) -> Float32Array:
-        """One evaluation that gives a block of samples, or one at each of n_out positions."""
+        """Evaluate once for a block of samples, or once at each of n_out positions."""
         features = self.features.along(sequences)
         if features.shape[1] == self.n_samples:
             return self.evaluate_features(features).reshape(len(features), n_out, -1)
@@ -137,7 +137,7 @@ class FeedForward(Network):
         return SlidingWindow(self)
 
     def require_window(self, window: Window, n_outputs: int) -> None:
-        """Either one sample or one block of the output window comes from an evaluation."""
+        """Reject sizes with which an evaluation gives neither one sample nor a block."""
         one = (window.memory_length, n_outputs)
         block = (window.n_in, window.n_out * n_outputs)
         if (self.n_samples, self.n_values) not in (one, block):
@@ -147,12 +147,12 @@ class FeedForward(Network):
             )
 
     def block_length(self, n_outputs: int) -> int:
-        """Those of one evaluation."""
+        """Give the samples of one evaluation."""
         return self.n_values // n_outputs
 
     @property
     def measures_truncation(self) -> bool:
-        """False: the memory is the window."""
+        """It is false: the memory is the window."""
         return False
 
     @property
@@ -166,7 +166,7 @@ class FeedForward(Network):
 
 
 def check_ages(ages: tuple[int, ...], n_samples: int) -> None:
-    """Refuse ages of samples that do not fall from n_samples - 1.
+    """Reject ages of samples that do not fall from n_samples - 1.
 
     Raises:
         ValueError: with the ages.
@@ -189,19 +189,18 @@ class SlidingWindow(Stepper):
 
     def step(self, row: NDArray[Any]) -> Float32Array:
         network, newest = self._network, np.asarray(row, dtype=np.float64)[None]
-        if self._recent is None or self._window is None:
+        if self._recent is None:
             self._recent = np.repeat(newest, BEFORE + 1, axis=0)
-            seen = network.features.along(self._recent[None])[0, -1:]
+        self._recent = np.concatenate([self._recent[1:], newest])
+        seen = network.features.along(self._recent[None])[0, -1:]
+        if self._window is None:
             self._window = np.repeat(seen, network.n_samples, axis=0)
-        else:
-            self._recent = np.concatenate([self._recent[1:], newest])
-            seen = network.features.along(self._recent[None])[0, -1:]
-            self._window = np.concatenate([self._window[1:], seen])
+        self._window = np.concatenate([self._window[1:], seen])
         return network.evaluate_features(self._window[None]).reshape(-1)
 
     @property
     def newest(self) -> Float32Array:
-        """Features of the newest sample, shape (n_features,); after the first step."""
+        """The features of the newest sample, shape (n_features,), after the first step."""
         assert self._window is not None
         return np.asarray(self._window[-1])
 

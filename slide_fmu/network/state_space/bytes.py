@@ -23,7 +23,7 @@ UNITS = (*ACTIVATIONS, GATED)
 
 
 def encode_state_space(network: StateSpace) -> bytes:
-    """The bytes of a network, its kind first."""
+    """Write the bytes of a network, its kind first."""
     cell, roles = network.cell, network.roles
     head = struct.pack("<I", KIND) + encode_features(network.features)
     head += struct.pack(

@@ -16,7 +16,7 @@ CELL_ACTIVATIONS = ("tanh", "cubic", GATED)
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """Weights of the cell: n states, q drives, H units, m static features, R factors, p values.
+    """The weights of a cell: n states, q drives, H units, m static features, R factors, p values.
 
     All float32.
 
@@ -83,11 +83,11 @@ class Cell:
 
     @property
     def gated(self) -> bool:
-        """Whether the units are gated."""
+        """It is true when the units are gated: the cell is linear parameter-varying (LPV)."""
         return self.activation == GATED
 
     def weights(self, turned: int) -> Weights:
-        """The matrices by name, of a cell whose first ``turned`` pairs of states turn."""
+        """Give the matrices by name, of a cell whose first ``turned`` pairs of states turn."""
         n, w, v = len(self.a), self.w, self.v
         plain = v is None
         return Weights(
@@ -116,13 +116,13 @@ class Cell:
             raise ValueError(f"cell: a weight of {name} is not finite; was the training stable?")
 
     def count_parameters(self) -> int:
-        """Number of weights."""
+        """Count the weights."""
         values = [getattr(self, field.name) for field in fields(self)]
         return sum(value.size for value in values if isinstance(value, np.ndarray))
 
 
 def check_roles(cell: Cell, roles: Roles, n_signals: int, turned: int) -> None:
-    """Refuse roles that do not fit the cell.
+    """Reject roles that do not fit the cell.
 
     Raises:
         ValueError: with the numbers.

@@ -80,7 +80,7 @@ class ByRole:
 
     @staticmethod
     def of(roles: Roles, features: Array) -> ByRole:
-        """The features of every role out of all of them, shape (N, B, n_features)."""
+        """Pick the features of every role out of all of them, shape (N, B, n_features)."""
         every = tuple(range(features.shape[2]))
         found: dict[tuple[int, ...], Array] = {every: features}
         for field in fields(roles):
@@ -90,7 +90,7 @@ class ByRole:
         return ByRole(**{field.name: found[getattr(roles, field.name)] for field in fields(roles)})
 
     def stretch(self, samples: slice) -> ByRole:
-        """The features of a stretch of the samples."""
+        """Give the features of a stretch of the samples."""
         return ByRole(**{field.name: getattr(self, field.name)[samples] for field in fields(self)})
 
 
@@ -134,7 +134,7 @@ class Equations:
             self._offered = inputs.gated @ weights.v_g.T
 
     def run(self, state: Array) -> Array:
-        """All states after the samples, shape (N, B, n), from that before them, shape (B, n)."""
+        """Give the states after all samples, (N, B, n), from those before them, (B, n)."""
         states = []
         for k in range(len(self._driven)):
             state = self.after(k, state, self.units(k, state))
@@ -142,13 +142,13 @@ class Equations:
         return self._xp.stack(states)
 
     def units(self, k: int, state: Array) -> Array:
-        """The units h at sample k, shape (B, H), of the states before it, shape (B, n)."""
+        """Give the units h at sample k, (B, H), from the states before it, (B, n)."""
         if self._gated:
             return self._gates[k] * self._products(k, self._seen(k, state))
         return self._activation.value(self._plain_arguments(k, state), self._xp)
 
     def units_with_slopes(self, k: int, state: Array) -> Units:
-        """As ``units``, with what the reverse mode and the sensitivities need of them."""
+        """Give what ``units`` gives, with what reverse mode and sensitivities need of it."""
         if self._gated:
             gates, seen = self._gates[k], self._seen(k, state)
             products = self._products(k, seen)
@@ -159,7 +159,7 @@ class Equations:
         return Units(values, self._activation.slope(arguments, values, self._xp))
 
     def after(self, k: int, state: Array, units: Array) -> Array:
-        """The states after sample k, shape (B, n), of those before it and its units."""
+        """Give the states after sample k, (B, n), from those before it and its units."""
         weights, moved = self.weights, self._add_product(self._driven[k], state, self.weights.a.T)
         if weights.turned == 0:
             return self._add_product(moved, units, weights.e.T)
@@ -182,7 +182,7 @@ def _add_product(constant: Array, vectors: Array, matrix: Array) -> Array:
 
 
 def outputs(weights: Weights, states: Array, inputs: ByRole) -> Array:
-    """Values y, shape (N, B, p), of the states after the samples, shape (N, B, n)."""
+    """Give the values y, (N, B, p), from the states after the samples, (N, B, n)."""
     parts = rows(weights, states, inputs.static)
     factors = inputs.readout.shape[-1]
     if factors == 0:
@@ -192,12 +192,12 @@ def outputs(weights: Weights, states: Array, inputs: ByRole) -> Array:
 
 
 def rows(weights: Weights, states: Array, static: Array) -> Array:
-    """The sums C_r x + D_r w + d_r, shape (..., p R), of states (..., n) and statics (..., m)."""
+    """Give the sums C_r x + D_r w + d_r, (..., p R), of states (..., n) and w (..., m)."""
     return states @ weights.c.T + static @ weights.d.T + weights.d0
 
 
 def turned(vectors: Array, turn: Array, pairs: int, xp: Namespace, *, back: bool = False) -> Array:
-    """Vectors whose first pairs of components are turned by an angle.
+    """Turn the first pairs of components of vectors by an angle.
 
     Args:
         vectors: shape (..., n).

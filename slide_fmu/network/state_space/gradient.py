@@ -18,7 +18,7 @@ from slide_fmu.network.state_space.network import StateSpace
 
 
 def pull_back_cells(network: StateSpace, features: FloatArray, n_out: int) -> PullBack:
-    """Reverse mode of ``StateSpace.block`` after its features; see ``network/gradient.py``."""
+    """Prepare the reverse mode of ``StateSpace.block`` after its features; see ``Family``."""
     return _CellTape(network, features, n_out).pull_back
 
 

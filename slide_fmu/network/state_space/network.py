@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.core.window import Window
+from slide_fmu.core.window import Window, checked_batch
 from slide_fmu.features.base import BEFORE
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.base import Float32Array, Network, Stepper, check_sequences
+from slide_fmu.network.base import Float32Array, Network, Stepper
 from slide_fmu.network.state_space.cell import Cell, check_roles
 from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
 from slide_fmu.network.state_space.roles import Roles
@@ -76,7 +76,7 @@ class StateSpace(Network):
         self.n_values = len(cell.c) // (1 + len(self.roles.readout))
 
     def require_window(self, window: Window, n_outputs: int) -> None:
-        """Its sizes are those of the window and of the outputs."""
+        """Reject sizes other than those of the window and of the outputs."""
         found = (self.n_samples, self.n_out, self.n_values)
         expected = (window.n_in, window.n_out, n_outputs)
         if found != expected:
@@ -86,12 +86,12 @@ class StateSpace(Network):
             )
 
     def block_length(self, n_outputs: int) -> int:
-        """Those of the output window, along which the cell runs."""
+        """Give the samples of the output window, along which the cell runs."""
         return self.n_out
 
     @property
     def measures_truncation(self) -> bool:
-        """True: by what the younger state of the ping-pong changes."""
+        """It is true: by what the younger state of the ping-pong changes."""
         return True
 
     @property
@@ -106,11 +106,11 @@ class StateSpace(Network):
         return self.block(sequences, 1)[:, 0]
 
     def block(self, sequences: NDArray[Any], n_out: int) -> Float32Array:
-        """The last values of one run over each window; see ``Network.block``.
+        """Give the last values of one run over each window; see ``Network.block``.
 
         The oldest of them has seen n_samples - n_out + 1 inputs.
         """
-        check_sequences(self, sequences)
+        checked_batch("sequences", sequences, (self.n_samples, self.n_channels))
         rows = max(1, CHUNK // self.n_samples)
         parts = [
             self.run(self.features.along(sequences[first : first + rows]))[0][:, -n_out:]
@@ -122,7 +122,7 @@ class StateSpace(Network):
         return self.ping_pong(records)[0]
 
     def ping_pong(self, records: NDArray[Any]) -> tuple[Float32Array, Float32Array]:
-        """Values at every sample of long records, by two states that are restarted in turn.
+        """Evaluate long records at every sample, by two states that are restarted in turn.
 
         The older state has seen between n_samples and 2 n_samples inputs. When the younger has
         seen n_samples, it becomes the older and a new one starts from x = 0. Until then the
@@ -166,12 +166,12 @@ class StateSpace(Network):
         return values.reshape(count, -1, self.n_values)[:, shown], kept
 
     def fade(self) -> Float32Array:
-        """Weight of the younger state at its ages 1 to n_samples, shape (n_samples,)."""
+        """Give the weight of the younger state at its ages 1 to n_samples, shape (n_samples,)."""
         ages = np.arange(1, self.n_samples + 1) - (self.n_samples - self.n_out)
         return (np.maximum(ages, 0) / self.n_out).astype(np.float32)
 
     def recursive(self, records: NDArray[Any]) -> Float32Array:
-        """Values at every sample by one state that is never restarted.
+        """Evaluate at every sample, by one state that is never restarted.
 
         Args:
             records: as for ``ping_pong``; the first input counts as held for n_samples.
@@ -188,7 +188,7 @@ class StateSpace(Network):
     def run(
         self, features: Float32Array, states: Float32Array | None = None
     ) -> tuple[Float32Array, Float32Array]:
-        """One cell after the other along sequences of features.
+        """Run the cell along sequences of features.
 
         Args:
             features: shape (B, N, q).
@@ -218,20 +218,19 @@ class PingPong(Stepper):
         self._error: Float32Array | None = None
 
     def step(self, row: NDArray[Any]) -> Float32Array:
-        newest = np.asarray(row, dtype=np.float64)
-        if self._recent is None:
-            self._recent = np.repeat(newest[None], BEFORE + 1, axis=0)
-            for _ in range(2 * self._network.n_samples):
-                values = self._advance()
-            return values
-        self._recent = np.concatenate([self._recent[1:], newest[None]])
-        return self._advance()
+        newest, earlier = np.asarray(row, dtype=np.float64)[None], 0
+        if self._recent is None:  # held for ever before: the states have seen it often
+            self._recent = np.repeat(newest, BEFORE + 1, axis=0)
+            earlier = 2 * self._network.n_samples - 1
+        self._recent = np.concatenate([self._recent[1:], newest])
+        features = self._network.features.along(self._recent[None])[:, -1:]
+        for _ in range(earlier):
+            self._advance(features)
+        return self._advance(features)
 
-    def _advance(self) -> Float32Array:
-        """Take the newest input into both states; older first."""
+    def _advance(self, features: Float32Array) -> Float32Array:
+        """Take the features of the newest input, (1, 1, q), into both states; older first."""
         network = self._network
-        assert self._recent is not None
-        features = network.features.along(self._recent[None])[:, -1:]
         pairs, self._states = network.run(np.repeat(features, 2, axis=0), self._states)
         older, younger = pairs[:, 0]
         faded = self._fade[self._age] * (younger - older)

@@ -10,10 +10,10 @@ class Roles:
     """Which signals a state-space network uses, and for what: indices of its features.
 
     Attributes:
-        drive: f, what moves the states.
-        static: w, what the values follow at once.
-        gated: g, what gated units multiply beside the states.
-        schedule: s, what opens and closes gated units.
+        drive: f, the state input, which moves the states.
+        static: w, the feedthrough, which the values follow at once.
+        gated: g, which gated (LPV) units multiply beside the states.
+        schedule: s, the scheduling variables, which open and close gated units.
         readout: r, factors of the values beside the constant one.
         turn: cosine and sine of the angle of the frame in which gated units act; or none.
     """

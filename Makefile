@@ -72,7 +72,7 @@ clean:
 # The site, from docs/ into build/site, without network. The picture of the rooms is drawn first.
 docs: setup
 	$(BIN)/python docs/rooms.py
-	$(BIN)/python -m mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 
 # Every released FMU again, without training: same surrogate, report and figures, this runtime.
 fmus: setup

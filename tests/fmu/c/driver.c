@@ -10,8 +10,8 @@
  *   driver adjoint URI GUID N N_INPUTS N_OUTPUTS   after each of N steps, the largest difference
  *                             between adjoint and directional derivatives, and the largest of them
  */
+#include "calls.h"
 #include "cell_driver.h"
-#include "derivatives_by_reference.h"
 #include "fmi2.h"
 #include "fmi3.h"
 #include "instance.h"
@@ -326,9 +326,9 @@ static fmi2Status compare_adjoint(fmi2Component c, size_t n_inputs, size_t n_out
         outputs[i] = (fmi2ValueReference)(SLIDE_OUTPUT * SLIDE_REFERENCES_PER_KIND + i);
         seed[i] = cos((double)i);
     }
-    const SlideDerivativePair all = {outputs, n_outputs, inputs, n_inputs};
-    fmi2Status status =
-        (fmi2Status)slide_get_adjoint_derivative(c, &all, seed, gradient, "adjoint");
+    const SlideSensitivities all = {outputs, n_outputs, inputs,   n_inputs,
+                                    seed,    n_outputs, gradient, n_inputs};
+    fmi2Status status = (fmi2Status)slide_get_adjoint_derivative(c, &all);
     for (size_t i = 0; status == fmi2OK && i < n_inputs; ++i) {
         const double one = 1;
         double sum = 0;

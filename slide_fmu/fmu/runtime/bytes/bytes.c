@@ -12,34 +12,6 @@ bool slide_say(SlideMessage *message, const char *format, ...) {
     return false;
 }
 
-const unsigned char *slide_take(SlideCursor *cursor, uint64_t count, size_t size) {
-    size_t left = (size_t)(cursor->end - cursor->at);
-    if (count > left / size) {
-        return NULL;
-    }
-    const unsigned char *place = cursor->at;
-    cursor->at += (size_t)count * size;
-    return place;
-}
-
-bool slide_take_u32(SlideCursor *cursor, uint32_t *value) {
-    const unsigned char *place = slide_take(cursor, 1, 4);
-    if (place == NULL) {
-        return false;
-    }
-    *value = slide_u32(place);
-    return true;
-}
-
-bool slide_take_f64(SlideCursor *cursor, double *value) {
-    const unsigned char *place = slide_take(cursor, 1, 8);
-    if (place == NULL) {
-        return false;
-    }
-    *value = slide_f64(place);
-    return true;
-}
-
 uint32_t slide_u32(const unsigned char *at) {
     return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
 }

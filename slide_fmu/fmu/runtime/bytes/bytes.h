@@ -1,4 +1,4 @@
-/* Little-endian bytes: a cursor that never reads beyond its end, checksums, messages. */
+/* Little-endian bytes: numbers, checksums, messages. */
 #ifndef SLIDE_BYTES_H
 #define SLIDE_BYTES_H
 
@@ -14,19 +14,6 @@ typedef struct {
 /* Write a message; always false, so that a check can return it. */
 __attribute__((format(printf, 2, 3))) bool slide_say(SlideMessage *message, const char *format,
                                                      ...);
-
-typedef struct {
-    const unsigned char *at;
-    const unsigned char *end;
-} SlideCursor;
-
-/* Advance by count elements of a size (positive) and give their place; NULL when too few are left.
- */
-const unsigned char *slide_take(SlideCursor *cursor, uint64_t count, size_t size);
-
-/* Read one number from the cursor; false when too few bytes are left. */
-bool slide_take_u32(SlideCursor *cursor, uint32_t *value);
-bool slide_take_f64(SlideCursor *cursor, double *value);
 
 /* Numbers at a place that was checked before, at any alignment. */
 uint32_t slide_u32(const unsigned char *at);

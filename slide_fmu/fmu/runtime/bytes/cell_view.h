@@ -27,7 +27,6 @@ typedef struct {
     const unsigned char *c, *d, *d0;  /* f32 [n_rows][n_states], [static], [] */
 } SlideCellView;
 
-bool slide_cell_read(SlideCellView *cell, uint32_t n_features, SlideCursor *section,
-                     SlideMessage *message);
+void slide_cell_read(SlideCellView *cell, uint32_t n_features, SlideCursor *cursor);
 
 #endif

@@ -4,89 +4,70 @@
 
 enum { MAX_DIFFERENCES = 2, DIRECTOR_INPUTS = 2, DIRECTOR_SIGNALS = 4, MOTION_SIGNALS = 38 };
 
-static bool read_differences(SlideFeaturesView *features, SlideCursor *section,
-                             SlideMessage *message) {
-    if (!slide_take_u32(section, &features->order)) {
-        return slide_too_short(message, "a set of features");
-    }
+static void read_differences(SlideFeaturesView *features, SlideCursor *cursor) {
+    features->order = slide_take_u32(cursor, "a set of features");
     features->n_signals = (uint64_t)features->n_inputs * ((uint64_t)features->order + 1);
-    return features->order <= MAX_DIFFERENCES ||
-           slide_say(message, "surrogate file: differences of order %u; expected at most %d",
-                     (unsigned)features->order, (int)MAX_DIFFERENCES);
+    slide_check(cursor, features->order <= MAX_DIFFERENCES,
+                "surrogate file: differences of order %u; expected at most %d",
+                (unsigned)features->order, (int)MAX_DIFFERENCES);
 }
 
-static bool read_director(SlideFeaturesView *features, SlideMessage *message) {
+static void read_director(SlideFeaturesView *features, SlideCursor *cursor) {
     features->n_signals = DIRECTOR_SIGNALS;
-    return features->n_inputs == DIRECTOR_INPUTS ||
-           slide_say(message, "surrogate file: director of %u inputs; expected %d",
-                     (unsigned)features->n_inputs, (int)DIRECTOR_INPUTS);
+    slide_check(cursor, features->n_inputs == DIRECTOR_INPUTS,
+                "surrogate file: director of %u inputs; expected %d", (unsigned)features->n_inputs,
+                (int)DIRECTOR_INPUTS);
 }
 
-static bool read_chain_motion(SlideFeaturesView *features, SlideCursor *section,
-                              SlideMessage *message) {
+static void read_chain_motion(SlideFeaturesView *features, SlideCursor *cursor) {
     SlideChainView *chain = &features->chain;
     uint64_t n = features->n_inputs;
-    const struct {
-        const unsigned char **place;
-        uint64_t rows, columns;
-    } parts[] = {{&chain->middle, n, 1},   {&chain->half_range, n, 1}, {&chain->a, n, 1},
-                 {&chain->d, n, 1},        {&chain->alpha, n, 1},      {&chain->masses, n, 1},
-                 {&chain->centres, n, 3},  {&chain->inertias, n, 9},   {&chain->gravity, 3, 1},
-                 {&chain->tool, 3, 1}};
     features->n_signals = MOTION_SIGNALS + n;
-    if (!slide_take_f64(section, &chain->step)) {
-        return slide_too_short(message, "a chain");
-    }
-    if (!isfinite(chain->step) || !(chain->step > 0)) {
-        return slide_say(message, "surrogate file: step %g s of a chain; expected positive",
-                         chain->step);
-    }
-    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; ++i) {
-        if (!slide_read_f64(parts[i].place, parts[i].rows, parts[i].columns, section, "chain",
-                            message)) {
-            return false;
-        }
-    }
-    return true;
+    chain->step = slide_take_f64(cursor, "a chain");
+    slide_check(cursor, isfinite(chain->step) && chain->step > 0,
+                "surrogate file: step %g s of a chain; expected positive", chain->step);
+    chain->middle = slide_take_f64s(cursor, n, 1, "chain");
+    chain->half_range = slide_take_f64s(cursor, n, 1, "chain");
+    chain->a = slide_take_f64s(cursor, n, 1, "chain");
+    chain->d = slide_take_f64s(cursor, n, 1, "chain");
+    chain->alpha = slide_take_f64s(cursor, n, 1, "chain");
+    chain->masses = slide_take_f64s(cursor, n, 1, "chain");
+    chain->centres = slide_take_f64s(cursor, n, 3, "chain");
+    chain->inertias = slide_take_f64s(cursor, n, 9, "chain");
+    chain->gravity = slide_take_f64s(cursor, 3, 1, "chain");
+    chain->tool = slide_take_f64s(cursor, 3, 1, "chain");
 }
 
-static bool read_set(SlideFeaturesView *features, SlideCursor *section, SlideMessage *message) {
-    if (!slide_take_u32(section, &features->set)) {
-        return slide_too_short(message, "a set of features");
-    }
+static void read_set(SlideFeaturesView *features, SlideCursor *cursor) {
+    features->set = slide_take_u32(cursor, "a set of features");
     switch (features->set) {
     case SLIDE_DIFFERENCES:
-        return read_differences(features, section, message);
+        read_differences(features, cursor);
+        break;
     case SLIDE_DIRECTOR:
-        return read_director(features, message);
+        read_director(features, cursor);
+        break;
     case SLIDE_CHAIN_MOTION:
-        return read_chain_motion(features, section, message);
+        read_chain_motion(features, cursor);
+        break;
     default:
-        return slide_say(message, "surrogate file: features of set %u; expected %d, %d or %d",
-                         (unsigned)features->set, (int)SLIDE_DIFFERENCES, (int)SLIDE_DIRECTOR,
-                         (int)SLIDE_CHAIN_MOTION);
+        slide_check(cursor, false, "surrogate file: features of set %u; expected %d, %d or %d",
+                    (unsigned)features->set, (int)SLIDE_DIFFERENCES, (int)SLIDE_DIRECTOR,
+                    (int)SLIDE_CHAIN_MOTION);
     }
 }
 
-bool slide_features_read(SlideFeaturesView *features, uint32_t n_inputs, SlideCursor *section,
-                         SlideMessage *message) {
-    SlideIndices *chosen = &features->chosen;
+void slide_features_read(SlideFeaturesView *features, uint32_t n_inputs, SlideCursor *cursor) {
     features->n_inputs = n_inputs;
-    if (!read_set(features, section, message) ||
-        !slide_read_indices(chosen, features->n_signals, section, "chosen features", message)) {
-        return false;
+    read_set(features, cursor);
+    features->chosen = slide_take_indices(cursor, features->n_signals, "chosen features");
+    const uint32_t count = features->chosen.count;
+    slide_check(cursor, count >= 1,
+                "surrogate file: no features chosen; expected at least one");
+    features->offset = slide_take_f64s(cursor, count, 1, "feature offset");
+    features->scale = slide_take_f64s(cursor, count, 1, "feature scale");
+    for (size_t i = 0; cursor->good && i < count; ++i) {
+        slide_check(cursor, slide_f64(features->scale + 8 * i) > 0,
+                    "surrogate file: a feature scale is not positive");
     }
-    if (chosen->count < 1) {
-        return slide_say(message, "surrogate file: no features chosen; expected at least one");
-    }
-    if (!slide_read_f64(&features->offset, chosen->count, 1, section, "feature offset", message) ||
-        !slide_read_f64(&features->scale, chosen->count, 1, section, "feature scale", message)) {
-        return false;
-    }
-    for (size_t i = 0; i < chosen->count; ++i) {
-        if (!(slide_f64(features->scale + 8 * i) > 0)) {
-            return slide_say(message, "surrogate file: a feature scale is not positive");
-        }
-    }
-    return true;
 }

@@ -27,7 +27,6 @@ typedef struct {
     const unsigned char *scale;   /* the same, positive */
 } SlideFeaturesView;
 
-bool slide_features_read(SlideFeaturesView *features, uint32_t n_inputs, SlideCursor *section,
-                         SlideMessage *message);
+void slide_features_read(SlideFeaturesView *features, uint32_t n_inputs, SlideCursor *cursor);
 
 #endif

@@ -11,80 +11,56 @@ const unsigned char *slide_layer_view(const unsigned char *at, SlideLayerView *l
     return layer->bias + (uint64_t)layer->n_out * 4;
 }
 
-static bool read_layer(uint64_t *width, SlideCursor *section, SlideMessage *message) {
-    uint32_t n_in, n_out, activation;
-    const unsigned char *weights, *bias;
-    if (!slide_take_u32(section, &n_in) || !slide_take_u32(section, &n_out) ||
-        !slide_take_u32(section, &activation)) {
-        return slide_too_short(message, "a layer");
-    }
-    if (n_in != *width) {
-        return slide_say(message, "surrogate file: a layer takes %u values; expected %llu",
-                         (unsigned)n_in, (unsigned long long)*width);
-    }
-    if (activation >= N_ACTIVATIONS) {
-        return slide_say(message, "surrogate file: activation %u; expected less than %d",
-                         (unsigned)activation, (int)N_ACTIVATIONS);
-    }
+static void read_layer(uint64_t *width, SlideCursor *cursor) {
+    const uint32_t n_in = slide_take_u32(cursor, "a layer");
+    const uint32_t n_out = slide_take_u32(cursor, "a layer");
+    const uint32_t activation = slide_take_u32(cursor, "a layer");
+    slide_check(cursor, n_in == *width, "surrogate file: a layer takes %u values; expected %llu",
+                (unsigned)n_in, (unsigned long long)*width);
+    slide_check(cursor, activation < N_ACTIVATIONS,
+                "surrogate file: activation %u; expected less than %d", (unsigned)activation,
+                (int)N_ACTIVATIONS);
+    slide_take_f32s(cursor, n_out, n_in, "weight");
+    slide_take_f32s(cursor, n_out, 1, "bias");
     *width = n_out;
-    return slide_read_f32(&weights, n_out, n_in, section, "weight", message) &&
-           slide_read_f32(&bias, n_out, 1, section, "bias", message);
 }
 
-static bool read_skip(SlideLayersView *layers, SlideCursor *section, SlideMessage *message) {
-    uint32_t has_skip;
-    if (!slide_take_u32(section, &has_skip)) {
-        return slide_too_short(message, "a network");
-    }
-    if (has_skip > 1) {
-        return slide_say(message, "surrogate file: skip flag %u; expected 0 or 1",
-                         (unsigned)has_skip);
-    }
-    layers->skip = NULL;
-    return has_skip == 0 || slide_read_f32(&layers->skip, layers->n_values, layers->n_first,
-                                           section, "skip weight", message);
+static void read_skip(SlideLayersView *layers, SlideCursor *cursor) {
+    const uint32_t has_skip = slide_take_u32(cursor, "a network");
+    slide_check(cursor, has_skip <= 1, "surrogate file: skip flag %u; expected 0 or 1",
+                (unsigned)has_skip);
+    layers->skip = has_skip == 0 ? NULL
+                                 : slide_take_f32s(cursor, layers->n_values, layers->n_first,
+                                                   "skip weight");
 }
 
 /* The oldest sample of the window comes first, and each is newer than the one before. */
-static bool read_ages(SlideLayersView *layers, SlideCursor *section, SlideMessage *message) {
-    if (!slide_read_indices(&layers->ages, layers->n_samples, section, "ages", message)) {
-        return false;
-    }
+static void read_ages(SlideLayersView *layers, SlideCursor *cursor) {
+    layers->ages = slide_take_indices(cursor, layers->n_samples, "ages");
     uint32_t last = layers->n_samples;
-    for (size_t i = 0; i < layers->ages.count; ++i) {
+    for (size_t i = 0; cursor->good && i < layers->ages.count; ++i) {
         uint32_t age = slide_u32(layers->ages.at + 4 * i);
-        if (age >= last || (i == 0 && age != last - 1)) {
-            return slide_say(message,
-                             "surrogate file: a network looks at a sample of age %u; expected "
-                             "ages that fall from %u on",
-                             (unsigned)age, (unsigned)layers->n_samples - 1);
-        }
+        slide_check(cursor, age < last && (i > 0 || age == last - 1),
+                    "surrogate file: a network looks at a sample of age %u; expected ages that "
+                    "fall from %u on",
+                    (unsigned)age, (unsigned)layers->n_samples - 1);
         last = age;
     }
-    return true;
 }
 
-bool slide_layers_read(SlideLayersView *layers, uint32_t n_features, SlideCursor *section,
-                       SlideMessage *message) {
-    if (!slide_take_u32(section, &layers->n_samples) ||
-        !slide_take_u32(section, &layers->n_layers)) {
-        return slide_too_short(message, "a network");
-    }
-    if (layers->n_samples < 1 || layers->n_layers < 1) {
-        return slide_say(message, "surrogate file: a network has no samples or no layers");
-    }
-    if (!read_ages(layers, section, message)) {
-        return false;
-    }
+void slide_layers_read(SlideLayersView *layers, uint32_t n_features, SlideCursor *cursor) {
+    layers->n_samples = slide_take_u32(cursor, "a network");
+    layers->n_layers = slide_take_u32(cursor, "a network");
+    slide_check(cursor, layers->n_samples >= 1 && layers->n_layers >= 1,
+                "surrogate file: a network has no samples or no layers");
+    read_ages(layers, cursor);
     uint32_t n_seen = layers->ages.count > 0 ? layers->ages.count : layers->n_samples;
     uint64_t width = (uint64_t)n_seen * n_features;
     layers->n_first = (uint32_t)width; /* exact once the first layer fits */
-    layers->layers = section->at;
-    for (uint32_t i = 0; i < layers->n_layers; ++i) {
-        if (!read_layer(&width, section, message)) {
-            return false;
-        }
+    layers->layers = cursor->at;
+    for (uint32_t i = 0; cursor->good && i < layers->n_layers; ++i) {
+        read_layer(&width, cursor);
     }
     layers->n_values = (uint32_t)width;
-    return read_skip(layers, section, message);
+    read_skip(layers, cursor);
 }

@@ -20,8 +20,7 @@ typedef struct {
     const unsigned char *skip;   /* f32 [n_values][n_first], or NULL */
 } SlideLayersView;
 
-bool slide_layers_read(SlideLayersView *layers, uint32_t n_features, SlideCursor *section,
-                       SlideMessage *message);
+void slide_layers_read(SlideLayersView *layers, uint32_t n_features, SlideCursor *cursor);
 
 /* Describe the layer at a place of a checked network; gives the place of the next one. */
 const unsigned char *slide_layer_view(const unsigned char *at, SlideLayerView *layer);

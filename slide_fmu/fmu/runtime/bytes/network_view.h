@@ -16,8 +16,7 @@ typedef struct {
     SlideCellView cell;     /* of kind SLIDE_STATE_SPACE */
 } SlideNetworkView;
 
-/* Check a network and describe it. False, with a message, when it must not be used. */
-bool slide_network_read(SlideNetworkView *network, uint32_t n_inputs, SlideCursor *section,
-                        SlideMessage *message);
+/* Check a network and describe it. */
+void slide_network_read(SlideNetworkView *network, uint32_t n_inputs, SlideCursor *cursor);
 
 #endif

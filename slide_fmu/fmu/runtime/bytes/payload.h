@@ -13,7 +13,8 @@ typedef enum { SLIDE_NO_ANGLE, SLIDE_COSINE, SLIDE_SINE } SlideAngle;
 typedef struct {
     double step; /* s */
     uint32_t n_in, n_out, n_inputs, n_outputs;
-    bool ramp; /* first-order hold: inputs move linearly to their new value, else they are held */
+    bool first_order; /* first-order hold: inputs move linearly to their new value; else they are
+                         held */
     const unsigned char *input_scaling;  /* [n_inputs]: f64 offset, scale, start, u32 hold, angle */
     const unsigned char *output_scaling; /* f64 [n_outputs][offset, scale] */
     SlideNetworkView predictor;

@@ -1,12 +1,11 @@
-/* What the functions of FMI 2.0 and FMI 3.0 do alike. In all of them, component is an instance, or
- * NULL, which is an error; function is the name that messages give. What goes wrong is logged, and
- * changes nothing. */
+/* What the functions of FMI 2.0 and FMI 3.0 do alike, once slide_enter has said that they may be
+ * called. What goes wrong is logged, and changes nothing. */
 #ifndef SLIDE_CALLS_H
 #define SLIDE_CALLS_H
 
 #include "instance.h"
 
-/* What a master tells when it instantiates an FMU. */
+/* What an importer tells when it instantiates an FMU. */
 typedef struct {
     const char *function, *name, *guid;
     const char *location; /* of the resources: a URI in FMI 2.0, a path in FMI 3.0 */
@@ -21,12 +20,11 @@ typedef struct {
 /* From instantiation to the end (calls_life.c). slide_instantiate: NULL when refused. */
 SlideInstance *slide_instantiate(const SlideRequest *request);
 void slide_free(void *component);
-SlideStatus slide_set_logging(void *component, bool on, size_t n_categories,
-                              const char *const categories[], const char *function);
-SlideStatus slide_set_start(void *component, double start, bool stop_defined, double stop,
-                            const char *function);
-SlideStatus slide_change_mode(void *component, SlideMode from, SlideMode to, const char *function);
-SlideStatus slide_reset(void *component, const char *function);
+SlideStatus slide_set_logging(SlideInstance *instance, bool on, size_t n_categories,
+                              const char *const categories[]);
+SlideStatus slide_set_start(SlideInstance *instance, double start, bool stop_defined, double stop);
+SlideStatus slide_change_mode(SlideInstance *instance, SlideMode to);
+SlideStatus slide_reset(SlideInstance *instance);
 
 /* How the caller holds values: of Real variables as double, of Boolean ones as int (FMI 2.0) or
  * bool (FMI 3.0). */
@@ -41,34 +39,51 @@ typedef struct {
 } SlideValues;
 
 /* Values of the variables (calls_values.c). */
-SlideStatus slide_get(void *component, const SlideValues *of, void *values, const char *function);
-SlideStatus slide_set(void *component, const SlideValues *of, const void *values,
-                      const char *function);
+SlideStatus slide_get(SlideInstance *instance, const SlideValues *of, void *values);
+SlideStatus slide_set(SlideInstance *instance, const SlideValues *of, const void *values);
+
+/* Before the first step: find the outputs for the present inputs, where they are not there. */
+SlideStatus slide_settle(SlideInstance *instance);
 
 /* Variables of another type: there are none; asking for none of them is fine. */
-SlideStatus slide_none_of_type(void *component, size_t count, const char *function);
+SlideStatus slide_none_of_type(SlideInstance *instance, size_t count);
 
 /* Derivatives of inputs with respect to time (calls_rates.c). */
-SlideStatus slide_set_rates(void *component, const uint32_t references[], size_t count,
-                            const int orders[], const double rates[], const char *function);
+SlideStatus slide_set_rates(SlideInstance *instance, const uint32_t references[], size_t count,
+                            const int orders[], const double rates[]);
 
-/* The communication step (calls_step.c). early: where the master may watch, whether it ended the
+/* Derivatives of scalar outputs by inputs, also of those outputs that tell about others. */
+typedef struct {
+    const uint32_t *unknowns;
+    size_t n_unknowns;
+    const uint32_t *knowns;
+    size_t n_knowns;
+    const double *seed;
+    size_t n_seed;
+    double *sensitivity;
+    size_t n_sensitivity;
+} SlideSensitivities;
+
+/* From seeds of the knowns to sensitivities of the unknowns, a known that is given twice counting
+ * as the sum; and from seeds of the unknowns to sensitivities of the knowns (calls_slopes.c). */
+SlideStatus slide_get_directional_derivative(SlideInstance *instance,
+                                             const SlideSensitivities *of);
+SlideStatus slide_get_adjoint_derivative(SlideInstance *instance, const SlideSensitivities *of);
+
+/* The communication step (calls_step.c). early: where the importer may watch, whether it ended the
  * step before its end; or NULL. */
-SlideStatus slide_do_step(void *component, double point, double length, bool *early,
-                          const char *function);
+SlideStatus slide_do_step(SlideInstance *instance, double point, double length, bool *early);
 
 /* Save, restore and serialise the state (calls_state.c). */
-SlideStatus slide_save(void *component, void **state, const char *function);
-SlideStatus slide_restore(void *component, const void *state, const char *function);
-SlideStatus slide_free_state(void *component, void **state, const char *function);
-SlideStatus slide_serialized_size(void *component, const void *state, size_t *size,
-                                  const char *function);
-SlideStatus slide_serialize(void *component, const void *state, void *bytes, size_t size,
-                            const char *function);
-SlideStatus slide_deserialize(void *component, const void *bytes, size_t size, void **state,
-                              const char *function);
+SlideStatus slide_save(SlideInstance *instance, void **state);
+SlideStatus slide_restore(SlideInstance *instance, const void *state);
+SlideStatus slide_free_state(SlideInstance *instance, void **state);
+SlideStatus slide_serialized_size(SlideInstance *instance, const void *state, size_t *size);
+SlideStatus slide_serialize(SlideInstance *instance, const void *state, void *bytes, size_t size);
+SlideStatus slide_deserialize(SlideInstance *instance, const void *bytes, size_t size,
+                              void **state);
 
-/* A function that is exported, because masters look it up, but not offered. */
-SlideStatus slide_refuse(void *component, const char *function, const char *reason);
+/* A function that is exported, because importers look it up, but not offered. */
+SlideStatus slide_refuse(SlideInstance *instance, const char *reason);
 
 #endif

@@ -1,5 +1,6 @@
 /* From instantiation to the end. */
 #include "calls.h"
+#include "derivative.h"
 #include "resource.h"
 
 #include <math.h>
@@ -34,6 +35,7 @@ static SlideInstance *place_instance(const SlidePayload *payload, const SlideReq
         slide_model_place_block(&instance->model, payload, arena);
     }
     slide_state_place(&instance->state, &instance->model, arena);
+    slide_derivative_place(&instance->derivative, &instance->model, arena);
     place_watcher(&instance->watcher, instance, arena);
     return placed;
 }
@@ -81,9 +83,7 @@ static SlideInstance *load_instance(const SlideRequest *request, SlideMessage *m
 SlideInstance *slide_instantiate(const SlideRequest *request) {
     char unnamed[] = "unnamed";
     SlideMessage message = {""};
-    SlideInstance *instance = NULL, nobody = {0};
-    nobody.name = unnamed;
-    nobody.logger = request->logger;
+    SlideInstance *instance = NULL;
     if (request->name == NULL || request->name[0] == '\0') {
         slide_say(&message, "the instance name is empty; expected a name");
     } else if (request->fault != NULL) {
@@ -92,7 +92,9 @@ SlideInstance *slide_instantiate(const SlideRequest *request) {
         instance = load_instance(request, &message);
     }
     if (instance == NULL) {
-        slide_report(&nobody, SLIDE_ERROR, "%s: %s", request->function, message.text);
+        const SlideInstance nobody = {
+            .name = unnamed, .logger = request->logger, .function = request->function};
+        slide_report(&nobody, SLIDE_ERROR, "%s", message.text);
         return NULL;
     }
     slide_report(instance, SLIDE_OK, "instantiated, window of %u samples, kernel %s",
@@ -106,14 +108,10 @@ void slide_free(void *component) {
     }
 }
 
-SlideStatus slide_set_logging(void *component, bool on, size_t n_categories,
-                              const char *const categories[], const char *function) {
-    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE | SLIDE_BETWEEN, function);
-    if (instance == NULL) {
-        return SLIDE_ERROR;
-    }
+SlideStatus slide_set_logging(SlideInstance *instance, bool on, size_t n_categories,
+                              const char *const categories[]) {
     if (n_categories > 0 && categories == NULL) {
-        return slide_null(instance, function);
+        return slide_null(instance);
     }
     bool events = n_categories == 0;
     for (size_t i = 0; i < n_categories; ++i) {
@@ -123,9 +121,9 @@ SlideStatus slide_set_logging(void *component, bool on, size_t n_categories,
             strcmp(category, "logStatusDiscard") != 0 &&
             strcmp(category, "logStatusWarning") != 0) {
             return slide_report(instance, SLIDE_ERROR,
-                                "%s: category '%s'; expected logAll, logEvents, logStatusWarning, "
+                                "category '%s'; expected logAll, logEvents, logStatusWarning, "
                                 "logStatusDiscard or logStatusError",
-                                function, category);
+                                category);
         }
         events = events || event;
     }
@@ -135,54 +133,37 @@ SlideStatus slide_set_logging(void *component, bool on, size_t n_categories,
     return SLIDE_OK;
 }
 
-SlideStatus slide_set_start(void *component, double start, bool stop_defined, double stop,
-                            const char *function) {
-    SlideInstance *instance = slide_enter(component, SLIDE_INSTANTIATED, function);
-    if (instance == NULL) {
-        return SLIDE_ERROR;
-    }
+SlideStatus slide_set_start(SlideInstance *instance, double start, bool stop_defined,
+                            double stop) {
+    const double step = instance->model.step, farthest = slide_clock_farthest(step);
     if (!isfinite(start) || (stop_defined && !(stop >= start))) {
         return slide_report(instance, SLIDE_ERROR,
-                            "%s: start time %g s, stop time %g s; expected a finite start and no "
+                            "start time %g s, stop time %g s; expected a finite start and no "
                             "earlier stop",
-                            function, start, stop);
+                            start, stop);
     }
-    double step = instance->model.step;
-    if (fabs(start) > slide_clock_farthest(step)) {
+    if (fabs(start) > farthest) {
         return slide_report(instance, SLIDE_ERROR,
-                            "%s: start time %.15g s; expected at most %.3g s from 0, where steps "
+                            "start time %.15g s; expected at most %.3g s from 0, where steps "
                             "of %.9g s can be told apart: start nearer to 0; nothing was changed",
-                            function, start, slide_clock_farthest(step), step);
+                            start, farthest, step);
     }
     instance->state.head->clock.anchor = start;
     instance->stop = stop_defined ? stop : INFINITY;
     return SLIDE_OK;
 }
 
-SlideStatus slide_change_mode(void *component, SlideMode from, SlideMode to,
-                              const char *function) {
-    SlideInstance *instance = slide_enter(component, from, function);
-    if (instance == NULL) {
-        return SLIDE_ERROR;
-    }
+SlideStatus slide_change_mode(SlideInstance *instance, SlideMode to) {
     instance->state.head->mode = to;
-    return slide_report(instance, SLIDE_OK, "%s", function);
+    return slide_log(instance, SLIDE_OK, instance->function);
 }
 
-SlideStatus slide_reset(void *component, const char *function) {
-    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
-    if (instance == NULL) {
-        return SLIDE_ERROR;
-    }
+SlideStatus slide_reset(SlideInstance *instance) {
     instance->stop = INFINITY;
     slide_state_reset(&instance->model, &instance->state);
-    instance->state.head->mode = SLIDE_INSTANTIATED;
-    return slide_report(instance, SLIDE_OK, "%s", function);
+    return slide_change_mode(instance, SLIDE_INSTANTIATED);
 }
 
-SlideStatus slide_refuse(void *component, const char *function, const char *reason) {
-    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
-    return instance == NULL ? SLIDE_ERROR
-                            : slide_report(instance, SLIDE_ERROR, "%s: %s; nothing was changed",
-                                           function, reason);
+SlideStatus slide_refuse(SlideInstance *instance, const char *reason) {
+    return slide_report(instance, SLIDE_ERROR, "%s; nothing was changed", reason);
 }

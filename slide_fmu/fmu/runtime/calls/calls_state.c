@@ -32,11 +32,17 @@ static size_t saved_size(const SlideInstance *instance) {
     return sizeof(StateHeader) + instance->state.size;
 }
 
-/* Does a saved state belong to this surrogate? The bytes may be at any alignment. */
-static bool belongs(const SlideInstance *instance, const void *saved, const char *function) {
-    StateHeader expected = header_of(instance), found;
-    memcpy(&found, saved, sizeof found);
+/* Is no argument missing, and does a saved state that is given belong to this surrogate? The bytes
+ * may be at any alignment. */
+static SlideStatus check(SlideInstance *instance, bool complete, const void *saved) {
+    StateHeader expected = header_of(instance), found = expected;
     const char *fault = NULL;
+    if (!complete) {
+        return slide_null(instance);
+    }
+    if (saved != NULL) {
+        memcpy(&found, saved, sizeof found);
+    }
     if (memcmp(found.magic, expected.magic, sizeof found.magic) != 0) {
         fault = "this is no state of a SLIDE FMU";
     } else if (found.version != expected.version) {
@@ -46,56 +52,38 @@ static bool belongs(const SlideInstance *instance, const void *saved, const char
     } else if (found.size != expected.size) {
         fault = "the state has another size than this FMU's";
     }
-    if (fault != NULL) {
-        slide_report(instance, SLIDE_ERROR, "%s: %s; nothing was changed", function, fault);
-    }
-    return fault == NULL;
+    return fault == NULL ? SLIDE_OK : slide_refuse(instance, fault);
 }
 
-/* The instance, where no argument is missing and a state that is given is its own. */
-static SlideInstance *enter(void *component, bool complete, const void *state,
-                            const char *function) {
-    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
-    if (instance != NULL && !complete) {
-        slide_null(instance, function);
-        return NULL;
-    }
-    bool own = instance != NULL && (state == NULL || belongs(instance, state, function));
-    return own ? instance : NULL;
+/* Room for a saved state, where none is given. */
+static SlideStatus find_room(const SlideInstance *instance, void **state) {
+    *state = *state != NULL ? *state : malloc(saved_size(instance));
+    return *state != NULL ? SLIDE_OK : slide_report(instance, SLIDE_ERROR, "out of memory");
 }
 
-SlideStatus slide_save(void *component, void **state, const char *function) {
-    const void *given = state == NULL ? NULL : *state;
-    SlideInstance *instance = enter(component, state != NULL, given, function);
-    if (instance == NULL) {
-        return SLIDE_ERROR;
-    }
-    unsigned char *saved = *state != NULL ? *state : malloc(saved_size(instance));
-    if (saved == NULL) {
-        return slide_report(instance, SLIDE_ERROR, "%s: out of memory", function);
+SlideStatus slide_save(SlideInstance *instance, void **state) {
+    SlideStatus status = check(instance, state != NULL, state == NULL ? NULL : *state);
+    status = status == SLIDE_OK ? find_room(instance, state) : status;
+    if (status != SLIDE_OK) {
+        return status;
     }
     StateHeader header = header_of(instance);
-    memcpy(saved, &header, sizeof header);
-    memcpy(saved + sizeof header, instance->state.head, instance->state.size);
-    *state = saved;
+    memcpy(*state, &header, sizeof header);
+    memcpy((unsigned char *)*state + sizeof header, instance->state.head, instance->state.size);
     return SLIDE_OK;
 }
 
-SlideStatus slide_restore(void *component, const void *state, const char *function) {
-    SlideInstance *instance = enter(component, state != NULL, state, function);
-    if (instance == NULL) {
-        return SLIDE_ERROR;
+SlideStatus slide_restore(SlideInstance *instance, const void *state) {
+    SlideStatus status = check(instance, state != NULL, state);
+    if (status == SLIDE_OK) {
+        memcpy(instance->state.head, (const unsigned char *)state + sizeof(StateHeader),
+               instance->state.size);
     }
-    const unsigned char *saved = state;
-    memcpy(instance->state.head, saved + sizeof(StateHeader), instance->state.size);
-    return SLIDE_OK;
+    return status;
 }
 
-SlideStatus slide_free_state(void *component, void **state, const char *function) {
-    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
-    if (instance == NULL) {
-        return SLIDE_ERROR;
-    }
+SlideStatus slide_free_state(SlideInstance *instance, void **state) {
+    (void)instance;
     if (state != NULL) {
         free(*state);
         *state = NULL;
@@ -103,28 +91,24 @@ SlideStatus slide_free_state(void *component, void **state, const char *function
     return SLIDE_OK;
 }
 
-SlideStatus slide_serialized_size(void *component, const void *state, size_t *size,
-                                  const char *function) {
-    SlideInstance *instance = enter(component, state != NULL && size != NULL, state, function);
-    if (instance == NULL) {
-        return SLIDE_ERROR;
+SlideStatus slide_serialized_size(SlideInstance *instance, const void *state, size_t *size) {
+    SlideStatus status = check(instance, state != NULL && size != NULL, state);
+    if (status == SLIDE_OK) {
+        *size = saved_size(instance);
     }
-    *size = saved_size(instance);
-    return SLIDE_OK;
+    return status;
 }
 
-SlideStatus slide_serialize(void *component, const void *state, void *bytes, size_t size,
-                            const char *function) {
-    SlideInstance *instance = enter(component, state != NULL && bytes != NULL, state, function);
-    if (instance == NULL) {
-        return SLIDE_ERROR;
+SlideStatus slide_serialize(SlideInstance *instance, const void *state, void *bytes, size_t size) {
+    SlideStatus status = check(instance, state != NULL && bytes != NULL, state);
+    if (status != SLIDE_OK) {
+        return status;
     }
     if (size < saved_size(instance)) {
         return slide_report(instance, SLIDE_ERROR,
-                            "%s: room for %llu bytes; expected %llu, the size that this FMU "
-                            "gives for its serialised state",
-                            function, (unsigned long long)size,
-                            (unsigned long long)saved_size(instance));
+                            "room for %llu bytes; expected %llu, the size that this FMU gives for "
+                            "its serialised state",
+                            (unsigned long long)size, (unsigned long long)saved_size(instance));
     }
     const unsigned char *block = (const unsigned char *)state + sizeof(StateHeader);
     StateHeader header = header_of(instance);
@@ -151,32 +135,26 @@ static bool is_intact(const SlideInstance *instance, const unsigned char *bytes)
            header.checksum == slide_crc32(block, instance->state.size);
 }
 
-SlideStatus slide_deserialize(void *component, const void *bytes, size_t size, void **state,
-                              const char *function) {
-    SlideInstance *instance = enter(component, bytes != NULL && state != NULL, NULL, function);
-    if (instance == NULL) {
-        return SLIDE_ERROR;
-    }
-    if (size != saved_size(instance)) {
+SlideStatus slide_deserialize(SlideInstance *instance, const void *bytes, size_t size,
+                              void **state) {
+    const bool complete = bytes != NULL && state != NULL;
+    void *saved = NULL;
+    if (complete && size != saved_size(instance)) {
         return slide_report(instance, SLIDE_ERROR,
-                            "%s: %llu bytes; expected %llu; is the state of another FMU, or cut "
-                            "off?",
-                            function, (unsigned long long)size,
-                            (unsigned long long)saved_size(instance));
+                            "%llu bytes; expected %llu; is the state of another FMU, or cut off?",
+                            (unsigned long long)size, (unsigned long long)saved_size(instance));
     }
-    if (!belongs(instance, bytes, function)) {
-        return SLIDE_ERROR;
+    SlideStatus status = check(instance, complete, bytes);
+    if (status == SLIDE_OK && !is_intact(instance, bytes)) {
+        status = slide_report(instance, SLIDE_ERROR,
+                              "the state is damaged: its checksum does not match its content");
     }
-    if (!is_intact(instance, bytes)) {
-        return slide_report(instance, SLIDE_ERROR,
-                            "%s: the state is damaged: its checksum does not match its content",
-                            function);
+    if (status == SLIDE_OK) {
+        status = find_room(instance, &saved);
     }
-    void *saved = malloc(size);
-    if (saved == NULL) {
-        return slide_report(instance, SLIDE_ERROR, "%s: out of memory", function);
+    if (status == SLIDE_OK) {
+        memcpy(saved, bytes, size);
+        *state = saved;
     }
-    memcpy(saved, bytes, size);
-    *state = saved;
-    return SLIDE_OK;
+    return status;
 }

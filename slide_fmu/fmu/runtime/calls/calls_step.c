@@ -19,25 +19,24 @@ static const char *fault_of(double time, double length, double sample_step) {
 static const double SHORTEST_DIRECTOR = 1e-6;
 
 /* An angle needs a direction. The file names inputs for people only: here they are references. */
-static bool has_direction(const SlideInstance *instance, const double *inputs, const char *which,
-                          const char *function) {
+static bool has_direction(const SlideInstance *instance, const double *inputs, const char *which) {
     size_t cosine = slide_without_direction(&instance->model, inputs, SHORTEST_DIRECTOR);
     if (cosine == instance->model.n_inputs) {
         return true;
     }
     slide_report(instance, SLIDE_ERROR,
-                 "%s: %s with value references %u and %u = %g, %g, which gives no direction; "
+                 "%s with value references %u and %u = %g, %g, which gives no direction; "
                  "expected cosine and sine of an angle, not both zero (length at least %g): set "
                  "both and step again; nothing was changed",
-                 function, which, (unsigned)cosine, (unsigned)cosine + 1, inputs[cosine],
+                 which, (unsigned)cosine, (unsigned)cosine + 1, inputs[cosine],
                  inputs[cosine + 1], SHORTEST_DIRECTOR);
     return false;
 }
 
-static bool have_direction(const SlideInstance *instance, const char *function) {
+static bool have_direction(const SlideInstance *instance) {
     const SlideModel *model = &instance->model;
     const SlideState *state = &instance->state;
-    if (!has_direction(instance, state->inputs, "inputs", function)) {
+    if (!has_direction(instance, state->inputs, "inputs")) {
         return false;
     }
     if (!slide_stream_fresh(state)) {
@@ -45,24 +44,23 @@ static bool have_direction(const SlideInstance *instance, const char *function) 
     }
     bool window = state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN;
     const double *inputs = slide_stream_prehistory(model, state);
-    bool good = has_direction(instance, inputs, "initial inputs of those", function);
-    for (size_t age = 1; window && good && age < model->n_sampled; ++age) {
-        good = has_direction(instance, inputs - age * model->n_inputs, "initial window of those",
-                             function);
+    bool good = has_direction(instance, inputs, "initial inputs of those");
+    for (size_t age = 1; window && good && age < model->memory_length; ++age) {
+        good = has_direction(instance, inputs - age * model->n_inputs, "initial window of those");
     }
     return good;
 }
 
-static bool stream_step(SlideInstance *instance, double length, const char *function) {
+static bool stream_step(SlideInstance *instance, double length) {
     SlideState *state = &instance->state;
-    if (!have_direction(instance, function)) {
+    if (!have_direction(instance)) {
         return false;
     }
     if (!slide_stream_step(&instance->model, state, length)) {
         slide_report(instance, SLIDE_ERROR,
-                     "%s: the outputs at %.9g s are not finite; set inputs within their ranges and "
-                     "step again; nothing was changed",
-                     function, slide_clock_time(&state->head->clock) + length);
+                     "the outputs at %.9g s are not finite; set inputs within their ranges and step "
+                     "again; nothing was changed",
+                     slide_clock_time(&state->head->clock) + length);
         return false;
     }
     return true;
@@ -73,44 +71,55 @@ static bool stream_step(SlideInstance *instance, double length, const char *func
 static bool show(SlideInstance *instance, bool last, double *until) {
     SlideHead *head = instance->state.head;
     const double now = slide_clock_time(&head->clock);
+    const char *function = instance->function; /* the importer may call others in between */
     double asked = now;
     head->mode = SLIDE_BETWEEN;
     if (instance->watcher.show(&instance->watcher, now, last, &asked)) {
         *until = asked;
     }
     head->mode = SLIDE_STEPPING;
+    instance->function = function;
     return !last && slide_clock_reaches(&head->clock, now, *until, instance->model.step);
 }
 
-/* What ramps move between in the step that begins now. True when they move. */
-static bool begin_ramps(SlideInstance *instance) {
+/* What inputs move between in the step that begins now. True when they do. */
+static bool begin_hold(SlideInstance *instance) {
     const SlideModel *model = &instance->model;
     SlideState *state = &instance->state;
-    const bool first = slide_stream_fresh(state);
     const size_t row = model->n_inputs * sizeof(double);
     memcpy(instance->watcher.from,
-           first ? slide_stream_prehistory(model, state)
-                 : slide_history_newest(&model->history, &state->history),
+           slide_stream_fresh(state) ? slide_stream_prehistory(model, state)
+                                     : slide_history_newest(&model->history, &state->history),
            row);
     memcpy(instance->watcher.to, state->inputs, row);
-    return model->history.ramp;
+    return model->history.first_order;
 }
 
 /* A communication step, as the stream takes it: so many parts of a length in s, each of which takes
- * the stride of the master's time. */
+ * the stride of the importer's time. */
 typedef struct {
     uint32_t count;
     double part, stride;
 } Walk;
 
-/* The parts one by one; when one fails, the state is what it was before the first. Ramps go on as if
- * nobody watched until inputs are set. */
-static bool watched_steps(SlideInstance *instance, double point, Walk walk, bool *early,
-                          const char *function) {
+/* One part, or as many as samples where the importer watches: not while inputs have derivatives,
+ * which a state of FMI 2.0 may bring, since they are those of a whole step. */
+static Walk walk_of(const SlideInstance *instance, double length) {
+    const double step = instance->model.step;
+    const double meant = slide_clock_meant(&instance->state.head->clock, length, step);
+    const double samples = nearbyint(meant / step);
+    const bool apart = instance->watcher.show != NULL && !instance->state.head->moving &&
+                       meant == samples * step && samples <= UINT32_MAX;
+    return apart ? (Walk){(uint32_t)samples, step, length / samples} : (Walk){1, meant, length};
+}
+
+/* The parts one by one; when one fails, the state is what it was before the first. Inputs with a
+ * first-order hold go on as if nobody watched until they are set. */
+static bool take_parts(SlideInstance *instance, double point, Walk walk, bool *early) {
     const SlideModel *model = &instance->model;
     SlideWatcher *watcher = &instance->watcher;
     SlideState *state = &instance->state;
-    bool moves = begin_ramps(instance) && walk.count > 1;
+    bool moves = walk.count > 1 && begin_hold(instance);
     double until = INFINITY;
     if (walk.count > 1) { /* a single one undoes itself */
         memcpy(watcher->undo, state->head, state->size);
@@ -120,7 +129,7 @@ static bool watched_steps(SlideInstance *instance, double point, Walk walk, bool
             slide_history_between(&model->history, watcher->from, watcher->to,
                                   (double)left / walk.count, state->inputs);
         }
-        if (!stream_step(instance, walk.part, function)) {
+        if (!stream_step(instance, walk.part)) {
             if (walk.count > 1) {
                 memcpy(state->head, watcher->undo, state->size);
             }
@@ -129,7 +138,7 @@ static bool watched_steps(SlideInstance *instance, double point, Walk walk, bool
         slide_clock_advance(&state->head->clock, point, walk.stride);
         point = slide_clock_time(&state->head->clock);
         watcher->was_set = false;
-        *early = show(instance, left == 0, &until);
+        *early = watcher->show != NULL && show(instance, left == 0, &until);
         moves = moves && !watcher->was_set;
     }
     if (moves) {
@@ -138,51 +147,38 @@ static bool watched_steps(SlideInstance *instance, double point, Walk walk, bool
     return true;
 }
 
-/* Wrong steps are errors, not discarded ones: a master may try a discarded step again for ever. */
-SlideStatus slide_do_step(void *component, double point, double length, bool *early,
-                          const char *function) {
-    SlideInstance *instance = slide_enter(component, SLIDE_STEPPING, function);
-    bool unwanted = false;
-    early = early == NULL ? &unwanted : early;
-    *early = false;
-    if (instance == NULL) {
-        return SLIDE_ERROR;
-    }
-    SlideClock *clock = &instance->state.head->clock;
-    double step = instance->model.step, time = slide_clock_time(clock);
+/* Wrong steps are errors, not discarded ones: an importer may try a discarded step again for
+ * ever. */
+static SlideStatus check_step(const SlideInstance *instance, double point, double length) {
+    const SlideClock *clock = &instance->state.head->clock;
+    const double step = instance->model.step, time = slide_clock_time(clock);
     if (!slide_clock_is_now(clock, point, step)) {
         return slide_report(instance, SLIDE_ERROR,
-                            "%s: communication point %.15g s; expected %.15g s, the end of the "
-                            "last step; nothing was changed",
-                            function, point, time);
+                            "communication point %.15g s; expected %.15g s, the end of the last "
+                            "step; nothing was changed",
+                            point, time);
     }
     const char *fault = fault_of(time, length, step);
     if (fault != NULL) {
         return slide_report(instance, SLIDE_ERROR,
-                            "%s: communication step %.9g s at %.9g s: %s; nothing was changed",
-                            function, length, time, fault);
+                            "communication step %.9g s at %.9g s: %s; nothing was changed", length,
+                            time, fault);
     }
-    const double stop = instance->stop;
-    if (!slide_clock_reaches(clock, stop, time + length, step)) {
-        return slide_report(instance, SLIDE_ERROR,
-                            "%s: communication step %.9g s at %.9g s ends after the stop time "
-                            "%.9g s; nothing was changed",
-                            function, length, time, stop);
+    return slide_clock_reaches(clock, instance->stop, time + length, step)
+               ? SLIDE_OK
+               : slide_report(instance, SLIDE_ERROR,
+                              "communication step %.9g s at %.9g s ends after the stop time %.9g "
+                              "s; nothing was changed",
+                              length, time, instance->stop);
+}
+
+SlideStatus slide_do_step(SlideInstance *instance, double point, double length, bool *early) {
+    bool unwanted = false;
+    early = early == NULL ? &unwanted : early;
+    *early = false;
+    SlideStatus status = check_step(instance, point, length);
+    if (status == SLIDE_OK && !take_parts(instance, point, walk_of(instance, length), early)) {
+        status = SLIDE_ERROR;
     }
-    double meant = slide_clock_meant(clock, length, step), samples = nearbyint(meant / step);
-    if (instance->watcher.show != NULL) {
-        /* derivatives of inputs, which a state of FMI 2.0 may bring, are those of a whole step */
-        bool whole = meant == samples * step && samples <= UINT32_MAX &&
-                     !instance->state.head->moving;
-        Walk walk = {1, meant, length};
-        if (whole) {
-            walk = (Walk){(uint32_t)samples, step, length / samples};
-        }
-        return watched_steps(instance, point, walk, early, function) ? SLIDE_OK : SLIDE_ERROR;
-    }
-    if (!stream_step(instance, meant, function)) {
-        return SLIDE_ERROR;
-    }
-    slide_clock_advance(clock, point, length);
-    return SLIDE_OK;
+    return status;
 }

@@ -23,11 +23,20 @@ static bool write_outputs(const SlideModel *model, const float *block, size_t ou
     return finite;
 }
 
-/* Of an input before the start, oldest first. */
-static void write_initial_window(const SlideModel *model, const SlideState *state, size_t input,
-                                 double values[]) {
-    for (size_t sample = 0; sample < model->n_sampled; ++sample) {
-        values[sample] = state->window[sample * model->n_inputs + input];
+/* Where the state holds the values of a variable that is set, and of an output; NULL for others. */
+static double *place_of(SlideInstance *instance, SlideVariable variable) {
+    SlideState *state = &instance->state;
+    switch (variable.kind) {
+    case SLIDE_INPUT:
+        return state->inputs + variable.index;
+    case SLIDE_OUTPUT:
+        return state->outputs + variable.index;
+    case SLIDE_INITIAL_INPUT:
+        return state->initial + variable.index;
+    case SLIDE_INITIAL_WINDOW: /* oldest first, n_inputs apart */
+        return state->window + variable.index;
+    default:
+        return NULL;
     }
 }
 
@@ -40,10 +49,12 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
     const size_t i = variable.index;
     switch (variable.kind) { /* no default: the compiler tells of a kind that is missing */
     case SLIDE_INPUT:
-        values[0] = state->inputs[i];
-        break;
     case SLIDE_OUTPUT:
-        values[0] = state->outputs[i];
+    case SLIDE_INITIAL_INPUT:
+    case SLIDE_INITIAL_WINDOW:
+        for (size_t sample = 0; sample < variable.size; ++sample) {
+            values[sample] = place_of(instance, variable)[sample * model->n_inputs];
+        }
         break;
     case SLIDE_ERROR_ESTIMATE:
         slide_stream_estimate(model, state);
@@ -64,18 +75,12 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
     case SLIDE_PREHISTORY_KNOWN:
         values[0] = state->head->prehistory;
         break;
-    case SLIDE_INITIAL_INPUT:
-        values[0] = state->initial[i];
-        break;
     case SLIDE_TIME:
         values[0] = slide_clock_time(&state->head->clock);
         break;
     case SLIDE_OUTPUT_WINDOW:
         *block = *block == NULL ? slide_stream_block(model, state) : *block;
         return write_outputs(model, *block, i, values);
-    case SLIDE_INITIAL_WINDOW:
-        write_initial_window(model, state, i, values);
-        break;
     case SLIDE_KINDS:
         break;
     }
@@ -83,57 +88,46 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
 }
 
 /* Is a variable there, and of the type of the function? */
-static bool is_known(const SlideInstance *instance, uint32_t reference, SlideVariable variable,
-                     SlideType type, const char *function) {
+static SlideStatus check_variable(const SlideInstance *instance, uint32_t reference,
+                                  SlideType type) {
     static const char *const types[] = {"Real (Float64)", "Boolean"};
+    const SlideVariable variable = slide_variable(instance, reference);
     if (variable.kind == SLIDE_KINDS) {
-        slide_report(instance, SLIDE_ERROR,
-                     "%s: no variable has the value reference %u; expected one of "
-                     "modelDescription.xml; nothing was changed",
-                     function, reference);
-    } else if (variable.type != type) {
-        slide_report(instance, SLIDE_ERROR,
-                     "%s: the variable with value reference %u is of type %s; expected %s; nothing "
-                     "was changed",
-                     function, reference, types[variable.type], types[type]);
+        return slide_report(instance, SLIDE_ERROR,
+                            "no variable has the value reference %u; expected one of "
+                            "modelDescription.xml; nothing was changed",
+                            reference);
     }
-    return variable.kind != SLIDE_KINDS && variable.type == type;
+    return variable.type == type
+               ? SLIDE_OK
+               : slide_report(instance, SLIDE_ERROR,
+                              "the variable with value reference %u is of type %s; expected %s; "
+                              "nothing was changed",
+                              reference, types[variable.type], types[type]);
 }
 
 /* Are all references known, and are there as many values as the variables have? */
-static bool arguments_agree(const SlideInstance *instance, const SlideValues *of,
-                            const char *function) {
+static SlideStatus check_arguments(const SlideInstance *instance, const SlideValues *of,
+                                   const void *values) {
     const SlideType type = of->form == SLIDE_DOUBLES ? SLIDE_REAL : SLIDE_BOOLEAN;
+    SlideStatus status = SLIDE_OK;
     uint64_t n_expected = 0;
-    for (size_t i = 0; i < of->n_references; ++i) {
-        SlideVariable variable = slide_variable(instance, of->references[i]);
-        if (!is_known(instance, of->references[i], variable, type, function)) {
-            return false;
-        }
-        n_expected += variable.size;
-    }
-    if (of->n_values != n_expected) {
-        slide_report(instance, SLIDE_ERROR,
-                     "%s: %llu values for %llu variables; expected %llu, one for each, but of an "
-                     "array all; nothing was changed",
-                     function, (unsigned long long)of->n_values,
-                     (unsigned long long)of->n_references, (unsigned long long)n_expected);
-    }
-    return of->n_values == n_expected;
-}
-
-/* The instance, where a function may be called and its arguments agree. */
-static SlideInstance *enter(void *component, unsigned modes, const SlideValues *of,
-                            const void *values, const char *function) {
-    SlideInstance *instance = slide_enter(component, modes, function);
-    if (instance == NULL) {
-        return NULL;
-    }
     if (of->n_references > 0 && (of->references == NULL || values == NULL)) {
-        slide_null(instance, function);
-        return NULL;
+        return slide_null(instance);
     }
-    return arguments_agree(instance, of, function) ? instance : NULL;
+    for (size_t i = 0; status == SLIDE_OK && i < of->n_references; ++i) {
+        status = check_variable(instance, of->references[i], type);
+        n_expected += slide_variable(instance, of->references[i]).size;
+    }
+    if (status == SLIDE_OK && of->n_values != n_expected) {
+        status = slide_report(instance, SLIDE_ERROR,
+                              "%llu values for %llu variables; expected %llu, one for each, but "
+                              "of an array all; nothing was changed",
+                              (unsigned long long)of->n_values,
+                              (unsigned long long)of->n_references,
+                              (unsigned long long)n_expected);
+    }
+    return status;
 }
 
 /* A Boolean, in the form that the standard gives it. */
@@ -145,20 +139,21 @@ static void store_truth(const SlideValues *of, void *values, size_t at, bool tru
     }
 }
 
-SlideStatus slide_get(void *component, const SlideValues *of, void *values, const char *function) {
-    const unsigned modes =
-        SLIDE_INITIALIZATION | SLIDE_STEPPING | SLIDE_BETWEEN | SLIDE_TERMINATED;
-    SlideInstance *instance = enter(component, modes, of, values, function);
-    if (instance == NULL) {
-        return SLIDE_ERROR;
-    }
-    const SlideState *state = &instance->state;
-    if (slide_stream_fresh(state) && !state->head->current &&
-        !slide_stream_hold(&instance->model, &instance->state)) {
-        return slide_report(instance, SLIDE_DISCARD,
-                            "%s: the outputs for the present inputs are not finite; set inputs "
-                            "within their ranges",
-                            function);
+SlideStatus slide_settle(SlideInstance *instance) {
+    SlideState *state = &instance->state;
+    const bool settled = !slide_stream_fresh(state) || state->head->current ||
+                         slide_stream_hold(&instance->model, state);
+    return settled ? SLIDE_OK
+                   : slide_report(instance, SLIDE_DISCARD,
+                                  "the outputs for the present inputs are not finite; set inputs "
+                                  "within their ranges");
+}
+
+SlideStatus slide_get(SlideInstance *instance, const SlideValues *of, void *values) {
+    SlideStatus status = check_arguments(instance, of, values);
+    status = status == SLIDE_OK ? slide_settle(instance) : status;
+    if (status != SLIDE_OK) {
+        return status;
     }
     const float *block = NULL; /* evaluated once for all outputs */
     for (size_t i = 0, at = 0; i < of->n_references; ++i) {
@@ -167,9 +162,9 @@ SlideStatus slide_get(void *component, const SlideValues *of, void *values, cons
         double *place = variable.type == SLIDE_REAL ? (double *)values + at : &truth;
         if (!read_variable(instance, variable, &block, place)) {
             return slide_report(instance, SLIDE_DISCARD,
-                                "%s: the array with value reference %u holds numbers that are not "
+                                "the array with value reference %u holds numbers that are not "
                                 "finite; set inputs within their ranges",
-                                function, of->references[i]);
+                                of->references[i]);
         }
         if (variable.type == SLIDE_BOOLEAN) {
             store_truth(of, values, at, truth != 0);
@@ -179,45 +174,43 @@ SlideStatus slide_get(void *component, const SlideValues *of, void *values, cons
     return SLIDE_OK;
 }
 
-static SlideStatus check_settable(const SlideInstance *instance, uint32_t reference,
-                                  const char *function) {
+static SlideStatus check_settable(const SlideInstance *instance, uint32_t reference) {
     SlideVariable variable = slide_variable(instance, reference);
     if (variable.kind != SLIDE_INPUT && !variable.is_parameter) {
         return slide_report(instance, SLIDE_ERROR,
-                            "%s: value reference %u is no input; only inputs, 0 to %u, and "
-                            "parameters can be set; nothing was changed",
-                            function, reference, (unsigned)instance->model.n_inputs - 1);
+                            "value reference %u is no input; only inputs, 0 to %u, and parameters "
+                            "can be set; nothing was changed",
+                            reference, (unsigned)instance->model.n_inputs - 1);
     }
     if (variable.is_parameter &&
         (instance->state.head->mode & (SLIDE_STEPPING | SLIDE_BETWEEN)) != 0) {
         return slide_report(instance, SLIDE_ERROR,
-                            "%s: value reference %u is a parameter; set it before the end of "
+                            "value reference %u is a parameter; set it before the end of "
                             "initialization mode; nothing was changed",
-                            function, reference);
+                            reference);
     }
     return SLIDE_OK;
 }
 
 /* values: all of the variable. */
 static SlideStatus check_values(const SlideInstance *instance, uint32_t reference,
-                                const double values[], const char *function) {
+                                const double values[]) {
     const SlideVariable variable = slide_variable(instance, reference);
     if (variable.kind == SLIDE_PREHISTORY_KNOWN) {
         const uint32_t most = instance->has_more ? SLIDE_INITIAL_WINDOW_KNOWN : SLIDE_INITIAL_HELD;
         bool known = values[0] >= 0 && values[0] <= most && values[0] == nearbyint(values[0]);
         return known ? SLIDE_OK
                      : slide_report(instance, SLIDE_DISCARD,
-                                    "%s: prehistory_known (value reference %u) = %g; expected 0 "
-                                    "%s; the former values are kept",
-                                    function, reference, values[0],
-                                    instance->has_more ? "to 2" : "or 1");
+                                    "prehistory_known (value reference %u) = %g; expected 0 %s; "
+                                    "the former values are kept",
+                                    reference, values[0], instance->has_more ? "to 2" : "or 1");
     }
     for (size_t i = 0; i < variable.size; ++i) {
         if (!slide_input_usable(&instance->model, variable.index, values[i])) {
             return slide_report(instance, SLIDE_DISCARD,
-                                "%s: input with value reference %u = %g; expected a finite number "
+                                "input with value reference %u = %g; expected a finite number "
                                 "near the input's range; the former values are kept",
-                                function, reference, values[i]);
+                                reference, values[i]);
         }
     }
     return SLIDE_OK;
@@ -225,46 +218,33 @@ static SlideStatus check_values(const SlideInstance *instance, uint32_t referenc
 
 /* Check all values before the first is taken over. */
 static SlideStatus check_inputs(const SlideInstance *instance, const SlideValues *of,
-                                const double values[], const char *function) {
+                                const double values[]) {
     SlideStatus status = SLIDE_OK;
     for (size_t i = 0; status == SLIDE_OK && i < of->n_references; ++i) {
-        status = check_settable(instance, of->references[i], function);
+        status = check_settable(instance, of->references[i]);
     }
     for (size_t i = 0; status == SLIDE_OK && i < of->n_references; ++i) {
-        status = check_values(instance, of->references[i], values, function);
+        status = check_values(instance, of->references[i], values);
         values += slide_variable(instance, of->references[i]).size;
     }
     return status;
 }
 
 static void take_over(SlideInstance *instance, SlideVariable variable, const double values[]) {
-    SlideState *state = &instance->state;
-    const size_t n_inputs = instance->model.n_inputs;
-    switch (variable.kind) {
-    case SLIDE_PREHISTORY_KNOWN:
-        state->head->prehistory = (uint32_t)values[0];
-        break;
-    case SLIDE_INITIAL_INPUT:
-        state->initial[variable.index] = values[0];
-        break;
-    case SLIDE_INITIAL_WINDOW:
-        for (size_t sample = 0; sample < instance->model.n_sampled; ++sample) {
-            state->window[sample * n_inputs + variable.index] = values[sample];
-        }
-        break;
-    default:
-        state->inputs[variable.index] = values[0];
+    double *place = place_of(instance, variable);
+    if (variable.kind == SLIDE_PREHISTORY_KNOWN) {
+        instance->state.head->prehistory = (uint32_t)values[0];
+        return;
+    }
+    for (size_t sample = 0; sample < variable.size; ++sample) {
+        place[sample * instance->model.n_inputs] = values[sample];
     }
 }
 
-SlideStatus slide_set(void *component, const SlideValues *of, const void *values,
-                      const char *function) {
-    SlideInstance *instance = enter(component, SLIDE_SETTABLE, of, values, function);
-    if (instance == NULL) {
-        return SLIDE_ERROR;
-    }
+SlideStatus slide_set(SlideInstance *instance, const SlideValues *of, const void *values) {
     const double *numbers = values; /* what can be set is Real */
-    SlideStatus status = check_inputs(instance, of, numbers, function);
+    SlideStatus status = check_arguments(instance, of, values);
+    status = status == SLIDE_OK ? check_inputs(instance, of, numbers) : status;
     if (status != SLIDE_OK) {
         return status;
     }
@@ -280,14 +260,9 @@ SlideStatus slide_set(void *component, const SlideValues *of, const void *values
     return SLIDE_OK;
 }
 
-SlideStatus slide_none_of_type(void *component, size_t count, const char *function) {
-    SlideInstance *instance = slide_enter(component, SLIDE_ANY_MODE, function);
-    if (instance == NULL) {
-        return SLIDE_ERROR;
-    }
+SlideStatus slide_none_of_type(SlideInstance *instance, size_t count) {
     return count == 0 ? SLIDE_OK
                       : slide_report(instance, SLIDE_ERROR,
-                                     "%s: no variable of this FMU is of this type; expected Real "
-                                     "(Float64) or Boolean",
-                                     function);
+                                     "no variable of this FMU is of this type; expected Real "
+                                     "(Float64) or Boolean");
 }

@@ -3,20 +3,28 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-SlideStatus slide_report(const SlideInstance *instance, SlideStatus status, const char *format,
-                         ...) {
+SlideStatus slide_log(const SlideInstance *instance, SlideStatus status, const char *text) {
     static const char *const categories[] = {"logEvents", "logStatusWarning", "logStatusDiscard",
                                              "logStatusError"};
-    char text[512];
-    if (instance->logger.write == NULL || (status == SLIDE_OK && !instance->debug)) {
-        return status;
+    if (instance->logger.write != NULL && (status != SLIDE_OK || instance->debug)) {
+        instance->logger.write(&instance->logger, instance->name, status, categories[status],
+                               text);
+    }
+    return status;
+}
+
+SlideStatus slide_report(const SlideInstance *instance, SlideStatus status, const char *format,
+                         ...) {
+    char text[512] = "";
+    int begin = 0;
+    if (instance->function != NULL) {
+        begin = snprintf(text, sizeof text, "%s: ", instance->function);
     }
     va_list arguments;
     va_start(arguments, format);
-    vsnprintf(text, sizeof text, format, arguments);
+    vsnprintf(text + begin, sizeof text - (size_t)begin, format, arguments);
     va_end(arguments);
-    instance->logger.write(&instance->logger, instance->name, status, categories[status], text);
-    return status;
+    return slide_log(instance, status, text);
 }
 
 static const char *mode_name(unsigned mode) {
@@ -39,18 +47,19 @@ SlideInstance *slide_enter(void *component, unsigned modes, const char *function
     if (instance == NULL) {
         return NULL;
     }
-    unsigned mode = instance->state.head->mode;
+    const unsigned mode = instance->state.head->mode;
     if ((mode & modes) == 0) {
+        instance->function = NULL;
         slide_report(instance, SLIDE_ERROR,
                      "%s must not be called in state '%s'; nothing was changed", function,
                      mode_name(mode));
         return NULL;
     }
+    instance->function = function;
     return instance;
 }
 
-SlideStatus slide_null(const SlideInstance *instance, const char *function) {
-    return slide_report(instance, SLIDE_ERROR, "%s: an argument is NULL; expected an array or a "
-                                               "place for the result",
-                        function);
+SlideStatus slide_null(const SlideInstance *instance) {
+    return slide_report(instance, SLIDE_ERROR,
+                        "an argument is NULL; expected an array or a place for the result");
 }

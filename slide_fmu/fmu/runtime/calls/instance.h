@@ -1,8 +1,9 @@
 /* One FMU instance: model, state, logger. Instances share nothing. An instance knows no standard:
- * fmi2_*.c and fmi3_*.c wrap the same calls (calls.h). */
+ * the functions of FMI 2.0 and FMI 3.0 wrap the same calls (calls.h). */
 #ifndef SLIDE_INSTANCE_H
 #define SLIDE_INSTANCE_H
 
+#include "derivative_scratch.h"
 #include "stream.h"
 
 /* The numbers of fmi2Status and fmi3Status. */
@@ -21,7 +22,9 @@ typedef enum {
     SLIDE_TERMINATED = 8,
     SLIDE_ANY_MODE = 15,
     SLIDE_BETWEEN = 16, /* within a step, intermediate update mode; for few functions */
-    SLIDE_SETTABLE = SLIDE_INSTANTIATED | SLIDE_INITIALIZATION | SLIDE_STEPPING | SLIDE_BETWEEN
+    SLIDE_SETTABLE = SLIDE_INSTANTIATED | SLIDE_INITIALIZATION | SLIDE_STEPPING | SLIDE_BETWEEN,
+    SLIDE_DIFFERENTIABLE = SLIDE_INITIALIZATION | SLIDE_STEPPING | SLIDE_TERMINATED,
+    SLIDE_READABLE = SLIDE_DIFFERENTIABLE | SLIDE_BETWEEN
 } SlideMode;
 
 typedef struct SlideLogger SlideLogger;
@@ -48,7 +51,7 @@ struct SlideWatcher {
     bool may_end;           /* may the master end a step early? */
     bool was_set;           /* variables were set */
     void *undo;             /* room for the state before the step */
-    double *from, *to;      /* [n_inputs], what ramps move between */
+    double *from, *to;      /* [n_inputs], what inputs of a first-order hold move between */
 };
 
 /* The instance begins the aligned part of its one memory block; name, model arrays and state
@@ -57,15 +60,20 @@ typedef struct {
     void *block; /* what calloc gave */
     SlideModel model;
     SlideState state;
+    SlideDerivativeScratch derivative;
     SlideLogger logger;
     SlideWatcher watcher;
     double stop; /* s; no step may end later; of this run, so that no saved state brings another */
     char *name;
+    const char *function; /* that is being called, or NULL; messages begin with it */
     bool debug;
     bool has_more; /* variables that only FMI 3.0 has: the time, and arrays */
 } SlideInstance;
 
-/* Log a message (errors always, others when debug logging is on) and give the status back. */
+/* Log a text (errors always, others when debug logging is on) and give the status back. */
+SlideStatus slide_log(const SlideInstance *instance, SlideStatus status, const char *text);
+
+/* The same of a message that begins with the function's name. */
 __attribute__((format(printf, 3, 4))) SlideStatus slide_report(const SlideInstance *instance,
                                                                SlideStatus status,
                                                                const char *format, ...);
@@ -75,6 +83,6 @@ __attribute__((format(printf, 3, 4))) SlideStatus slide_report(const SlideInstan
 SlideInstance *slide_enter(void *component, unsigned modes, const char *function);
 
 /* Log that an argument pointer is missing. */
-SlideStatus slide_null(const SlideInstance *instance, const char *function);
+SlideStatus slide_null(const SlideInstance *instance);
 
 #endif

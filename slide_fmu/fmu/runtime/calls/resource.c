@@ -52,38 +52,32 @@ static bool unescape(char *text) {
     return true;
 }
 
-/* The path of a file in a folder. Free the result. */
-static char *path_in_folder(const char *folder, const char *file, SlideMessage *message) {
-    if (folder == NULL) {
+/* The path of the surrogate file in the folder of the resources. Free the result. */
+static char *path_of(const char *location, bool is_uri, SlideMessage *message) {
+    const char *folder = location != NULL && is_uri ? begin_of_path(location) : location;
+    if (folder == NULL && is_uri) {
+        slide_say(message, "fmuResourceLocation %s; expected file:///path/to/resources",
+                  location == NULL ? "is NULL" : location);
+    } else if (folder == NULL) {
         slide_say(message, "the path of the resources is NULL; expected /path/to/resources/");
+    }
+    if (folder == NULL) {
         return NULL;
     }
-    size_t length = strlen(folder) + strlen(file) + 2;
+    const size_t length = strlen(folder) + strlen(PAYLOAD) + 2;
     char *path = malloc(length);
     if (path == NULL) {
         slide_say(message, "out of memory");
         return NULL;
     }
-    snprintf(path, length, "%s/%s", folder, file);
-    return path;
-}
-
-/* The same of a folder given as URI. */
-static char *path_of_uri(const char *uri, const char *file, SlideMessage *message) {
-    const char *start = uri == NULL ? NULL : begin_of_path(uri);
-    if (start == NULL) {
-        slide_say(message, "fmuResourceLocation %s; expected file:///path/to/resources",
-                  uri == NULL ? "is NULL" : uri);
-        return NULL;
-    }
-    char *path = path_in_folder(start, file, message);
-    if (path != NULL && !unescape(path)) {
-        slide_say(message, "fmuResourceLocation %s has a malformed percent escape", uri);
+    snprintf(path, length, "%s/%s", folder, PAYLOAD);
+    if (is_uri && !unescape(path)) {
+        slide_say(message, "fmuResourceLocation %s has a malformed percent escape", location);
         free(path);
         return NULL;
     }
 #if defined(_WIN32)
-    if (path != NULL && path[1] != '\0' && path[2] == ':') { /* /C:/folder */
+    if (is_uri && path[1] != '\0' && path[2] == ':') { /* /C:/folder */
         memmove(path, path + 1, strlen(path));
     }
 #endif
@@ -133,8 +127,7 @@ unsigned char *slide_read_file(const char *path, size_t *size, SlideMessage *mes
 
 const unsigned char *slide_surrogate_open(const char *location, bool is_uri, size_t *size,
                                           SlideMessage *message) {
-    char *path = is_uri ? path_of_uri(location, PAYLOAD, message)
-                        : path_in_folder(location, PAYLOAD, message);
+    char *path = path_of(location, is_uri, message);
     unsigned char *data = path == NULL ? NULL : slide_read_file(path, size, message);
     free(path);
     return data;

@@ -58,7 +58,8 @@ SlideVariable slide_variable(const SlideInstance *instance, uint32_t reference) 
     const Kind *kind = &KINDS[number];
     const size_t sizes[] = {[SIZE_SCALAR] = 1,
                             [SIZE_BLOCK] = instance->model.n_block,
-                            [SIZE_SAMPLED] = instance->model.n_sampled};
+                            [SIZE_SAMPLED] = instance->model.memory_length};
     return (SlideVariable){(SlideVariableKind)number, index, sizes[kind->size], kind->type,
-                           kind->causality == CAUSALITY_PARAMETER};
+                           kind->causality == CAUSALITY_PARAMETER,
+                           kind->causality == CAUSALITY_OUTPUT};
 }

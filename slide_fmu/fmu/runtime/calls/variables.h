@@ -15,7 +15,7 @@ typedef struct {
     size_t index;           /* among those of its kind */
     size_t size;            /* number of values */
     SlideType type;
-    bool is_parameter;
+    bool is_parameter, is_output;
 } SlideVariable;
 
 SlideVariable slide_variable(const SlideInstance *instance, uint32_t reference);

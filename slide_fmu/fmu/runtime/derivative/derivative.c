@@ -12,7 +12,7 @@ static const double DISTANCE = 1e-6;
 typedef struct {
     const SlideModel *model;
     const SlideState *state;
-    const double *direction;
+    const SlideDerivativeScratch *scratch;
     double amount;
     bool held;        /* the present inputs count as held for ever */
     bool follow;      /* what was before the step moves with its inputs */
@@ -23,10 +23,15 @@ static bool has_cells(const SlideModel *model) {
     return model->predictor.kind == SLIDE_STATE_SPACE;
 }
 
-static Replay replay_of(const SlideModel *model, const SlideState *state) {
+static Replay replay_of(const SlideModel *model, const SlideState *state,
+                        const SlideDerivativeScratch *scratch) {
     const uint64_t steps = *state->history.count;
     const uint32_t taken = state->last->n_taken < model->n_in ? state->last->n_taken : model->n_in;
-    Replay replay = {.model = model, .state = state, .held = steps < 2, .n_taken = taken};
+    Replay replay = {.model = model,
+                     .state = state,
+                     .scratch = scratch,
+                     .held = steps < 2,
+                     .n_taken = taken};
     replay.follow = replay.held || state->last->began;
     if (replay.held) {
         replay.n_taken = steps == 0 || taken == 0 ? 0 : taken - 1;
@@ -36,17 +41,17 @@ static Replay replay_of(const SlideModel *model, const SlideState *state) {
 
 static void move(const Replay *replay, const double *inputs, double *moved) {
     for (size_t i = 0; i < replay->model->n_inputs; ++i) {
-        moved[i] = inputs[i] + replay->amount * replay->direction[i];
+        moved[i] = inputs[i] + replay->amount * replay->scratch->direction[i];
     }
 }
 
-static double *row_at(const SlideModel *model, size_t age) {
-    return model->derivative.samples + age * model->n_inputs;
+static double *row_at(const Replay *replay, size_t age) {
+    return replay->scratch->samples + age * replay->model->n_inputs;
 }
 
-static void put(const SlideModel *model, size_t age, const double *sample) {
-    for (size_t i = 0; i < model->n_inputs; ++i) {
-        row_at(model, age)[i] = slide_scaled(model, i, sample[i]);
+static void put(const Replay *replay, size_t age, const double *sample) {
+    for (size_t i = 0; i < replay->model->n_inputs; ++i) {
+        row_at(replay, age)[i] = slide_scaled(replay->model, i, sample[i]);
     }
 }
 
@@ -54,11 +59,11 @@ static void put(const SlideModel *model, size_t age, const double *sample) {
 static void put_earlier(const Replay *replay, size_t age) {
     const SlideModel *model = replay->model;
     const SlideSamples *samples = &replay->state->samples;
-    for (; age < (size_t)model->n_sampled + SLIDE_BEFORE; ++age) {
+    for (; age < (size_t)model->memory_length + SLIDE_BEFORE; ++age) {
         if (replay->follow) {
-            put(model, age, model->derivative.given);
+            put(replay, age, replay->scratch->given);
         } else {
-            memcpy(row_at(model, age),
+            memcpy(row_at(replay, age),
                    slide_samples_at(&model->samples, samples, *samples->count - 1 - age),
                    model->n_inputs * sizeof(double));
         }
@@ -68,7 +73,7 @@ static void put_earlier(const Replay *replay, size_t age) {
 /* The inputs of the step, as they would have been set. */
 static SlideStepInputs inputs_of(const Replay *replay) {
     const SlideModel *model = replay->model;
-    const SlideDerivativeScratch *scratch = &model->derivative;
+    const SlideDerivativeScratch *scratch = replay->scratch;
     const SlideState *state = replay->state;
     const bool moved = !replay->held && state->last->moved;
     const double *given = *state->history.count == 0
@@ -80,8 +85,9 @@ static SlideStepInputs inputs_of(const Replay *replay) {
     } else {
         memcpy(scratch->from, state->before.inputs, model->n_inputs * sizeof(double));
     }
-    return (SlideStepInputs){model->history.ramp && replay->n_taken > 1 ? scratch->from : NULL,
-                             scratch->given, moved ? state->before.rates : NULL,
+    const bool between = model->history.first_order && replay->n_taken > 1;
+    return (SlideStepInputs){between ? scratch->from : NULL, scratch->given,
+                             moved ? state->before.rates : NULL,
                              slide_stream_parts(model, state->last->length)};
 }
 
@@ -90,9 +96,9 @@ static void sample_with(const Replay *replay, const SlideStepInputs *inputs,
                         const SlideReader *reader, double begin, double end, double *sample) {
     const SlideModel *model = replay->model;
     const double *earlier = replay->follow ? inputs->given : NULL;
-    double *newest = model->derivative.from; /* of no other use here */
+    double *newest = replay->scratch->from; /* of no other use here */
     const uint64_t after = reader->at + inputs->parts.count, count = *replay->state->history.count;
-    if (inputs->rates != NULL && !model->history.ramp && after >= count) {
+    if (inputs->rates != NULL && !model->history.first_order && after >= count) {
         slide_step_part(&model->history, inputs, (uint32_t)(after - count), sample);
         return;
     }
@@ -103,16 +109,16 @@ static void sample_with(const Replay *replay, const SlideStepInputs *inputs,
 /* All samples after a step that took them anew. */
 static void put_anew(const Replay *replay, const SlideStepInputs *inputs) {
     const SlideModel *model = replay->model;
-    double *sample = model->derivative.sample;
+    double *sample = replay->scratch->sample;
     SlideReader reader = slide_history_reader(&model->history, &replay->state->history);
-    for (size_t age = model->n_sampled; age-- > 0;) {
+    for (size_t age = model->memory_length; age-- > 0;) {
         double end = -(double)age * model->step, begin = -(double)(age + 1) * model->step;
         slide_history_sample(&reader, begin, end, sample);
         sample_with(replay, inputs, &reader, begin, end, sample);
-        put(model, age, sample);
+        put(replay, age, sample);
     }
     for (size_t age = 0; age < SLIDE_BEFORE; ++age) {
-        memcpy(row_at(model, model->n_sampled + age), row_at(model, model->n_sampled - 1),
+        memcpy(row_at(replay, model->memory_length + age), row_at(replay, model->memory_length - 1),
                model->n_inputs * sizeof(double));
     }
 }
@@ -127,8 +133,8 @@ static void put_samples(const Replay *replay) {
     } else {
         for (uint32_t left = 0; left < replay->n_taken; ++left) {
             slide_step_sample(&model->history, &inputs, replay->n_taken, left,
-                              model->derivative.sample);
-            put(model, left, model->derivative.sample);
+                              replay->scratch->sample);
+            put(replay, left, replay->scratch->sample);
         }
         put_earlier(replay, replay->n_taken);
     }
@@ -139,17 +145,17 @@ static void put_samples(const Replay *replay) {
 static void run_cells(const Replay *replay) {
     const SlideModel *model = replay->model;
     const SlideCells *cells = &model->predictor.cells;
-    const SlideExactCells *exact = &model->derivative.cells;
+    const SlideExactCells *exact = &replay->scratch->cells;
     const bool anew = !replay->held && replay->n_taken == 0;
     const uint32_t n_taken = anew ? cells->n_samples : replay->n_taken;
     const bool kept = !replay->follow && !anew;
     slide_exact_cells_start(cells, exact, kept ? &replay->state->before.cells : NULL);
     for (uint64_t left = replay->follow && !anew ? 2 * (uint64_t)cells->n_samples : 0; left > 0;
          --left) {
-        slide_exact_cells_take(cells, exact, row_at(model, n_taken));
+        slide_exact_cells_take(cells, exact, row_at(replay, n_taken));
     }
     for (uint32_t age = n_taken; age-- > 0;) {
-        slide_exact_cells_take(cells, exact, row_at(model, age));
+        slide_exact_cells_take(cells, exact, row_at(replay, age));
     }
 }
 
@@ -161,13 +167,13 @@ static void estimate(const Replay *replay, double *errors) {
     const uint64_t newest = *replay->state->samples.count - 1;
     const bool anew = !replay->held && replay->n_taken == 0;
     const size_t n_outputs = model->n_outputs;
-    const uint32_t n_moved = anew ? model->n_sampled : replay->n_taken;
+    const uint32_t n_moved = anew ? model->memory_length : replay->n_taken;
     const double *values = NULL;
     memset(errors, 0, n_outputs * sizeof *errors);
     for (uint32_t age = 0; age < estimator->positions; ++age) {
         if (age < n_moved || (age == n_moved && replay->follow)) {
-            values = slide_exact_layers(&estimator->layers, &model->derivative.estimator,
-                                        row_at(model, age));
+            values = slide_exact_layers(&estimator->layers, &replay->scratch->estimator,
+                                        row_at(replay, age));
         }
         for (size_t i = 0; i < n_outputs; ++i) {
             double square =
@@ -187,7 +193,7 @@ static void estimate(const Replay *replay, double *errors) {
 /* What the step would have given, scaled. */
 static void run(const Replay *replay, bool estimates, double *results) {
     const SlideModel *model = replay->model;
-    const SlideDerivativeScratch *scratch = &model->derivative;
+    const SlideDerivativeScratch *scratch = replay->scratch;
     const size_t n = model->n_outputs;
     memset(results, 0, 3 * n * sizeof *results);
     put_samples(replay);
@@ -198,7 +204,7 @@ static void run(const Replay *replay, bool estimates, double *results) {
                n * sizeof *results);
     } else {
         const double *values = slide_exact_layers(&model->predictor.layers, &scratch->layers,
-                                                  row_at(model, 0));
+                                                  row_at(replay, 0));
         memcpy(results, values, n * sizeof *results);
     }
     if (estimates) {
@@ -215,23 +221,44 @@ static double largest_change(const SlideModel *model, const double *d_inputs) {
 }
 
 void slide_directional_derivative(const SlideModel *model, const SlideState *state,
-                                  const double *d_inputs, bool estimates, double *slopes) {
-    const SlideDerivativeScratch *scratch = &model->derivative;
-    const double largest = largest_change(model, d_inputs);
+                                  const SlideDerivativeScratch *scratch, bool estimates) {
+    const double largest = largest_change(model, scratch->direction);
     const size_t n = model->n_outputs;
     const bool known = slide_stream_fresh(state) && state->head->prehistory != SLIDE_FIRST_HELD;
-    memset(slopes, 0, 3 * n * sizeof *slopes);
+    memset(scratch->slopes, 0, 3 * n * sizeof *scratch->slopes);
     if (known || largest == 0) { /* no input was taken in yet, or none moves */
         return;
     }
-    Replay replay = replay_of(model, state);
-    replay.direction = d_inputs;
+    Replay replay = replay_of(model, state, scratch);
     for (size_t side = 0; side < 2; ++side) {
         replay.amount = (side == 0 ? DISTANCE : -DISTANCE) / largest;
         run(&replay, estimates, scratch->results[side]);
     }
     for (size_t i = 0; i < 3 * n; ++i) {
         double difference = scratch->results[0][i] - scratch->results[1][i];
-        slopes[i] = difference * (largest / (2 * DISTANCE)) * model->output_scaling[i % n].scale;
+        scratch->slopes[i] =
+            difference * (largest / (2 * DISTANCE)) * model->output_scaling[i % n].scale;
     }
+}
+
+void slide_derivative_place(SlideDerivativeScratch *scratch, const SlideModel *model,
+                            SlideArena *arena) {
+    const size_t row = model->n_inputs * sizeof(double);
+    const size_t results = 3 * model->n_outputs * sizeof(double);
+    if (has_cells(model)) {
+        slide_exact_cells_place(&scratch->cells, &model->predictor.cells, arena);
+    } else {
+        slide_exact_layers_place(&scratch->layers, &model->predictor.layers, arena);
+    }
+    if (model->estimator.positions > 0) {
+        slide_exact_layers_place(&scratch->estimator, &model->estimator.layers, arena);
+    }
+    scratch->samples = slide_place(arena, (size_t)model->memory_length + SLIDE_BEFORE, row);
+    scratch->given = slide_place(arena, 1, row);
+    scratch->from = slide_place(arena, 1, row);
+    scratch->sample = slide_place(arena, 1, row);
+    scratch->results[0] = slide_place(arena, 1, results);
+    scratch->results[1] = slide_place(arena, 1, results);
+    scratch->direction = slide_place(arena, 1, row);
+    scratch->slopes = slide_place(arena, 1, results);
 }

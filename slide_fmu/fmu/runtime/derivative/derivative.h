@@ -1,12 +1,13 @@
 /* Derivatives of the present outputs with respect to the inputs that the last communication step
- * took in: how much the outputs at its end move with inputs that were held in this step (ramps:
- * reached at its end), all that was before it staying as it was. Before the first step, and after
+ * took in: how much the outputs at its end move with inputs that were held in this step (first-order
+ * hold: reached at its end), all that was before it staying as it was. Before the first step, and after
  * it, inputs count as held for ever, unless the prehistory is known.
  *
  * The last step is done twice more, in double precision, with inputs a little to either side. */
 #ifndef SLIDE_DERIVATIVE_H
 #define SLIDE_DERIVATIVE_H
 
+#include "derivative_scratch.h"
 #include "stream.h"
 
 /* Derivatives [n_outputs] each, in physical units, one after the other in one array. */
@@ -16,10 +17,13 @@ typedef enum {
     SLIDE_OF_ESTIMATES          /* 0 without an estimator, or where they are not wanted */
 } SlideDerivatives;
 
-/* Derivative in one direction: d_inputs [n_inputs] to slopes [3][n_outputs] (SlideDerivatives), in
- * physical units. The outputs must be those of the present state: after a step or
- * slide_stream_hold; if estimates are wanted, these too: after slide_stream_estimate. */
+void slide_derivative_place(SlideDerivativeScratch *scratch, const SlideModel *model,
+                            SlideArena *arena);
+
+/* Derivative in the direction that the scratch holds, into its slopes, in physical units. The
+ * outputs must be those of the present state: after a step or slide_stream_hold; if estimates are
+ * wanted, these too: after slide_stream_estimate. */
 void slide_directional_derivative(const SlideModel *model, const SlideState *state,
-                                  const double *d_inputs, bool estimates, double *slopes);
+                                  const SlideDerivativeScratch *scratch, bool estimates);
 
 #endif

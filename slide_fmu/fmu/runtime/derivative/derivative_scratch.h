@@ -1,4 +1,4 @@
-/* What derivative.c needs to do a step once more; part of the model, nothing of it is kept. */
+/* What derivative.c needs to do a step once more; part of an instance, nothing of it is kept. */
 #ifndef SLIDE_DERIVATIVE_SCRATCH_H
 #define SLIDE_DERIVATIVE_SCRATCH_H
 
@@ -9,7 +9,7 @@ typedef struct {
     SlideExactLayers layers;    /* of the network, where it is one of layers */
     SlideExactCells cells;      /* of the network, where it is one of cells */
     SlideExactLayers estimator; /* of the estimator */
-    double *samples;            /* [n_sampled + SLIDE_BEFORE][n_inputs], scaled, newest first */
+    double *samples;            /* [memory_length + SLIDE_BEFORE][n_inputs], scaled, newest first */
     double *given, *from;       /* [n_inputs], of the step, in physical units */
     double *sample;             /* [n_inputs], in physical units */
     double *results[2];         /* [3][n_outputs] on either side: SlideDerivatives, scaled */

@@ -63,10 +63,7 @@ FMI2_Export fmi2Component fmi2Instantiate(fmi2String, fmi2Type, fmi2String, fmi2
                                           const fmi2CallbackFunctions *, fmi2Boolean, fmi2Boolean);
 FMI2_Export void fmi2FreeInstance(fmi2Component);
 
-FMI2_Export fmi2Status fmi2GetRealStatus(fmi2Component, const fmi2StatusKind, fmi2Real *);
-FMI2_Export fmi2Status fmi2GetBooleanStatus(fmi2Component, const fmi2StatusKind, fmi2Boolean *);
-
-#define CALL(function, arguments, call) FMI2_Export fmi2Status function arguments;
+#define CALL(function, arguments, modes, call) FMI2_Export fmi2Status function arguments;
 #include "fmi2_functions.h"
 
 #endif

@@ -1,65 +1,71 @@
-/* FMI 2.0: the functions that one call answers, and those that this FMU exports, because importers
- * look them up, but does not offer. A table without include guard, which fmi2.h reads as
- * declarations and fmi2_functions.c as definitions: CALL(name, arguments as the standard has them,
- * what is called). */
+/* FMI 2.0: the functions of an instance, and those that this FMU exports, because importers look
+ * them up, but does not offer. A table without include guard, which fmi2.h reads as declarations and
+ * fmi2_functions.c as definitions: CALL(name, arguments as the standard has them, states in which it
+ * may be called, what is called then). */
 
 #define REFUSED(function, arguments, reason)                                                      \
-    CALL(function, arguments, slide_refuse(c, __func__, reason))
+    CALL(function, arguments, SLIDE_ANY_MODE, slide_refuse(instance, reason))
 /* There are none of this type; asking for none of them is fine. */
 #define NO_SUCH_TYPE(function, arguments)                                                         \
-    CALL(function, arguments, slide_none_of_type(c, nvr, __func__))
+    CALL(function, arguments, SLIDE_ANY_MODE, slide_none_of_type(instance, nvr))
 
 CALL(fmi2SetDebugLogging,
      (fmi2Component c, fmi2Boolean on, size_t n_categories, const fmi2String categories[]),
-     slide_set_logging(c, on != fmi2False, n_categories, categories, __func__))
+     SLIDE_ANY_MODE | SLIDE_BETWEEN,
+     slide_set_logging(instance, on != fmi2False, n_categories, categories))
 CALL(fmi2SetupExperiment,
      (fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start,
       fmi2Boolean stop_defined, fmi2Real stop),
-     slide_set_start(c, start, stop_defined != fmi2False, stop, __func__))
-CALL(fmi2EnterInitializationMode, (fmi2Component c),
-     slide_change_mode(c, SLIDE_INSTANTIATED, SLIDE_INITIALIZATION, __func__))
-CALL(fmi2ExitInitializationMode, (fmi2Component c),
-     slide_change_mode(c, SLIDE_INITIALIZATION, SLIDE_STEPPING, __func__))
-CALL(fmi2Terminate, (fmi2Component c),
-     slide_change_mode(c, SLIDE_STEPPING, SLIDE_TERMINATED, __func__))
-CALL(fmi2Reset, (fmi2Component c), slide_reset(c, __func__))
+     SLIDE_INSTANTIATED, slide_set_start(instance, start, stop_defined != fmi2False, stop))
+CALL(fmi2EnterInitializationMode, (fmi2Component c), SLIDE_INSTANTIATED,
+     slide_change_mode(instance, SLIDE_INITIALIZATION))
+CALL(fmi2ExitInitializationMode, (fmi2Component c), SLIDE_INITIALIZATION,
+     slide_change_mode(instance, SLIDE_STEPPING))
+CALL(fmi2Terminate, (fmi2Component c), SLIDE_STEPPING,
+     slide_change_mode(instance, SLIDE_TERMINATED))
+CALL(fmi2Reset, (fmi2Component c), SLIDE_ANY_MODE, slide_reset(instance))
 
 #define VARIABLES fmi2Component c, const fmi2ValueReference vr[], size_t nvr
-CALL(fmi2GetReal, (VARIABLES, fmi2Real value[]),
-     slide_get(c, &(SlideValues){vr, nvr, nvr, SLIDE_DOUBLES}, value, __func__))
-CALL(fmi2SetReal, (VARIABLES, const fmi2Real value[]),
-     slide_set(c, &(SlideValues){vr, nvr, nvr, SLIDE_DOUBLES}, value, __func__))
-CALL(fmi2GetBoolean, (VARIABLES, fmi2Boolean value[]),
-     slide_get(c, &(SlideValues){vr, nvr, nvr, SLIDE_INTS}, value, __func__))
-CALL(fmi2SetBoolean, (VARIABLES, const fmi2Boolean value[]),
-     slide_set(c, &(SlideValues){vr, nvr, nvr, SLIDE_INTS}, value, __func__))
-CALL(fmi2SetRealInputDerivatives,
-     (VARIABLES, const fmi2Integer order[], const fmi2Real value[]),
-     slide_set_rates(c, vr, nvr, order, value, __func__))
+CALL(fmi2GetReal, (VARIABLES, fmi2Real value[]), SLIDE_READABLE,
+     slide_get(instance, &(SlideValues){vr, nvr, nvr, SLIDE_DOUBLES}, value))
+CALL(fmi2SetReal, (VARIABLES, const fmi2Real value[]), SLIDE_SETTABLE,
+     slide_set(instance, &(SlideValues){vr, nvr, nvr, SLIDE_DOUBLES}, value))
+CALL(fmi2GetBoolean, (VARIABLES, fmi2Boolean value[]), SLIDE_READABLE,
+     slide_get(instance, &(SlideValues){vr, nvr, nvr, SLIDE_INTS}, value))
+CALL(fmi2SetBoolean, (VARIABLES, const fmi2Boolean value[]), SLIDE_SETTABLE,
+     slide_set(instance, &(SlideValues){vr, nvr, nvr, SLIDE_INTS}, value))
+CALL(fmi2SetRealInputDerivatives, (VARIABLES, const fmi2Integer order[], const fmi2Real value[]),
+     SLIDE_SETTABLE, slide_set_rates(instance, vr, nvr, order, value))
 CALL(fmi2GetDirectionalDerivative, /* of outputs by inputs; derivative.h says of what */
      (fmi2Component c, const fmi2ValueReference unknowns[], size_t n_unknowns,
       const fmi2ValueReference knowns[], size_t n_knowns, const fmi2Real seed[],
       fmi2Real sensitivity[]),
+     SLIDE_DIFFERENTIABLE,
      slide_get_directional_derivative(
-         c, &(SlideDerivativePair){unknowns, n_unknowns, knowns, n_knowns}, seed, sensitivity,
-         __func__))
+         instance, &(SlideSensitivities){unknowns, n_unknowns, knowns, n_knowns, seed, n_knowns,
+                                         sensitivity, n_unknowns}))
 
-CALL(fmi2GetFMUstate, (fmi2Component c, fmi2FMUstate *state), slide_save(c, state, __func__))
-CALL(fmi2SetFMUstate, (fmi2Component c, fmi2FMUstate state), slide_restore(c, state, __func__))
-CALL(fmi2FreeFMUstate, (fmi2Component c, fmi2FMUstate *state),
-     slide_free_state(c, state, __func__))
+CALL(fmi2GetFMUstate, (fmi2Component c, fmi2FMUstate *state), SLIDE_ANY_MODE,
+     slide_save(instance, state))
+CALL(fmi2SetFMUstate, (fmi2Component c, fmi2FMUstate state), SLIDE_ANY_MODE,
+     slide_restore(instance, state))
+CALL(fmi2FreeFMUstate, (fmi2Component c, fmi2FMUstate *state), SLIDE_ANY_MODE,
+     slide_free_state(instance, state))
 CALL(fmi2SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate state, size_t *size),
-     slide_serialized_size(c, state, size, __func__))
-CALL(fmi2SerializeFMUstate,
-     (fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size),
-     slide_serialize(c, state, bytes, size, __func__))
+     SLIDE_ANY_MODE, slide_serialized_size(instance, state, size))
+CALL(fmi2SerializeFMUstate, (fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size),
+     SLIDE_ANY_MODE, slide_serialize(instance, state, bytes, size))
 CALL(fmi2DeSerializeFMUstate,
-     (fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state),
-     slide_deserialize(c, bytes, size, state, __func__))
+     (fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state), SLIDE_ANY_MODE,
+     slide_deserialize(instance, bytes, size, state))
 
 CALL(fmi2DoStep,
      (fmi2Component c, fmi2Real point, fmi2Real length, fmi2Boolean no_state_set_before),
-     slide_do_step(c, point, length, NULL, __func__))
+     SLIDE_STEPPING, slide_do_step(instance, point, length, NULL))
+CALL(fmi2GetRealStatus, (fmi2Component c, const fmi2StatusKind kind, fmi2Real *value),
+     SLIDE_STEPPING | SLIDE_TERMINATED, get_time(instance, kind, value))
+CALL(fmi2GetBooleanStatus, (fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value),
+     SLIDE_STEPPING | SLIDE_TERMINATED, get_end(instance, kind, value))
 
 #define NO_DERIVATIVES                                                                            \
     "derivatives of outputs with respect to time are not offered, as modelDescription.xml says"

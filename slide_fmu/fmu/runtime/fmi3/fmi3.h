@@ -58,40 +58,12 @@ typedef void (*fmi3IntermediateUpdateCallback)(fmi3InstanceEnvironment, fmi3Floa
 typedef void (*fmi3LockPreemptionCallback)(void);
 typedef void (*fmi3UnlockPreemptionCallback)(void);
 
-/* Functions with code of their own, and those of the table. */
+/* Functions without an instance, and those of the table. */
 FMI3_Export const char *fmi3GetVersion(void);
-FMI3_Export fmi3Instance fmi3InstantiateModelExchange(fmi3String, fmi3String, fmi3String,
-                                                      fmi3Boolean, fmi3Boolean,
-                                                      fmi3InstanceEnvironment,
-                                                      fmi3LogMessageCallback);
-FMI3_Export fmi3Instance fmi3InstantiateCoSimulation(fmi3String, fmi3String, fmi3String,
-                                                     fmi3Boolean, fmi3Boolean, fmi3Boolean,
-                                                     fmi3Boolean, const fmi3ValueReference[],
-                                                     size_t, fmi3InstanceEnvironment,
-                                                     fmi3LogMessageCallback,
-                                                     fmi3IntermediateUpdateCallback);
-FMI3_Export fmi3Instance fmi3InstantiateScheduledExecution(fmi3String, fmi3String, fmi3String,
-                                                           fmi3Boolean, fmi3Boolean,
-                                                           fmi3InstanceEnvironment,
-                                                           fmi3LogMessageCallback,
-                                                           fmi3ClockUpdateCallback,
-                                                           fmi3LockPreemptionCallback,
-                                                           fmi3UnlockPreemptionCallback);
 FMI3_Export void fmi3FreeInstance(fmi3Instance);
-FMI3_Export fmi3Status fmi3EnterInitializationMode(fmi3Instance, fmi3Boolean, fmi3Float64,
-                                                   fmi3Float64, fmi3Boolean, fmi3Float64);
-FMI3_Export fmi3Status fmi3GetDirectionalDerivative(fmi3Instance, const fmi3ValueReference[],
-                                                    size_t, const fmi3ValueReference[], size_t,
-                                                    const fmi3Float64[], size_t, fmi3Float64[],
-                                                    size_t);
-FMI3_Export fmi3Status fmi3GetAdjointDerivative(fmi3Instance, const fmi3ValueReference[], size_t,
-                                                const fmi3ValueReference[], size_t,
-                                                const fmi3Float64[], size_t, fmi3Float64[],
-                                                size_t);
-FMI3_Export fmi3Status fmi3DoStep(fmi3Instance, fmi3Float64, fmi3Float64, fmi3Boolean,
-                                  fmi3Boolean *, fmi3Boolean *, fmi3Boolean *, fmi3Float64 *);
 
-#define CALL(function, arguments, call) FMI3_Export fmi3Status function arguments;
+#define INSTANTIATE(function, arguments, call) FMI3_Export fmi3Instance function arguments;
+#define CALL(function, arguments, modes, call) FMI3_Export fmi3Status function arguments;
 #include "fmi3_functions.h"
 
 #endif

@@ -1,47 +1,98 @@
-/* FMI 3.0: the functions that one call answers, and those that this FMU exports, because importers
- * look them up, but does not offer. A table without include guard, which fmi3.h reads as
- * declarations and fmi3_functions.c as definitions: CALL(name, arguments as the standard has them,
- * what is called). */
+/* FMI 3.0: the functions of an instance, and those that this FMU exports, because importers look
+ * them up, but does not offer. A table without include guard, which fmi3.h reads as declarations and
+ * fmi3_functions.c as definitions: CALL(name, arguments as the standard has them, states in which it
+ * may be called, what is called then). */
+
+#define NO_EXCHANGE "this FMU is for co-simulation, not for model exchange"
+#define NO_SCHEDULE "this FMU is for co-simulation, not for scheduled execution"
+#define EVENTS_USED                                                                               \
+    "eventModeUsed is true; expected false: this FMU has no event mode, as modelDescription.xml "  \
+    "says"
+#define OF_MODEL                                                                                  \
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logs
+INSTANTIATE(fmi3InstantiateCoSimulation,
+            (OF_MODEL, fmi3Boolean events, fmi3Boolean may_end, const fmi3ValueReference vr[],
+             size_t nvr, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+             fmi3IntermediateUpdateCallback update),
+            slide_instantiate(&(SlideRequest){.function = __func__,
+                                        .name = name,
+                                        .guid = token,
+                                        .location = resources,
+                                        .fault = events ? EVENTS_USED : NULL,
+                                        .logger = logger_of(log, environment),
+                                        .debug = logs,
+                                        .has_more = true,
+                                        .watcher = watcher_of(update, environment, may_end)}))
+INSTANTIATE(fmi3InstantiateModelExchange,
+            (OF_MODEL, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log),
+            refuse(__func__, name, NO_EXCHANGE, logger_of(log, environment)))
+INSTANTIATE(fmi3InstantiateScheduledExecution,
+            (OF_MODEL, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+             fmi3ClockUpdateCallback update, fmi3LockPreemptionCallback lock,
+             fmi3UnlockPreemptionCallback unlock),
+            refuse(__func__, name, NO_SCHEDULE, logger_of(log, environment)))
 
 #define REFUSED(function, arguments, reason)                                                      \
-    CALL(function, arguments, slide_refuse(instance, __func__, reason))
+    CALL(function, arguments, SLIDE_ANY_MODE, slide_refuse(instance, reason))
 /* There are none of this type; asking for none of them is fine. */
 #define NO_SUCH_TYPE(function, arguments)                                                         \
-    CALL(function, arguments, slide_none_of_type(instance, nvr, __func__))
+    CALL(function, arguments, SLIDE_ANY_MODE, slide_none_of_type(instance, nvr))
 
 CALL(fmi3SetDebugLogging,
-     (fmi3Instance instance, fmi3Boolean on, size_t n_categories, const fmi3String categories[]),
-     slide_set_logging(instance, on, n_categories, categories, __func__))
-CALL(fmi3ExitInitializationMode, (fmi3Instance instance),
-     slide_change_mode(instance, SLIDE_INITIALIZATION, SLIDE_STEPPING, __func__))
-CALL(fmi3Terminate, (fmi3Instance instance),
-     slide_change_mode(instance, SLIDE_STEPPING, SLIDE_TERMINATED, __func__))
-CALL(fmi3Reset, (fmi3Instance instance), slide_reset(instance, __func__))
+     (fmi3Instance c, fmi3Boolean on, size_t n_categories, const fmi3String categories[]),
+     SLIDE_ANY_MODE | SLIDE_BETWEEN, slide_set_logging(instance, on, n_categories, categories))
+CALL(fmi3EnterInitializationMode,
+     (fmi3Instance c, fmi3Boolean tolerance_defined, fmi3Float64 tolerance, fmi3Float64 start,
+      fmi3Boolean stop_defined, fmi3Float64 stop),
+     SLIDE_INSTANTIATED, begin(instance, start, stop_defined, stop))
+CALL(fmi3ExitInitializationMode, (fmi3Instance c), SLIDE_INITIALIZATION,
+     slide_change_mode(instance, SLIDE_STEPPING))
+CALL(fmi3Terminate, (fmi3Instance c), SLIDE_STEPPING,
+     slide_change_mode(instance, SLIDE_TERMINATED))
+CALL(fmi3Reset, (fmi3Instance c), SLIDE_ANY_MODE, slide_reset(instance))
 
-#define VARIABLES fmi3Instance instance, const fmi3ValueReference vr[], size_t nvr
-CALL(fmi3GetFloat64, (VARIABLES, fmi3Float64 values[], size_t n_values),
-     slide_get(instance, &(SlideValues){vr, nvr, n_values, SLIDE_DOUBLES}, values, __func__))
-CALL(fmi3SetFloat64, (VARIABLES, const fmi3Float64 values[], size_t n_values),
-     slide_set(instance, &(SlideValues){vr, nvr, n_values, SLIDE_DOUBLES}, values, __func__))
-CALL(fmi3GetBoolean, (VARIABLES, fmi3Boolean values[], size_t n_values),
-     slide_get(instance, &(SlideValues){vr, nvr, n_values, SLIDE_BOOLS}, values, __func__))
-CALL(fmi3SetBoolean, (VARIABLES, const fmi3Boolean values[], size_t n_values),
-     slide_set(instance, &(SlideValues){vr, nvr, n_values, SLIDE_BOOLS}, values, __func__))
+#define VARIABLES fmi3Instance c, const fmi3ValueReference vr[], size_t nvr
+CALL(fmi3GetFloat64, (VARIABLES, fmi3Float64 values[], size_t n_values), SLIDE_READABLE,
+     slide_get(instance, &(SlideValues){vr, nvr, n_values, SLIDE_DOUBLES}, values))
+CALL(fmi3SetFloat64, (VARIABLES, const fmi3Float64 values[], size_t n_values), SLIDE_SETTABLE,
+     slide_set(instance, &(SlideValues){vr, nvr, n_values, SLIDE_DOUBLES}, values))
+CALL(fmi3GetBoolean, (VARIABLES, fmi3Boolean values[], size_t n_values), SLIDE_READABLE,
+     slide_get(instance, &(SlideValues){vr, nvr, n_values, SLIDE_BOOLS}, values))
+CALL(fmi3SetBoolean, (VARIABLES, const fmi3Boolean values[], size_t n_values), SLIDE_SETTABLE,
+     slide_set(instance, &(SlideValues){vr, nvr, n_values, SLIDE_BOOLS}, values))
 
-CALL(fmi3GetFMUState, (fmi3Instance instance, fmi3FMUState *state),
-     slide_save(instance, state, __func__))
-CALL(fmi3SetFMUState, (fmi3Instance instance, fmi3FMUState state),
-     slide_restore(instance, state, __func__))
-CALL(fmi3FreeFMUState, (fmi3Instance instance, fmi3FMUState *state),
-     slide_free_state(instance, state, __func__))
-CALL(fmi3SerializedFMUStateSize, (fmi3Instance instance, fmi3FMUState state, size_t *size),
-     slide_serialized_size(instance, state, size, __func__))
-CALL(fmi3SerializeFMUState,
-     (fmi3Instance instance, fmi3FMUState state, fmi3Byte bytes[], size_t size),
-     slide_serialize(instance, state, bytes, size, __func__))
+/* Of outputs by inputs; derivative.h says of what. */
+#define SENSITIVITIES                                                                             \
+    (fmi3Instance c, const fmi3ValueReference unknowns[], size_t n_unknowns,                      \
+     const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[], size_t n_seed, \
+     fmi3Float64 sensitivity[], size_t n_sensitivity)
+CALL(fmi3GetDirectionalDerivative, SENSITIVITIES, SLIDE_DIFFERENTIABLE,
+     slide_get_directional_derivative(
+         instance, &(SlideSensitivities){unknowns, n_unknowns, knowns, n_knowns, seed, n_seed,
+                                         sensitivity, n_sensitivity}))
+CALL(fmi3GetAdjointDerivative, SENSITIVITIES, SLIDE_DIFFERENTIABLE,
+     slide_get_adjoint_derivative(
+         instance, &(SlideSensitivities){unknowns, n_unknowns, knowns, n_knowns, seed, n_seed,
+                                         sensitivity, n_sensitivity}))
+
+CALL(fmi3GetFMUState, (fmi3Instance c, fmi3FMUState *state), SLIDE_ANY_MODE,
+     slide_save(instance, state))
+CALL(fmi3SetFMUState, (fmi3Instance c, fmi3FMUState state), SLIDE_ANY_MODE,
+     slide_restore(instance, state))
+CALL(fmi3FreeFMUState, (fmi3Instance c, fmi3FMUState *state), SLIDE_ANY_MODE,
+     slide_free_state(instance, state))
+CALL(fmi3SerializedFMUStateSize, (fmi3Instance c, fmi3FMUState state, size_t *size),
+     SLIDE_ANY_MODE, slide_serialized_size(instance, state, size))
+CALL(fmi3SerializeFMUState, (fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size),
+     SLIDE_ANY_MODE, slide_serialize(instance, state, bytes, size))
 CALL(fmi3DeserializeFMUState,
-     (fmi3Instance instance, const fmi3Byte bytes[], size_t size, fmi3FMUState *state),
-     slide_deserialize(instance, bytes, size, state, __func__))
+     (fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state), SLIDE_ANY_MODE,
+     slide_deserialize(instance, bytes, size, state))
+
+CALL(fmi3DoStep,
+     (fmi3Instance c, fmi3Float64 point, fmi3Float64 length, fmi3Boolean no_state_set_before,
+      fmi3Boolean *needs_events, fmi3Boolean *ends, fmi3Boolean *early, fmi3Float64 *time),
+     SLIDE_STEPPING, do_step(instance, point, length, needs_events, ends, early, time))
 
 #define NOT_OF_TYPE(Type)                                                                         \
     NO_SUCH_TYPE(fmi3Get##Type, (VARIABLES, fmi3##Type values[], size_t n_values))                \
@@ -76,24 +127,24 @@ NO_SUCH_TYPE(fmi3SetShiftFraction,
              (VARIABLES, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]))
 
 #define NO_EVENTS "this FMU has no event mode, as modelDescription.xml says"
-REFUSED(fmi3EnterEventMode, (fmi3Instance instance), NO_EVENTS)
-REFUSED(fmi3EvaluateDiscreteStates, (fmi3Instance instance), NO_EVENTS)
+REFUSED(fmi3EnterEventMode, (fmi3Instance c), NO_EVENTS)
+REFUSED(fmi3EvaluateDiscreteStates, (fmi3Instance c), NO_EVENTS)
 REFUSED(fmi3UpdateDiscreteStates,
-        (fmi3Instance instance, fmi3Boolean *need_update, fmi3Boolean *terminate,
+        (fmi3Instance c, fmi3Boolean *need_update, fmi3Boolean *terminate,
          fmi3Boolean *nominals_changed, fmi3Boolean *values_changed, fmi3Boolean *next_defined,
          fmi3Float64 *next_time),
         NO_EVENTS)
-REFUSED(fmi3EnterStepMode, (fmi3Instance instance), NO_EVENTS)
+REFUSED(fmi3EnterStepMode, (fmi3Instance c), NO_EVENTS)
 
 #define NO_PARAMETERS "this FMU has no structural parameters"
-REFUSED(fmi3EnterConfigurationMode, (fmi3Instance instance), NO_PARAMETERS)
-REFUSED(fmi3ExitConfigurationMode, (fmi3Instance instance), NO_PARAMETERS)
+REFUSED(fmi3EnterConfigurationMode, (fmi3Instance c), NO_PARAMETERS)
+REFUSED(fmi3ExitConfigurationMode, (fmi3Instance c), NO_PARAMETERS)
 
 #define NO_ELEMENTS "dependencies are those of modelDescription.xml"
 REFUSED(fmi3GetNumberOfVariableDependencies,
-        (fmi3Instance instance, fmi3ValueReference vr, size_t *count), NO_ELEMENTS)
+        (fmi3Instance c, fmi3ValueReference vr, size_t *count), NO_ELEMENTS)
 REFUSED(fmi3GetVariableDependencies,
-        (fmi3Instance instance, fmi3ValueReference dependent, size_t elements_of_dependent[],
+        (fmi3Instance c, fmi3ValueReference dependent, size_t elements_of_dependent[],
          fmi3ValueReference independents[], size_t elements_of_independents[],
          fmi3DependencyKind kinds[], size_t count),
         NO_ELEMENTS)
@@ -102,35 +153,38 @@ REFUSED(fmi3GetOutputDerivatives,
         (VARIABLES, const fmi3Int32 orders[], fmi3Float64 values[], size_t n_values),
         "derivatives with respect to time are not offered, as modelDescription.xml says")
 
-#define NO_EXCHANGE "this FMU is for co-simulation, not for model exchange"
-REFUSED(fmi3EnterContinuousTimeMode, (fmi3Instance instance), NO_EXCHANGE)
+REFUSED(fmi3EnterContinuousTimeMode, (fmi3Instance c), NO_EXCHANGE)
 REFUSED(fmi3CompletedIntegratorStep,
-        (fmi3Instance instance, fmi3Boolean no_set_state, fmi3Boolean *enter_event_mode,
+        (fmi3Instance c, fmi3Boolean no_set_state, fmi3Boolean *enter_event_mode,
          fmi3Boolean *terminate),
         NO_EXCHANGE)
-REFUSED(fmi3SetTime, (fmi3Instance instance, fmi3Float64 time), NO_EXCHANGE)
-REFUSED(fmi3SetContinuousStates, (fmi3Instance instance, const fmi3Float64 x[], size_t nx),
+REFUSED(fmi3SetTime, (fmi3Instance c, fmi3Float64 time), NO_EXCHANGE)
+REFUSED(fmi3SetContinuousStates, (fmi3Instance c, const fmi3Float64 x[], size_t nx),
         NO_EXCHANGE)
 REFUSED(fmi3GetContinuousStateDerivatives,
-        (fmi3Instance instance, fmi3Float64 derivatives[], size_t nx), NO_EXCHANGE)
-REFUSED(fmi3GetEventIndicators, (fmi3Instance instance, fmi3Float64 indicators[], size_t ni),
+        (fmi3Instance c, fmi3Float64 derivatives[], size_t nx), NO_EXCHANGE)
+REFUSED(fmi3GetEventIndicators, (fmi3Instance c, fmi3Float64 indicators[], size_t ni),
         NO_EXCHANGE)
-REFUSED(fmi3GetContinuousStates, (fmi3Instance instance, fmi3Float64 x[], size_t nx), NO_EXCHANGE)
+REFUSED(fmi3GetContinuousStates, (fmi3Instance c, fmi3Float64 x[], size_t nx), NO_EXCHANGE)
 REFUSED(fmi3GetNominalsOfContinuousStates,
-        (fmi3Instance instance, fmi3Float64 nominals[], size_t nx), NO_EXCHANGE)
-REFUSED(fmi3GetNumberOfEventIndicators, (fmi3Instance instance, size_t *count), NO_EXCHANGE)
-REFUSED(fmi3GetNumberOfContinuousStates, (fmi3Instance instance, size_t *count), NO_EXCHANGE)
+        (fmi3Instance c, fmi3Float64 nominals[], size_t nx), NO_EXCHANGE)
+REFUSED(fmi3GetNumberOfEventIndicators, (fmi3Instance c, size_t *count), NO_EXCHANGE)
+REFUSED(fmi3GetNumberOfContinuousStates, (fmi3Instance c, size_t *count), NO_EXCHANGE)
 
 REFUSED(fmi3ActivateModelPartition,
-        (fmi3Instance instance, fmi3ValueReference clock, fmi3Float64 time),
-        "this FMU is for co-simulation, not for scheduled execution")
+        (fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time), NO_SCHEDULE)
 
 #undef REFUSED
 #undef NO_SUCH_TYPE
 #undef VARIABLES
+#undef SENSITIVITIES
 #undef NOT_OF_TYPE
 #undef NO_EVENTS
 #undef NO_PARAMETERS
 #undef NO_ELEMENTS
 #undef NO_EXCHANGE
+#undef NO_SCHEDULE
+#undef EVENTS_USED
+#undef OF_MODEL
+#undef INSTANTIATE
 #undef CALL

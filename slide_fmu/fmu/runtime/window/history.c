@@ -9,10 +9,11 @@ static const double LARGEST_TURN = 3.141592654589793; /* a little more: rounding
 static const double SLACK = 1e-6; /* in sample steps */
 
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
-                                      bool ramp, const bool *cosine) {
+                                      bool first_order, const bool *cosine) {
     uint64_t capacity = slide_power_of_two(STEPS_PER_SAMPLE * ((uint64_t)n_samples + 1));
-    double shortest = (ramp ? 2 : 1) * sample_step / STEPS_PER_SAMPLE;
-    return (SlideHistoryShape){n_inputs, capacity, shortest, SLACK * sample_step, ramp, cosine};
+    double shortest = (first_order ? 2 : 1) * sample_step / STEPS_PER_SAMPLE;
+    return (SlideHistoryShape){n_inputs, capacity,    shortest, SLACK * sample_step,
+                               first_order, cosine};
 }
 
 static size_t step_size(const SlideHistoryShape *shape) {
@@ -37,47 +38,32 @@ static double *step_at(const SlideHistoryShape *shape, const SlideHistory *histo
 
 /* Is the step before so short that one of this length is joined to it? */
 static bool is_short(const SlideHistoryShape *shape, double before, double length) {
-    return shape->ramp ? before + length <= shape->shortest : before < shape->shortest;
+    return shape->first_order ? before + length <= shape->shortest : before < shape->shortest;
 }
 
-static void append(const SlideHistoryShape *shape, SlideHistory *history, double length,
-                   const double *inputs, bool moving) {
-    uint64_t count = *history->count;
-    const double *newest = step_at(shape, history, count + shape->capacity - 1);
-    bool same = !shape->ramp && !moving &&
-                memcmp(newest + 1, inputs, shape->n_inputs * sizeof *inputs) == 0;
-    double acting = length;
-    if (count > 1 && (same || is_short(shape, newest[0], length))) {
-        count -= 1;
-        double before = step_at(shape, history, count)[0];
-        length += before;
-        acting = before < shape->shortest ? length : acting;
+/* Is a step joined to the one before it? Held inputs that stay lose nothing by it. */
+static bool is_joined(const SlideHistoryShape *shape, const double *before, double length,
+                      const double *inputs, SlideJoining joining) {
+    const bool same = joining == SLIDE_JOIN_SAME && !shape->first_order &&
+                      memcmp(before + 1, inputs, shape->n_inputs * sizeof *inputs) == 0;
+    return joining != SLIDE_JOIN_NONE && (same || is_short(shape, before[0], length));
+}
+
+void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
+                          const double *inputs, SlideJoining joining) {
+    const uint64_t count = *history->count;
+    double *step = step_at(shape, history, count + shape->capacity - 1);
+    double acting = joining == SLIDE_JOIN_NONE ? *history->acting + length : length;
+    if (count > 1 && is_joined(shape, step, length, inputs, joining)) {
+        acting = step[0] < shape->shortest ? step[0] + length : length;
+        length += step[0];
+    } else {
+        step = step_at(shape, history, count);
+        *history->count = count + 1;
     }
-    double *step = step_at(shape, history, count);
     *history->acting = acting;
     step[0] = length;
     memcpy(step + 1, inputs, shape->n_inputs * sizeof *inputs);
-    *history->count = count + 1;
-}
-
-/* Held inputs that stay lose nothing when they are joined. */
-void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
-                          const double *inputs) {
-    append(shape, history, length, inputs, false);
-}
-
-void slide_history_append_moving(const SlideHistoryShape *shape, SlideHistory *history,
-                                 double length, const double *inputs) {
-    append(shape, history, length, inputs, true);
-}
-
-void slide_history_continue(const SlideHistoryShape *shape, SlideHistory *history, double length,
-                            const double *inputs) {
-    double *step = step_at(shape, history, *history->count);
-    *history->acting += length;
-    step[0] = length;
-    memcpy(step + 1, inputs, shape->n_inputs * sizeof *inputs);
-    *history->count += 1;
 }
 
 void slide_history_keep(const SlideHistoryShape *shape, const SlideHistory *history,
@@ -170,9 +156,9 @@ static double part_left(const SlideReader *reader, double time) {
 
 void slide_history_sample(SlideReader *reader, double begin, double end, double *inputs) {
     const SlideHistoryShape *shape = reader->shape;
-    seek(reader, shape->ramp ? end : begin + shape->slack);
+    seek(reader, shape->first_order ? end : begin + shape->slack);
     const double *reached = step_at(shape, reader->history, reader->at) + 1;
-    if (shape->ramp) {
+    if (shape->first_order) {
         slide_history_between(shape, inputs_before(reader), reached, part_left(reader, end),
                               inputs);
     } else {
@@ -183,7 +169,7 @@ void slide_history_sample(SlideReader *reader, double begin, double end, double 
 /* Is the sample read last of the inputs appended last? Of joined steps with the same held inputs,
  * only those of the last one are. */
 static bool is_newest(const SlideReader *reader, double begin) {
-    return reader->shape->ramp ? reader->at == *reader->history->count - 1
+    return reader->shape->first_order ? reader->at == *reader->history->count - 1
                                : begin + reader->shape->slack >= -*reader->history->acting;
 }
 
@@ -192,7 +178,7 @@ void slide_history_sample_with(const SlideReader *reader, double begin, double e
     const SlideHistoryShape *shape = reader->shape;
     const double *from = earlier == NULL ? inputs_before(reader) : earlier;
     const bool is_new = is_newest(reader, begin);
-    if (is_new && shape->ramp) {
+    if (is_new && shape->first_order) {
         slide_history_between(shape, from, newest, part_left(reader, end), inputs);
     } else if (is_new || earlier != NULL) {
         memcpy(inputs, is_new ? newest : earlier, shape->n_inputs * sizeof *inputs);

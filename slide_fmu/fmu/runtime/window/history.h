@@ -11,10 +11,10 @@
 typedef struct {
     uint32_t n_inputs;
     uint64_t capacity; /* steps remembered, a power of two */
-    double shortest;   /* s; held: a shorter step is joined to the one after it; ramps: steps are
-                          joined that are not longer together */
+    double shortest;   /* s; zero-order hold: a shorter step is joined to the one after it;
+                          first-order hold: steps are joined that are not longer together */
     double slack;      /* s; a sample this little before a held input already has it */
-    bool ramp;         /* inputs move and reach their value at the end of the step */
+    bool first_order;  /* inputs move and reach their value at the end of the step */
     const bool *cosine; /* [n_inputs]: this input and the next are cosine and sine of an angle, a
                            director: it turns at a constant rate */
 } SlideHistoryShape;
@@ -29,28 +29,25 @@ typedef struct {
 } SlideHistory;
 
 /* For n_samples samples of the past; a sample step of them holds 32 steps at most, held ones longer
- * than 1/32 of it, of ramps any two after each other longer than 1/16. */
+ * than 1/32 of it, of a first-order hold any two after each other longer than 1/16. */
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
-                                      bool ramp, const bool *cosine);
+                                      bool first_order, const bool *cosine);
 
 /* The count, then the steps, which are the last thing placed and have this size in bytes. */
 size_t slide_history_steps_size(const SlideHistoryShape *shape);
 void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape, SlideArena *arena);
 
-/* Take in a step of this length under these inputs. A step before it with the same held inputs is
- * joined to it. So is one that is short (shape->shortest); its inputs are forgotten. The first step
- * of all is never joined. */
+/* Which steps are joined to the one before them; the first of all never has one joined to it. A step
+ * that is short (shape->shortest) is joined to the next, and its inputs are forgotten. */
+typedef enum {
+    SLIDE_JOIN_NONE,  /* a further part of the step appended last, under inputs that have moved on */
+    SLIDE_JOIN_SHORT, /* the first part of a step whose inputs move */
+    SLIDE_JOIN_SAME   /* a step of inputs that are held: also where those before are the same */
+} SlideJoining;
+
+/* Take in a step of this length under these inputs. */
 void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
-                          const double *inputs);
-
-/* The same of the first part of a step whose inputs move: not joined because inputs are the same. */
-void slide_history_append_moving(const SlideHistoryShape *shape, SlideHistory *history,
-                                 double length, const double *inputs);
-
-/* Take in a further part of the step appended last, under inputs that have moved on: never joined
- * to it. */
-void slide_history_continue(const SlideHistoryShape *shape, SlideHistory *history, double length,
-                            const double *inputs);
+                          const double *inputs, SlideJoining joining);
 
 /* Copy the newest step and the places of the n_next after it, all that appending as many may
  * change, [1 + n_next][1 + n_inputs]; and put them back, once the count is what it was. */

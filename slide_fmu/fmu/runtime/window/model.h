@@ -2,7 +2,6 @@
 #ifndef SLIDE_MODEL_H
 #define SLIDE_MODEL_H
 
-#include "derivative_scratch.h"
 #include "estimate.h"
 #include "history.h"
 #include "network.h"
@@ -17,7 +16,7 @@ typedef struct {
     uint32_t n_in;      /* samples of the window */
     uint32_t n_block;   /* samples of the outputs that are given at a time; 1: the newest only */
     bool *cosine;       /* [n_inputs]: is it of an angle, with its sine in the next input? */
-    uint32_t n_sampled; /* newest samples that any result depends on */
+    uint32_t memory_length; /* newest samples that any result depends on */
     SlideScaling *input_scaling, *output_scaling;
     double *starts; /* [n_inputs], physical: inputs before the first is set */
     SlideNetwork predictor;
@@ -27,7 +26,6 @@ typedef struct {
     double *inputs;    /* scratch [n_inputs]: a sample, in physical units */
     double *sample;    /* scratch [n_inputs]: the same, scaled */
     double *candidate; /* scratch [n_outputs]: a result before it is accepted */
-    SlideDerivativeScratch derivative;
     const SlideKernel *kernel;
     char guid[48];
 } SlideModel;

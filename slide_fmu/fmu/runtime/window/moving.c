@@ -7,7 +7,7 @@ static const double SLACK = 1e-6; /* a part this much shorter than a sample step
 
 SlideParts slide_parts(const SlideHistoryShape *shape, double length, double sample_step,
                        uint32_t largest) {
-    if (shape->ramp) {
+    if (shape->first_order) {
         return (SlideParts){1, length, 0, 1};
     }
     double count = fmax(ceil(length / sample_step - SLACK), 1);
@@ -19,7 +19,8 @@ double slide_part_length(const SlideParts *parts, uint32_t part) {
     return part == 0 ? parts->first : parts->further;
 }
 
-double slide_part_time(const SlideParts *parts, uint32_t part) {
+/* The time since the begin of the step at which the value of a part is taken. */
+static double part_time(const SlideParts *parts, uint32_t part) {
     double begin = part == 0 ? 0 : parts->first + (part - 1) * parts->further;
     return begin + parts->taken_at * slide_part_length(parts, part);
 }
@@ -34,31 +35,27 @@ static void turn_on(const double *z, const double *rates, double time, double *m
     moved[1] = z[0] * s + z[1] * c;
 }
 
-void slide_moved(const SlideHistoryShape *shape, const double *inputs, const double *rates,
-                 double time, double *moved) {
-    for (size_t i = 0; i < shape->n_inputs; ++i) {
-        if (shape->cosine[i]) {
-            turn_on(inputs + i, rates + i, time, moved + i);
-            ++i;
-        } else {
-            moved[i] = inputs[i] + rates[i] * time;
-        }
-    }
-}
-
 void slide_step_part(const SlideHistoryShape *shape, const SlideStepInputs *inputs, uint32_t part,
                      double *result) {
-    if (inputs->rates == NULL) {
-        memcpy(result, inputs->given, shape->n_inputs * sizeof *result);
-    } else {
-        slide_moved(shape, inputs->given, inputs->rates, slide_part_time(&inputs->parts, part),
-                    result);
+    const double *given = inputs->given, *rates = inputs->rates;
+    const double time = part_time(&inputs->parts, part);
+    if (rates == NULL) {
+        memcpy(result, given, shape->n_inputs * sizeof *result);
+        return;
+    }
+    for (size_t i = 0; i < shape->n_inputs; ++i) {
+        if (shape->cosine[i]) {
+            turn_on(given + i, rates + i, time, result + i);
+            ++i;
+        } else {
+            result[i] = given[i] + rates[i] * time;
+        }
     }
 }
 
 void slide_step_sample(const SlideHistoryShape *shape, const SlideStepInputs *inputs,
                        uint32_t count, uint32_t left, double *sample) {
-    slide_step_part(shape, inputs, shape->ramp ? 0 : count - 1 - left, sample);
+    slide_step_part(shape, inputs, shape->first_order ? 0 : count - 1 - left, sample);
     if (inputs->from != NULL) {
         slide_history_between(shape, inputs->from, sample, (double)left / count, sample);
     }

@@ -6,7 +6,7 @@
 
 /* A step in parts that follow each other; in each the inputs have one value. Held inputs: parts one
  * sample step long, the first shorter or longer, with the value in their middle, so that the mean is
- * kept. Ramps: one part, with the value at its end, which they reach. */
+ * kept. First-order hold: one part, with the value at its end, which they reach. */
 typedef struct {
     uint32_t count;
     double first, further; /* s, lengths of the first part and of each one after it */
@@ -19,23 +19,17 @@ SlideParts slide_parts(const SlideHistoryShape *shape, double length, double sam
 
 double slide_part_length(const SlideParts *parts, uint32_t part);
 
-/* The time since the begin of the step at which the value of a part is taken. */
-double slide_part_time(const SlideParts *parts, uint32_t part);
-
-/* Inputs a time after they had these values and derivatives (1/s). A director turns and grows at
- * constant relative rates, which is on the circle where its derivative is tangential. */
-void slide_moved(const SlideHistoryShape *shape, const double *inputs, const double *rates,
-                 double time, double *moved);
-
 /* The inputs of a step. */
 typedef struct {
-    const double *from;  /* of ramps over several samples: what was reached before; or NULL */
+    const double *from;  /* first-order hold over several samples: what was reached before; or
+                            NULL */
     const double *given; /* as they were set */
     const double *rates; /* 1/s, their derivatives, where they were given; or NULL */
     SlideParts parts;
 } SlideStepInputs;
 
-/* The inputs of a part of a step: as they were set, or moved on. */
+/* The inputs of a part of a step: as they were set, or moved on. A director turns and grows at
+ * constant relative rates, which is on the circle where its derivative is tangential. */
 void slide_step_part(const SlideHistoryShape *shape, const SlideStepInputs *inputs, uint32_t part,
                      double *result);
 

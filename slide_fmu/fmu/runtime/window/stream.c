@@ -6,7 +6,7 @@
 #include <string.h>
 
 /* Beyond the samples that any result depends on, one part stands for all. */
-static uint32_t largest_parts(const SlideModel *model) { return model->n_sampled + 1; }
+static uint32_t largest_parts(const SlideModel *model) { return model->memory_length + 1; }
 
 SlideParts slide_stream_parts(const SlideModel *model, double length) {
     return slide_parts(&model->history, length, model->step, largest_parts(model));
@@ -37,11 +37,11 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
     slide_estimate_place(&state->estimate, &model->estimator, arena);
     slide_history_place(&state->history, &model->history, arena);
     state->before_steps = arena->used - start - slide_history_steps_size(&model->history);
-    state->window = slide_place(arena, model->n_sampled, n_inputs * sizeof(double));
+    state->window = slide_place(arena, model->memory_length, n_inputs * sizeof(double));
     state->size = arena->used - start;
     state->backup = slide_place(arena, state->before_steps, 1);
     /* the newest step, those before the first one, and the parts of one */
-    size_t most = 1 + (size_t)model->n_sampled + largest_parts(model);
+    size_t most = 1 + (size_t)model->memory_length + largest_parts(model);
     state->steps = slide_place(arena, most, (1 + n_inputs) * sizeof(double));
 }
 
@@ -49,7 +49,7 @@ void slide_state_reset(const SlideModel *model, SlideState *state) {
     memset(state->head, 0, state->size);
     memcpy(state->inputs, model->starts, model->n_inputs * sizeof(double));
     memcpy(state->initial, model->starts, model->n_inputs * sizeof(double));
-    for (size_t sample = 0; sample < model->n_sampled; ++sample) {
+    for (size_t sample = 0; sample < model->memory_length; ++sample) {
         memcpy(state->window + sample * model->n_inputs, model->starts,
                model->n_inputs * sizeof(double));
     }
@@ -75,7 +75,7 @@ const double *slide_stream_prehistory(const SlideModel *model, const SlideState 
     case SLIDE_INITIAL_HELD:
         return state->initial;
     default:
-        return state->window + (size_t)(model->n_sampled - 1) * model->n_inputs;
+        return state->window + (size_t)(model->memory_length - 1) * model->n_inputs;
     }
 }
 
@@ -104,29 +104,20 @@ static const double *newest_sample(const SlideModel *model, const SlideState *st
     return slide_samples_at(&model->samples, &state->samples, *state->samples.count - 1);
 }
 
-/* The predictor looks at model->sample. When this fails, the state is what it was. */
-static bool try_sample(const SlideModel *model, SlideState *state, bool evaluated) {
-    uint64_t sample = *state->samples.count;
-    if (!slide_network_see(&model->predictor, &state->predictor, sample, model->sample,
-                           newest_sample(model, state))) {
-        return false;
-    }
-    bool good = !evaluated || predict(model, state, sample);
-    if (!good) {
-        slide_network_unsee(&model->predictor, &state->predictor, sample);
-    }
-    return good;
+/* The predictor looks at model->sample, the next one. */
+static bool see(const SlideModel *model, SlideState *state) {
+    return slide_network_see(&model->predictor, &state->predictor, *state->samples.count,
+                             model->sample, newest_sample(model, state));
 }
 
 /* The predictor goes on by model->sample. Layers are evaluated at the last one of a step only. */
 static bool advance(const SlideModel *model, SlideState *state, bool last) {
-    const SlideNetwork *network = &model->predictor;
-    bool evaluated = last || network->kind == SLIDE_STATE_SPACE;
-    if (!try_sample(model, state, evaluated)) {
+    const bool evaluated = last || model->predictor.kind == SLIDE_STATE_SPACE;
+    if (!see(model, state) || (evaluated && !predict(model, state, *state->samples.count))) {
         return false;
     }
     if (evaluated) {
-        slide_network_accept(network, &state->predictor);
+        slide_network_accept(&model->predictor, &state->predictor);
     }
     return true;
 }
@@ -185,7 +176,7 @@ static SlideStepInputs inputs_of_step(const SlideModel *model, const SlideState 
 /* Take in samples one h apart, of the step that begins now. */
 static bool take_in_turn(const SlideModel *model, SlideState *state, uint32_t count) {
     SlideStepInputs inputs = inputs_of_step(model, state);
-    if (model->history.ramp && !slide_stream_fresh(state)) {
+    if (model->history.first_order && !slide_stream_fresh(state)) {
         memcpy(state->before.inputs, slide_history_newest(&model->history, &state->history),
                model->n_inputs * sizeof(double));
         inputs.from = state->before.inputs;
@@ -205,17 +196,14 @@ static void append(const SlideModel *model, SlideState *state) {
     const SlideHistoryShape *shape = &model->history;
     const SlideStepInputs inputs = inputs_of_step(model, state);
     if (inputs.rates == NULL) {
-        slide_history_append(shape, &state->history, state->last->length, state->inputs);
+        slide_history_append(shape, &state->history, state->last->length, state->inputs,
+                             SLIDE_JOIN_SAME);
         return;
     }
     for (uint32_t part = 0; part < inputs.parts.count; ++part) {
         slide_step_part(shape, &inputs, part, model->inputs);
-        if (part == 0) {
-            slide_history_append_moving(shape, &state->history, inputs.parts.first,
-                                        model->inputs);
-        } else {
-            slide_history_continue(shape, &state->history, inputs.parts.further, model->inputs);
-        }
+        slide_history_append(shape, &state->history, slide_part_length(&inputs.parts, part),
+                             model->inputs, part == 0 ? SLIDE_JOIN_SHORT : SLIDE_JOIN_NONE);
     }
 }
 
@@ -224,11 +212,11 @@ static void append(const SlideModel *model, SlideState *state) {
 static bool take_anew(const SlideModel *model, SlideState *state) {
     SlideReader reader = slide_history_reader(&model->history, &state->history);
     uint32_t n_seen = model->predictor.n_samples;
-    for (uint32_t left = model->n_sampled; left > 0; --left) {
+    for (uint32_t left = model->memory_length; left > 0; --left) {
         double begin = -(double)left * model->step, end = -(double)(left - 1) * model->step;
         slide_history_sample(&reader, begin, end, model->inputs);
         set_sample(model, model->inputs);
-        if (left == model->n_sampled) {
+        if (left == model->memory_length) {
             restart(model, state);
         }
         if (left > n_seen) {
@@ -243,11 +231,11 @@ static bool take_anew(const SlideModel *model, SlideState *state) {
 /* What is known of the inputs before the first step becomes the history. */
 static void recall(const SlideModel *model, SlideState *state) {
     const bool window = state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN;
-    const size_t n_inputs = model->n_inputs, count = window ? model->n_sampled : 1;
+    const size_t n_inputs = model->n_inputs, count = window ? model->memory_length : 1;
     const double *rows = window ? state->window : slide_stream_prehistory(model, state);
     for (size_t sample = 0; sample < count; ++sample) {
-        slide_history_continue(&model->history, &state->history, model->step,
-                               rows + sample * n_inputs);
+        slide_history_append(&model->history, &state->history, model->step,
+                             rows + sample * n_inputs, SLIDE_JOIN_NONE);
     }
 }
 
@@ -286,7 +274,7 @@ static uint32_t count_before(const SlideModel *model, const SlideState *state) {
         return 0;
     }
     if (state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
-        return model->n_sampled;
+        return model->memory_length;
     }
     return state->head->prehistory != SLIDE_FIRST_HELD || state->head->moving;
 }
@@ -346,14 +334,19 @@ static bool step_of(const SlideModel *model, SlideState *state, double length) {
 /* The most frequent step, of one sample; it undoes itself. */
 static bool step_once(const SlideModel *model, SlideState *state) {
     set_sample(model, state->inputs);
-    if (!try_sample(model, state, true)) {
+    if (!see(model, state)) {
+        return false;
+    }
+    if (!predict(model, state, *state->samples.count)) {
+        slide_network_unsee(&model->predictor, &state->predictor, *state->samples.count);
         return false;
     }
     keep(model, state, &(SlideLastStep){.length = model->step, .n_taken = 1});
     slide_network_accept(&model->predictor, &state->predictor);
     remember(model, state);
     accept_outputs(model, state);
-    slide_history_append(&model->history, &state->history, model->step, state->inputs);
+    slide_history_append(&model->history, &state->history, model->step, state->inputs,
+                         SLIDE_JOIN_SAME);
     state->head->filled += 1;
     return true;
 }

@@ -36,7 +36,8 @@ typedef struct {
 
 /* What was before the last step, for its derivatives, and what it began with. */
 typedef struct {
-    double *inputs;         /* [n_inputs], physical; of a step of several samples of ramps */
+    double *inputs;         /* [n_inputs], physical; of a step of several samples with a
+                               first-order hold */
     double *given, *rates;  /* [n_inputs], of a step whose inputs moved: the inputs and their
                                derivatives as they were set */
     SlideCellsBefore cells; /* of cells */
@@ -55,7 +56,7 @@ typedef struct {
     SlideBeforeStep before;
     SlideEstimate estimate;
     SlideHistory history;
-    double *window;      /* [n_sampled][n_inputs], samples before the start, oldest first */
+    double *window;      /* [memory_length][n_inputs], samples before the start, oldest first */
     size_t size;         /* bytes of the block, which starts at head */
     size_t before_steps; /* bytes of it before the steps of the history, its largest part */
     /* Room to undo a step; not part of the block. */

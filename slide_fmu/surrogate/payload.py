@@ -135,6 +135,7 @@ def _sections_of_version_4(reader: Reader) -> bytes:
     """The sections of a file of version 4 as they are in one of this version."""
     window, inputs = reader.section(b"WIND"), reader.section(b"SCIN")
     sizes, hold = window.take(24), window.u32()
+    window.done()
     rest = reader.data[reader.position :]
     reader.section(b"SCOU")
     network = reader.section(b"PRED")
@@ -144,6 +145,7 @@ def _sections_of_version_4(reader: Reader) -> bytes:
     for index in range(len(inputs.data) // 24):
         angle = angles[index] if index < len(angles) else 0
         rows += inputs.take(24) + struct.pack("<II", hold, angle)
+    inputs.done()
     return _section(b"WIND", sizes) + _section(b"SCIN", rows) + rest
 
 

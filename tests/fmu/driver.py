@@ -80,6 +80,8 @@ def build_program(
 ) -> Path:
     """Compile sources of a test and link them with the runtime; all warnings are errors.
 
+    Also names that hide others: such a one once wrote results beside their places.
+
     Args:
         command: the compiler.
         flags: for compiling and linking.
@@ -100,7 +102,8 @@ def build_program(
     objects = []
     for source, stem, extra in units:
         objects.append(str(program.with_name(f"{stem}.o")))
-        arguments = [*WARNINGS, *flags, "-O1", "-msse4.2", *extra, *include_flags(), "-c"]
+        arguments = [*WARNINGS, "-Wshadow", *flags, "-O1", "-msse4.2", *extra, *include_flags()]
+        arguments.append("-c")
         built = run_compiler(command, [*arguments, str(source), "-o", objects[-1]])
         assert built.returncode == 0, built.stderr
     linked = run_compiler(command, [*flags, *objects, "-lm", "-o", str(program)])

@@ -316,6 +316,18 @@ def test_damaged_files_of_version_4_are_refused() -> None:
         refused_or_read(with_checksum(bytes(damaged)))
 
 
+@pytest.mark.parametrize("tag", [b"WIND", b"SCIN"])
+def test_sections_of_version_4_that_are_too_long_are_refused(tag: bytes) -> None:
+    """A word that nobody reads is the sign of a damaged file, as it is in this version."""
+    body = version_4_of(Surrogate.from_bytes(SMALL))[:-4]
+    at = body.index(tag) + 4
+    (length,) = struct.unpack_from("<I", body, at)
+    end = at + 4 + length
+    longer = body[:at] + struct.pack("<I", length + 4) + body[at + 4 : end] + bytes(4) + body[end:]
+    with pytest.raises(PayloadError, match="4 bytes too many"):
+        Surrogate.from_bytes(with_checksum(longer))
+
+
 def test_huge_layer_is_refused_before_it_is_allocated() -> None:
     place = SMALL.index(b"PRED") + 8 + 12 + 4 * (1 + 2) + 16 * 2 + 4
     sizes = struct.pack("<II", 2**32 - 1, 2**32 - 1)

@@ -46,7 +46,7 @@ BEFORE, DURATION = 2.0, 4.0
 
 
 def motion(system: System, kind: Kind, seed: int) -> list[State]:
-    """Simulate a motion of a random excitation, and return its states at all samples of ``DURATION``.
+    """Simulate a random motion, and return its states at all samples of ``DURATION``.
 
     The time before, in which the start decays, is left out. The system ends in the last state.
     """
@@ -62,7 +62,7 @@ def motion(system: System, kind: Kind, seed: int) -> list[State]:
 
 
 def draw_slider_crank(system: SliderCrank, states: Sequence[State], out: Path | BinaryIO) -> None:
-    """Draw crank, bent rod and slider at the last instants of a motion as PNG into a file or stream.
+    """Draw crank, bent rod and slider at the last instants of a motion as PNG.
 
     The states, at least one, are those at all samples; the system ends in the last one.
     """

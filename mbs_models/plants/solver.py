@@ -141,7 +141,7 @@ class ImplicitPlant:
         settings: ImplicitSettings,
         before_substep: Callable[[float], None] | None = None,
     ) -> None:
-        """Take over an assembled system in its reference configuration, at rest, with its container."""
+        """Take over an assembled system with its container, at rest where it was assembled."""
         self.mbs: Any = mbs
         self.before_substep = before_substep
         self._container = container

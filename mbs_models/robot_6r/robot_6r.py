@@ -124,7 +124,7 @@ class Robot6R(PlantSystem[ManipulatorPlant]):
         return {**super().__getstate__(), "_exact": None}
 
     def linearize(self, state: State) -> Linearization:
-        """Linearize flange, joints, internal coordinates with the drives to M, D, K in SI units."""
+        """Linearize flange, joints, internal coordinates and drives to M, D, K in SI units."""
         # the fast spring holds a part of its force over a substep, which no tangent can show
         if self._exact is None:
             self._exact = ManipulatorPlant(replace(self._manipulator, exact=True))

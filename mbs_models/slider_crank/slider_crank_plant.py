@@ -91,7 +91,7 @@ class Mechanism:
         return CRANK_COORDINATES + NODE_COORDINATES * (self.elements + 1) + 1
 
     def rod_nodes(self, coordinates: FloatArray) -> FloatArray:
-        """Return the positions (x, y) of the rod's nodes in m from the crank, (elements + 1, 2)."""
+        """Return the positions (x, y) of the rod's nodes in m from the crank on, shape (n, 2)."""
         displacements = coordinates[CRANK_COORDINATES : self.coordinates - 1]
         nodes: FloatArray = displacements.reshape(-1, NODE_COORDINATES)[:, :2].copy()
         nodes[:, 0] += CRANK_LENGTH + ROD_LENGTH * np.linspace(0.0, 1.0, self.elements + 1)
@@ -130,7 +130,7 @@ class Mechanism:
         return coordinates, velocities
 
     def _from_directions(self, crank: FloatArray, rod: FloatArray) -> FloatArray:
-        """Return all coordinates but the crank's angle; they are linear in both directions, (2,)."""
+        """Return all coordinates but the crank's angle; they are linear in both directions."""
         along = ROD_LENGTH * np.linspace(0.0, 1.0, self.elements + 1)
         points = CRANK_LENGTH * crank + along[:, None] * rod
         nodes = np.hstack([points, np.tile(rod, (self.elements + 1, 1))])

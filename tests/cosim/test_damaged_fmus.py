@@ -37,7 +37,7 @@ HARMLESS = {
 SEEDS = 40
 """Random damages of an FMU of each standard."""
 FEW = range(10)
-"""Of them those that the verbs that take longer are given."""
+"""Of them those that the subcommands that take longer are given."""
 
 LINEAR = Path(__file__).parents[2] / "fmus" / "linear" / "linear.fmu"
 
@@ -51,12 +51,12 @@ def _members(folder: Path, fmi: FmiVersion) -> Members:
 
 
 def _readers(folder: Path) -> list[list[str]]:
-    """Verbs that read FMUs, with their options."""
+    """Subcommands that read FMUs, with their options."""
     return [["check"], ["info"], ["export", "-o", str(folder / "again.fmu")]]
 
 
 def _runners(folder: Path) -> list[list[str]]:
-    """Verbs that run FMUs, or pass them on to masters that do."""
+    """Subcommands that run FMUs, or pass them on to importers that do."""
     return [
         ["ssp", "-o", str(folder / "beside.ssp"), "--duration", "1"],
         ["validate", "--trajectories", "1", "--duration", "10", "--report", str(folder)],
@@ -64,16 +64,16 @@ def _runners(folder: Path) -> list[list[str]]:
     ]
 
 
-def _refusals(path: Path, what: str, verbs: list[list[str]] | None = None) -> dict[str, str]:
-    """What verbs, the readers if none are given, say when they refuse; nothing else may happen."""
+def _refusals(path: Path, what: str, subcommands: list[list[str]] | None = None) -> dict[str, str]:
+    """What subcommands, the readers if none are given, say when they refuse; nothing else may happen."""
     said = {}
-    for verb, *more in verbs or _readers(path.parent):
-        result = CliRunner().invoke(app, [verb, str(path), *more])
+    for subcommand, *more in subcommands or _readers(path.parent):
+        result = CliRunner().invoke(app, [subcommand, str(path), *more])
         refused = isinstance(result.exception, SystemExit)
-        assert result.exception is None or refused, (what, verb, result.exception)
-        assert result.output.strip(), (what, verb)
+        assert result.exception is None or refused, (what, subcommand, result.exception)
+        assert result.output.strip(), (what, subcommand)
         if result.exit_code:
-            said[verb] = result.output
+            said[subcommand] = result.output
     return said
 
 
@@ -108,7 +108,7 @@ def test_random_damages(tmp_path: Path, fmi: FmiVersion) -> None:
 
 @pytest.mark.extended
 @both_standards
-def test_verbs_that_run_fmus(tmp_path: Path, fmi: FmiVersion) -> None:
+def test_subcommands_that_run_fmus(tmp_path: Path, fmi: FmiVersion) -> None:
     """An FMU that comes as far: its recipe names a reference system."""
     surrogate, provenance = read_fmu(LINEAR)
     whole = export_fmu(surrogate, tmp_path / "whole.fmu", fmi=fmi, provenance=provenance)
@@ -124,11 +124,11 @@ def test_verbs_that_run_fmus(tmp_path: Path, fmi: FmiVersion) -> None:
     assert refused == {"ssp", "validate", "bench"}
 
 
-@pytest.mark.parametrize("verb", range(3), ids=["ssp", "validate", "bench"])
-def test_verbs_that_run_fmus_name_the_file(tmp_path: Path, verb: int) -> None:
+@pytest.mark.parametrize("subcommand", range(3), ids=["ssp", "validate", "bench"])
+def test_subcommands_that_run_fmus_name_the_file(tmp_path: Path, subcommand: int) -> None:
     members, path = members_of(LINEAR), tmp_path / "damaged.fmu"
     path.write_bytes(packed({**members, "modelDescription.xml": b"<"}))
-    (said,) = _refusals(path, "no XML", [_runners(tmp_path)[verb]]).values()
+    (said,) = _refusals(path, "no XML", [_runners(tmp_path)[subcommand]]).values()
     assert f"{path} is not an FMU that can be read: ".replace(" ", "") in "".join(said.split())
 
 

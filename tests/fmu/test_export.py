@@ -215,7 +215,7 @@ def test_fmpy_simulates_both_standards_alike(fmu: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_verbs_know_both_standards(fmu: Path, tmp_path: Path, fmi: FmiVersion) -> None:
+def test_subcommands_know_both_standards(fmu: Path, tmp_path: Path, fmi: FmiVersion) -> None:
     path = tmp_path / "again.fmu"
     runner = CliRunner()
     assert (

@@ -104,7 +104,7 @@ def test_description_names_all_sources(tmp_path: Path) -> None:
     assert check_fmu(loaded.path) == []
 
 
-def test_verb_adds_them_to_an_fmu(tmp_path: Path) -> None:
+def test_subcommand_adds_them_to_an_fmu(tmp_path: Path) -> None:
     surrogate = random_surrogate(SHAPES["layers"])
     plain = export_fmu(surrogate, tmp_path / "plain.fmu")
     arguments = ["export", str(plain), "--source", "-o", str(tmp_path / "verb.fmu")]

@@ -1,4 +1,4 @@
-"""Torch modules as FMUs: files, names, and what the verbs for native FMUs say."""
+"""Torch modules as FMUs: files, names, and what the subcommands for native FMUs say."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def exported(module: Path, path: Path, **changes: str) -> Path:
 
 
 def said(*arguments: object) -> str:
-    """The one message of a verb that refuses; a traceback would be another exception."""
+    """The one message of a subcommand that refuses; a traceback would be another exception."""
     result = invoke(*arguments)
     assert result.exit_code == 1
     assert isinstance(result.exception, SystemExit), result.exception
@@ -134,16 +134,16 @@ def test_a_folder_is_no_fmu(module: Path, tmp_path: Path) -> None:
     assert list(folder.iterdir()) == []
 
 
-def test_verbs_for_native_fmus_say_what_it_is(module: Path, tmp_path: Path) -> None:
+def test_subcommands_for_native_fmus_say_what_it_is(module: Path, tmp_path: Path) -> None:
     path = exported(module, tmp_path / "m.fmu")
-    for verb, *more in (
+    for subcommand, *more in (
         ("check",),
         ("validate",),
         ("bench",),
         ("ssp", "-o", tmp_path / "m.ssp"),
         ("export", "-o", tmp_path / "again.fmu"),
     ):
-        message = said(verb, path, *more)
+        message = said(subcommand, path, *more)
         assert f"{path} carries a torch module; expected a native FMU" in message
         assert "slide-fmu" not in message
 

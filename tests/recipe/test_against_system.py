@@ -110,12 +110,12 @@ def test_pairs_turn_with_a_chain_and_have_two_states_each() -> None:
     )
 
 
-@pytest.mark.parametrize("verb", ["generate", "run"])
-def test_nothing_is_made_before_it_is_refused(tmp_path: Path, verb: str) -> None:
+@pytest.mark.parametrize("subcommand", ["generate", "run"])
+def test_nothing_is_made_before_it_is_refused(tmp_path: Path, subcommand: str) -> None:
     recipe, runs = tmp_path / "tiny.toml", tmp_path / "runs"
     text = TINY.replace("hidden = []\nbias = false", 'hidden = []\nfeatures = ["wrench"]')
     recipe.write_text(text, encoding="utf-8")
-    result = CliRunner().invoke(app, [verb, str(recipe), "--runs", str(runs)])
+    result = CliRunner().invoke(app, [subcommand, str(recipe), "--runs", str(runs)])
     assert result.exit_code == 1
     assert "need the system's serial chain" in " ".join(result.output.split())
     assert not runs.exists()

@@ -95,12 +95,7 @@ class Candidate:
 class MultiStart:
     """A multi-start does all runs of one fit, each named and stored in the ledger. Final.
 
-    Args:
-        problem: window, eigenvalues, checkpoint.
-        network: units, padding, bias.
-        training: numbers of starts and iterations, and the seed.
-        data: segments and features.
-        progress: is called after every iteration.
+    The progress is called after every iteration.
 
     Raises:
         TrainingError: the checkpoint cannot be read.
@@ -119,16 +114,12 @@ class MultiStart:
         self._responses: torch.Tensor | None = None
 
     def plan(self, iterations: int) -> None:
-        """Tell how many iterations are still to come, for the progress."""
+        """Announce how many iterations are still to come, so that the progress has a total."""
         self._ledger.planned = self._ledger.iterations + iterations
         self._ledger.show()
 
     def shape(self, order: int, units: int) -> CellShape:
         """Return the shape of a cell; one with units has states to spare (the padding).
-
-        Args:
-            order: number of states without the padding.
-            units: number of units.
 
         Raises:
             ValueError: more pairs of states are turned than there are.
@@ -198,10 +189,7 @@ class MultiStart:
     def start(self, linear: Candidate, units: int, number: int) -> Candidate:
         """Run a random start from a linear model; every second one in whitened coordinates.
 
-        Args:
-            linear: the linear model.
-            units: number of units, at least 1.
-            number: number of the start, from 0; with the seed it fixes the random numbers.
+        The number of the start, from 0, fixes the random numbers together with the seed.
         """
         old, order = linear.shape, linear.shape.n_states
         shape = self.shape(order, units)
@@ -236,9 +224,7 @@ class MultiStart:
     def widened(self, candidate: Candidate, units: int) -> Candidate:
         """Run a network of more units than normal equations can be solved for, from a smaller one.
 
-        Args:
-            candidate: the smaller network; the larger one answers as it does at first.
-            units: number of units of the larger one.
+        At first it answers as the smaller network does.
         """
         old, training = candidate.shape, self.training
         shape = self.shape(old.n_states - self.network.padding, units)
@@ -273,7 +259,7 @@ class MultiStart:
         return self._judged(shape, self._ledger.run(name, begin, step, iterations))
 
     def _judged(self, shape: CellShape, state: Iterate | Descent) -> Candidate:
-        """A candidate whose run is done, perhaps before this fit was resumed."""
+        """Return the candidate of a run that is done, perhaps before this fit was resumed."""
         self._ledger.best = min(self._ledger.best, state.best_error)
         self._ledger.show()
         return Candidate(shape, state)

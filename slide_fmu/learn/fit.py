@@ -37,8 +37,8 @@ ROOMS = (
     *("core", "features", "excitation", "network", "systems"),
     *("surrogate", "recipe", "data", "memory", "learn"),
 )
-"""A training runs the code of these rooms: all that this one imports, directly or by others. A test
-holds this list against the imports, so that no change of their code can pass unseen by the
+"""A training runs the code of these rooms: all that this one imports, directly or by others. A
+test compares this list with the imports, so that no change of their code can pass unseen by the
 checkpoints: an estimator's targets are errors that ``surrogate`` and ``network`` compute."""
 
 

@@ -62,8 +62,7 @@ def side_by_side(validation: Validation, output: int) -> bytes:
 
 def estimate_scatter(validations: Mapping[str, Validation]) -> bytes:
     """Draw estimated over true error, a panel per validation; the band holds 37.5 % deviation."""
-    figure = Figure(figsize=(5.5 * len(validations), 4.6), layout="constrained")
-    axes = figure.subplots(1, len(validations), squeeze=False)[0]
+    figure, axes = _panels_in_a_row(len(validations), 4.6)
     for ax, (title, validation) in zip(axes, validations.items(), strict=True):
         true = np.concatenate([c.true_error.ravel() for c in validation.comparisons])
         estimates = [c.estimate.ravel() for c in validation.comparisons if c.estimate is not None]
@@ -74,12 +73,8 @@ def estimate_scatter(validations: Mapping[str, Validation]) -> bytes:
         ends = np.array([true[some].min(), true[some].max()])
         ax.loglog(ends, ends, color=REFERENCE, lw=1)
         ax.fill_between(ends, 0.625 * ends, 1.375 * ends, color=REFERENCE, alpha=0.12)
-        ax.set(
-            xlabel=f"true RMSE over {validation.surrogate.estimated_samples} samples",
-            ylabel="estimated",
-            title=title,
-        )
-        ax.grid(alpha=0.3)
+        label = f"true RMSE over {validation.surrogate.estimated_samples} samples"
+        ax.set(xlabel=label, ylabel="estimated", title=title)
     return _png(figure)
 
 
@@ -100,13 +95,11 @@ def excitation_bars(validation: Validation) -> bytes:
 
 def training_history(histories: Mapping[str, Mapping[str, Sequence[float]]]) -> bytes:
     """Draw training and validation RMSE over the optimizer steps, one panel per stage."""
-    figure = Figure(figsize=(5.5 * len(histories), 3.4), layout="constrained")
-    axes = figure.subplots(1, len(histories), squeeze=False)[0]
+    figure, axes = _panels_in_a_row(len(histories), 3.4)
     for ax, (stage, history) in zip(axes, histories.items(), strict=True):
         ax.semilogy(history["step"], history["training_error"], color=SURROGATE, label="training")
         ax.semilogy(history["step"], history["validation_error"], color=ERROR, label="validation")
         ax.set(xlabel="optimizer step or iteration", ylabel="error, scaled", title=stage)
-        ax.grid(alpha=0.3)
         ax.legend(fontsize=8)
     return _png(figure)
 
@@ -176,6 +169,15 @@ def response_matrices(learnt: FloatArray, exact: FloatArray) -> bytes:
         figure.colorbar(image, ax=ax)
     axes[-1].set_xlabel("input sample")
     return _png(figure)
+
+
+def _panels_in_a_row(count: int, height: float) -> tuple[Figure, list[Axes]]:
+    """Return a figure with a number of panels beside each other, each with a grid."""
+    figure = Figure(figsize=(5.5 * count, height), layout="constrained")
+    axes = list(figure.subplots(1, count, squeeze=False)[0])
+    for ax in axes:
+        ax.grid(alpha=0.3)
+    return figure, axes
 
 
 def _draw_inputs(

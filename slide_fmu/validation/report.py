@@ -206,9 +206,11 @@ def _estimate_section(validations: Mapping[str, Validation]) -> Section:
     rows: list[Sequence[str]] = [("inputs", "mean relative deviation", "95 % are within")]
     for name, validation in validations.items():
         data = validation.figures()["error_estimate"]
-        rows.append(_deviation_row(name, data))
+        parts = {name: data}
         if "euclidean" in data:
-            rows.append(_deviation_row(f"{name}, norm of the outputs", data["euclidean"]))
+            parts[f"{name}, norm of the outputs"] = data["euclidean"]
+        keys = ("mean_relative_deviation", "p95_relative_deviation")
+        rows += [(part, *(_percent(found[key]) for key in keys)) for part, found in parts.items()]
     first = next(iter(validations.values()))
     assert first.recipe.estimator is not None
     text = (
@@ -219,11 +221,6 @@ def _estimate_section(validations: Mapping[str, Validation]) -> Section:
         "lie there, they do not deviate."
     )
     return Section("Error estimate", text, rows, [figures.estimate_scatter(validations)])
-
-
-def _deviation_row(name: str, data: Mapping[str, float]) -> Sequence[str]:
-    mean, most = data["mean_relative_deviation"], data["p95_relative_deviation"]
-    return name, _percent(mean), _percent(most)
 
 
 def _timing_section(validation: Validation) -> Section:

@@ -52,7 +52,7 @@ def test_export_of_an_fmu_imports_nothing_that_it_does_not_need(
     assert path.exists()
 
 
-def test_verbs_that_need_more_say_what(duffing: Finished) -> None:
+def test_subcommands_that_need_more_say_what(duffing: Finished) -> None:
     result = call("validate", duffing.fmu, "--trajectories", 1)
     assert result.returncode == 1
     assert "exudyn" in result.stderr

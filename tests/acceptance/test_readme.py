@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def test_table_of_verbs_is_complete() -> None:
+def test_table_of_subcommands_is_complete() -> None:
     listed = re.findall(r"^\| `slide-fmu (\w+)", README, re.MULTILINE)
     group = typer.main.get_command(app)
     assert isinstance(group, typer.core.TyperGroup)

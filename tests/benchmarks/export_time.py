@@ -4,7 +4,7 @@
 
 Every run is a process of its own that exports the FMU again, in each form in turn. Given are the
 smallest, the median and the largest time by form, in seconds, and that of a process which only
-starts Python and prints the verbs (``help``). One run of each before does not count.
+starts Python and prints the subcommands (``help``). One run of each before does not count.
 """
 
 from __future__ import annotations

@@ -65,7 +65,7 @@ def _runners(folder: Path) -> list[list[str]]:
 
 
 def _refusals(path: Path, what: str, subcommands: list[list[str]] | None = None) -> dict[str, str]:
-    """What subcommands, the readers if none are given, say when they refuse; nothing else may happen."""
+    """What subcommands (all readers if None) say when they refuse; nothing else may happen."""
     said = {}
     for subcommand, *more in subcommands or _readers(path.parent):
         result = CliRunner().invoke(app, [subcommand, str(path), *more])

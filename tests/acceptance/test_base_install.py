@@ -33,8 +33,8 @@ def call(
 
 
 def test_check_and_info_and_export_need_no_training_packages(duffing: Finished) -> None:
-    for verb in ("check", "info"):
-        result = call(verb, duffing.fmu)
+    for subcommand in ("check", "info"):
+        result = call(subcommand, duffing.fmu)
         assert result.returncode == 0, result.stderr
     again = duffing.fmu.with_name("again.fmu")
     assert call("export", duffing.fmu, "-o", again).returncode == 0

@@ -153,15 +153,15 @@ def test_training_refuses_data_of_a_model_that_has_changed(tmp_path: Path) -> No
     text = SMALL_LINEAR.replace("mbs_models.oscillators:LinearOscillator", "softening:Softened")
     recipe.write_text(text, encoding="utf-8")
 
-    def slide_fmu(verb: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "slide_fmu", verb, str(recipe), "--runs", str(runs)]
+    def slide_fmu(subcommand: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "slide_fmu", subcommand, str(recipe), "--runs", str(runs)]
         return subprocess.run(command, capture_output=True, text=True, timeout=120)
 
     model.write_text(SOFTENED.format(1600.0), encoding="utf-8")
     assert slide_fmu("generate").returncode == 0
     model.write_text(SOFTENED.format(1500.0), encoding="utf-8")
-    for verb in ("generate", "train"):
-        result = slide_fmu(verb)
+    for subcommand in ("generate", "train"):
+        result = slide_fmu(subcommand)
         assert result.returncode == 1
         assert "the model has changed since" in " ".join(result.stderr.split())
 
@@ -221,12 +221,12 @@ def test_place_for_figures_is_checked_before_the_work(duffing: Finished, tmp_pat
 
 
 @pytest.mark.parametrize("duration", ["0", "inf"])
-@pytest.mark.parametrize("verb", ["validate", "ssp"])
+@pytest.mark.parametrize("subcommand", ["validate", "ssp"])
 def test_duration_must_be_a_time(
-    duffing: Finished, tmp_path: Path, verb: str, duration: str
+    duffing: Finished, tmp_path: Path, subcommand: str, duration: str
 ) -> None:
-    more = {"validate": ("--trajectories", 1), "ssp": ("-o", tmp_path / "beside.ssp")}[verb]
-    result = invoke(verb, duffing.fmu, "--duration", duration, *more)
+    more = {"validate": ("--trajectories", 1), "ssp": ("-o", tmp_path / "beside.ssp")}[subcommand]
+    result = invoke(subcommand, duffing.fmu, "--duration", duration, *more)
     assert result.exit_code == 1
     assert "expected a positive, finite time" in " ".join(result.output.split())
 
@@ -371,8 +371,8 @@ def test_limits_change_without_a_new_training_and_old_pictures_vanish(tmp_path: 
 def test_seed_that_no_recipe_may_have_is_a_mistake_of_the_call(tmp_path: Path, seed: int) -> None:
     recipe = tmp_path / "recipe.toml"
     recipe.write_text(SMALL_LINEAR, encoding="utf-8")
-    for verb in ("train", "run", "export"):
-        result = invoke(verb, recipe, "--runs", tmp_path / "runs", "--seed", seed)
+    for subcommand in ("train", "run", "export"):
+        result = invoke(subcommand, recipe, "--runs", tmp_path / "runs", "--seed", seed)
         assert result.exit_code == 2
         output = " ".join(result.output.split())
         assert "Invalid value for '--seed'" in output

@@ -204,10 +204,10 @@ MISTAKES = {
 
 @pytest.mark.parametrize("case", MISTAKES)
 def test_mistakes_are_answered_with_a_remedy(duffing: Finished, tmp_path: Path, case: str) -> None:
-    verb, (old, new), message = MISTAKES[case]
+    subcommand, (old, new), message = MISTAKES[case]
     recipe = tmp_path / "mistake.toml"
     recipe.write_text(SMALL_DUFFING.replace(old, new), encoding="utf-8")
-    result = invoke(verb, recipe, "--runs", duffing.runs)
+    result = invoke(subcommand, recipe, "--runs", duffing.runs)
     assert result.exit_code == 1
     assert re.search(message, " ".join(result.output.split()))
     assert "Traceback" not in result.output
@@ -223,12 +223,12 @@ def test_a_short_window_can_be_overridden(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"", b"no zip", b"PK\x03\x04 broken"])
-@pytest.mark.parametrize("verb", ["info", "check", "validate", "export"])
-def test_files_that_are_no_fmus(tmp_path: Path, verb: str, content: bytes) -> None:
+@pytest.mark.parametrize("subcommand", ["info", "check", "validate", "export"])
+def test_files_that_are_no_fmus(tmp_path: Path, subcommand: str, content: bytes) -> None:
     path = tmp_path / "bad.fmu"
     path.write_bytes(content)
-    more = ("-o", tmp_path / "out.fmu") if verb == "export" else ()
-    result = invoke(verb, path, *more)
+    more = ("-o", tmp_path / "out.fmu") if subcommand == "export" else ()
+    result = invoke(subcommand, path, *more)
     assert result.exit_code == 1
     assert "bad.fmu" in "".join(result.output.split())
     assert not (tmp_path / "out.fmu").exists()

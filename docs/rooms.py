@@ -31,6 +31,7 @@ PACKAGES = ("slide_fmu", MODELS)
 
 
 def main() -> None:
+    """Run the command line: write the picture or the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--json", metavar="PATH", help="write the figures here; - is stdout")
     path = parser.parse_args().json
@@ -45,7 +46,7 @@ def main() -> None:
 
 
 def measure() -> dict[str, Any]:
-    """Rooms, floors, arrows and circles, as plain values."""
+    """Return rooms, floors, arrows and circles, as plain values."""
     sys.path.insert(0, str(ROOT))
     edges = _imports(type_checking=True)
     pairs = [(_room(a), _room(b)) for a, b in edges]
@@ -68,13 +69,14 @@ def measure() -> dict[str, Any]:
 
 
 def summary(figures: dict[str, Any]) -> str:
+    """Return the counts of rooms, floors, arrows and circles as one line."""
     counts = ", ".join(f"{number} {name}" for name, number in figures["counts"].items())
     of_rooms, of_files = figures["circles of rooms"], figures["circles of files"]
     return f"{counts}, {len(of_rooms)} circles of rooms, {len(of_files)} of files"
 
 
 def _imports(type_checking: bool) -> list[tuple[str, str]]:
-    """Pairs of modules, the first of which imports the second."""
+    """Return pairs of modules, the first of which imports the second."""
     graph = grimp.build_graph(
         *PACKAGES, exclude_type_checking_imports=not type_checking, cache_dir=None
     )
@@ -83,7 +85,7 @@ def _imports(type_checking: bool) -> list[tuple[str, str]]:
 
 
 def _room(module: str) -> str | None:
-    """The room that a module lies in; None for the doors, ``__init__`` and ``__main__``."""
+    """Return the room that a module lies in; None for the doors, ``__init__`` and ``__main__``."""
     parts = module.split(".")
     if parts[0] == MODELS:
         return MODELS
@@ -95,7 +97,7 @@ def _folder(room: str) -> str:
 
 
 def _floors() -> dict[int, list[str]]:
-    """Rooms by floor, 1 the ground, from the first import contract."""
+    """Return the rooms by floor, 1 the ground, from the first import contract."""
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     rows = settings["tool"]["importlinter"]["contracts"][0]["layers"]
     names = [[n for n in re.split(r"\s*[|:]\s*", row) if not n.startswith("__")] for row in rows]
@@ -103,7 +105,7 @@ def _floors() -> dict[int, list[str]]:
 
 
 def _contents(folder: Path) -> dict[str, Any]:
-    """What is in a room: its docstring, and its files and lines, of Python and of C."""
+    """Return what is in a room: its docstring, and its files and lines, of Python and of C."""
     python = sorted(folder.rglob("*.py"))
     c = sorted([*folder.rglob("*.c"), *folder.rglob("*.h")])
     text = ast.get_docstring(ast.parse((folder / "__init__.py").read_text(encoding="utf-8")))
@@ -121,7 +123,7 @@ def _lines(paths: list[Path]) -> int:
 
 
 def circles(edges: list[tuple[str, str]]) -> list[list[str]]:
-    """Groups of more than one node that can be reached from each other."""
+    """Return the groups of more than one node that can be reached from each other."""
     reach: dict[str, set[str]] = {}
     for a, b in edges:
         reach.setdefault(a, set()).add(b)

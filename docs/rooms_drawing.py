@@ -19,7 +19,7 @@ HOUSE_WIDTH = 720
 
 
 def draw(figures: dict[str, Any]) -> str:
-    """The whole picture; the figures that it shows stand in its ``metadata``."""
+    """Return the whole picture; the figures that it shows stand in its ``metadata``."""
     rooms, arrows = figures["rooms"], [(a["from"], a["to"]) for a in figures["arrows"]]
     places = _places(rooms, arrows)
     height = TOP + FLOOR * max(room["floor"] for room in rooms) + 30
@@ -43,7 +43,7 @@ def draw(figures: dict[str, Any]) -> str:
 
 
 def reduced(arrows: list[tuple[str, str]]) -> list[tuple[str, str]]:
-    """The arrows that do not follow from others: no longer way leads where they lead."""
+    """Return the arrows that do not follow from others: no longer way leads where they lead."""
     targets: dict[str, set[str]] = {}
     for a, b in arrows:
         targets.setdefault(a, set()).add(b)
@@ -57,7 +57,7 @@ def reduced(arrows: list[tuple[str, str]]) -> list[tuple[str, str]]:
 def _places(
     rooms: list[dict[str, Any]], arrows: list[tuple[str, str]]
 ) -> dict[str, tuple[float, float]]:
-    """Upper left corners of the boxes; each floor is ordered by what it stands on."""
+    """Return the upper left corners of the boxes; each floor is ordered by what it stands on."""
     places: dict[str, tuple[float, float]] = {}
     top = max(room["floor"] for room in rooms)
     for floor in range(1, top + 1):
@@ -78,7 +78,7 @@ def _places(
 def _arrow(
     places: dict[str, tuple[float, float]], rooms: list[dict[str, Any]], a: str, b: str
 ) -> str:
-    """A line from the lower side of one box to the upper side of another, around the rest."""
+    """Return a line from the lower side of a box to the upper side of another, around the rest."""
     (xa, ya), (xb, yb) = places[a], places[b]
     lean = (xb - xa) / (abs(xb - xa) + 400)
     start = (xa + BOX[0] * (0.5 + 0.42 * lean), ya + BOX[1])
@@ -100,7 +100,7 @@ def _arrow(
 
 
 def _free(lefts: list[float], x: float) -> float:
-    """The place nearest to x on a floor that no box covers."""
+    """Return the place nearest to x on a floor that no box covers."""
     for left in lefts:
         if left - 14 < x < left + BOX[0] + 14:
             return min((left - 20, left + BOX[0] + 20), key=lambda edge: abs(edge - x))
@@ -122,7 +122,7 @@ def _box(room: dict[str, Any], x: float, y: float) -> str:
 
 
 def rounded(lines: int) -> str:
-    """Lines to two digits: the picture need not be drawn again for every line."""
+    """Write lines to two digits: the picture need not be drawn again for every line."""
     if lines < 1000:
         return str(round(lines, -1))
     return f"{float(f'{lines:.2g}') / 1000:g} k"
@@ -158,7 +158,7 @@ def _floor_lines(rooms: list[dict[str, Any]], height: int) -> list[str]:
 
 
 def _grid(rooms: list[dict[str, Any]], arrows: list[dict[str, Any]]) -> list[str]:
-    """All arrows: a row imports from a column; the number says by how many imports."""
+    """Return all arrows as a grid: a row imports from a column, as often as the number says."""
     names = [room["name"] for room in rooms]
     found = {(arrow["from"], arrow["to"]): arrow["imports"] for arrow in arrows}
     size = GRID_CELL * len(names)
@@ -198,7 +198,7 @@ def _grid(rooms: list[dict[str, Any]], arrows: list[dict[str, Any]]) -> list[str
 
 
 def _contents(rooms: list[dict[str, Any]]) -> list[str]:
-    """What is in each room, by the first line of its docstring."""
+    """Return what is in each room, by the first line of its docstring."""
     left, top = GRID_LEFT - 96, GRID_TOP + GRID_CELL * len(rooms) + 44
     parts = [
         f'<text x="{left}" y="{top}" font-size="16" font-weight="bold">What is in them</text>'

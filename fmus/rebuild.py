@@ -14,6 +14,7 @@ from slide_fmu.pipeline.rebuild import rebuild
 
 
 def main() -> None:
+    """Run the command line: build the named FMUs again and print how large they were and are."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("fmus", nargs="+", type=Path, help="released FMUs")
     for path in parser.parse_args().fmus:

@@ -9,19 +9,15 @@ from typing import Any
 
 import exudyn as exu
 import numpy as np
-from exudyn.itemInterface import (
-    LoadCoordinate,
-    MarkerNodeCoordinate,
-    Mass1D,
-    Node1D,
-    NodePointGround,
-)
+from exudyn.itemInterface import LoadCoordinate, NodePointGround
 from scipy.optimize import brentq
 
 from mbs_models.plants.cubic_spring import (
     CubicSpring,
     add_cubic_spring,
     add_linear_spring,
+    add_marker,
+    add_mass,
     expect_not_negative,
     expect_positive,
     expect_substeps,
@@ -88,18 +84,14 @@ class Chain:
 
 
 class MassChainPlant:
-    """This plant is a chain of masses in exudyn.
-
-    Attributes:
-        plant: steps the system and linearizes it; its coordinates are the six positions in m.
-    """
+    """This plant is a chain of masses in exudyn; its six coordinates are their positions in m."""
 
     def __init__(self, chain: Chain) -> None:
         """Build the chain; linear springs do without the slower force function."""
         container = exu.SystemContainer()
         self._mbs = container.AddSystem()
-        wall = self._marker(self._mbs.AddNode(NodePointGround()))
-        masses = [self._add_mass(chain.mass) for _ in range(MASSES)]
+        wall = add_marker(self._mbs, self._mbs.AddNode(NodePointGround()))
+        masses = [add_mass(self._mbs, chain.mass) for _ in range(MASSES)]
         points = [wall, *masses, wall]
         self._forces: list[Any] = []  # exudyn keeps no reference to its force functions
         for before, after in itertools.pairwise(points):
@@ -112,15 +104,6 @@ class MassChainPlant:
         ]
         self._mbs.Assemble()
         self.plant = ExplicitPlant(container, self._mbs, chain.step, chain.substeps)
-
-    def _marker(self, node: Any) -> Any:
-        return self._mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
-
-    def _add_mass(self, mass: float) -> Any:
-        """Add a mass that moves along one axis, and return the marker of its position."""
-        node = self._mbs.AddNode(Node1D(referenceCoordinates=[0.0]))
-        self._mbs.AddObject(Mass1D(nodeNumber=node, mass=mass))
-        return self._marker(node)
 
     def _add_spring(self, markers: list[Any], spring: CubicSpring) -> None:
         if spring.alpha > 0:

@@ -6,18 +6,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import exudyn as exu
-from exudyn.itemInterface import (
-    LoadCoordinate,
-    MarkerNodeCoordinate,
-    Mass1D,
-    Node1D,
-    NodePointGround,
-)
+from exudyn.itemInterface import LoadCoordinate, NodePointGround
 
 from mbs_models.plants.cubic_spring import (
     CubicSpring,
     add_cubic_spring,
     add_linear_spring,
+    add_marker,
+    add_mass,
     expect_positive,
     expect_substeps,
 )
@@ -51,35 +47,21 @@ class Oscillator:
 
 
 class OscillatorPlant:
-    """This plant is an oscillator in exudyn.
-
-    Attributes:
-        plant: steps the system and linearizes it; its coordinate is the position x in m.
-    """
+    """This plant is an oscillator in exudyn; its one coordinate is the position x in m."""
 
     def __init__(self, oscillator: Oscillator, moving_base: bool) -> None:
-        """Build the oscillator; only a cubic spring or a moving base needs a force function.
-
-        Args:
-            oscillator: its numbers.
-            moving_base: whether ``set_base`` is going to be called.
-        """
+        """Build the oscillator; only a cubic spring or a moving base needs a force function."""
         container = exu.SystemContainer()
         self._mbs = container.AddSystem()
-        node = self._mbs.AddNode(Node1D(referenceCoordinates=[0.0]))
-        self._mbs.AddObject(Mass1D(nodeNumber=node, mass=oscillator.mass))
-        ground = self._mbs.AddNode(NodePointGround())
-        markers = [
-            self._mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=number, coordinate=0))
-            for number in (ground, node)
-        ]
+        mass = add_mass(self._mbs, oscillator.mass)
+        markers = [add_marker(self._mbs, self._mbs.AddNode(NodePointGround())), mass]
         spring = oscillator.spring
         if moving_base or spring.alpha > 0:
             # the attribute keeps the force function alive: exudyn holds no reference to it
             self._spring, self._force = add_cubic_spring(self._mbs, markers, spring)
         else:
             add_linear_spring(self._mbs, markers, spring.stiffness, spring.damping)
-        self._load = self._mbs.AddLoad(LoadCoordinate(markerNumber=markers[1], load=0.0))
+        self._load = self._mbs.AddLoad(LoadCoordinate(markerNumber=mass, load=0.0))
         self._mbs.Assemble()
         self.plant = ExplicitPlant(container, self._mbs, oscillator.step, oscillator.substeps)
 

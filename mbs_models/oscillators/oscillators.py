@@ -20,6 +20,9 @@ from slide_fmu.systems.base import Linearization, State
 class _OscillatorSystem(PlantSystem[OscillatorPlant]):
     """An oscillator system has one input and one position. Interface: never instantiated."""
 
+    _drawn = 1.0, 10.0
+    """Random states lie within plus and minus this position in m and this velocity in m/s."""
+
     def __init__(self, oscillator: Oscillator, signal: Signal, limit: float) -> None:
         super().__init__(n_coordinates=1, n_inputs=1)
         position = Signal("position", "m", -limit, limit, "position of the mass")
@@ -47,27 +50,44 @@ class _OscillatorSystem(PlantSystem[OscillatorPlant]):
         return self._coordinates.copy()
 
     def linearize(self, state: State) -> Linearization:
-        """M, D, K at a state (1 x 1 each, no constraints); the current state stays."""
+        """Return M, D, K at a state (1 x 1 each, no constraints); the current state stays."""
         if self._moves:
             self._model().set_base(float(state.last_input[0]), 0.0)
         return super().linearize(state)
+
+    def random_state(
+        self, rng: np.random.Generator, first_input: FloatArray | None = None
+    ) -> State:
+        """Draw position, velocity and place of the base uniformly from symmetric ranges."""
+        position, speed = self._drawn
+        last = self.inputs[0].high if self._moves else 0.0
+        drawn = [rng.uniform(-limit, limit, 1) for limit in (position, speed, last)]
+        return State(*drawn)
+
+    def rest_state(self, held_input: FloatArray) -> State:
+        """Return the static equilibrium under a constant force in N, or base in m, shape (1,).
+
+        Raises:
+            ValueError: the input is not one finite number.
+        """
+        held = finite_vector("held input", held_input, 1)
+        if self._moves:
+            return State(held, np.zeros(1), held.copy())
+        return State(np.array([self._oscillator.spring.deflection(held[0])]), np.zeros(1), held)
 
 
 class LinearOscillator(_OscillatorSystem):
     """The linear oscillator follows m x'' + d x' + k x = F, with a zero-order hold of the force.
 
-    Args:
-        mass: m in kg.
-        stiffness: k in N/m.
-        damping: d in N s/m.
-        step: sample step h in s.
-        substeps: integration steps per sample; 12 give 3e-10 of the response's RMS.
-        force_limit: intended range of the force is [-force_limit, force_limit] N.
-        position_limit: range of the position in m; 8 m is what no force in range can exceed.
+    Arguments are as of ``DuffingOscillator``, without alpha. 12 substeps give 3e-10 of the
+    response's RMS, and no force in range moves the mass further than the default position limit of
+    8 m.
 
     Raises:
         ValueError: a value is out of its range.
     """
+
+    _drawn = 0.5, 0.5
 
     def __init__(
         self,
@@ -83,16 +103,6 @@ class LinearOscillator(_OscillatorSystem):
         oscillator = Oscillator(mass, CubicSpring(stiffness, damping, 0.0), step, substeps)
         super().__init__(oscillator, _force_signal(force_limit), position_limit)
 
-    def random_state(
-        self, rng: np.random.Generator, first_input: FloatArray | None = None
-    ) -> State:
-        """Draw the position from U(-0.5, 0.5) m and the velocity from U(-0.5, 0.5) m/s."""
-        return _random_state(rng, 0.5, 0.5, 0.0)
-
-    def rest_state(self, held_input: FloatArray) -> State:
-        """Return the static deflection F / k under a constant force in N, shape (1,)."""
-        return _deflected(self._oscillator, held_input)
-
 
 class DuffingOscillator(_OscillatorSystem):
     """The Duffing oscillator follows m x'' + d x' + k x + alpha k x^3 = F.
@@ -107,7 +117,7 @@ class DuffingOscillator(_OscillatorSystem):
         step: sample step h in s.
         substeps: integration steps per sample; 24 give 5e-9 of the response's RMS.
         force_limit: intended range of the force is [-force_limit, force_limit] N.
-        position_limit: range of the position in m; sweeps at full force reach 1.9 m.
+        position_limit: range of the position in m; sweeps at full force go to 1.9 m.
 
     Raises:
         ValueError: a value is out of its range.
@@ -128,33 +138,14 @@ class DuffingOscillator(_OscillatorSystem):
         oscillator = Oscillator(mass, CubicSpring(stiffness, damping, alpha), step, substeps)
         super().__init__(oscillator, _force_signal(force_limit), position_limit)
 
-    def random_state(
-        self, rng: np.random.Generator, first_input: FloatArray | None = None
-    ) -> State:
-        """Draw the position from U(-1, 1) m and the velocity from U(-10, 10) m/s."""
-        return _random_state(rng, 1.0, 10.0, 0.0)
-
-    def rest_state(self, held_input: FloatArray) -> State:
-        """Return the static deflection under a constant force in N, shape (1,)."""
-        return _deflected(self._oscillator, held_input)
-
 
 class DuffingBaseMotion(_OscillatorSystem):
     """The mass on a moving base follows m x'' + d x' + k (x - b) + alpha k (x - b)^3 = 0.
 
-    This is the excitation of the paper's code. The position b of the base is the input, with a
-    first-order hold: it goes linearly from the last input to the new one and reaches it at the
-    end of the step.
-
-    Args:
-        mass: m in kg.
-        stiffness: k in N/m.
-        damping: d in N s/m, on the absolute velocity.
-        alpha: cubic share of the spring in 1/m^2.
-        step: sample step h in s.
-        substeps: integration steps per sample.
-        base_limit: intended range of the base is [-base_limit, base_limit] m.
-        position_limit: range of the position in m.
+    This is the excitation of the paper's code. The input is the position b of the base in m,
+    within plus and minus ``base_limit``, with a first-order hold: it goes linearly from the last
+    input to the new one and arrives at the end of the step. Other arguments are as of
+    ``DuffingOscillator``; the damping acts on the absolute velocity.
 
     Raises:
         ValueError: a value is out of its range.
@@ -177,32 +168,6 @@ class DuffingBaseMotion(_OscillatorSystem):
         base = Signal("base", "m", -base_limit, base_limit, meaning, hold="first_order")
         super().__init__(oscillator, base, position_limit)
 
-    def random_state(
-        self, rng: np.random.Generator, first_input: FloatArray | None = None
-    ) -> State:
-        """Draw the position from U(-1, 1) m, the velocity from U(-10, 10) m/s, and the base."""
-        return _random_state(rng, 1.0, 10.0, self.inputs[0].high)
-
-    def rest_state(self, held_input: FloatArray) -> State:
-        """Return the state at rest on a base at a constant position in m, shape (1,)."""
-        base = finite_vector("held input", held_input, 1)
-        return State(base, np.zeros(1), base.copy())
-
 
 def _force_signal(limit: float) -> Signal:
     return Signal("force", "N", -limit, limit, "force on the mass, held over a step")
-
-
-def _random_state(rng: np.random.Generator, position: float, speed: float, last: float) -> State:
-    """Draw a state uniformly from symmetric ranges in m, m/s and the unit of the input."""
-    return State(
-        rng.uniform(-position, position, 1),
-        rng.uniform(-speed, speed, 1),
-        rng.uniform(-last, last, 1),
-    )
-
-
-def _deflected(oscillator: Oscillator, held_input: FloatArray) -> State:
-    """Return the static equilibrium under a constant force in N, shape (1,)."""
-    force = finite_vector("held input", held_input, 1)
-    return State(np.array([oscillator.spring.deflection(force[0])]), np.zeros(1), force)

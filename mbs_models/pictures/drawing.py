@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon, Rectangle
 from scipy.interpolate import CubicSpline
 
-from mbs_models.pictures.robot_drawing import draw_robot
+from mbs_models.pictures.robot_drawing import draw_robot, fading, outputs_at
 from mbs_models.robot_6r.robot_6r import Robot6R
 from mbs_models.slider_crank.slider_crank import SliderCrank
 from mbs_models.slider_crank.slider_crank_plant import CRANK_LENGTH, ROD_LENGTH
@@ -46,15 +46,9 @@ BEFORE, DURATION = 2.0, 4.0
 
 
 def motion(system: System, kind: Kind, seed: int) -> list[State]:
-    """Simulate a motion, and return its states after the time in which its start decays.
+    """Simulate a random motion, and return its states at all samples of ``DURATION``.
 
-    Args:
-        system: it ends in the last state.
-        kind: excitation of the motion.
-        seed: seed of the excitation.
-
-    Returns:
-        States at all samples of ``DURATION``.
+    The time before, in which the start decays, is left out. The system ends in the last state.
     """
     count = round((BEFORE + DURATION) / system.step)
     time = system.step * np.arange(count + 1, dtype=np.float64)
@@ -70,17 +64,14 @@ def motion(system: System, kind: Kind, seed: int) -> list[State]:
 def draw_slider_crank(system: SliderCrank, states: Sequence[State], out: Path | BinaryIO) -> None:
     """Draw crank, bent rod and slider at the last instants of a motion as PNG.
 
-    Args:
-        system: gives positions and outputs; it ends in the last state.
-        states: states at all samples of the motion, at least one.
-        out: file, or stream, that the PNG is written to.
+    The states, at least one, are those at all samples; the system ends in the last one.
     """
     chosen = list(range(len(states) - 1, -1, -POSE_STEP))[:POSES][::-1]
     figure = Figure(figsize=(9, 6.3), layout="constrained")
     above, below = figure.subplots(2, 1, height_ratios=(3.4, 1))
-    deflections = _outputs(system, states)[:, 0]
+    deflections = outputs_at(system, states)[:, 0]
     _draw_ground(above)
-    for alpha, index in zip(fading(len(chosen)), chosen, strict=True):
+    for alpha, index in zip(fading(len(chosen), 0.1), chosen, strict=True):
         _draw_instant(above, system.points(states[index]), float(alpha))
     _mark_deflection(above, system.points(states[chosen[-1]])[2:], float(deflections[chosen[-1]]))
     above.set(xlim=(-0.62, 1.68), ylim=(-0.6, 0.6), aspect="equal")
@@ -89,21 +80,6 @@ def draw_slider_crank(system: SliderCrank, states: Sequence[State], out: Path | 
     _draw_history(below, time, 1e3 * deflections, chosen)
     # without the name of the software: the same picture is the same bytes
     figure.savefig(out, format="png", dpi=130, metadata={"Software": None})
-
-
-def fading(count: int) -> FloatArray:
-    """Return opacities of ``count`` instants, the last one full, shape (count,)."""
-    ramp = np.linspace(0.1, 0.42, max(count - 1, 1))[: count - 1]
-    return np.append(ramp, 1.0)
-
-
-def _outputs(system: System, states: Sequence[State]) -> FloatArray:
-    """Return the outputs at states in their units, shape (len(states), n_outputs)."""
-    rows = []
-    for state in states:
-        system.set_state(state)
-        rows.append(system.output())
-    return np.array(rows)
 
 
 def _draw_ground(ax: Axes) -> None:
@@ -182,7 +158,7 @@ def _draw_history(
     """Draw the deflection in mm over the time in s, with the drawn instants as dots."""
     ax.axhline(0.0, color=GROUND, lw=0.8)
     ax.plot(time, deflections, color=BLUE, lw=1.4)
-    for alpha, index in zip(fading(len(chosen)), chosen, strict=True):
+    for alpha, index in zip(fading(len(chosen), 0.1), chosen, strict=True):
         ax.plot(time[index], deflections[index], "o", color=ORANGE, ms=5, alpha=float(alpha))
     ax.set(xlabel="time / s", ylabel="deflection / mm", xlim=(time[0], time[-1] + 0.03))
     ax.grid(alpha=0.3)
@@ -190,12 +166,7 @@ def _draw_history(
 
 
 def slider_crank_picture(system: SliderCrank, seed: int = SEEDS["slider_crank"]) -> bytes:
-    """Draw the slider-crank in a motion that shows much, and return the PNG.
-
-    Args:
-        system: it ends in the last state of the motion.
-        seed: seed of the motion.
-    """
+    """Draw the slider-crank in a motion that shows much, and return the PNG."""
     ramps = SpeedRamps(kind="speed_ramps", weight=1.0, speed=8.0, acceleration=20.0)
     buffer = io.BytesIO()
     draw_slider_crank(system, motion(system, ramps, seed), buffer)
@@ -203,12 +174,7 @@ def slider_crank_picture(system: SliderCrank, seed: int = SEEDS["slider_crank"])
 
 
 def robot_picture(system: Robot6R, seed: int = SEEDS["robot_6r"]) -> bytes:
-    """Draw the robot in a motion that shows much, and return the PNG.
-
-    Args:
-        system: it ends in the last state of the motion.
-        seed: seed of the motion.
-    """
+    """Draw the robot in a motion that shows much, and return the PNG."""
     moves = PointToPoint(
         kind="point_to_point", weight=1.0, random_start=False, reach=0.6, keep=0.0
     )

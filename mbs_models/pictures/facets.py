@@ -42,12 +42,7 @@ class Facets:
 
 @dataclass(frozen=True)
 class Camera:
-    """A camera is a parallel projection.
-
-    Attributes:
-        azimuth: angle of the viewer about z from x, in rad.
-        elevation: angle of the viewer above the xy plane, in rad.
-    """
+    """A camera is a parallel projection from an azimuth about z and an elevation, both in rad."""
 
     azimuth: float
     elevation: float
@@ -87,12 +82,9 @@ class Camera:
 
 
 def tube(centres: FloatArray, radius: float, color: str) -> Facets:
-    """Return a closed tube along a line of centres.
+    """Return a closed tube along centres, shape (k, 3), with a radius, both in m, and a colour.
 
-    Args:
-        centres: in m, shape (k, 3), k >= 2; two are a straight tube, which is cut into slices.
-        radius: in m.
-        color: a colour of matplotlib.
+    Two centres are a straight tube, which is cut into slices.
     """
     if len(centres) == 2:
         count = int(np.linalg.norm(centres[1] - centres[0]) / SLICE) + 1

@@ -17,7 +17,7 @@ from mbs_models.robot_6r.puma_560 import JOINTS
 from mbs_models.robot_6r.robot_6r import Robot6R
 from mbs_models.robot_6r.socket import FLANGE
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import State
+from slide_fmu.systems.base import State, System
 
 ARM, JOINT, PLASTICS, METAL, HAND = "#d7dde5", "#2f7fc1", "#f0913a", "#8d97a3", "#3a4450"
 PATH, GRID, SHADOW = "#d62728", "#d5d9de", "#e9ebee"
@@ -34,12 +34,8 @@ POSES, POSE_STEP = 6, 12
 def draw_robot(system: Robot6R, states: Sequence[State], out: Path | BinaryIO) -> None:
     """Draw the robot at the last instants of a motion, its tool's path and deviation, as PNG.
 
-    The bending of the socket is at true scale.
-
-    Args:
-        system: gives positions and outputs; it ends in the last state.
-        states: states at all samples of the motion, at least one.
-        out: file, or stream, that the PNG is written to.
+    The states, at least one, are those at all samples; the system ends in the last one. The
+    bending of the socket is at true scale.
     """
     chosen = list(range(len(states) - 1, -1, -POSE_STEP))[:POSES][::-1]
     figure = Figure(figsize=(11, 5.2), layout="constrained")
@@ -48,7 +44,7 @@ def draw_robot(system: Robot6R, states: Sequence[State], out: Path | BinaryIO) -
     _draw_floor(scene, float(points[0, 0, 2]))
     last = _robot(system, states[chosen[-1]])
     _draw_shadow(scene, last, float(points[0, 0, 2]))
-    for strength, index in zip(_strengths(len(chosen) - 1), chosen[:-1], strict=True):
+    for strength, index in list(zip(fading(len(chosen), 0.14), chosen, strict=True))[:-1]:
         _draw_facets(scene, _robot(system, states[index]), float(strength))
     _draw_path(scene, points[:, -1])
     _draw_facets(scene, last, 1.0)
@@ -59,9 +55,18 @@ def draw_robot(system: Robot6R, states: Sequence[State], out: Path | BinaryIO) -
     figure.savefig(out, format="png", dpi=130, metadata={"Software": None})
 
 
-def _strengths(count: int) -> FloatArray:
-    """Return the strength of the colours at earlier instants, shape (count,)."""
-    return np.linspace(0.14, 0.42, count)
+def fading(count: int, first: float) -> FloatArray:
+    """Return the strengths of ``count`` instants, from the first to the last, which is full."""
+    return np.append(np.linspace(first, 0.42, count - 1), 1.0)
+
+
+def outputs_at(system: System, states: Sequence[State]) -> FloatArray:
+    """Return the outputs at states in their units, shape (len(states), n_outputs)."""
+    rows = []
+    for state in states:
+        system.set_state(state)
+        rows.append(system.output())
+    return np.array(rows)
 
 
 def _robot(system: Robot6R, state: State) -> Facets:
@@ -137,12 +142,8 @@ def _draw_history(
     ax: Axes, system: Robot6R, states: Sequence[State], chosen: Sequence[int]
 ) -> None:
     """Draw the deviation in mm over the time in s, with the drawn instants as lines."""
-    rows = []
-    for state in states:
-        system.set_state(state)
-        rows.append(1e3 * system.output()[:3])
-    deviation, time = np.array(rows), system.step * np.arange(len(states))
-    for strength, index in zip([*_strengths(len(chosen) - 1), 1.0], chosen, strict=True):
+    deviation, time = 1e3 * outputs_at(system, states)[:, :3], system.step * np.arange(len(states))
+    for strength, index in zip(fading(len(chosen), 0.14), chosen, strict=True):
         ax.axvline(time[index], color=PATH, lw=0.9, alpha=float(strength))
     for (axis, color), values in zip(AXES.items(), deviation.T, strict=True):
         ax.plot(time, values, color=color, lw=1.4, label=axis)

@@ -11,20 +11,20 @@ from dataclasses import dataclass
 from typing import Any
 
 from exudyn.advancedUtilities import CreateSymbolicUserFunction
-from exudyn.itemInterface import CoordinateSpringDamper, CoordinateSpringDamperExt
+from exudyn.itemInterface import (
+    CoordinateSpringDamper,
+    CoordinateSpringDamperExt,
+    MarkerNodeCoordinate,
+    Mass1D,
+    Node1D,
+)
 
 
 def expect(name: str, value: float, fine: bool, expected: str) -> None:
     """Refuse a parameter of a system that is not finite or not ``fine``.
 
-    Args:
-        name: name of the parameter.
-        value: its value.
-        fine: whether it is in its range.
-        expected: what is expected, for the message.
-
     Raises:
-        ValueError: the value is not fine; the message has its name, the value and the remedy.
+        ValueError: the message has the name, the value, what is expected, and the remedy.
     """
     if not (fine and math.isfinite(value)):
         raise ValueError(
@@ -34,31 +34,19 @@ def expect(name: str, value: float, fine: bool, expected: str) -> None:
 
 
 def expect_positive(**values: float) -> None:
-    """Refuse parameters that are not positive, by name.
-
-    Raises:
-        ValueError: as for ``expect``.
-    """
+    """Refuse parameters that are not positive, by name; ``expect`` raises the ValueError."""
     for name, value in values.items():
         expect(name, value, value > 0, "a positive number")
 
 
 def expect_not_negative(**values: float) -> None:
-    """Refuse negative parameters, by name.
-
-    Raises:
-        ValueError: as for ``expect``.
-    """
+    """Refuse negative parameters, by name; ``expect`` raises the ValueError."""
     for name, value in values.items():
         expect(name, value, value >= 0, "zero or positive")
 
 
 def expect_substeps(substeps: float) -> None:
-    """Refuse a number of substeps that is not a whole number from 1.
-
-    Raises:
-        ValueError: as for ``expect``.
-    """
+    """Refuse substeps that are no whole number from 1; ``expect`` raises the ValueError."""
     whole = math.isfinite(substeps) and substeps == int(substeps) and substeps >= 1
     expect("substeps", substeps, whole, "a whole number from 1")
 
@@ -96,20 +84,22 @@ class CubicSpring:
         return 2.0 / root * math.sinh(math.asinh(1.5 * root * force / self.stiffness) / 3.0)
 
 
-def add_linear_spring(mbs: Any, markers: list[Any], stiffness: float, damping: float) -> Any:
-    """Put a linear spring and damper between two coordinates.
+def add_marker(mbs: Any, node: Any, coordinate: int = 0) -> Any:
+    """Mark a coordinate of a node of an exudyn system and return the marker."""
+    return mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
 
-    Args:
-        mbs: the exudyn system.
-        markers: markers of the two coordinates.
-        stiffness: k in N/m.
-        damping: d in N s/m.
 
-    Returns:
-        The object's number.
-    """
+def add_mass(mbs: Any, mass: float, reference: float = 0.0) -> Any:
+    """Put a mass in kg that moves along one axis, and return the marker of its position in m."""
+    node = mbs.AddNode(Node1D(referenceCoordinates=[reference]))
+    mbs.AddObject(Mass1D(nodeNumber=node, mass=mass))
+    return add_marker(mbs, node)
+
+
+def add_linear_spring(mbs: Any, markers: list[Any], stiffness: float, damping: float) -> None:
+    """Put a spring in N/m and a damper in N s/m between the markers of two coordinates."""
     item = CoordinateSpringDamper(markerNumbers=markers, stiffness=stiffness, damping=damping)
-    return mbs.AddObject(item)
+    mbs.AddObject(item)
 
 
 def add_cubic_spring(mbs: Any, markers: list[Any], spring: CubicSpring) -> tuple[Any, Any]:
@@ -117,11 +107,6 @@ def add_cubic_spring(mbs: Any, markers: list[Any], spring: CubicSpring) -> tuple
 
     Its spring sees s = x - b for a base b that starts a step at the item's ``offset`` and moves
     with its ``velocityOffset``; its damper sees x'. exudyn evaluates the force without Python.
-
-    Args:
-        mbs: the exudyn system.
-        markers: markers of the two coordinates.
-        spring: numbers of the force.
 
     Returns:
         The object's number, and its force function, which must live as long as the system.

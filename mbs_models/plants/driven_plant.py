@@ -27,14 +27,10 @@ class DrivenPlant:
         drives: int,
         drive: Callable[[list[float], list[float]], None],
     ) -> None:
-        """Take over a plant.
+        """Take over a plant, whose ``before_substep`` is set here, with its step in s.
 
-        Args:
-            plant: the mechanism; its ``before_substep`` is set here.
-            step: sample step h in s.
-            drives: number of drives.
-            drive: is called with positions and rates, one of each per drive in rad or m and per
-                s, and lets the drives follow them.
+        ``drive`` is called with positions and rates of all drives, in rad or m and per s, and lets
+        them follow.
         """
         self._plant, self._step, self._drives, self._drive = plant, step, drives, drive
         self._plan(SetPoints.at_rest(np.zeros(drives)), np.zeros(drives))
@@ -66,8 +62,7 @@ class DrivenPlant:
         """Go on by one sample step.
 
         Raises:
-            SimulationError: the integration failed (see ImplicitPlant); the state is still the
-                one before.
+            SimulationError: the integration failed; the state is still the one before.
         """
         self._plant.advance()
         reached = self._desired.after(self._step, self._acceleration)

@@ -7,39 +7,17 @@ from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
+from mbs_models.plants.driven_plant import DrivenPlant
+from mbs_models.plants.solver import ExplicitPlant
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import Linearization, State, System
 
-
-class Plant(Protocol):
-    """A plant goes on from a state by one sample step, and is linearized at a state."""
-
-    def set_state(self, coordinates: FloatArray, velocities: FloatArray) -> None:
-        """Continue from a state, shape (n,) each, in SI units."""
-
-    def coordinates(self) -> FloatArray:
-        """Return the current coordinates in SI units, shape (n,)."""
-
-    def velocities(self) -> FloatArray:
-        """Return the current velocities in SI units, shape (n,)."""
-
-    def advance(self) -> None:
-        """Go on by one sample step.
-
-        Raises:
-            SimulationError: the integration failed.
-        """
-
-    def linearize(self, coordinates: FloatArray, velocities: FloatArray) -> Linearization:
-        """Linearize at a state, shape (n,) each, in SI units; the current state stays."""
+Plant = ExplicitPlant | DrivenPlant
+"""A plant goes on from a state by one sample step, and is linearized at a state."""
 
 
 class Model(Protocol):
-    """A model is an exudyn system with a plant.
-
-    Attributes:
-        plant: steps the system and linearizes it.
-    """
+    """A model is an exudyn system with a plant that steps and linearizes it."""
 
     @property
     def plant(self) -> Plant: ...
@@ -56,12 +34,7 @@ class PlantSystem(System, Generic[M]):
     """
 
     def __init__(self, n_coordinates: int, n_inputs: int) -> None:
-        """Start at rest, with no input before.
-
-        Args:
-            n_coordinates: number of coordinates q.
-            n_inputs: number of inputs.
-        """
+        """Start at rest, with no input before, for numbers of coordinates q and of inputs."""
         self._built: M | None = None
         self._coordinates, self._velocities = np.zeros(n_coordinates), np.zeros(n_coordinates)
         self._last_input = np.zeros(n_inputs)
@@ -134,13 +107,8 @@ class PlantSystem(System, Generic[M]):
 def finite_vector(name: str, values: FloatArray, size: int) -> FloatArray:
     """Return a copy of a vector that must hold ``size`` finite numbers.
 
-    Args:
-        name: what the vector is, for the message.
-        values: the vector.
-        size: its expected length.
-
     Raises:
-        ValueError: the vector has another shape, or a number is not finite.
+        ValueError: the vector, which the message names, has another shape, or is not finite.
     """
     vector = np.array(values, dtype=np.float64)
     if vector.shape != (size,) or not np.isfinite(vector).all():

@@ -35,12 +35,7 @@ class SetPoints:
         return self.position + 0.5 * step * self.rate
 
     def acceleration(self, set_points: FloatArray, step: float) -> FloatArray:
-        """Return the constant acceleration, per s^2, over the step to a new set point phi_(k+1).
-
-        Args:
-            set_points: phi_(k+1), shape (n,).
-            step: sample step h in s.
-        """
+        """Return the constant acceleration per s^2 over the step in s to phi_(k+1), both (n,)."""
         return (set_points - self.newest(step) - step * self.rate) / step**2
 
     def after(self, time: float, acceleration: FloatArray) -> SetPoints:

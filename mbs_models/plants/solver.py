@@ -37,14 +37,7 @@ class ExplicitPlant:
     def __init__(
         self, container: exu.SystemContainer, mbs: exu.MainSystem, step: float, substeps: int
     ) -> None:
-        """Take over an assembled system.
-
-        Args:
-            container: owner of ``mbs``; kept, because the system ends with it.
-            mbs: the assembled system.
-            step: sample step h in s.
-            substeps: integration steps per sample step.
-        """
+        """Take over an assembled system; it ends with its container, which is therefore kept."""
         self.mbs: Any = mbs
         self._container = container
         self._solver: Any = exu.MainSolverExplicit()
@@ -148,15 +141,7 @@ class ImplicitPlant:
         settings: ImplicitSettings,
         before_substep: Callable[[float], None] | None = None,
     ) -> None:
-        """Take over an assembled system, at rest in its reference configuration.
-
-        Args:
-            container: owner of ``mbs``; kept, because the system ends with it.
-            mbs: the assembled system.
-            step: sample step h in s.
-            settings: how to integrate.
-            before_substep: is called before every substep; see the attribute.
-        """
+        """Take over an assembled system with its container, at rest where it was assembled."""
         self.mbs: Any = mbs
         self.before_substep = before_substep
         self._container = container

@@ -31,13 +31,9 @@ def rotation_of(euler: FloatArray) -> FloatArray:
 
 
 def vector_of(rotation: FloatArray) -> FloatArray:
-    """Return the rotation vector in rad of a rotation matrix that turns by less than half a turn.
+    """Return the rotation vector (axis times angle in rad, (3,)) of a rotation matrix, (3, 3).
 
-    Args:
-        rotation: shape (3, 3).
-
-    Returns:
-        Axis times angle, shape (3,).
+    It must turn by less than half a turn.
     """
     # twice the sine of the angle times the axis: exact for small angles, unlike the arc cosine
     twice = np.array(
@@ -55,10 +51,7 @@ def vector_of(rotation: FloatArray) -> FloatArray:
 
 
 def euler_of(theta: FloatArray) -> FloatArray:
-    """Return the Euler angles in rad of the socket's theta, both of shape (3,).
-
-    They solve the second-order relation exactly.
-    """
+    """Return the Euler angles in rad that solve the second-order relation to theta, both (3,)."""
     euler = theta
     for _ in range(_ROUNDS):
         a, b, c = euler
@@ -67,13 +60,9 @@ def euler_of(theta: FloatArray) -> FloatArray:
 
 
 def moment_of(theta: FloatArray, torque: FloatArray) -> FloatArray:
-    """Return the moment m that does work on theta', for a torque in world axes.
+    """Return the moment m in N m that does work on theta', for a torque in world axes, all (3,).
 
     To the second order theta' = omega - theta x omega / 2, and the torque is m + theta x m / 2.
-
-    Args:
-        theta: rotation vector in rad, shape (3,).
-        torque: in N m, shape (3,).
     """
     x, y, z = 0.5 * theta
     return np.linalg.solve(np.array([[1.0, -z, y], [z, 1.0, -x], [-y, x, 1.0]]), torque)

@@ -42,11 +42,7 @@ _CENTRES = [
 
 
 def puma_560(tool: FloatArray) -> SerialChain:
-    """Return the arm on an upright base.
-
-    Args:
-        tool: tool point in the last link frame in m, shape (3,).
-    """
+    """Return the arm on an upright base, with a tool point in the last link frame in m, (3,)."""
     return SerialChain(
         a=np.array([0.0, 0.4318, 0.0203, 0.0, 0.0, 0.0]),
         d=np.array([0.075, 0.0, 0.15005, 0.4318, 0.0, 0.0]),

@@ -111,9 +111,11 @@ class Robot6R(PlantSystem[ManipulatorPlant]):
         self._exact: ManipulatorPlant | None = None
         self.step = step
         self.inputs = tuple(_joint_signal(index) for index in range(JOINTS))
-        self.outputs = _deviation_signals(deviation_limit)
+        meaning = "deviation of the tool from"
+        self.outputs = _vector_signals("deviation", "m", deviation_limit, meaning)
         if rotation:
-            self.outputs += _rotation_signals(ROTATION_LIMIT)
+            meaning = "rotation vector of the tool against"
+            self.outputs += _vector_signals("rotation", "rad", ROTATION_LIMIT, meaning)
 
     def _build(self) -> ManipulatorPlant:
         return ManipulatorPlant(self._manipulator)
@@ -122,10 +124,7 @@ class Robot6R(PlantSystem[ManipulatorPlant]):
         return {**super().__getstate__(), "_exact": None}
 
     def linearize(self, state: State) -> Linearization:
-        """Linearize flange, joints and internal coordinates with the drives to M, D, K.
-
-        There are no constraints. The state is in SI units.
-        """
+        """Linearize flange, joints, internal coordinates and drives to M, D, K in SI units."""
         # the fast spring holds a part of its force over a substep, which no tangent can show
         if self._exact is None:
             self._exact = ManipulatorPlant(replace(self._manipulator, exact=True))
@@ -165,10 +164,6 @@ class Robot6R(PlantSystem[ManipulatorPlant]):
         The drives rest at the first input, or anywhere within the joints' limits. Extra forces
         up to 200 N and torques up to 100 N m on the flange had bent the socket, and the joints
         are up to 0.005 rad away.
-
-        Args:
-            rng: the only source of randomness.
-            first_input: desired angles that act first, in rad, shape (6,), if they are known.
         """
         desired = rng.uniform(-LIMITS, LIMITS) if first_input is None else first_input
         state = self.rest_state(desired)
@@ -199,12 +194,8 @@ class Robot6R(PlantSystem[ManipulatorPlant]):
     ) -> tuple[FloatArray, FloatArray]:
         """Return joint angles and place of the socket under the weight that they have elsewhere.
 
-        It is one round of a fixed-point search for the equilibrium.
-
-        Args:
-            desired: desired joint angles in rad, shape (6,).
-            joints: joint angles in rad at which the arm's weight is computed, shape (6,).
-            place: coordinates of the socket there, u in m and theta in rad first.
+        It is one round of a fixed-point search for the equilibrium at the desired angles. Angles
+        are in rad, shape (6,); the place holds u in m, theta in rad and the internal coordinates.
         """
         theta = place[3:FLANGE]
         turn = rotation_of(euler_of(theta))
@@ -235,15 +226,8 @@ def _joint_signal(index: int) -> Signal:
     return Signal(f"joint_{index + 1}", "rad", -limit, limit, meaning, hold="first_order")
 
 
-def _deviation_signals(limit: float) -> tuple[Signal, ...]:
-    meaning = "deviation of the tool from the rigid forward kinematics, world"
+def _vector_signals(name: str, unit: str, limit: float, meaning: str) -> tuple[Signal, ...]:
+    meaning += " the rigid forward kinematics, world"
     return tuple(
-        Signal(f"deviation_{axis}", "m", -limit, limit, f"{meaning} {axis}") for axis in "xyz"
-    )
-
-
-def _rotation_signals(limit: float) -> tuple[Signal, ...]:
-    meaning = "rotation vector of the tool against the rigid forward kinematics, world"
-    return tuple(
-        Signal(f"rotation_{axis}", "rad", -limit, limit, f"{meaning} {axis}") for axis in "xyz"
+        Signal(f"{name}_{axis}", unit, -limit, limit, f"{meaning} {axis}") for axis in "xyz"
     )

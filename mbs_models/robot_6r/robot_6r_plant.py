@@ -55,9 +55,7 @@ _FLANGE_JOINTS = [
 class Drives:
     """The drives give the torques P (s - q) + D (s' - q') to the joints.
 
-    Attributes:
-        proportional: P in N m/rad, shape (6,).
-        differential: D in N m s/rad, shape (6,).
+    P is in N m/rad and D in N m s/rad, shape (6,) each.
 
     Raises:
         ValueError: a gain is not positive.
@@ -115,12 +113,9 @@ class Manipulator:
 class ManipulatorPlant:
     """This plant is the robot in exudyn.
 
-    Its coordinates are the flange's displacement in m and angles in rad (turning about x, then
-    the new y, then the new z), the joint angles, and the socket's internal coordinates.
-
-    Attributes:
-        plant: steps the system and linearizes it; its last six coordinates are the desired angles
-            in rad.
+    The coordinates of ``plant`` are the flange's displacement in m and angles in rad (turning
+    about x, then the new y, then the new z), the joint angles, the socket's internal coordinates,
+    and the desired angles.
     """
 
     def __init__(self, manipulator: Manipulator) -> None:
@@ -230,8 +225,7 @@ class ManipulatorPlant:
     def _before_substep(self, time: float) -> None:
         """Set the second order's share of the socket's forces for a substep, then the drives.
 
-        Args:
-            time: time of the substep's end since the last sample in s; 0 for the initial state.
+        The time in s is that of the substep's end since the last sample; 0 is the initial state.
         """
         data: Any = self._mbs.systemData
         when = _INITIAL if time == 0.0 else _CURRENT

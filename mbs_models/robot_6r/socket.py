@@ -116,10 +116,7 @@ class Socket:
 
     @staticmethod
     def read(path: Path = FILE) -> Socket:
-        """Read the socket from a file that ``write`` made.
-
-        Args:
-            path: the file; by default that of the package.
+        """Read the socket from a file that ``write`` made; by default it is that of the package.
 
         Raises:
             ValueError: the file has changed since it was written.

@@ -48,14 +48,10 @@ class SocketSpring:
     def beyond_linear(self, places: Sequence[float], rates: Sequence[float]) -> list[float]:
         """Return what the second order adds to forces that are linear in u, a, b, c.
 
-        Args:
-            places: u in m and Euler angles in rad, 6 numbers.
-            rates: their rates in m/s and rad/s, 6 numbers.
-
-        Returns:
-            Generalized forces on u in N and on a, b, c in N m: -K (e + d e') and, because theta'
-            has a part that turns with the angles, minus the transposed derivative of e times the
-            moments.
+        Places are u in m and Euler angles in rad, rates their derivatives, 6 numbers each. The
+        result is generalized forces on u in N and on a, b, c in N m: -K (e + d e') and, because
+        theta' has a part that turns with the angles, minus the transposed derivative of e times
+        the moments.
         """
         d, half_d = self.damping, 0.5 * self.damping
         x, y, _, a, b, c = places

@@ -92,14 +92,10 @@ class SliderCrank(PlantSystem[SliderCrankPlant]):
         return np.array([self._mechanism.deflection(self._coordinates)])
 
     def points(self, state: State) -> FloatArray:
-        """Return the positions in m of the crank's pivot, its tip and the rod's nodes.
+        """Return the positions (x, y) in m of the crank's pivot, its tip and the rod's nodes.
 
-        Args:
-            state: a state of this system.
-
-        Returns:
-            Positions (x, y), shape (elements + 3, 2); the rod's first node is the tip again, its
-            last one the slider.
+        The shape is (elements + 3, 2): the rod's first node is the tip again, its last one the
+        slider.
         """
         angle = state.coordinates[2]
         tip = CRANK_LENGTH * director(angle)
@@ -113,10 +109,6 @@ class SliderCrank(PlantSystem[SliderCrankPlant]):
         Without a first input the crank has any angle and follows the drive. With a first input the
         drive rests there, the crank is up to 0.1 rad away, and it turns at up to a tenth of the
         speed limit.
-
-        Args:
-            rng: the only source of randomness.
-            first_input: director that acts first, shape (2,), if it is known.
 
         Raises:
             ValueError: the first input is not finite or has no direction.
@@ -143,11 +135,9 @@ class SliderCrank(PlantSystem[SliderCrankPlant]):
         return self.straight_state(angle_of(self._finite_inputs("held input", held_input)), 0.0)
 
     def straight_state(self, angle: float, speed: float) -> State:
-        """Return a state that moves as if the rod was rigid, without an error of the drive.
+        """Return a state at a crank angle in rad and speed in rad/s, as if the rod was rigid.
 
-        Args:
-            angle: angle of the crank in rad.
-            speed: speed of the crank in rad/s.
+        The drive has no error in it.
         """
         coordinates, velocities = self._mechanism.straight(angle, speed)
         return State(

@@ -17,10 +17,7 @@ from exudyn.itemInterface import (
     CoordinateConstraint,
     CoordinateSpringDamperExt,
     MarkerBodyPosition,
-    MarkerNodeCoordinate,
     MarkerNodePosition,
-    Mass1D,
-    Node1D,
     NodePoint2DSlope1,
     NodePointGround,
     NodeRigidBody2D,
@@ -30,6 +27,8 @@ from exudyn.itemInterface import (
 )
 
 from mbs_models.plants.cubic_spring import (
+    add_marker,
+    add_mass,
     expect,
     expect_not_negative,
     expect_positive,
@@ -92,14 +91,7 @@ class Mechanism:
         return CRANK_COORDINATES + NODE_COORDINATES * (self.elements + 1) + 1
 
     def rod_nodes(self, coordinates: FloatArray) -> FloatArray:
-        """Return the positions (x, y) of the rod's nodes in m from the crank on.
-
-        Args:
-            coordinates: coordinates of exudyn, and perhaps more, shape (n,).
-
-        Returns:
-            Shape (elements + 1, 2).
-        """
+        """Return the positions (x, y) of the rod's nodes in m from the crank on, shape (n, 2)."""
         displacements = coordinates[CRANK_COORDINATES : self.coordinates - 1]
         nodes: FloatArray = displacements.reshape(-1, NODE_COORDINATES)[:, :2].copy()
         nodes[:, 0] += CRANK_LENGTH + ROD_LENGTH * np.linspace(0.0, 1.0, self.elements + 1)
@@ -109,9 +101,6 @@ class Mechanism:
         """Return the distance in m of the rod's middle from the straight line between its ends.
 
         It is positive to the left of the line from the crank to the slider.
-
-        Args:
-            coordinates: coordinates of exudyn, and perhaps more, shape (n,).
         """
         # plain numbers: this is called at every sample, and small arrays are slow
         middle = self.elements // 2
@@ -125,14 +114,9 @@ class Mechanism:
         return cross / float(np.hypot(along, across))
 
     def straight(self, angle: float, speed: float) -> tuple[FloatArray, FloatArray]:
-        """Return coordinates and velocities of the mechanism as if its rod was rigid.
+        """Return coordinates and velocities in SI units as if the rod was rigid.
 
-        Args:
-            angle: angle of the crank in rad.
-            speed: speed of the crank in rad/s.
-
-        Returns:
-            Coordinates and velocities in SI units, shape (coordinates,) each.
+        The crank has the angle in rad and the speed in rad/s.
         """
         crank = np.array([np.cos(angle), np.sin(angle)])
         sine = CRANK_LENGTH * crank[1] / ROD_LENGTH
@@ -146,12 +130,7 @@ class Mechanism:
         return coordinates, velocities
 
     def _from_directions(self, crank: FloatArray, rod: FloatArray) -> FloatArray:
-        """Return all coordinates but the crank's angle: they are linear in the two directions.
-
-        Args:
-            crank: direction of the crank, its change or its rate, shape (2,).
-            rod: direction of the rod, its change or its rate, shape (2,).
-        """
+        """Return all coordinates but the crank's angle; they are linear in both directions."""
         along = ROD_LENGTH * np.linspace(0.0, 1.0, self.elements + 1)
         points = CRANK_LENGTH * crank + along[:, None] * rod
         nodes = np.hstack([points, np.tile(rod, (self.elements + 1, 1))])
@@ -167,8 +146,7 @@ def _turned(direction: FloatArray) -> FloatArray:
 class SliderCrankPlant:
     """This plant is a slider-crank in exudyn; its reference configuration is stretched along x.
 
-    Attributes:
-        plant: steps the system and linearizes it; its last coordinate is the desired angle in rad.
+    The last coordinate of ``plant`` is the desired angle in rad.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -180,7 +158,7 @@ class SliderCrankPlant:
         self._add_slider(rod[-1])
         self._drive = self._mbs.AddObject(
             CoordinateSpringDamperExt(
-                markerNumbers=[self._ground, self._coordinate(crank_node, 2)],
+                markerNumbers=[self._ground, add_marker(self._mbs, crank_node, 2)],
                 stiffness=mechanism.proportional,
                 damping=mechanism.differential,
             )
@@ -193,7 +171,7 @@ class SliderCrankPlant:
     def _add_crank(self) -> tuple[Any, Any]:
         """Add the crank on its pivot, and return its node and the marker of its tip."""
         mbs, half = self._mbs, 0.5 * CRANK_LENGTH
-        self._ground = self._coordinate(mbs.AddNode(NodePointGround()), 0)
+        self._ground = add_marker(self._mbs, mbs.AddNode(NodePointGround()), 0)
         node = mbs.AddNode(NodeRigidBody2D(referenceCoordinates=[half, 0.0, 0.0]))
         inertia = CRANK_MASS * CRANK_LENGTH**2 / 12.0
         body = mbs.AddObject(RigidBody2D(nodeNumber=node, mass=CRANK_MASS, inertia=inertia))
@@ -229,15 +207,10 @@ class SliderCrankPlant:
 
     def _add_slider(self, rod_end: Any) -> None:
         """Add the slider at the end of the rod, guided along x."""
-        reference = [CRANK_LENGTH + ROD_LENGTH]
-        slider = self._mbs.AddNode(Node1D(referenceCoordinates=reference))
-        self._mbs.AddObject(Mass1D(nodeNumber=slider, mass=SLIDER_MASS))
-        along, across = (self._coordinate(rod_end, axis) for axis in (0, 1))
-        for pair in ([self._coordinate(slider, 0), along], [self._ground, across]):
+        slider = add_mass(self._mbs, SLIDER_MASS, CRANK_LENGTH + ROD_LENGTH)
+        along, across = (add_marker(self._mbs, rod_end, axis) for axis in (0, 1))
+        for pair in ([slider, along], [self._ground, across]):
             self._mbs.AddObject(CoordinateConstraint(markerNumbers=pair))
-
-    def _coordinate(self, node: Any, number: int) -> Any:
-        return self._mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=number))
 
     def _join(self, first: Any, second: Any) -> None:
         self._mbs.AddObject(RevoluteJoint2D(markerNumbers=[first, second]))

@@ -45,5 +45,5 @@ for subcommand in SUBCOMMANDS:
 
 
 def main() -> None:
-    """Entry point of the console script."""
+    """Run the console script."""
     app()

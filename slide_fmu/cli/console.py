@@ -1,4 +1,4 @@
-"""What all verbs say and write: progress, errors, figures."""
+"""All subcommands say and write alike: progress, errors, figures."""
 
 from __future__ import annotations
 
@@ -44,6 +44,7 @@ console = Messages(stderr=True, markup=False, highlight=False)
 
 
 def write_json(path: str | None, figures: Any) -> None:
+    """Write figures as JSON to a path, to standard output for ``-``, or nowhere for None."""
     if path is None:
         return
     text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
@@ -53,9 +54,16 @@ def write_json(path: str | None, figures: Any) -> None:
         Path(path).write_text(text, encoding="utf-8")
 
 
+def show_json(path: str | None, figures: Any) -> None:
+    """Write figures as ``write_json`` does, and print them unless they go to stdout by that."""
+    write_json(path, figures)
+    if path != "-":
+        Console().print_json(json.dumps(figures))
+
+
 @contextmanager
 def progress_bars() -> Iterator[Stages]:
-    """Progress bars on a terminal, lines elsewhere; and errors as messages."""
+    """Show progress as bars on a terminal, as lines elsewhere; errors become messages."""
     if not console.file.isatty():  # not is_terminal, which FORCE_COLOR makes true for a pipe
         with errors():
             yield _lines
@@ -81,7 +89,7 @@ def progress_bars() -> Iterator[Stages]:
 
 
 def _lines(stage: str) -> Progress:
-    """Progress as a line for every tenth of the work."""
+    """Show progress as a line for every tenth of the work."""
     printed = -1
 
     def progress(done: int, total: int, error: float | None = None) -> None:
@@ -104,7 +112,9 @@ def errors() -> Iterator[None]:
     try:
         yield
     except ImportError as error:
-        _fail(error, f"{error}; this verb needs more packages: pip install 'slide-fmu[train]'")
+        _fail(
+            error, f"{error}; this subcommand needs more packages: pip install 'slide-fmu[train]'"
+        )
     except (ValueError, RuntimeError, OSError) as error:
         _fail(error, str(error))
     except MemoryError as error:

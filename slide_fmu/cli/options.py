@@ -1,4 +1,4 @@
-"""Options and arguments that several verbs take."""
+"""Several subcommands take these options and arguments."""
 
 from __future__ import annotations
 

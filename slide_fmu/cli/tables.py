@@ -1,4 +1,4 @@
-"""Figures as people read them."""
+"""Figures are printed as people read them."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from slide_fmu.cli.console import console
 
 def show_validation(figures: dict[str, Any], title: str) -> None:
     # Not as the table's title, which rich wraps to the width of the table.
+    """Print the accuracy of every output, in its unit, and of the error estimate."""
     console.print(f"{title}: {figures['trajectories']} trajectories, seed {figures['seed']}")
     table = Table("output", "RMS of the reference", "RMSE", "relative RMSE", "largest error")
     for output in figures["outputs"]:
@@ -33,6 +34,6 @@ def show_validation(figures: dict[str, Any], title: str) -> None:
 
 
 def show_remark(remark: str | None) -> None:
-    """What the user should know about a file, if there is anything."""
+    """Print what the user should know about a result, if there is anything."""
     if remark is not None:
-        console.print(f"remark: {remark}")
+        console.print(f"remark: {remark}", style="yellow")

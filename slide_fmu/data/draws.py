@@ -91,20 +91,14 @@ def split_stream(recipe: Recipe, split: str, index: int) -> Stream:
 
 
 def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:
-    """Draw trajectory ``index`` of a stream; the result depends on nothing but the arguments.
+    """Draw trajectory ``index``, from 0, of a stream; the result depends on the arguments alone.
 
     Two systems of one recipe (a fast model and its reference) get the same inputs, but initial
     states of their own, which the burn-in lets decay.
 
-    Args:
-        recipe: excitation, sample step and burn-in.
-        system: gives the signals of the inputs and the initial state.
-        stream: seeds, amplitude factors and duration.
-        index: number of the trajectory in its stream, from 0.
-
     Raises:
-        ValueError: the stream's trajectories hold no sample, or more than fit into memory; or
-            the excitation cannot drive the inputs.
+        ValueError: the stream's trajectories hold no sample, or more than fit into memory; or the
+            excitation cannot drive the inputs.
     """
     step, duration = recipe.window.step, stream.duration
     if not 0.5 < duration / step < MOST_SAMPLES:
@@ -137,10 +131,7 @@ def probe(recipe: Recipe, system: System) -> FloatArray:
 
 
 def simulate_draw(system: System, drawn: Draw) -> Trajectory:
-    """Simulate a drawn trajectory and leave its burn-in out.
-
-    Returns:
-        The trajectory: N inputs and N + 1 outputs, in the units of the signals.
+    """Simulate a drawn trajectory and return its N inputs and N + 1 outputs after the burn-in.
 
     Raises:
         SimulationError: the system could not be simulated.

@@ -19,16 +19,10 @@ from slide_fmu.systems.base import System
 
 
 def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress) -> int:
-    """Make all trajectories of a recipe that its store does not hold yet.
+    """Make all trajectories of a recipe that its store does not hold yet, and return their number.
 
-    Args:
-        recipe: what to simulate, and how many trajectories each split has.
-        path: place of the Zarr store; it is created where there is none.
-        executor: where to simulate, for example that of ``slide_fmu.data.pool``.
-        progress: is called at the start and after every trajectory.
-
-    Returns:
-        The number of trajectories that this call has made.
+    The store is created where there is none. The progress is called at the start and after every
+    trajectory.
 
     Raises:
         StoreError: the store belongs to another recipe or model.

@@ -17,15 +17,10 @@ def process_pool(
     set_up: Callable[..., object] | None = None,
     arguments: tuple[Any, ...] = (),
 ) -> Iterator[Executor]:
-    """Open a process pool whose workers end with their parent, however it ends.
+    """Open a pool of processes, one per core if None, that end with their parent, however it ends.
 
-    Args:
-        workers: number of processes; one per core if None.
-        set_up: is called once in every worker, before its work.
-        arguments: what ``set_up`` is called with; they must be picklable.
-
-    Yields:
-        The pool; it is shut down at the end of the ``with`` block.
+    ``set_up`` is called once in every worker with the arguments, which must be picklable. The pool
+    is shut down at the end of the ``with`` block.
     """
     # "spawn": a forked worker would inherit threads and solver states in an undefined condition
     context = multiprocessing.get_context("spawn")

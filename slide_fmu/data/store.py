@@ -52,12 +52,9 @@ class Split:
 
 @dataclass(frozen=True)
 class Layout:
-    """A layout gives the shapes of the store's arrays.
+    """A layout gives the shapes of the store's arrays: N samples, n_inputs and n_outputs.
 
-    Attributes:
-        n_samples: number N of samples of a trajectory; it has N + 1 outputs.
-        n_inputs: number of inputs.
-        n_outputs: number of outputs.
+    A trajectory of N inputs has N + 1 outputs.
     """
 
     n_samples: int
@@ -85,14 +82,8 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
 def open_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray) -> None:
     """Create the store, or make room at ``path`` for the trajectories that the recipe has more.
 
-    A store that has room is not written to. Two programs must not make room at the same moment.
-
-    Args:
-        path: place of the store.
-        recipe: what the data depend on, and the number of trajectories of each split.
-        layout: shapes of the arrays.
-        probe: outputs of the short motion of ``slide_fmu.data.draws.probe``, shape
-            (PROBE_SAMPLES + 1, n_outputs), by which a changed model is noticed.
+    A store that has room is not written to. Two programs must not make room at the same moment. A
+    changed model is noticed by the outputs of its short motion, ``slide_fmu.data.draws.probe``.
 
     Raises:
         StoreError: the store is damaged, or was made from another recipe or model; nothing is
@@ -139,17 +130,11 @@ def _create_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray)
 def require_origin(path: Path, recipe: Recipe, probe: FloatArray) -> None:
     """Refuse a store that was made from another recipe, or from a model that has changed since.
 
-    Recipes with and without error estimator may share a store.
-
-    Args:
-        path: place of the store.
-        recipe: what the data must have been made from.
-        probe: outputs that the model gives now on the short motion of ``open_store``, shape
-            (PROBE_SAMPLES + 1, n_outputs).
+    Recipes with and without error estimator may share a store. The probe is as of ``open_store``.
 
     Raises:
-        StoreError: there is no store, a value differs (the message names the first that does),
-            or the model gives other outputs.
+        StoreError: there is no store, a value differs (the message names the first that does), or
+            the model gives other outputs.
     """
     if not path.exists():
         raise StoreError(f"no data at {path}; generate it first (slide-fmu generate RECIPE)")
@@ -196,16 +181,9 @@ def remove_store(path: Path) -> None:
 
 
 def missing_trajectories(path: Path, split: str, count: int | None = None) -> list[int]:
-    """List which of the split's first trajectories are not yet in the store.
+    """List indices of the split's first ``count`` trajectories that are not in the store, rising.
 
-    Args:
-        path: place of the store.
-        split: name of the split.
-        count: how many of the first trajectories are looked at; all that the store has room for
-            if None.
-
-    Returns:
-        Indices of the missing trajectories, ascending.
+    Without a count these are all that the store has room for.
 
     Raises:
         StoreError: the store is damaged.
@@ -221,12 +199,7 @@ def write_trajectory(
 ) -> None:
     """Write one trajectory, its flag last; others may be written at the same time.
 
-    Args:
-        path: place of the store.
-        split: name of the split.
-        index: number of the trajectory in the split, from 0.
-        trajectory: N inputs and N + 1 outputs, in the units of the signals.
-        kind: index of its excitation in the recipe's mix.
+    The index counts from 0 in the split; ``kind`` is that of the excitation in the recipe's mix.
     """
     group = _group(path, "r+")
     group[f"{split}/inputs"][index] = trajectory.inputs
@@ -236,13 +209,7 @@ def write_trajectory(
 
 
 def read_split(path: Path, split: str, count: int | None = None) -> Split:
-    """Read the first trajectories of a split.
-
-    Args:
-        path: place of the store.
-        split: name of the split.
-        count: how many of the first trajectories are read; all that the store has room for if
-            None.
+    """Read the first ``count`` trajectories of a split; all that the store has room for if None.
 
     Raises:
         StoreError: there is no store, trajectories are missing, or a file is damaged.

@@ -56,9 +56,6 @@ class Kind(BaseModel, abc.ABC):
     def check(self, signals: tuple[Signal, ...]) -> None:
         """Refuse inputs that this kind cannot drive; a kind without conditions accepts all.
 
-        Args:
-            signals: the inputs of the system, in channel order.
-
         Raises:
             ValueError: the inputs do not suit the kind; the message says why, and the remedy.
         """

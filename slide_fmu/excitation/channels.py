@@ -28,14 +28,9 @@ class ChannelKind(Kind):
 
     @abc.abstractmethod
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """Draw one normalised channel.
+        """Draw one normalised channel at times in s, evenly spaced, shape (N,).
 
-        Args:
-            time: sample times in s, evenly spaced, shape (N,).
-            rng: the only source of randomness.
-
-        Returns:
-            Values at the sample times, shape (N,); -1 and 1 are the ends of the input's range.
+        Values of -1 and 1 are the ends of the input's range; the shape is (N,).
         """
 
     def inputs(
@@ -48,9 +43,6 @@ class ChannelKind(Kind):
         """Draw all channels, independent of each other, clipped to ``factor`` times the range.
 
         A normalised value v stands for the middle of the range plus half the range * factor * v.
-
-        Returns:
-            Inputs in the units of their signals, shape (N, n_inputs).
         """
         columns = []
         for signal in signals:
@@ -63,8 +55,7 @@ class ChannelKind(Kind):
 class HeldRandom(ChannelKind):
     """The input takes independent uniform values, each for a random number of samples.
 
-    Attributes:
-        samples: range of the number of samples, both ends included; (1, 1) is white noise.
+    The range ``samples`` holds both its ends; (1, 1) is white noise.
     """
 
     kind: Literal["held_random"]
@@ -80,8 +71,7 @@ class HeldRandom(ChannelKind):
 class MovingAverageRandom(ChannelKind):
     """The input is uniform white noise through a FIR filter, as in the paper's code.
 
-    Attributes:
-        coefficients: the filter's impulse response; ``coefficients[0]`` weighs the newest value.
+    ``coefficients[0]`` weighs the newest value.
     """
 
     kind: Literal["moving_average_random"]
@@ -94,11 +84,7 @@ class MovingAverageRandom(ChannelKind):
 
 
 class Harmonic(ChannelKind):
-    """The input is one sine of random frequency and phase.
-
-    Attributes:
-        angular_frequency: range in rad/s from which the frequency is drawn uniformly.
-    """
+    """The input is one sine of random phase, its angular frequency in rad/s uniform in a range."""
 
     kind: Literal["harmonic"]
     angular_frequency: PositiveRange
@@ -110,11 +96,7 @@ class Harmonic(ChannelKind):
 
 
 class Sweep(ChannelKind):
-    """The input is a linear sweep: its frequency runs once through a range, up or down by chance.
-
-    Attributes:
-        angular_frequency: range in rad/s; the record begins at one end and ends at the other.
-    """
+    """The input sweeps linearly through a range of frequencies in rad/s, up or down by chance."""
 
     kind: Literal["sweep"]
     angular_frequency: PositiveRange
@@ -152,11 +134,7 @@ class Multisine(ChannelKind):
 
 
 class Steps(ChannelKind):
-    """The input steps between uniform random levels.
-
-    Attributes:
-        duration: range in s of the time for which a level stays.
-    """
+    """The input steps between uniform random levels, each for a time in s from ``duration``."""
 
     kind: Literal["steps"]
     duration: PositiveRange

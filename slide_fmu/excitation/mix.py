@@ -47,17 +47,9 @@ def draw_inputs(
     factor: float,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """Draw one realisation of an excitation, after a check that it suits the inputs.
+    """Draw one realisation of an excitation by ``Kind.inputs``, after its check of the inputs.
 
-    Args:
-        kind: the excitation.
-        signals: the inputs of the system, in channel order.
-        time: sample times in s, evenly spaced, shape (N,).
-        factor: amplitude factor; above 1 the inputs leave their range, or move faster.
-        rng: the only source of randomness.
-
-    Returns:
-        Inputs in the units of their signals, time first, then channel: shape (N, n_inputs).
+    Above the factor 1 inputs leave their range, or move faster.
 
     Raises:
         ValueError: the kind cannot drive these inputs.
@@ -75,8 +67,7 @@ def choose_kind(kinds: Sequence[Kind], rng: np.random.Generator) -> int:
 def names_of(kinds: Sequence[Kind]) -> list[str]:
     """Return one name for each excitation of a recipe, in its order, all different.
 
-    The name is the kind alone where the recipe has one of that kind; else the position of the
-    excitation in the mix, counted from 1, follows it.
+    It is the kind, and the position in the mix, from 1, where there are several of that kind.
     """
     found = [str(getattr(kind, "kind", type(kind).__name__)) for kind in kinds]
     return [

@@ -49,10 +49,9 @@ class Moves:
     positions: FloatArray
 
     def at(self, time: FloatArray) -> FloatArray:
-        """Return the positions at times in s, shape (N,), none before the first move.
+        """Return positions in the joints' units, shape (N, n_joints), at times in s, (N,).
 
-        Returns:
-            Positions in the joints' units, shape (N, n_joints).
+        No time is before the first move.
         """
         move = np.searchsorted(self.start, time, side="right") - 1
         phase = np.minimum((time - self.start[move]) / self.duration[move], 1.0)
@@ -63,10 +62,8 @@ class Moves:
 def trapezoid_way(phase: FloatArray, ramp: FloatArray) -> FloatArray:
     """Return the part of the way that a move with trapezoidal speed has done, 0 .. 1.
 
-    Args:
-        phase: elapsed part of the move's duration, 0 .. 1, shape (N,).
-        ramp: share of the duration of either phase of acceleration, above 0 and at most 0.5,
-            shape (N,).
+    The phase is the elapsed part of the duration, 0 .. 1; the ramp is the share of either phase of
+    acceleration, above 0 and at most 0.5; both have the shape (N,).
     """
     # the second half mirrors the first, so that one formula serves speeding up and slowing down
     mirrored = np.minimum(phase, 1 - phase)
@@ -150,13 +147,7 @@ class PointToPoint(Kind):
         return np.clip(moves.at(elapsed), low, high)  # rounding may put a target's last digit out
 
     def moves(self, signals: tuple[Signal, ...], until: float, rng: np.random.Generator) -> Moves:
-        """Draw moves that cover the time from 0 to ``until`` in s, at amplitude factor 1.
-
-        Args:
-            signals: the joints' positions, in channel order.
-            until: end of the time in s.
-            rng: the only source of randomness.
-        """
+        """Draw moves that cover the time from 0 to ``until`` in s, at amplitude factor 1."""
         position = self._target(signals, rng)
         positions = [position]
         starts: list[float] = []

@@ -73,13 +73,7 @@ class SpeedRamps(Kind):
         return np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
     def angle(self, time: FloatArray, factor: float, rng: np.random.Generator) -> FloatArray:
-        """Draw the angle in rad at the sample times, shape (N,); it is not wrapped to a turn.
-
-        Args:
-            time: sample times in s, evenly spaced, shape (N,).
-            factor: factor on the limits of speed and acceleration.
-            rng: the only source of randomness.
-        """
+        """Draw the angle in rad at the sample times, shape (N,); it is not wrapped to a turn."""
         count = len(time) - 1
         start = rng.uniform(-np.pi, np.pi)
         if count == 0:
@@ -115,15 +109,9 @@ def _clipped_sums(start: float, changes: FloatArray, limit: float) -> FloatArray
 
 
 def _integral(speed: FloatArray, acceleration: FloatArray, step: float) -> FloatArray:
-    """Integrate the speed over every step exactly; it stays constant once it meets its limit.
+    """Integrate the speed in rad/s, (N + 1,), over steps in s exactly, to angles in rad, (N,).
 
-    Args:
-        speed: at the samples in rad/s, shape (N + 1,).
-        acceleration: over the steps in rad/s^2, shape (N,), before the limit.
-        step: sample step in s.
-
-    Returns:
-        Angles in rad, shape (N,).
+    The acceleration in rad/s^2, (N,), is that before the limit, at which the speed stays constant.
     """
     # a step changes its speed for ``changing`` s only, where the limit cuts the rest
     change = np.diff(speed)

@@ -9,6 +9,8 @@ their moving RMS.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +22,7 @@ from slide_fmu.core.scaling import LogError
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.store import Split
+from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.learn.feature_choice import feature_map, require_odd
 from slide_fmu.learn.feed_forward import FeedForwardModule, seeded_generator
 from slide_fmu.learn.training import History, Objective, train
@@ -93,19 +96,12 @@ class EstimatorModule(torch.nn.Module):
 def split_values(
     values: torch.Tensor, log_error: LogError, n_outputs: int
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Split what the network gives into the expected error and the variance around it.
+    """Split what the network gives into the mean and the variance of the relative error.
 
-    Errors differ by orders of magnitude along a motion, so the mean is learnt as a multiple of
-    the standard deviation.
-
-    Args:
-        values: eps alone, shape (B, n_outputs), for the mean 0; or the mean in standard
-            deviations, then eps, shape (B, 2 * n_outputs).
-        log_error: map between eps and relative errors.
-        n_outputs: number of outputs.
-
-    Returns:
-        Mean and variance of the relative error, shape (B, n_outputs) each.
+    The values are eps alone, shape (B, n_outputs), for the mean 0; or the mean in standard
+    deviations, then eps, (B, 2 * n_outputs). Errors differ by orders of magnitude along a motion,
+    so the mean is learnt as a multiple of the standard deviation. Both results have the shape (B,
+    n_outputs).
     """
     eps = values[:, -n_outputs:]
     exponent = 2 * (log_error.middle + log_error.half_range * eps)
@@ -128,19 +124,12 @@ ROBUST = Objective(_huber, lambda value: value, odd=False)
 
 
 def likelihood(log_error: LogError, resolution: float, n_outputs: int) -> Objective:
-    """Return the objective of maximum likelihood for errors of learnt mean and variance.
-
-    Single errors count as normally distributed.
+    """Return the objective of maximum likelihood for normally distributed errors.
 
     Errors further than ``OUTLIER`` standard deviations from the mean count linearly: a surrogate
     that has left its range errs by orders of magnitude more than the network can have learnt yet.
-    The loss is reported as exp(loss - 1/2), which is the geometric mean of the standard
-    deviations where these are right.
-
-    Args:
-        log_error: map between eps and relative errors.
-        resolution: smallest relative error that is of interest.
-        n_outputs: number of outputs.
+    The loss is reported as exp(loss - 1/2), which is the geometric mean of the standard deviations
+    where these are right. The resolution is the smallest relative error that is of interest.
     """
 
     def loss(values: torch.Tensor, targets: torch.Tensor) -> torch.Tensor:
@@ -165,10 +154,10 @@ def fit_estimator(
     device: torch.device,
     progress: Stages,
 ) -> tuple[ErrorEstimator, dict[str, History]]:
-    """Train the error estimator of a surrogate.
+    """Train the error estimator of a surrogate, which stays as it is.
 
     Args:
-        surrogate: the network whose error is learnt; it stays as it is.
+        surrogate: the network whose error is learnt.
         system: the system that the surrogate stands for.
         splits: trajectories to learn from and to validate by; not those that the surrogate has
             learnt from, on which its errors are small (paper, "Error Estimation Network").
@@ -186,13 +175,92 @@ def fit_estimator(
         ValueError: the surrogate makes no error above the resolution, or signs shall be flipped
             of features that do not change their sign with the inputs.
     """
-    window, n_outputs = surrogate.window, len(surrogate.outputs)
-    dtype = getattr(torch, recipe.training.precision)
+    records, n_outputs = (
+        _records(surrogate, system, splits, recipe, device),
+        len(surrogate.outputs),
+    )
+    log_error, step = records.log_error, surrogate.window.step
+    n_values = 2 * n_outputs if recipe.network.time_invariant else n_outputs
+    network = FeedForwardModule(
+        recipe.network, records.n_samples, records.features, n_values, records.ages
+    )
+    network.to(device, records.inputs[0].dtype)
+    network.initialise(seeded_generator(recipe.training.seed, device))
+    histories = {}
+    if recipe.pretraining is not None:
+        training, validation = records.single_samples(step, recipe)
+        histories[POSITIONS] = train(
+            network,
+            training,
+            validation,
+            recipe.pretraining,
+            checkpoint.with_name(f"positions-{checkpoint.name}"),
+            progress(POSITIONS),
+            likelihood(log_error, recipe.resolution, n_outputs),
+        )
+    module = EstimatorModule(network, records.positions, log_error, n_outputs)
+    training, validation = records.stretches(step, recipe.resolution)
+    histories[BLOCKS] = train(
+        module, training, validation, recipe.training, checkpoint, progress(BLOCKS), ROBUST
+    )
+    ranges = _ranges(records.inputs[0])
+    return ErrorEstimator(network.freeze(), log_error, records.positions, ranges), histories
 
-    def tensor(values: FloatArray) -> torch.Tensor:
-        return torch.as_tensor(values, dtype=dtype).to(device)
 
-    time_invariant = recipe.network.time_invariant
+@dataclass(frozen=True, eq=False)
+class _Records:
+    """The records that an estimator learns from, and those that it is validated by.
+
+    Attributes:
+        features: what the network sees of the inputs.
+        log_error: map between eps and relative errors.
+        inputs: features, shape (n_trajectories, N, n_features) each.
+        errors: relative errors of the newest outputs, shape (n_trajectories, N + 1, n_outputs).
+        blocks: RMSE over the span that ends at each sample, of the same shape.
+        n_samples: number of samples between the oldest and the newest that the network sees.
+        ages: ages of those that it sees, falling; it sees all if there are none.
+        positions: number of evaluations that one estimate is made of.
+    """
+
+    features: FeatureMap
+    log_error: LogError
+    inputs: list[torch.Tensor]
+    errors: list[FloatArray]
+    blocks: list[FloatArray]
+    n_samples: int
+    ages: tuple[int, ...]
+    positions: int
+
+    def single_samples(self, step: float, recipe: EstimatorRecipe) -> Iterator[WindowData]:
+        """Return windows whose target is the error at their last sample, for the pretraining."""
+        window = Window(step, self.n_samples, 1)
+        for inputs, errors in zip(self.inputs, self.errors, strict=True):
+            kept = _pretrained(recipe, len(errors))
+            yield WindowData(inputs[kept].contiguous(), _like(errors[kept], inputs), window)
+
+    def stretches(self, step: float, resolution: float) -> Iterator[WindowData]:
+        """Return windows whose targets are eps of the RMSE at all ends of spans in them.
+
+        Windows are longer than one estimate needs, so that evaluations are used again:
+        neighbouring estimates share all positions but one.
+        """
+        seen = self.n_samples + self.positions - 1
+        more = min(self.positions - 1, self.inputs[0].shape[1] - seen)
+        window = Window(step, seen + more, more + 1)
+        for inputs, blocks in zip(self.inputs, self.blocks, strict=True):
+            eps = self.log_error.apply(np.maximum(blocks, resolution))
+            yield WindowData(inputs, _like(eps, inputs), window)
+
+
+def _records(
+    surrogate: Surrogate,
+    system: System,
+    splits: tuple[Split, Split],
+    recipe: EstimatorRecipe,
+    device: torch.device,
+) -> _Records:
+    """Run the surrogate along trajectories and return its errors beside its features."""
+    window, time_invariant = surrogate.window, recipe.network.time_invariant
     span = recipe.span or window.n_out
     errors = [streamed_errors(surrogate, split) for split in splits]
     blocks = [block_errors(window, error, span) for error in errors]
@@ -203,61 +271,30 @@ def fit_estimator(
     trainings = (recipe.training, recipe.pretraining)
     if any(training is not None and training.flip_signs for training in trainings):
         require_odd(features)
-    inputs = [tensor(features.along(values).astype(np.float64)) for values in scaled]
-    positions = span if time_invariant else 1
     most = window.memory_length if time_invariant else window.n_in
     ages = tuple(reversed(recipe.lags or ()))
     n_samples = ages[0] + 1 if ages else most
-    # no error counts before the surrogate's window is filled
-    inputs = [values[:, most - n_samples :].contiguous() for values in inputs]
-    errors = [values[:, most - n_samples :] for values in errors]
-    blocks = [values[:, most - n_samples :] for values in blocks]
-    n_values = 2 * n_outputs if time_invariant else n_outputs
-    ranges = _ranges(inputs[0])
-    network = FeedForwardModule(recipe.network, n_samples, features, n_values, ages)
-    network.to(device, dtype)
-    network.initialise(seeded_generator(recipe.training.seed, device))
-    histories = {}
-    if recipe.pretraining is not None:
-        one = Window(window.step, n_samples, 1)
-        training, validation = (
-            WindowData(u[kept].contiguous(), tensor(e[kept]), one)
-            for u, e in zip(inputs, errors, strict=True)
-            for kept in [_pretrained(recipe, len(e))]
-        )
-        histories[POSITIONS] = train(
-            network,
-            training,
-            validation,
-            recipe.pretraining,
-            checkpoint.with_name(f"positions-{checkpoint.name}"),
-            progress(POSITIONS),
-            likelihood(log_error, recipe.resolution, n_outputs),
-        )
-    eps = [tensor(log_error.apply(np.maximum(block, recipe.resolution))) for block in blocks]
-    # longer stretches reuse evaluations: neighbouring windows share all positions but one
-    seen = n_samples + positions - 1
-    more = min(positions - 1, inputs[0].shape[1] - seen)
-    stretch = Window(window.step, seen + more, more + 1)
-    training, validation = (WindowData(u, e, stretch) for u, e in zip(inputs, eps, strict=True))
-    histories[BLOCKS] = train(
-        EstimatorModule(network, positions, log_error, n_outputs),
-        training,
-        validation,
-        recipe.training,
-        checkpoint,
-        progress(BLOCKS),
-        ROBUST,
+    first = most - n_samples  # no error counts before the surrogate's window is filled
+    like = torch.empty(0, dtype=getattr(torch, recipe.training.precision), device=device)
+    inputs = [_like(features.along(values).astype(np.float64), like) for values in scaled]
+    return _Records(
+        features,
+        log_error,
+        [values[:, first:].contiguous() for values in inputs],
+        [values[:, first:] for values in errors],
+        [values[:, first:] for values in blocks],
+        n_samples,
+        ages,
+        span if time_invariant else 1,
     )
-    return ErrorEstimator(network.freeze(), log_error, positions, ranges), histories
+
+
+def _like(values: FloatArray, tensor: torch.Tensor) -> torch.Tensor:
+    return torch.as_tensor(values, dtype=tensor.dtype).to(tensor.device)
 
 
 def _ranges(features: torch.Tensor) -> Float32Array:
-    """Return the least and the largest value of every feature with a margin, (2, n_features).
-
-    Args:
-        features: features of the training, shape (n_trajectories, N, n_features).
-    """
+    """Return the least and the largest value of every feature with a margin, (2, n_features)."""
     values = features.flatten(0, 1)
     least, largest = values.min(0).values, values.max(0).values
     size = values.abs().max(0).values.clamp_min(1.0)
@@ -272,14 +309,10 @@ def _pretrained(recipe: EstimatorRecipe, trajectories: int) -> list[int]:
 
 
 def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:
-    """Compute the errors of the newest outputs, relative to the outputs' scale.
+    """Return errors of the newest outputs, relative to the outputs' scale, as in co-simulation.
 
-    Args:
-        surrogate: is evaluated at every sample, as in co-simulation.
-        split: trajectories with inputs (n_trajectories, N, n_inputs).
-
-    Returns:
-        Shape (n_trajectories, N + 1, n_outputs); zero at sample 0, where nothing is predicted.
+    The shape is (n_trajectories, N + 1, n_outputs), with zero at sample 0, where nothing is
+    predicted.
     """
     result = np.zeros_like(split.outputs)
     result[:, 1:] = surrogate.predict_newest_batch(split.inputs) - split.outputs[:, 1:]
@@ -287,16 +320,10 @@ def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:
 
 
 def block_errors(window: Window, errors: FloatArray, span: int) -> FloatArray:
-    """Compute the RMSE over a span of samples that ends at each one (paper, eq. errors_estimator).
+    """Return the RMSE over the span that ends at each sample (paper, eq. errors_estimator).
 
-    Args:
-        window: the surrogate's window.
-        errors: errors as from ``streamed_errors``, shape (n_trajectories, N + 1, n_outputs).
-        span: number of samples.
-
-    Returns:
-        RMSE of the same shape; entries are zero where the span reaches before the first sample
-        whose error counts, that of n_in - n_out + 1 inputs.
+    Errors and result have the shape (n_trajectories, N + 1, n_outputs). Entries are zero where the
+    span goes back before the first sample whose error counts, that of n_in - n_out + 1 inputs.
     """
     first, result = window.memory_length, np.zeros_like(errors)
     for row, error in zip(result, errors, strict=True):

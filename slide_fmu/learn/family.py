@@ -24,12 +24,12 @@ from slide_fmu.recipe.learning import (
 
 @dataclass(frozen=True)
 class FamilyFit:
-    """How the networks of a family are fitted.
+    """A family's fit says how its networks are fitted.
 
     Attributes:
-        network: the family's table in the recipe.
-        training: the table of its training.
-        fit: of a problem, the two tables and a listener: the network and its history.
+        network: class of the family's table in the recipe.
+        training: class of the table of its training.
+        fit: gives the network and its history for a problem, the two tables and a progress.
         linearized: whether the fit begins with the eigenvalues of the linearized system, and is
             given its data in double precision whatever the training's precision.
     """
@@ -48,7 +48,7 @@ FITS = (
 
 
 def fit_of(network: NetworkTable) -> FamilyFit:
-    """The fit of the family that a table names.
+    """Return the fit of the family that a table names.
 
     Raises:
         TypeError: the family has none.
@@ -62,7 +62,7 @@ def fit_of(network: NetworkTable) -> FamilyFit:
 def fit_network(
     problem: Problem, network: NetworkTable, training: TrainingTable, progress: Progress
 ) -> tuple[Network, History]:
-    """Fit a network of the family that the recipe names.
+    """Fit a network of the family that the recipe names, and return it with its history.
 
     Raises:
         TrainingError: the training diverged.

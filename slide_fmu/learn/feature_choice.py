@@ -14,27 +14,21 @@ from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.systems.base import System
 
 STILL = 1e-9
-"""A feature whose spread is below this part of its size never changes: it is rounding. So is a
-change below this part of the spread of what changes."""
+"""A feature whose standard deviation is below this part of its size never changes: it is rounding.
+So is a change below this part of the standard deviation of what changes."""
 
 
 def choose_features(
     names: tuple[str, ...], system: System, scaling: Affine, inputs: FloatArray
 ) -> FeatureMap:
-    """Build the map from scaled inputs to the features of some names, normalised by data.
+    """Build the map from scaled inputs to the named features of one set, normalised by data.
 
     Bounded features are left as they are. The others are divided by their standard deviation, some
-    of them after their mean is removed.
-
-    Args:
-        names: names of features of one set.
-        system: what the set may need to know, such as the rigid bodies of a serial chain.
-        scaling: scaling of the inputs.
-        inputs: scaled inputs of the training, shape (n_trajectories, N, n_inputs).
+    of them after their mean is removed. The data are scaled inputs, (n_trajectories, N, n_inputs).
 
     Raises:
-        ValueError: names are unknown or of several sets, the system has not what the set needs,
-            or a feature never changes.
+        ValueError: names are unknown or of several sets, the system has not what the set needs, or
+            a feature never changes.
     """
     features = feature_set(names, system, scaling)
     chosen = features.indices(names)
@@ -47,11 +41,11 @@ def choose_features(
         first = part.stop
         if name in features.bounded:
             continue
-        spread, size = values[:, part].std(0), np.abs(values[:, part]).max(0)
+        deviation, size = values[:, part].std(0), np.abs(values[:, part]).max(0)
         if name in features.CHANGES_OF:
             changed = features.indices((features.CHANGES_OF[name],))
             size = np.maximum(size, signals[:, changed].std(0))
-        still = spread <= STILL * size
+        still = deviation <= STILL * size
         if name in features.centred:
             offset[part] = values[:, part].mean(0)
         elif np.any(still):
@@ -60,7 +54,7 @@ def choose_features(
                 f"{np.flatnonzero(still)[0]}); expected it to: leave it out of the network's "
                 "table, or check data.excitation"
             )
-        scale[part] = np.where(still, 1.0, spread)
+        scale[part] = np.where(still, 1.0, deviation)
     # files hold the scales in float32: training must see the same numbers
     return FeatureMap(features, chosen, offset, scale.astype(np.float32).astype(np.float64))
 
@@ -84,10 +78,6 @@ def roles_of(network: StateSpaceRecipe, features: FeatureMap) -> Roles:
 
     Recipes and ``Roles`` say ``drive`` for the state input, ``static`` for the feedthrough and
     ``schedule`` for the scheduling variables of LPV units.
-
-    Args:
-        network: names the features of each role.
-        features: the chosen ones.
     """
     place = {signal: index for index, signal in enumerate(features.chosen)}
 
@@ -103,15 +93,5 @@ def feature_map(
     scaling: Affine,
     inputs: FloatArray,
 ) -> FeatureMap:
-    """Build the map to the features that a network's table in the recipe names.
-
-    Args:
-        network: the table.
-        system: as for ``choose_features``.
-        scaling: scaling of the inputs.
-        inputs: scaled inputs of the training, shape (n_trajectories, N, n_inputs).
-
-    Raises:
-        ValueError: as for ``choose_features``.
-    """
+    """Build the map to the features that a network's table names; see ``choose_features``."""
     return choose_features(network.feature_names(), system, scaling, inputs)

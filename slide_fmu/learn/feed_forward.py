@@ -32,24 +32,20 @@ The shared formulas give the same in several passes, which would make a training
 
 
 class Shared(torch.nn.Module):
-    """An activation by the formula that numpy and torch share. Final.
-
-    Args:
-        name: of ``slide_fmu.network.activations.ACTIVATIONS``.
-    """
+    """An activation module computes a named formula of those that numpy and torch share. Final."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
         self._activation = ACTIVATIONS[name]
 
     def forward(self, values: torch.Tensor) -> torch.Tensor:
-        """Values of any shape."""
+        """Return the activation of values of any shape."""
         found: torch.Tensor = self._activation.value(values, torch)
         return found
 
 
 def activation_module(name: str) -> torch.nn.Module:
-    """The module of an activation, as fast as torch offers it."""
+    """Return the module of an activation, as fast as torch offers it."""
     return FUSED[name]() if name in FUSED else Shared(name)
 
 
@@ -92,9 +88,6 @@ class FeedForwardModule(torch.nn.Module):
         """Draw the weights: Xavier uniform (Glorot and Bengio, 2010), with zero biases.
 
         The paper does so too (section "Training loss and validation error").
-
-        Args:
-            generator: the only source of randomness, on the module's device.
         """
         modules = [*self.linear, *([] if self.skip is None else [self.skip])]
         for module in modules:
@@ -107,11 +100,7 @@ class FeedForwardModule(torch.nn.Module):
         return self.values_of(self.seen(windows))
 
     def seen(self, windows: torch.Tensor) -> torch.Tensor:
-        """Pick the samples that the network looks at from windows (..., n_samples, n_features).
-
-        Returns:
-            Shape (..., n_seen, n_features), the oldest sample first.
-        """
+        """Pick samples that the network looks at, (..., n_seen, n_features), the oldest first."""
         if not self.ages:
             return windows
         return windows[..., [self.n_samples - 1 - age for age in self.ages], :]
@@ -174,7 +163,7 @@ def fit_feed_forward(
 
 
 def seeded_generator(seed: int, device: torch.device) -> torch.Generator:
-    """A random generator of the device."""
+    """Return a random generator on the device."""
     generator = torch.Generator(device=device)
     generator.manual_seed(seed)
     return generator

@@ -25,7 +25,6 @@ from slide_fmu.learn.feature_choice import feature_map, require_odd
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.training import History
 from slide_fmu.memory.modes import spectrum
-from slide_fmu.network.base import Network
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
@@ -38,14 +37,14 @@ ROOMS = (
     *("core", "features", "excitation", "network", "systems"),
     *("surrogate", "recipe", "data", "memory", "learn"),
 )
-"""The rooms whose code a training runs: all that this one imports, directly or by others. A test
-holds this list against the imports, so that no change of their code can pass unseen by the
+"""A training runs the code of these rooms: all that this one imports, directly or by others. A
+test compares this list with the imports, so that no change of their code can pass unseen by the
 checkpoints: an estimator's targets are errors that ``surrogate`` and ``network`` compute."""
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A fitted surrogate and how the trainings went, by stage."""
+    """A fit is a surrogate, and how its trainings went, by stage."""
 
     surrogate: Surrogate
     histories: dict[str, History]
@@ -56,10 +55,8 @@ def fit_surrogate(
 ) -> Fit:
     """Train the surrogate of a recipe, then its error estimator.
 
-    Args:
-        system: names, units and ranges of the signals.
-        store: the recipe's trajectories.
-        checkpoints: folder for the states of interrupted trainings.
+    The store has the recipe's trajectories; the folder ``checkpoints`` holds the states of
+    interrupted trainings.
 
     Raises:
         StoreError: trajectories are missing, or were made from another recipe or model.
@@ -84,14 +81,9 @@ def fit_surrogate(
         _content(validation),
         recipe.estimator.model_dump(mode="json"),
     )
+    place, splits = checkpoints / f"estimator-{key}.pt", (learnt, validation)
     estimator, histories = fit_estimator(
-        surrogate,
-        system,
-        (learnt, validation),
-        recipe.estimator,
-        checkpoints / f"estimator-{key}.pt",
-        device,
-        progress,
+        surrogate, system, splits, recipe.estimator, place, device, progress
     )
     histories = {"surrogate": history, **histories}
     return Fit(dataclasses.replace(surrogate, estimator=estimator), histories)
@@ -104,11 +96,7 @@ def _fit_network(
     device: torch.device,
     progress: Stages,
 ) -> tuple[Surrogate, History]:
-    """The surrogate without its error estimator.
-
-    Args:
-        places: the store of the trajectories, and the folder of the checkpoints.
-    """
+    """Fit the surrogate without its error estimator; places are the store and the checkpoints."""
     store, checkpoints = places
     names = ("train", "validation", *(["beyond"] if recipe.data.beyond else []))
     splits = [read_split(store, name, recipe.count(name)) for name in names]
@@ -116,7 +104,7 @@ def _fit_network(
         require_symmetry((*system.inputs, *system.outputs))
     require_motion(system.inputs, splits[0].inputs)
     input_scaling = range_scaling(system.inputs)
-    output_scaling = spread_scaling(system.outputs, splits[0])
+    output_scaling = standard_deviation_scaling(system.outputs, splits[0])
     linearized = fit_of(recipe.network).linearized
     eigenvalues = eigenvalues_at_rest(system) if linearized else None
     dtype = torch.float64 if linearized else getattr(torch, recipe.training.precision)
@@ -127,11 +115,9 @@ def _fit_network(
 
     def scaled(split: Split) -> tuple[torch.Tensor, torch.Tensor]:
         seen = features.along(input_scaling.apply(split.inputs))
-        outputs = output_scaling.apply(split.outputs)
-        return (
-            torch.as_tensor(seen, dtype=dtype).to(device),
-            torch.as_tensor(outputs, dtype=dtype).to(device),
-        )
+        values = (seen, output_scaling.apply(split.outputs))
+        one, other = (torch.as_tensor(part, dtype=dtype).to(device) for part in values)
+        return one, other
 
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
     key = _digest(
@@ -143,25 +129,20 @@ def _fit_network(
         recipe.network.model_dump(mode="json"),
         recipe.training.model_dump(mode="json"),
     )
-    problem = Problem(
-        window,
-        features,
-        scaled(splits[0]),
-        scaled(splits[1]),
-        checkpoints / f"surrogate-{key}.pt",
-        eigenvalues,
-        scaled(splits[2]) if recipe.data.beyond else None,
-    )
+    training, validation, *beyond = (scaled(split) for split in splits)
+    checkpoint = checkpoints / f"surrogate-{key}.pt"
+    more = beyond[0] if beyond else None
+    problem = Problem(window, features, training, validation, checkpoint, eigenvalues, more)
     network, history = fit_network(problem, recipe.network, recipe.training, progress("surrogate"))
-    scalings = input_scaling, output_scaling
-    return _assemble(recipe, system, window, scalings, network), history
+    signals = system.inputs, system.outputs
+    surrogate = Surrogate(recipe.name, window, *signals, input_scaling, output_scaling, network)
+    return surrogate, history
 
 
 def eigenvalues_at_rest(system: System) -> NDArray[np.complex128]:
-    """Eigenvalues in 1/s of the system linearized at rest under its start inputs.
+    """Return the eigenvalues in 1/s of the system linearized at rest under its start inputs.
 
-    Returns:
-        One of each conjugate pair, without those of rigid-body modes.
+    There is one of each conjugate pair, and none of rigid-body modes.
 
     Raises:
         UnstableModeError: a mode grows.
@@ -175,7 +156,7 @@ def require_symmetry(signals: tuple[Signal, ...]) -> None:
     """Refuse to flip the signs of signals whose ranges do not lie evenly about 0.
 
     Raises:
-        ValueError: with the signal.
+        ValueError: a range is not symmetric; the message names the signal.
     """
     for signal in signals:
         if signal.low != -signal.high:
@@ -188,16 +169,13 @@ def require_symmetry(signals: tuple[Signal, ...]) -> None:
 
 
 def require_motion(signals: tuple[Signal, ...], values: FloatArray) -> None:
-    """Refuse data in which a signal never moves: nothing can be learnt about it.
-
-    Args:
-        values: shape (n_trajectories, samples, n_signals).
+    """Refuse data (n_trajectories, samples, n_signals) in which a signal never moves.
 
     Raises:
-        ValueError: with the signal.
+        ValueError: nothing can be learnt about a signal, which the message names.
     """
-    spread = values.reshape(-1, len(signals)).std(axis=0)
-    for signal, value in zip(signals, spread, strict=True):
+    deviations = values.reshape(-1, len(signals)).std(axis=0)
+    for signal, value in zip(signals, deviations, strict=True):
         if not value > STILL * (signal.high - signal.low):
             raise ValueError(
                 f"{signal.name!r} is constant in the training data; expected it to move within "
@@ -206,8 +184,8 @@ def require_motion(signals: tuple[Signal, ...], values: FloatArray) -> None:
             )
 
 
-def spread_scaling(signals: tuple[Signal, ...], split: Split) -> Affine:
-    """Scaling by the middle of the signals' ranges and the standard deviation in the data.
+def standard_deviation_scaling(signals: tuple[Signal, ...], split: Split) -> Affine:
+    """Scale by the middle of the signals' ranges and the standard deviation in the data.
 
     Raises:
         ValueError: an output never moves.
@@ -217,23 +195,13 @@ def spread_scaling(signals: tuple[Signal, ...], split: Split) -> Affine:
     return Affine(middle, split.outputs.reshape(-1, len(signals)).std(axis=0))
 
 
-def _assemble(
-    recipe: Recipe,
-    system: System,
-    window: Window,
-    scalings: tuple[Affine, Affine],
-    network: Network,
-) -> Surrogate:
-    return Surrogate(recipe.name, window, system.inputs, system.outputs, *scalings, network)
-
-
 def _content(split: Split) -> str:
-    """Digest of a split's values: a checkpoint belongs to the data it was trained on."""
+    """Return a digest of a split's values: a checkpoint belongs to the data it was trained on."""
     return hashlib.sha256(split.inputs.tobytes() + split.outputs.tobytes()).hexdigest()
 
 
 def _code() -> str:
-    """Digest of the code of a training and of torch: a checkpoint belongs to what wrote it."""
+    """Return a digest of the training's code and of torch, to which checkpoints belong."""
     total = hashlib.sha256(torch.__version__.encode())
     for room in ROOMS:
         for source in sorted((PACKAGE / room).rglob("*.py")):

@@ -56,14 +56,10 @@ MEAN_SQUARE = Objective(lambda values, targets: (values - targets).square().mean
 
 
 def block_mean_square(n_out: int, newest_weight: float) -> Objective:
-    """Return the mean squared error of blocks of samples, with weights along the block.
+    """Return the mean squared error of blocks of n_out samples, with weights along the block.
 
-    The weights have the mean 1, so that the figure compares with the unweighted RMSE.
-
-    Args:
-        n_out: samples of a block.
-        newest_weight: weight of the newest sample relative to the oldest; weights between them
-            are linear.
+    The weight rises linearly to ``newest_weight`` times that of the oldest sample. The weights
+    have the mean 1, so that the figure compares with the unweighted RMSE.
     """
     if newest_weight == 1.0:
         return MEAN_SQUARE
@@ -158,7 +154,8 @@ def train(
                 state["best_error"] = error
                 state["best"] = {k: v.detach().clone() for k, v in model.state_dict().items()}
             state["step"], loss_sum = step + 1, 0.0
-            _save(checkpoint, state, model, optimizer)
+            both = {"model": model.state_dict(), "optimizer": optimizer.state_dict()}
+            write_checkpoint(checkpoint, {**state, **both})
             progress(step + 1, recipe.steps, state["best_error"])
     model.load_state_dict(state["best"])
     steps, losses, errors = zip(*state["history"], strict=True)
@@ -168,22 +165,15 @@ def train(
 def evaluate(
     model: torch.nn.Module, data: WindowData, objective: Objective = MEAN_SQUARE
 ) -> float:
-    """Compute the error over windows in equal distances, as the objective reports it.
+    """Return the error over windows in equal distances, as the objective reports it.
 
     The same windows are used every time, so that two validations differ by the weights alone.
-
-    Args:
-        model: as for ``train``.
-        data: windows to evaluate on.
-        objective: gives the loss and how it is reported.
 
     Raises:
         TrainingError: the model gives values that are not finite.
     """
-    total, numbers = (
-        0.0,
-        data.evenly_chosen(max(VALIDATION_LEAST, VALIDATION_TARGETS // data.window.n_out)),
-    )
+    total, least = 0.0, max(VALIDATION_LEAST, VALIDATION_TARGETS // data.window.n_out)
+    numbers = data.evenly_chosen(least)
     with torch.no_grad():
         for part in torch.split(numbers, VALIDATION_BATCH):
             windows, targets = data.cut(part)
@@ -194,12 +184,7 @@ def evaluate(
 
 
 def learning_rate(recipe: TrainingRecipe, step: int) -> float:
-    """Return the learning rate at a step: linear warm-up, then a cosine down to the final rate.
-
-    Args:
-        recipe: rates, share of the warm-up and number of steps.
-        step: number of the step, from 0.
-    """
+    """Return the learning rate at a step from 0: linear warm-up, then a cosine down."""
     warm_up = recipe.warm_up * recipe.steps
     if step < warm_up:
         return recipe.learning_rate * (step + 1) / (warm_up + 1)
@@ -264,23 +249,21 @@ def _restore(
         model.load_state_dict(saved["model"])
         optimizer.load_state_dict(saved["optimizer"])
     except (RuntimeError, KeyError, EOFError, pickle.UnpicklingError) as error:
-        raise TrainingError(
-            f"checkpoint {checkpoint} cannot be read ({error}); remove it to train from the start"
-        ) from error
+        raise unreadable(checkpoint, error) from error
     return {key: saved[key] for key in ("step", "history", "best_error", "best")}
 
 
-def _save(
-    checkpoint: Path,
-    state: dict[str, Any],
-    model: torch.nn.Module,
-    optimizer: torch.optim.Optimizer,
-) -> None:
-    """Write all that ``train`` needs to go on: the course, the model and the optimizer."""
+def unreadable(checkpoint: Path, error: Exception) -> TrainingError:
+    """Return the error about a checkpoint that cannot be read, with the remedy."""
+    return TrainingError(
+        f"checkpoint {checkpoint} cannot be read ({error}); remove it to train from the start"
+    )
+
+
+def write_checkpoint(checkpoint: Path, content: dict[str, Any]) -> None:
+    """Write plain values and tensors as checkpoint; its folder is made where there is none."""
     checkpoint.parent.mkdir(parents=True, exist_ok=True)
     # a kill while writing must not cost the checkpoint before: write beside it, then replace it
     temporary = checkpoint.with_suffix(".new")
-    torch.save(
-        {**state, "model": model.state_dict(), "optimizer": optimizer.state_dict()}, temporary
-    )
+    torch.save(content, temporary)
     os.replace(temporary, checkpoint)

@@ -41,10 +41,7 @@ class WindowData:
         return len(self.inputs) * (self.inputs.shape[1] - self.window.n_in + 1)
 
     def cut(self, numbers: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Cut windows by their numbers.
-
-        Args:
-            numbers: numbers of the windows, shape (B,), each in 0 .. n_windows - 1.
+        """Cut windows by their numbers, shape (B,), each in 0 .. n_windows - 1.
 
         Returns:
             Features, shape (B, n_in, n_features), and targets, shape (B, n_out * n_targets),
@@ -68,19 +65,11 @@ class WindowData:
 def _cut(
     values: torch.Tensor, trajectory: torch.Tensor, first: torch.Tensor, length: int
 ) -> torch.Tensor:
-    """Cut stretches out of trajectories.
+    """Cut stretches of a length, (B, length, channels), out of trajectories.
 
-    All stretches are rows of one strided view of the memory, so that taking some is one copy. Rows
-    that run across the end of a trajectory exist in the view, but are never taken.
-
-    Args:
-        values: shape (n_trajectories, samples, channels).
-        trajectory: number of the trajectory of each stretch, shape (B,).
-        first: first sample of each stretch, shape (B,).
-        length: samples of a stretch.
-
-    Returns:
-        Shape (B, length, channels).
+    Trajectory and first sample of each stretch have the shape (B,). All stretches are rows of one
+    strided view of the memory, so that taking some is one copy. Rows that run across the end of a
+    trajectory exist in the view, but are never taken.
     """
     n_trajectories, samples, channels = values.shape
     flat = values.contiguous().view(-1)

@@ -55,11 +55,6 @@ def decay_along(
     What was there at the motion's start decays with the mean of these rates, by exp(Re(v) h) from
     state to state (paper, eq. eigenValuesSum). So a mode may grow for a moment.
 
-    Args:
-        system: it is linearized at each state.
-        states: at least one.
-        remaining_amplitude: fraction A_rel to which initial effects decay.
-
     Raises:
         UnstableModeError: the mode grows in the mean; the message names the rates.
         ValueError: there is no state.
@@ -72,11 +67,9 @@ def decay_along(
 
 
 def decay_in_stretches(motions: Sequence[Decay], length: int) -> Decay:
-    """Return the mean rates over stretches of motions.
+    """Return the mean rates over stretches of motions, each of ``length`` instants at least.
 
-    Args:
-        motions: decay along each motion, at instants in equal distances.
-        length: least number of instants in a stretch; a motion that is shorter is one stretch.
+    A motion that is shorter is one stretch.
 
     Raises:
         UnstableModeError: a mode grows in the mean over a stretch.
@@ -99,24 +92,15 @@ def measured_decay_time(
     second: State,
     remaining_amplitude: float = 0.01,
 ) -> float:
-    """Measure the time in which the outputs from two initial states under the same inputs meet.
+    """Measure the time in s in which outputs from two initial states under the same inputs meet.
 
     The energy that the difference still has ahead of it, E(t) = sum over t' >= t of |e(t')|^2,
     falls like exp(2 Re(v) t) without the zero crossings of e itself (backward integration, as for
     the decay of sound in rooms: Schroeder, 1965). A line through log E, from the start until E has
-    fallen to the square of the remaining amplitude, gives Re(v).
-
-    Args:
-        system: it is simulated twice.
-        inputs: inputs in their units, shape (N, n_inputs), over about twice the expected decay
-            time.
-        first: initial state of one motion.
-        second: initial state of the other.
-        remaining_amplitude: fraction of its start to which the difference decays.
-
-    Returns:
-        The decay time in s. It is infinite if the outputs have not met after three quarters of
-        the record: the record is too short, or the motion depends on its start for good.
+    fallen to the square of the remaining amplitude, gives Re(v). The inputs, shape (N, n_inputs),
+    take about twice the expected decay time. The result is infinite if the outputs have not met
+    after three quarters of the record: it is too short, or the motion depends on its start for
+    good.
 
     Raises:
         ValueError: the outputs never differ, or meet within two samples.
@@ -133,17 +117,11 @@ def measured_decay(
     rng: np.random.Generator,
     remaining_amplitude: float = 0.01,
 ) -> Decay:
-    """Measure the decay on several input records, each from its own pair of random states.
+    """Measure the decay on several input records, (N, n_inputs), each from its own random states.
 
-    A nonlinear motion decays faster at some times than at others; the mean over several records
-    is what compares with the linearized equations. A record in which the outputs do not meet
-    counts with the rate 0 and has an infinite decay time.
-
-    Args:
-        system: it is simulated twice for each record.
-        inputs: records of inputs in their units, shape (N, n_inputs) each.
-        rng: draws the initial states.
-        remaining_amplitude: fraction to which the difference of two motions decays.
+    A nonlinear motion decays faster at some times than at others; the mean over several records is
+    what compares with the linearized equations. A record in which the outputs do not meet counts
+    with the rate 0 and has an infinite decay time.
 
     Raises:
         ValueError: there is no record, or one on which ``measured_decay_time`` is not defined.
@@ -159,14 +137,9 @@ def measured_decay(
 
 
 def recommend_window(decay_time: float, step: float, n_out: int) -> Window:
-    """Return the shortest window whose truncated part (n_in - n_out) h holds the decay time.
+    """Return the shortest window whose truncated part (n_in - n_out) h holds the decay time in s.
 
     This is the paper's condition on the window (eq. truncated_time), with equality allowed.
-
-    Args:
-        decay_time: t_d in s.
-        step: sample step h in s.
-        n_out: wanted number of output samples.
 
     Raises:
         ValueError: the decay time is infinite or negative.
@@ -200,7 +173,11 @@ def _needed_samples(decay_time: float, step: float) -> int:
 def _measured_rate(
     system: System, inputs: FloatArray, first: State, second: State, remaining_amplitude: float
 ) -> float:
-    """Slope Re(v) in 1/s of the decaying difference of two motions, 0 if they do not meet."""
+    """Return the rate Re(v) in 1/s at which two motions meet; 0 if they do not.
+
+    Raises:
+        ValueError, SimulationError: as of ``measured_decay_time``.
+    """
     if hold_of(system.inputs) == "first_order":  # both motions see the same input from the start
         second = State(second.coordinates, second.velocities, first.last_input)
     ranges = np.array([signal.high - signal.low for signal in system.outputs])

@@ -75,17 +75,12 @@ class Spectrum:
 
 
 def time_to_decay(rate: float, remaining_amplitude: float) -> float:
-    """Return the decay time t_d = ln(A_rel) / Re(v) (paper, eq. dampingTimes).
+    """Return the time t_d = ln(A_rel) / Re(v) in s for a rate in 1/s (paper, eq. dampingTimes).
 
-    Args:
-        rate: Re(v) in 1/s.
-        remaining_amplitude: fraction A_rel to which initial effects decay.
-
-    Returns:
-        The decay time in s, infinite for a rate that is not negative.
+    It is infinite for a rate that is not negative.
 
     Raises:
-        ValueError: the remaining amplitude is not between 0 and 1.
+        ValueError: the remaining amplitude A_rel is not between 0 and 1.
     """
     if not 0.0 < remaining_amplitude < 1.0:
         raise ValueError(
@@ -96,14 +91,10 @@ def time_to_decay(rate: float, remaining_amplitude: float) -> float:
 
 
 def nullspace(constraints: FloatArray, rank_tolerance: float = 1e-10) -> FloatArray:
-    """Return orthonormal directions that the constraints leave free.
+    """Return unit directions, (n, n_free), that constraints (n_constraints, n) leave free.
 
-    Args:
-        constraints: Jacobian G, shape (n_constraints, n); redundant rows are fine.
-        rank_tolerance: singular values below this fraction of the largest count as zero.
-
-    Returns:
-        N, shape (n, n_free), with G N = 0 and columns of unit length.
+    Redundant rows are fine: singular values below ``rank_tolerance`` times the largest count as
+    zero.
     """
     if len(constraints) == 0:
         return np.eye(constraints.shape[1])
@@ -136,18 +127,11 @@ def spectrum(
 
 
 def slowest_rate(linearization: Linearization, uncertainty: float = 1e-10) -> float:
-    """Return Re(v) of the mode that decays most slowly, at one instant of a motion.
+    """Return Re(v) in 1/s of the mode that decays most slowly, at one instant of a motion.
 
     The rate is positive if the mode grows: in motion it may do so for a while, since the equations
-    change with the time.
-
-    Args:
-        linearization: M, D, K, G at one state.
-        uncertainty: uncertainty of the stiffness, as for ``spectrum``.
-
-    Returns:
-        The rate in 1/s; 0 for an undamped mode, minus infinity if all modes are those of rigid
-        bodies.
+    change with the time. It is 0 for an undamped mode, and minus infinity if all modes are those
+    of rigid bodies.
 
     Raises:
         ValueError: as for ``spectrum``.
@@ -160,11 +144,7 @@ def slowest_rate(linearization: Linearization, uncertainty: float = 1e-10) -> fl
 def _finite_eigenvalues(
     linearization: Linearization, uncertainty: float
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128], int]:
-    """Return the finite eigenvalues in 1/s, those of rigid-body modes apart.
-
-    Returns:
-        Eigenvalues of all other modes, those of rigid-body modes, and the number of infinite ones.
-    """
+    """Return finite eigenvalues in 1/s, those of rigid-body modes, and how many are infinite."""
     free = nullspace(linearization.constraints)
     mass, damping, stiffness = (
         free.T @ matrix @ free
@@ -179,19 +159,11 @@ def _finite_eigenvalues(
 def _rigid_limits(
     mass: FloatArray, damping: FloatArray, stiffness: float, shapes: NDArray[np.complex128]
 ) -> FloatArray:
-    """Return |v| up to which a small stiffness k alone explains a slow mode.
+    """Return |v| in 1/s, (n_modes,), up to which a small stiffness k alone explains a mode.
 
     A stiffness of either sign moves v no further than the positive root of v^2 m + v d - k = 0,
-    with the mass m and the damping d of the mode's shape; it is written without cancellation.
-
-    Args:
-        mass: M, shape (n, n).
-        damping: D, shape (n, n).
-        stiffness: k in N/m for shapes of unit length, not negative.
-        shapes: one column of unit length for each mode, shape (n, n_modes).
-
-    Returns:
-        Bounds in 1/s, shape (n_modes,).
+    with the mass m and the damping d of the mode's shape, a column of unit length; it is written
+    without cancellation.
     """
     m, d = (np.abs(np.sum(shapes.conj() * (matrix @ shapes), 0)) for matrix in (mass, damping))
     root = d + np.sqrt(d**2 + 4 * m * stiffness)

@@ -109,14 +109,14 @@ class Sizing:
             "remaining_amplitude": self.remaining_amplitude,
             "decay_time_s": {
                 **_times(self.linearized),
-                "local_worst": _finite(self.local_worst),
+                "local_worst": finite(self.local_worst),
             },
             "measured_decay_time_s": _times(self.measured),
             "modes_at_rest": [
                 {
                     "frequency_rad_s": mode.natural_frequency,
                     "damping_ratio": mode.damping_ratio,
-                    "decay_time_s": _finite(mode.decay_time),
+                    "decay_time_s": finite(mode.decay_time),
                 }
                 for mode in self.modes.modes
             ],
@@ -136,14 +136,11 @@ class Sizing:
 def size_window(recipe: Recipe, system: System, seed: int | None = None) -> Sizing:
     """Compute and measure the decay times of a recipe's system along its motions.
 
-    Args:
-        recipe: window, excitation and durations.
-        system: the recipe's system.
-        seed: seed of the motions; the recipe's data seed if None.
+    The seed of the motions is the recipe's data seed if None.
 
     Raises:
-        UnstableModeError: a mode of the system linearized at rest grows, or the slowest mode
-            grows in the mean along a motion.
+        UnstableModeError: a mode of the system linearized at rest grows, or the slowest mode grows
+            in the mean along a motion.
         SimulationError: a motion could not be simulated.
         ValueError: the system has no damping, so that initial effects never decay.
     """
@@ -242,9 +239,9 @@ def seconds(value: float | None) -> str:
 
 
 def _times(decay: Decay) -> dict[str, float | None]:
-    return {"mean": _finite(decay.mean), "worst": _finite(decay.worst)}
+    return {"mean": finite(decay.mean), "worst": finite(decay.worst)}
 
 
-def _finite(value: float) -> float | None:
+def finite(value: float) -> float | None:
     """Return a number for JSON, which knows no infinity: None stands for it."""
     return value if math.isfinite(value) else None

@@ -15,6 +15,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import STABILITY, Stream, draw
+from slide_fmu.memory.sizing import finite
 from slide_fmu.network.base import Float32Array
 from slide_fmu.network.state_space import StateSpace
 from slide_fmu.recipe.recipe import Recipe
@@ -61,15 +62,9 @@ class AmplitudeTest:
 def check_stability(
     surrogate: Surrogate, recipe: Recipe, system: System
 ) -> tuple[AmplitudeTest, ...]:
-    """Test a state-space surrogate at all amplitudes of its recipe.
+    """Test a state-space surrogate at all amplitudes of its recipe, one test each.
 
-    Args:
-        surrogate: what is tested.
-        recipe: excitation, amplitudes and limits (``recipe.stability``).
-        system: the recipe's system, for the signals of its inputs.
-
-    Returns:
-        One test per amplitude; none for other networks, whose memory is their window.
+    There are none for other networks, whose memory is their window.
     """
     network = surrogate.network
     if not isinstance(network, StateSpace):
@@ -86,13 +81,9 @@ def check_stability(
 def require_stability(tests: tuple[AmplitudeTest, ...], recipe: Recipe, picture: str) -> None:
     """Refuse a network that failed a test, unless the recipe says ``allow_unstable``.
 
-    Args:
-        tests: as from ``check_stability``.
-        recipe: says whether failures are allowed.
-        picture: where the tests can be seen, for the message.
-
     Raises:
-        UnstableSurrogateError: a test failed; the message has every failure and the remedy.
+        UnstableSurrogateError: a test failed; the message has every failure, the remedy, and where
+            the tests can be seen (``picture``).
     """
     problems = [test.problem for test in tests if test.problem is not None]
     if problems and not recipe.stability.allow_unstable:
@@ -109,9 +100,9 @@ def stability_figures(tests: tuple[AmplitudeTest, ...]) -> list[dict[str, Any]]:
     return [
         {
             "amplitude": test.amplitude,
-            "growth": _finite(test.growth),
-            "median_difference": _finite(float(np.median(test.differences))),
-            "largest_difference": _finite(float(np.max(test.differences))),
+            "growth": finite(test.growth),
+            "median_difference": finite(float(np.median(test.differences))),
+            "largest_difference": finite(float(np.max(test.differences))),
             "passed": test.problem is None,
         }
         for test in tests
@@ -126,11 +117,8 @@ def _test(
 ) -> AmplitudeTest:
     """Test boundedness along whole records, and fading memory in their second window.
 
-    Args:
-        network: the network.
-        features: features of the records, shape (R, WINDOWS n_in, n_features).
-        reference: factor on the amplitude, and outputs at amplitude 1.
-        recipe: has the limits.
+    Features have the shape (R, WINDOWS n_in, n_features); the reference is the factor on the
+    amplitude, and the outputs at amplitude 1.
     """
     (factor, unit), n = reference, network.n_samples
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -188,8 +176,3 @@ def _records(surrogate: Surrogate, recipe: Recipe, system: System, factor: float
     stream = Stream(STABILITY, recipe.data.seed, (factor, factor), duration)
     drawn = [draw(recipe, system, stream, index).inputs[-count:] for index in range(RECORDS)]
     return surrogate.network.features.along(surrogate.input_scaling.apply(np.array(drawn)))
-
-
-def _finite(value: float) -> float | None:
-    """Return a number for JSON, which knows no infinity: None stands for it."""
-    return value if np.isfinite(value) else None

@@ -1,4 +1,4 @@
-"""Whatever can become an FMU, as FMU: a trained recipe, an FMU again, a torch module.
+"""Whatever can become an FMU is exported: a trained recipe, an FMU again, a torch module.
 
 Each kind of source imports what it needs when it is exported: an FMU is written again without the
 packages of the training and of the figures.
@@ -6,7 +6,6 @@ packages of the training and of the figures.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +14,6 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.python_fmu.torch_files import SUFFIXES, is_module
-from slide_fmu.surrogate.surrogate import Surrogate
 
 if TYPE_CHECKING:
     from slide_fmu.pipeline.job import Job
@@ -26,12 +24,7 @@ RUNS = Path("runs")
 
 @dataclass(frozen=True)
 class Form:
-    """Which FMU of a surrogate is written.
-
-    Attributes:
-        fmi: version of the standard.
-        sources: with C sources.
-    """
+    """A form is the standard's version of an FMU, and whether it has C sources."""
 
     fmi: FmiVersion = 2
     sources: bool = False
@@ -39,7 +32,7 @@ class Form:
 
 @dataclass(frozen=True)
 class Request:
-    """What is to become an FMU, and what was said about it; None: nothing was said.
+    """A request says what is to become an FMU; an option is None where nothing was said about it.
 
     Attributes:
         source: recipe that was trained, FMU, or torch module.
@@ -47,8 +40,8 @@ class Request:
         form: which FMU is written.
         python: whether an FMU that needs Python was asked for.
         description: TOML file about a torch module.
-        training_seed: of a trained recipe.
-        data_seed: of a trained recipe.
+        training_seed: seed of a trained recipe's training.
+        data_seed: seed of its data.
         runs: folder that holds the work on recipes.
     """
 
@@ -63,16 +56,7 @@ class Request:
 
 
 def export(request: Request, bar: Stages) -> Path:
-    """Write the FMU of a recipe, of an FMU, or of a torch module.
-
-    Each kind imports what it needs: an FMU is written again without the packages of the training.
-
-    Args:
-        request: what is to become an FMU.
-        bar: opens the progress of a stage.
-
-    Returns:
-        The FMU that was written.
+    """Write the FMU of a recipe, of an FMU, or of a torch module, and return its path.
 
     Raises:
         FmuError: the source is no FMU of slide-fmu.
@@ -85,8 +69,8 @@ def export(request: Request, bar: Stages) -> Path:
         return _export_module(request)
     if request.source.suffix == ".toml":
         return _export_recipe(request, bar)
-    _refuse_options_of_modules(request)
-    _refuse_options_of_recipes(request)
+    _refuse_options_of("torch modules", request)
+    _refuse_options_of("trained recipes", request)
     if request.path is None:
         raise ValueError("export of an FMU: where to? give the FMU to write with -o PATH")
     return export_again(request.source, request.path, request.form)
@@ -95,20 +79,16 @@ def export(request: Request, bar: Stages) -> Path:
 def _export_recipe(request: Request, bar: Stages) -> Path:
     from slide_fmu.pipeline.job import open_job
 
-    _refuse_options_of_modules(request)
+    _refuse_options_of("torch modules", request)
     runs = request.runs or RUNS
     job = open_job(request.source, runs, bar, request.training_seed, request.data_seed)
     return export_recipe(job, request.path, request.form)
 
 
 def export_recipe(job: Job, path: Path | None, form: Form) -> Path:
-    """Write the FMU of a trained recipe.
+    """Write the FMU of a trained recipe to a path, or to its place in the run folder if None.
 
     An FMU of the same surrogate that ``run`` has finished keeps its report and measured error.
-
-    Args:
-        path: the FMU to write; if None, that of the run folder.
-        form: which FMU is written.
 
     Raises:
         StageError: nothing was trained.
@@ -126,16 +106,11 @@ def export_recipe(job: Job, path: Path | None, form: Form) -> Path:
         same = {key: value for key, value in (found or {}).items() if key in origin} == origin
         if same and other.to_bytes() == surrogate.to_bytes():
             return export_again(finished, path, form)
-    return write_form(surrogate, path, form, provenance=origin)
+    return export_fmu(surrogate, path, fmi=form.fmi, sources=form.sources, provenance=origin)
 
 
 def export_again(source: Path, path: Path, form: Form) -> Path:
     """Write the surrogate of an FMU as FMU of either standard, with this version's runtime.
-
-    Args:
-        source: FMU of slide-fmu.
-        path: the FMU to write.
-        form: which FMU is written.
 
     Raises:
         FmuError: the source is no FMU of slide-fmu.
@@ -143,25 +118,13 @@ def export_again(source: Path, path: Path, form: Form) -> Path:
     surrogate, found = read_fmu(source)
     page = read_member(source, "documentation/index.html")
     documentation = {} if page is None else {"index.html": page}
-    return write_form(surrogate, path, form, provenance=found, documentation=documentation)
-
-
-def write_form(
-    surrogate: Surrogate,
-    path: Path,
-    form: Form,
-    *,
-    provenance: dict[str, object] | None,
-    documentation: Mapping[str, bytes] | None = None,
-) -> Path:
-    """Write a surrogate as FMU of a form."""
     return export_fmu(
         surrogate,
         path,
         fmi=form.fmi,
-        provenance=provenance,
-        documentation=documentation,
         sources=form.sources,
+        provenance=found,
+        documentation=documentation,
     )
 
 
@@ -170,7 +133,7 @@ def _export_module(request: Request) -> Path:
     from slide_fmu.python_fmu.torch_export import ModuleError, export_module
 
     _require_module_export(request)
-    _refuse_options_of_recipes(request)
+    _refuse_options_of("trained recipes", request)
     if request.description is None or request.path is None:
         raise ModuleError(
             f"{request.source}: what are its signals, and where to? give --description "
@@ -183,7 +146,7 @@ def _require_module_export(request: Request) -> None:
     """Refuse what the python backend cannot make, and torch modules without it.
 
     Raises:
-        ModuleError: with what was asked for, and the remedy.
+        ModuleError: the message has what was asked for, and the remedy.
     """
     from slide_fmu.python_fmu.torch_export import ModuleError
 
@@ -205,19 +168,15 @@ def _require_module_export(request: Request) -> None:
         )
 
 
-def _refuse_options_of_recipes(request: Request) -> None:
-    seeds = {"--seed": request.training_seed, "--data-seed": request.data_seed}
-    _refuse(request.source, "trained recipes", {**seeds, "--runs": request.runs})
-
-
-def _refuse_options_of_modules(request: Request) -> None:
-    _refuse(request.source, "torch modules", {"--description": request.description})
-
-
-def _refuse(source: Path, others: str, options: Mapping[str, object]) -> None:
-    """Refuse options that are about sources of another kind."""
+def _refuse_options_of(others: str, request: Request) -> None:
+    """Refuse options that are about sources of another kind than that of the request."""
+    options: dict[str, object] = {"--description": request.description}
+    if others == "trained recipes":
+        seeds = {"--seed": request.training_seed, "--data-seed": request.data_seed}
+        options = {**seeds, "--runs": request.runs}
     given = [f"{name} {value}" for name, value in options.items() if value is not None]
     if given:
         raise ValueError(
-            f"export of {source}: {' '.join(given)} is for {others}, this is none; leave it out"
+            f"export of {request.source}: {' '.join(given)} is for {others}, this is none; leave "
+            "it out"
         )

@@ -1,4 +1,4 @@
-"""What an FMU of slide-fmu is, as plain values."""
+"""An FMU of slide-fmu is described as plain values."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from slide_fmu.python_fmu.torch_files import module_figures
 
 
 def describe_fmu(fmu: Path) -> dict[str, Any]:
-    """Describe an FMU: its signals, window, size and provenance; of a torch module, its versions.
+    """Return an FMU's signals, window, size and provenance; of a torch module, its versions.
 
     Raises:
         FmuError: the file is no FMU of slide-fmu, or it is damaged.

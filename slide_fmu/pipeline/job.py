@@ -1,4 +1,4 @@
-"""A recipe on its way through the stages, and where what comes of it is from."""
+"""A job is a recipe on its way through the stages; its provenance stays with the result."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "fmpy", "torch", "exudyn", "python
 
 @dataclass(frozen=True)
 class Job:
-    """A recipe on its way through the stages.
+    """A job is a recipe on its way through the stages.
 
     Attributes:
         text: the recipe file as it was read.
         recipe: what it says, seeds of the command line included.
-        folder: where its files lie.
+        folder: folder in which its files lie.
         bar: opens the progress of a stage.
     """
 
@@ -42,9 +42,8 @@ def open_job(
 ) -> Job:
     """Read a recipe and find its run folder.
 
-    Args:
-        training_seed: replaces the recipe's seeds of initialisation and order of windows.
-        data_seed: replaces the recipe's seed of the trajectories.
+    The training seed replaces those of initialisation and order of windows, the data seed that of
+    the trajectories.
 
     Raises:
         RecipeError: the recipe cannot be used.
@@ -68,7 +67,7 @@ def make_importable(folder: Path) -> None:
 
 
 def with_training_seed(recipe: Recipe, seed: int) -> Recipe:
-    """The recipe with another seed for initialisation and order of windows."""
+    """Return the recipe with another seed for initialisation and order of windows."""
     values = recipe.model_dump()
     values["training"]["seed"] = seed
     if values["estimator"] is not None:
@@ -79,7 +78,7 @@ def with_training_seed(recipe: Recipe, seed: int) -> Recipe:
 
 
 def provenance(job: Job, versions: dict[str, str]) -> dict[str, object]:
-    """Where the surrogate of a job comes from: recipe, seeds, versions of the training."""
+    """Return where the surrogate of a job comes from: recipe, seeds, versions of the training."""
     recipe = job.recipe
     estimator = recipe.estimator
     return {
@@ -94,7 +93,7 @@ def provenance(job: Job, versions: dict[str, str]) -> dict[str, object]:
 
 
 def versions() -> dict[str, str]:
-    """Versions of the packages that a surrogate depends on, here and now."""
+    """Return the versions of the packages that a surrogate depends on, here and now."""
     found = {"python": platform.python_version()}
     for name in VERSIONS_OF:
         try:

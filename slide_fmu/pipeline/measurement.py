@@ -1,4 +1,4 @@
-"""An FMU beside its reference system: what a released one is measured on."""
+"""A released FMU is measured beside its reference system."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def validate_fmu_file(fmu: Path, task: Task, bar: Stages) -> Validation:
 
 
 def validation_report(validation: Validation) -> Report:
-    """The report of one validation."""
+    """Return the report of one validation."""
     name = _title(validation.task)
     return Report(
         f"Validation of {validation.surrogate.name}",
@@ -41,7 +41,7 @@ def validation_report(validation: Validation) -> Report:
 
 
 def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[str, Task]:
-    """What a released FMU is measured on: in range, and where its estimator was trained too."""
+    """Return what a released FMU is measured on: in range, and beyond if it has an estimator."""
     found = {IN_RANGE: Task(seed, trajectories)}
     if recipe.estimator is not None:
         found[BEYOND] = Task(seed + 1, trajectories, recipe.estimator.amplitude_factor)

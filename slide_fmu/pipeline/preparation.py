@@ -1,4 +1,4 @@
-"""What comes before the training: the recipe checked, the window sized, the data made."""
+"""Before the training the recipe is checked, the window sized, and the data made."""
 
 from __future__ import annotations
 
@@ -25,10 +25,7 @@ def check_recipe(recipe: Recipe) -> None:
 
 
 def size_recipe(job: Job, seed: int | None = None) -> Sizing:
-    """Decay times of the recipe's system along its motions.
-
-    Args:
-        seed: of the motions; the recipe's data seed if None.
+    """Return the decay times of the recipe's system along its motions, of a seed or the data's.
 
     Raises:
         LoadError, RecipeError: as of ``check_recipe``.
@@ -38,7 +35,7 @@ def size_recipe(job: Job, seed: int | None = None) -> Sizing:
 
 
 def check_window(job: Job) -> Sizing:
-    """Check the recipe, compute the decay times; refuse a window that is too short.
+    """Check the recipe, compute the decay times, and refuse a window that is too short.
 
     Raises:
         LoadError, RecipeError: as of ``check_recipe``.

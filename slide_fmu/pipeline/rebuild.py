@@ -1,4 +1,4 @@
-"""A released FMU again, from its surrogate and its measured figures, without any training."""
+"""A released FMU is built again from its surrogate and its measured figures, without training."""
 
 from __future__ import annotations
 
@@ -17,18 +17,12 @@ HEADING = "| variable |"
 
 
 def rebuild(fmu: Path) -> Path:
-    """Write a released FMU again in its place, with its card and the pictures beside it.
+    """Write a released FMU again in its place, with its model card and the pictures beside it.
 
     Surrogate, provenance and measured figures stay as they are. Model description and libraries
     are those of this version. The report inside keeps its text; its pictures become smaller, and
     so does ``side_by_side.png`` beside the FMU. The card (``README.md``) stays too, but lists the
     variables that the FMU has now.
-
-    Args:
-        fmu: FMU that ``slide-fmu run`` finished; replaced as a whole.
-
-    Returns:
-        The path.
 
     Raises:
         FmuError: the file is no FMU of slide-fmu, or damaged.
@@ -54,7 +48,7 @@ def rebuild(fmu: Path) -> Path:
 
 
 def _with_variables(text: str, table: str, place: Path) -> str:
-    """The card with another table of variables."""
+    """Return the card with another table of variables."""
     before, heading, rest = text.partition(HEADING)
     if not heading:
         raise StageError(f"{place} has no table that begins with {HEADING!r}; release again")

@@ -1,4 +1,4 @@
-"""The whole way: from a recipe to an FMU that carries its report and its measured error."""
+"""The whole way leads from a recipe to an FMU that carries its report and its measured error."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from slide_fmu.systems.loading import load_picture
 from slide_fmu.validation import report as reports
 from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.figures import side_by_side
-from slide_fmu.validation.model_card import card
+from slide_fmu.validation.model_card import model_card
 from slide_fmu.validation.report import Report
 from slide_fmu.validation.response import is_affine
 
@@ -33,7 +33,7 @@ folder finds it on the card."""
 
 @dataclass(frozen=True)
 class Choices:
-    """What may be chosen about a run, beside the recipe.
+    """Choices are what may be said about a run beside the recipe.
 
     Attributes:
         seed: seed of the unseen trajectories that the FMU is measured on.
@@ -52,13 +52,7 @@ class Choices:
 
 @dataclass(frozen=True, eq=False)
 class Finished:
-    """A finished run.
-
-    Attributes:
-        fmu: path of the FMU.
-        page: path of its report.
-        figures: what was measured, as in ``report.json``.
-    """
+    """A finished run has an FMU, the page of its report, and the figures of ``report.json``."""
 
     fmu: Path
     page: Path
@@ -84,9 +78,7 @@ def run_recipe(job: Job, choices: Choices) -> Finished:
 def finish(job: Job, sizing: Sizing, seed: int, trajectories: int | None = None) -> Finished:
     """Export, validate, and write the FMU that carries its report and its measured error.
 
-    Args:
-        seed: of the unseen trajectories.
-        trajectories: their number; the recipe's if None.
+    The seed is that of the unseen trajectories; their number is the recipe's if None.
 
     Raises:
         StageError: nothing was trained.
@@ -104,7 +96,7 @@ def finish(job: Job, sizing: Sizing, seed: int, trajectories: int | None = None)
     report = _full_report(trained, recipe, sizing, validations, tests)
     page = report.write(job.folder.path)
     (job.folder.path / PICTURE).write_bytes(side_by_side(validations[IN_RANGE], 0))
-    text = card(surrogate, recipe, report.data, PICTURE, draw_mechanism(job))
+    text = model_card(surrogate, recipe, report.data, PICTURE, draw_mechanism(job))
     (job.folder.path / "card.md").write_text(text, encoding="utf-8")
     released = {**origin, "measured": report.data}
     export_fmu(
@@ -117,7 +109,7 @@ def draw_mechanism(job: Job) -> str | None:
     """Draw the reference system into the run folder, if the recipe names a picture of it.
 
     Returns:
-        File name of the picture on the card: this one, or one that was there; None without.
+        File name of the picture on the model card, perhaps of one that was there; None without.
 
     Raises:
         LoadError: there is no such picture.

@@ -1,4 +1,4 @@
-"""Where the work on a recipe lies on disk: one folder per recipe, resumable stage by stage."""
+"""The work on a recipe lies in one folder, which is resumable stage by stage."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class StageError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Trained:
-    """A trained surrogate as the run folder keeps it.
+    """A trained surrogate is kept by the run folder with how it was trained.
 
     Attributes:
         surrogate: with its error estimator, if it has one.
         histories: course of the trainings, by stage.
-        versions: of the packages that trained it.
+        versions: versions of the packages that trained it.
     """
 
     surrogate: Surrogate
@@ -40,36 +40,32 @@ class Trained:
 
 @dataclass(frozen=True)
 class RunFolder:
-    """Files of one recipe's run.
-
-    Attributes:
-        path: ``runs/<name>``.
-    """
+    """A run folder, ``runs/<name>``, holds the files of one recipe's run."""
 
     path: Path
 
     @property
     def store(self) -> Path:
-        """The trajectories."""
+        """The trajectories lie here."""
         return self.path / "data.zarr"
 
     @property
     def checkpoints(self) -> Path:
-        """States of interrupted trainings."""
+        """States of interrupted trainings lie here."""
         return self.path / "checkpoints"
 
     @property
     def surrogate(self) -> Path:
-        """The trained surrogate."""
+        """The trained surrogate lies here."""
         return self.path / "surrogate.slide"
 
     @property
     def training(self) -> Path:
-        """What the surrogate was trained from, and how that went."""
+        """What the surrogate was trained from, and how that went, lies here."""
         return self.path / "training.json"
 
     def fmu(self, recipe: Recipe) -> Path:
-        """The FMU."""
+        """Return the place of the FMU."""
         return self.path / f"{recipe.name}.fmu"
 
     def save_surrogate(
@@ -79,7 +75,7 @@ class RunFolder:
         histories: dict[str, History],
         versions: dict[str, str],
     ) -> None:
-        """Keep a trained surrogate and where it comes from."""
+        """Keep a trained surrogate, the course of its trainings, and where it comes from."""
         data = surrogate.to_bytes()
         record = {
             "surrogate": hashlib.sha256(data).hexdigest(),
@@ -91,7 +87,7 @@ class RunFolder:
         write_whole(self.training, json.dumps(record).encode("utf-8"))
 
     def load_surrogate(self, recipe: Recipe) -> Trained:
-        """The trained surrogate of a recipe.
+        """Return the trained surrogate of a recipe.
 
         Raises:
             StageError: nothing was trained here, or it was trained from another recipe.
@@ -125,7 +121,7 @@ def _same_learning(record: dict[str, Any], recipe: Recipe) -> bool:
 
 
 def _learnt(recipe: dict[str, Any]) -> dict[str, Any]:
-    """What a recipe says about learning: not how the result is tested and measured."""
+    """Return what a recipe says about learning: not how the result is tested and measured."""
     learnt = {k: v for k, v in recipe.items() if k not in ("stability", "validation")}
     untaught = ("reference", "picture")
     learnt["system"] = {k: v for k, v in recipe["system"].items() if k not in untaught}
@@ -133,7 +129,7 @@ def _learnt(recipe: dict[str, Any]) -> dict[str, Any]:
 
 
 def recipe_of_provenance(provenance: dict[str, Any] | None, source: str) -> Recipe:
-    """The recipe that a released FMU carries.
+    """Return the recipe that a released FMU carries; ``source`` is its name in messages.
 
     Raises:
         StageError: it carries none.

@@ -1,4 +1,4 @@
-"""An FMU beside its reference system, both as FMUs of one SSP, on the same unseen inputs."""
+"""An FMU stands beside its reference system in one SSP, both on the same unseen inputs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FMI_3 = (
 
 
 def write_reference(recipe: Recipe, path: Path) -> Path:
-    """Write the reference system of a recipe as FMU.
+    """Write the reference system of a recipe as FMU, and return its path.
 
     Raises:
         LoadError: the system cannot be made.
@@ -44,15 +44,11 @@ def write_side_by_side(
 ) -> tuple[Path, str | None]:
     """Write an FMU and its reference system, driven by the same unseen inputs, as SSP.
 
-    Args:
-        fmu: FMU of slide-fmu.
-        path: file to write, ending in ``.ssp``.
-        seed: of the inputs, which are those of the first trajectory of ``validate``, led in by
-            its burn-in.
-        duration: of the inputs in s, beside the lead-in; the recipe's if None.
+    The inputs are those of the first trajectory of ``validate`` with this seed, led in by its
+    burn-in. Their duration in s, beside the lead-in, is the recipe's if None.
 
     Returns:
-        The path, and which masters do not run it although they run others, if there are such.
+        The path, and which importers do not run it although they run others, if there are such.
 
     Raises:
         FmuError: the file is no FMU of slide-fmu, or damaged.
@@ -74,16 +70,14 @@ def write_side_by_side(
 
 
 def led_in(surrogate: Surrogate, drawn: Draw) -> FloatArray:
-    """Inputs of a draw that leave the start values without a jump.
+    """Return the inputs of a draw so that they leave the start values without a jump.
 
-    There are masters that step all FMUs once before they pass any values on, so that the first
+    There are importers that step all FMUs once before they pass any values on, so that the first
     step sees start values, or zeros. If the second step were somewhere else, a prescribed motion
     would begin with a blow that no training saw. So the deviation from the start values grows
-    smoothly over the burn-in. The cosine and sine of an angle stay as they were drawn: there is
-    no way to them from zero, which is no direction.
-
-    Returns:
-        Shape (burn_in + N, n_inputs), in the inputs' units.
+    smoothly over the burn-in. The cosine and sine of an angle stay as they were drawn: there is no
+    way to them from zero, which is no direction. The shape is (burn_in + N, n_inputs), the units
+    are those of the inputs.
     """
     passed = np.minimum(np.arange(len(drawn.inputs)) / max(1, drawn.burn_in), 1.0)[:, None]
     part = passed**3 * (10 - 15 * passed + 6 * passed**2)  # smooth at both ends, twice

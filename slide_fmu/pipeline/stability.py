@@ -1,4 +1,4 @@
-"""Whether a trained surrogate is stable enough to become an FMU."""
+"""A trained surrogate must be stable enough to become an FMU."""
 
 from __future__ import annotations
 

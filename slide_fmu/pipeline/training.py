@@ -1,4 +1,4 @@
-"""Training of the surrogate and its error estimator."""
+"""The surrogate and its error estimator are trained, and kept in the run folder."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ from slide_fmu.recipe.systems import recipe_system
 
 
 def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
-    """Train surrogate and error estimator; keep them in the run folder.
+    """Train surrogate and error estimator, and keep them in the run folder.
 
-    Args:
-        threads: of the processor. Networks of this size gain little from a second one, and lose
-            much when another program needs it; with one, every machine sums in the same order.
+    Networks of this size gain little from a second thread of the processor, and lose much when
+    another program needs it; with one, every machine sums in the same order.
 
     Returns:
         Best validation error by stage (scaled units), parameters, seed.

@@ -1,4 +1,4 @@
-"""The features that a recipe's networks name: found without data, refused before any are made."""
+"""The features that a recipe's networks name are found without data, before any are made."""
 
 from __future__ import annotations
 
@@ -11,10 +11,7 @@ from slide_fmu.systems.base import System
 
 
 def feature_set(names: tuple[str, ...], system: System, scaling: Affine) -> Features:
-    """The set that all names belong to, on the inputs of a system.
-
-    Args:
-        scaling: of the inputs.
+    """Return the set that all names belong to, on the inputs of a system with their scaling.
 
     Raises:
         ValueError: names are unknown or of several sets, or the system has not what the set needs.
@@ -27,7 +24,7 @@ def require_features(recipe: Recipe, system: System) -> None:
     """Refuse networks that see what the system has not, or turn more states than they have.
 
     Raises:
-        RecipeError: with the table, and what is wrong in it.
+        RecipeError: the message has the table, and what is wrong in it.
     """
     tables: dict[str, NetworkTable] = {"network": recipe.network}
     if recipe.estimator is not None:
@@ -45,14 +42,10 @@ def require_features(recipe: Recipe, system: System) -> None:
 def require_turned_pairs(pairs: int, order: int | str, n_drive: int, n_outputs: int) -> None:
     """Refuse to turn more pairs of states than there are, or what is no vector.
 
-    Args:
-        pairs: of states that turn, at least one.
-        order: number of states, or "auto".
-        n_drive: number of signals that move them.
-        n_outputs: number of outputs.
+    The order may be "auto"; ``n_drive`` is the number of signals of the state input.
 
     Raises:
-        ValueError: with the remedy.
+        ValueError: the message has the remedy.
     """
     if isinstance(order, int) and 2 * pairs > order:
         raise ValueError(

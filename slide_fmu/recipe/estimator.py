@@ -1,4 +1,4 @@
-"""The recipe's table about the error estimator."""
+"""The recipe's table ``estimator`` is about the error estimator."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ ROUNDING = 1e-9
 
 
 class EstimatorRecipe(Table):
-    """The error estimator.
+    """The table ``estimator`` describes the error estimator.
 
     Attributes:
         network: its network; ``time_invariant`` here means the root of the mean square of one
-            network's estimates at the last ``span`` samples, else it estimates directly the
-            error over the output window, from the whole window.
-        pretraining: of a time-invariant network, at single positions, where it learns mean and
-            spread of the error by maximum likelihood.
-        pretrained_beyond: whether it learns that from the trajectories beyond the range too;
-            false where the system has several lasting responses there, so that errors are
-            orders of magnitude larger.
+            network's estimates at the last ``span`` samples, else it estimates directly the error
+            over the output window, from the whole window.
+        pretraining: training of a time-invariant network at single positions, where it learns mean
+            and standard deviation of the error by maximum likelihood.
+        pretrained_beyond: whether it learns that from the trajectories beyond the range too; false
+            where the system has several lasting responses there, so that errors are orders of
+            magnitude larger.
         training: its training on the error over the span.
         span: samples over which the error is estimated, as the root of the mean square; those of
             the output window if not given.
@@ -38,7 +38,7 @@ class EstimatorRecipe(Table):
             newest, rising; all that the window holds before its oldest output if not given.
         amplitude_factor: range of the factor on the excitation beyond the trained range.
         in_range: fraction of its trajectories with factor 1.
-        resolution: errors below this fraction of the output's scale are not told apart.
+        resolution: errors below this fraction of the output's scale count as equal.
     """
 
     network: FeedForwardRecipe

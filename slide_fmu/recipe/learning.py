@@ -20,7 +20,7 @@ PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class Table(BaseModel):
-    """A table of the recipe: unknown keys are mistakes, values do not change."""
+    """A table of the recipe refuses unknown keys, and its values do not change."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -38,17 +38,17 @@ def _require_odd(names: tuple[str, ...], readout: tuple[str, ...] = ()) -> None:
 
 
 class FeedForwardRecipe(Table):
-    """The paper's feed-forward network.
+    """The table ``network`` describes the paper's feed-forward network.
 
     Attributes:
         LEARNS_BEYOND: whether its fit uses trajectories beyond the range (``data.beyond``).
-        family: names the network family.
+        family: name of the network family.
         hidden: widths of the hidden layers; empty for one affine map.
         activation: activation of the hidden layers.
         bias: whether layers have biases; without, odd activations give an odd network: for
             features that change their sign with the inputs.
         linear_skip: whether a linear path leads from the inputs to the outputs.
-        time_invariant: one network for every position of the output window, which sees the
+        time_invariant: whether one network serves every position of the output window and sees the
             n_in - n_out + 1 inputs before it; else one network gives the whole block.
         features: names of the features that it sees (``slide_fmu.features.base``).
     """
@@ -69,7 +69,7 @@ class FeedForwardRecipe(Table):
         return self
 
     def feature_names(self) -> tuple[str, ...]:
-        """Names of all features that it uses."""
+        """Return the names of all features that it uses."""
         return self.features
 
     @property
@@ -79,7 +79,7 @@ class FeedForwardRecipe(Table):
 
 
 def _size_from(least: int) -> Callable[[Any], Any]:
-    """Check of a size that may also be found automatically."""
+    """Return the check of a size that may also be found automatically."""
 
     def check(value: Any) -> Any:
         number = isinstance(value, int) and not isinstance(value, bool) and value >= least
@@ -91,29 +91,31 @@ def _size_from(least: int) -> Callable[[Any], Any]:
 
 
 class StateSpaceRecipe(Table):
-    """The nonlinear state-space network, run from zero state over the window.
+    """The table ``network`` describes the nonlinear state-space network, run from zero state.
 
     Attributes:
         LEARNS_BEYOND: whether its fit uses trajectories beyond the range (``data.beyond``).
-        family: names the network family.
+        family: name of the network family.
         order: number of states that carry the response; ``"auto"``: from the eigenvalues of the
             linearized system in the excited band (else from impulse responses), raised while the
             validation error falls.
         hidden: number of units; 0 for a linear network; ``"auto"``: raised likewise.
         padding: states that are added to the order for the units' use.
         units: activation. Cubic units suit polynomial springs, but have no bound: they may grow
-            without end beyond the trained range. Gated units make the response linear with
-            coefficients that follow a schedule: for mechanisms whose inertia depends on their
-            configuration.
+            without end beyond the trained range. Gated units (LPV units, linear parameter-varying)
+            make the
+            response linear with coefficients that follow scheduling variables: for mechanisms
+                whose inertia depends on their configuration.
         bias: whether there are constant terms; without, the network answers -u with -y: for
             features that change their sign with the inputs, and no readout.
-        drive: names of the features that move the states (``slide_fmu.features.base``).
-        static: names of those that the outputs follow at once; as the drive if not given.
-        gated: names of those that gated units multiply beside the states; as the drive if not
+        drive: names of the features in the state input (``slide_fmu.features.base``).
+        static: names of the features in the feedthrough, which the outputs follow at once; as the
+            drive if not given.
+        gated: names of the features that LPV units multiply beside the states; as the drive if not
             given.
-        schedule: names of those that open and close gated units.
+        schedule: names of the scheduling variables, which open and close LPV units.
         readout: names of factors of the outputs, as the lever arm of a rotation.
-        turned_pairs: pairs of states that gated units see in the turned frame of the features.
+        turned_pairs: pairs of states that LPV units see in the turned frame of the features.
     """
 
     LEARNS_BEYOND: ClassVar[bool] = True
@@ -151,7 +153,7 @@ class StateSpaceRecipe(Table):
         return self
 
     def roles(self) -> dict[str, tuple[str, ...]]:
-        """Names of the features in each of the ``slide_fmu.features.base.Roles``."""
+        """Return the names of the features in each of the ``slide_fmu.features.base.Roles``."""
         gated = self.units == "gated"
         return {
             "drive": self.drive,
@@ -163,7 +165,7 @@ class StateSpaceRecipe(Table):
         }
 
     def feature_names(self) -> tuple[str, ...]:
-        """Names of all features that it uses, each once."""
+        """Return the names of all features that it uses, each once."""
         return tuple(dict.fromkeys(name for names in self.roles().values() for name in names))
 
     @property
@@ -173,11 +175,13 @@ class StateSpaceRecipe(Table):
 
 
 class LeastSquaresRecipe(Table):
-    """Levenberg-Marquardt from several starts with successive halving.
+    """The table ``training`` describes Levenberg-Marquardt from several starts.
+
+    The starts are a multi-start with successive halving.
 
     Attributes:
-        method: names the training method.
-        seed: of the starts.
+        method: name of the training method.
+        seed: seed of the starts.
         segment: scored samples of a segment of a trajectory, about.
         part: every ``part``-th segment makes the data of the starts.
         starts: number of random starts.
@@ -188,10 +192,11 @@ class LeastSquaresRecipe(Table):
         dense_limit: largest number of parameters for which normal equations are solved in every
             iteration; a larger network is widened from the best start of half that size and
             refined on all data by preconditioned gradient steps.
-        stretches: of those refinements, 80 steps each.
+        stretches: number of those refinements, 80 steps each.
         beyond_weight: factor on the residuals of trajectories beyond the range.
-        flip_signs: add every segment with both signs, for systems that answer -u with -y.
-        even_out: give segments that move more than usual lower weights.
+        flip_signs: whether every segment is added with both signs, for systems that answer -u with
+            -y.
+        even_out: whether segments that move more than usual get lower weights.
         precision: floating point format of the training.
     """
 
@@ -213,13 +218,13 @@ class LeastSquaresRecipe(Table):
 
 
 class TrainingRecipe(Table):
-    """Adam with a warm-up and a cosine schedule.
+    """The table ``training`` describes Adam with a warm-up and a cosine schedule.
 
     Attributes:
-        method: names the training method.
+        method: name of the training method.
         newest_weight: weight of the newest output sample in the loss of a block, relative to the
             oldest; rises linearly in between.
-        seed: of initialisation and of the order of the windows.
+        seed: seed of initialisation and of the order of the windows.
         steps: optimizer steps.
         batch: windows per step.
         learning_rate: highest learning rate.
@@ -227,7 +232,7 @@ class TrainingRecipe(Table):
         warm_up: fraction of the steps in which the learning rate rises.
         weight_decay: decoupled weight decay.
         gradient_clip: largest norm of the gradient; longer ones are shortened to it.
-        flip_signs: show windows with both signs, for systems that answer -u with -y.
+        flip_signs: whether windows are shown with both signs, for systems that answer -u with -y.
         input_jitter: standard deviation of noise on the features, as scaled for the network.
         validate_every: steps between validations and checkpoints.
         precision: floating point format of the training.

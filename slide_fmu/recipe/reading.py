@@ -1,4 +1,4 @@
-"""Reads recipes from TOML; every mistake is named with its key, its value and its remedy."""
+"""Recipes are read from TOML; every mistake is named with its key, its value and its remedy."""
 
 from __future__ import annotations
 
@@ -8,20 +8,15 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from slide_fmu.recipe.learning import (
-    METHODS,
-)
+from slide_fmu.recipe.learning import METHODS
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 
 
 def parse_recipe(text: str, source: str) -> Recipe:
-    """Read a recipe from TOML text.
-
-    Args:
-        source: what the text is called in messages.
+    """Read a recipe from TOML text, which messages call ``source``.
 
     Raises:
-        RecipeError: the text is no TOML or no recipe; one line per mistake.
+        RecipeError: the text is no TOML or no recipe; there is one line per mistake.
     """
     try:
         return Recipe.model_validate(tomllib.loads(text))
@@ -32,24 +27,16 @@ def parse_recipe(text: str, source: str) -> Recipe:
 
 
 def mistakes(error: ValidationError, source: str, whole: str = "recipe") -> str:
-    """What is wrong in a TOML file, one line per mistake.
+    """Say what is wrong in a TOML file, one line per mistake.
 
-    Args:
-        source: what the file is called.
-        whole: what it is, for mistakes that belong to no single key.
+    ``whole`` is what it is, for mistakes that belong to no single key.
     """
     lines = [f"{source}: {_describe(item, whole)}" for item in error.errors() if _is_cause(item)]
     return "\n".join(lines)
 
 
 def load_recipe(path: str | Path) -> Recipe:
-    """Read a recipe file.
-
-    Args:
-        path: a TOML file such as ``training/duffing.toml``.
-
-    Returns:
-        The recipe, with the defaults of all keys that the file does not give.
+    """Read a recipe file such as ``training/duffing.toml``; keys that it lacks have defaults.
 
     Raises:
         RecipeError: the file cannot be read, or it is no recipe; there is one line per mistake.
@@ -58,7 +45,7 @@ def load_recipe(path: str | Path) -> Recipe:
 
 
 def read_recipe_text(path: Path) -> str:
-    """The text of a recipe file.
+    """Return the text of a recipe file.
 
     Raises:
         RecipeError: the file cannot be read.

@@ -1,4 +1,4 @@
-"""Typed recipes: what to simulate, learn and release, read from a TOML file."""
+"""Typed recipes say what to simulate, learn and release; they are read from a TOML file."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ class RecipeError(ValueError):
 
 
 class SystemRecipe(Table):
-    """The reference system.
+    """The table ``system`` names the reference system.
 
     Attributes:
         model: ``"module:Class"`` of a ``slide_fmu.systems.base.System``.
         parameters: keyword arguments of the class beside ``step``.
-        reference: those that are other when an FMU is measured: a finer model may be the
-            reference of what a faster one has taught. Empty: the same model.
+        reference: those that are other when an FMU is measured: a finer model may be the reference
+            of what a faster one has taught. Empty: the same model.
         picture: ``"module:function"`` that draws the reference system in motion, for the model
             card: it takes the system and gives the bytes of a PNG file. None: no picture.
     """
@@ -47,14 +47,14 @@ class SystemRecipe(Table):
 
 
 class WindowRecipe(Table):
-    """The window.
+    """The table ``window`` says what the network sees and gives.
 
     Attributes:
         step: sample step h in s.
         n_in: number of input samples.
         n_out: number of output samples.
-        remaining_amplitude: initial effects must have decayed to this fraction.
-        allow_short: accept a window that is too short for the system.
+        remaining_amplitude: fraction to which initial effects must have decayed.
+        allow_short: whether a window is accepted that is too short for the system.
     """
 
     step: PositiveFloat
@@ -71,7 +71,7 @@ class WindowRecipe(Table):
 
 
 class DataRecipe(Table):
-    """Trajectories and their excitation.
+    """The table ``data`` describes the trajectories and their excitation.
 
     Attributes:
         seed: entropy of every trajectory's own seed.
@@ -97,7 +97,7 @@ class DataRecipe(Table):
 
 
 class ValidationRecipe(Table):
-    """Unseen trajectories on which an FMU is measured.
+    """The table ``validation`` describes unseen trajectories on which an FMU is measured.
 
     Attributes:
         trajectories: their number.
@@ -109,17 +109,17 @@ class ValidationRecipe(Table):
 
 
 class StabilityRecipe(Table):
-    """What a state-space network must keep to before it is exported.
+    """The table ``stability`` says what a state-space network must keep to before it is exported.
 
     Attributes:
         amplitudes: factors on the trained amplitude at which it is tested.
-        growth: largest deviation of an output from its mean allowed, relative to the largest one
-            at the trained amplitude times the factor.
-        contraction: largest difference allowed between two runs from different states, after the
-            inputs of one window, relative to the output's standard deviation.
-        contraction_beyond: the same beyond the trained amplitude, for the median run: systems
-            may have several lasting responses there.
-        allow_unstable: export all the same.
+        growth: boundedness: largest deviation of an output from its mean allowed, relative to the
+            largest one at the trained amplitude times the factor.
+        contraction: fading memory: largest difference allowed between two runs from different
+            states, after the inputs of one window, relative to the output's standard deviation.
+        contraction_beyond: the same beyond the trained amplitude, for the median run: systems may
+            have several lasting responses there.
+        allow_unstable: whether a network that fails is exported all the same.
     """
 
     amplitudes: tuple[PositiveFloat, ...] = Field(default=(1.0, 2.0, 4.0, 10.0), min_length=1)
@@ -130,12 +130,12 @@ class StabilityRecipe(Table):
 
 
 class Recipe(Table):
-    """Everything that makes a surrogate.
+    """A recipe is everything that makes a surrogate.
 
     Attributes:
         name: C identifier; names the run, the surrogate and the FMU.
         description: one line for people.
-        equations: equations of motion and parameters, for the card.
+        equations: equations of motion and parameters, for the model card.
     """
 
     name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
@@ -195,20 +195,20 @@ class Recipe(Table):
         return self
 
     def count(self, split: str) -> int:
-        """Number of trajectories of a split; without [estimator] there are none for it."""
+        """Return the number of trajectories of a split; none are for an estimator that is not."""
         if split.startswith("estimator") and self.estimator is None:
             return 0
         return int(getattr(self.data, split))
 
     def trainings(self) -> tuple[TrainingTable, ...]:
-        """All trainings of the recipe: of the surrogate, then of its error estimator."""
+        """Return all trainings of the recipe: of the surrogate, then of its error estimator."""
         if self.estimator is None:
             return (self.training,)
         first = self.estimator.pretraining
         return (self.training, *([] if first is None else [first]), self.estimator.training)
 
     def shortest_validation(self) -> float:
-        """Least duration in s of a trajectory on which an FMU can be measured.
+        """Return the least duration in s of a trajectory on which an FMU can be measured.
 
         Scored are samples after the burn-in whose inputs were all set, and error estimates whose
         whole span is scored.

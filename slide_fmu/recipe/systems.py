@@ -1,4 +1,4 @@
-"""The reference systems that a recipe names."""
+"""The reference systems that a recipe names are made here, at the recipe's sample step."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from slide_fmu.systems.loading import load_system
 
 
 def recipe_system(recipe: Recipe) -> System:
-    """The system that makes the data of a recipe, at the recipe's sample step.
+    """Return the system that makes the data of a recipe.
 
     Raises:
         LoadError: model, class or parameters are not there.
@@ -20,13 +20,12 @@ def recipe_system(recipe: Recipe) -> System:
 
 
 def reference_system(recipe: Recipe) -> System:
-    """The system that the FMU of a recipe is measured against, at the recipe's sample step.
+    """Return the system that the FMU of a recipe is measured against.
 
     Raises:
         LoadError: model, class or parameters are not there.
-        RecipeError: an excitation of the recipe cannot drive the system's inputs, its signals or
-            its geometry are not those of the system that makes the data, or the recipe gives the
-            step as a parameter.
+        RecipeError: as of ``recipe_system``; or signals or geometry are not those of the system
+            that makes the data.
     """
     system = _drivable(load_system(recipe.system.model, reference_parameters(recipe)), recipe)
     if recipe.system.reference:
@@ -35,7 +34,7 @@ def reference_system(recipe: Recipe) -> System:
 
 
 def _drivable(system: System, recipe: Recipe) -> System:
-    """The system, if all excitations of the recipe can drive it."""
+    """Return the system, if all excitations of the recipe can drive it."""
     for index, kind in enumerate(recipe.data.excitation):
         try:
             kind.check(system.inputs)
@@ -70,14 +69,14 @@ def _meanings(signals: tuple[Signal, ...]) -> list[tuple[str, str | None]]:
 
 
 def _geometry(system: System) -> dict[str, list[float]] | None:
-    """Lengths, twists and tool point of the chain that the outputs may be about."""
+    """Return lengths, twists and tool point of the chain that the outputs may be about."""
     if system.chain is None:
         return None
     return {name: getattr(system.chain, name).tolist() for name in ("a", "d", "alpha", "tool")}
 
 
 def system_parameters(recipe: Recipe) -> dict[str, float | int | str | bool]:
-    """Keyword arguments of the system that makes the data.
+    """Return the keyword arguments of the system that makes the data.
 
     Raises:
         RecipeError: the recipe gives the step as a parameter.
@@ -93,7 +92,7 @@ def system_parameters(recipe: Recipe) -> dict[str, float | int | str | bool]:
 
 
 def reference_parameters(recipe: Recipe) -> dict[str, float | int | str | bool]:
-    """Keyword arguments of the system that an FMU is measured against.
+    """Return the keyword arguments of the system that an FMU is measured against.
 
     Raises:
         RecipeError: the recipe gives the step as a parameter.

@@ -1,8 +1,9 @@
-"""What a validation measures, and the figures that follow from it."""
+"""A validation compares trajectories of two FMUs, and its figures follow from them."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,13 +18,16 @@ from slide_fmu.surrogate.surrogate import Surrogate
 
 @dataclass(frozen=True)
 class Task:
-    """What is to be validated.
+    """A task says what is to be validated.
 
     Attributes:
         seed: entropy of the trajectories; no training, tuning or selection uses their stream.
         trajectories: number of unseen trajectories; the recipe's if None.
         amplitude: range of the factor on the excitation's amplitude; (1, 1) is in range.
         duration: length of a trajectory in s; the recipe's if None.
+
+    Raises:
+        ValueError: a value is out of its range.
     """
 
     seed: int
@@ -44,17 +48,17 @@ class Task:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """One trajectory, both FMUs.
+    """A comparison is one trajectory of both FMUs.
 
     Attributes:
         kind: index of the excitation in the recipe.
-        time: of the samples that are scored, in s, shape (N,).
-        inputs: that led to them, shape (N, n_inputs).
+        time: times in s of the samples that are scored, shape (N,).
+        inputs: inputs that led to them, shape (N, n_inputs).
         reference: outputs of the reference FMU, shape (N, n_outputs).
         surrogate: outputs of the surrogate FMU, same shape.
         estimate: its error estimates, same shape, or None.
         true_error: RMSE over the samples up to each one that the estimate is about, same shape;
-            NaN where they reach before the first scored sample.
+            NaN where they go back before the first scored sample.
         step_seconds: wall time per step of surrogate and reference, shapes (steps,).
         model: outputs of the model that made the data, shape (N, n_outputs), or None where the
             reference is the same model.
@@ -72,13 +76,13 @@ class Comparison:
 
     @property
     def error(self) -> FloatArray:
-        """Surrogate minus reference, shape (N, n_outputs)."""
+        """The error is the surrogate minus the reference, shape (N, n_outputs)."""
         return self.surrogate - self.reference
 
 
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """All compared trajectories of one task."""
+    """A validation is all compared trajectories of one task."""
 
     task: Task
     surrogate: Surrogate
@@ -86,7 +90,7 @@ class Validation:
     comparisons: tuple[Comparison, ...]
 
     def figures(self) -> dict[str, Any]:
-        """The figures as plain values, as written to JSON."""
+        """Return the figures as plain values, as written to JSON."""
         return {
             "fmu": self.surrogate.name,
             "trajectories": len(self.comparisons),
@@ -99,10 +103,9 @@ class Validation:
         }
 
     def relative_deviations(self, euclidean: bool = False) -> FloatArray:
-        """Relative deviations of the error estimates, all samples and outputs in one vector.
+        """Return relative deviations of all error estimates, samples and outputs in one vector.
 
-        Args:
-            euclidean: of the norm of the errors of all outputs, in their common unit.
+        With ``euclidean`` they are those of the norm over all outputs, in their common unit.
         """
         assert self.recipe.estimator is not None
         resolution = self.recipe.estimator.resolution * self.surrogate.output_scaling.scale
@@ -118,22 +121,21 @@ class Validation:
 
     def _output(self, index: int) -> dict[str, Any]:
         signal = self.surrogate.outputs[index]
-        reference = np.concatenate([c.reference for c in self.comparisons])
-        error = np.concatenate([c.error for c in self.comparisons])
-        single = [float(rms(c.error)[index] / _rms(c.reference, index)) for c in self.comparisons]
+        reference, error = _joined(self.comparisons)
+        single = [_relative_rmse(c.error, c.reference)[index] for c in self.comparisons]
         figures = {
             "name": signal.name,
             "unit": signal.unit,
             "rms_reference": float(rms(reference)[index]),
             "rmse": float(rms(error)[index]),
-            "relative_rmse": float(rms(error)[index] / _rms(reference, index)),
+            "relative_rmse": float(_relative_rmse(error, reference)[index]),
             "max_error": float(np.max(np.abs(error[:, index]))),
             "relative_rmse_of_trajectories": _quantiles(single),
         }
         differences = [c.model - c.reference for c in self.comparisons if c.model is not None]
         if differences:
-            model_error = rms(np.concatenate(differences))[index]
-            figures["model_relative_rmse"] = float(model_error / _rms(reference, index))
+            of_model = _relative_rmse(np.concatenate(differences), reference)
+            figures["model_relative_rmse"] = float(of_model[index])
         return figures
 
     def _excitations(self) -> list[dict[str, Any]]:
@@ -141,31 +143,25 @@ class Validation:
         for index, name in enumerate(names_of(self.recipe.data.excitation)):
             chosen = [c for c in self.comparisons if c.kind == index]
             if chosen:
-                reference = np.concatenate([c.reference for c in chosen])
-                error = np.concatenate([c.error for c in chosen])
-                relative = [
-                    float(rms(error)[i] / _rms(reference, i)) for i in range(error.shape[1])
-                ]
-                rows.append(
-                    {
-                        "name": name,
-                        "kind": self.recipe.data.excitation[index].kind,
-                        "trajectories": len(chosen),
-                        "relative_rmse": relative,
-                    }
-                )
+                reference, error = _joined(chosen)
+                row = {
+                    "name": name,
+                    "kind": self.recipe.data.excitation[index].kind,
+                    "trajectories": len(chosen),
+                    "relative_rmse": _relative_rmse(error, reference).tolist(),
+                }
+                rows.append(row)
         return rows
 
     def _estimate(self) -> dict[str, Any] | None:
         if self.surrogate.estimator is None:
             return None
         units = {signal.unit for signal in self.surrogate.outputs}
-        several = len(self.surrogate.outputs) > 1 and len(units) == 1
         found: dict[str, Any] = {
             **_deviation(self.relative_deviations()),
             "span_samples": self.surrogate.estimated_samples,
         }
-        if several:
+        if len(self.surrogate.outputs) > 1 and len(units) == 1:
             found["euclidean"] = _deviation(self.relative_deviations(euclidean=True))
         return found
 
@@ -181,9 +177,18 @@ class Validation:
         }
 
 
-def _rms(values: FloatArray, index: int) -> float:
-    """RMS of one channel; a channel that is zero throughout counts as tiny, not as zero."""
-    return max(float(rms(values)[index]), np.finfo(np.float64).tiny)
+def _joined(comparisons: Sequence[Comparison]) -> tuple[FloatArray, FloatArray]:
+    """Return reference and error of all samples of comparisons, shape (n, n_outputs) each."""
+    reference = np.concatenate([c.reference for c in comparisons])
+    return reference, np.concatenate([c.error for c in comparisons])
+
+
+def _relative_rmse(error: FloatArray, reference: FloatArray) -> FloatArray:
+    """Return the RMSE over the RMS of the reference, shape (n_outputs,), of (n, n_outputs) both.
+
+    A reference that is zero throughout counts as tiny, so that the figure stays finite.
+    """
+    return rms(error) / np.maximum(rms(reference), np.finfo(np.float64).tiny)
 
 
 def _deviation(values: FloatArray) -> dict[str, float]:
@@ -193,6 +198,6 @@ def _deviation(values: FloatArray) -> dict[str, float]:
     }
 
 
-def _quantiles(values: list[float]) -> dict[str, float]:
+def _quantiles(values: Sequence[float]) -> dict[str, float]:
     median, low, high = np.quantile(values, [0.5, 0.1, 0.9])
     return {"median": float(median), "p10": float(low), "p90": float(high)}

@@ -1,4 +1,4 @@
-"""The pictures of the report, as PNG bytes; they are small, since released FMUs carry them."""
+"""The pictures of the report are PNG bytes; they are small, since released FMUs carry them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PLOTTED = 1e6
 
 
 def side_by_side(validation: Validation, output: int) -> bytes:
-    """Reference and surrogate on the median and the worst trajectory, with error and estimate."""
+    """Draw both FMUs on the median and the worst trajectory, with error and estimate."""
     ranked = sorted(validation.comparisons, key=lambda c: _relative_error(c, output))
     chosen = {"median trajectory": ranked[len(ranked) // 2], "worst trajectory": ranked[-1]}
     figure = Figure(figsize=(11, 7.2), layout="constrained")
@@ -61,9 +61,8 @@ def side_by_side(validation: Validation, output: int) -> bytes:
 
 
 def estimate_scatter(validations: Mapping[str, Validation]) -> bytes:
-    """Estimated over true error, one panel per validation; the band holds 37.5 % deviation."""
-    figure = Figure(figsize=(5.5 * len(validations), 4.6), layout="constrained")
-    axes = figure.subplots(1, len(validations), squeeze=False)[0]
+    """Draw estimated over true error, a panel per validation; the band holds 37.5 % deviation."""
+    figure, axes = _panels_in_a_row(len(validations), 4.6)
     for ax, (title, validation) in zip(axes, validations.items(), strict=True):
         true = np.concatenate([c.true_error.ravel() for c in validation.comparisons])
         estimates = [c.estimate.ravel() for c in validation.comparisons if c.estimate is not None]
@@ -74,17 +73,13 @@ def estimate_scatter(validations: Mapping[str, Validation]) -> bytes:
         ends = np.array([true[some].min(), true[some].max()])
         ax.loglog(ends, ends, color=REFERENCE, lw=1)
         ax.fill_between(ends, 0.625 * ends, 1.375 * ends, color=REFERENCE, alpha=0.12)
-        ax.set(
-            xlabel=f"true RMSE over {validation.surrogate.estimated_samples} samples",
-            ylabel="estimated",
-            title=title,
-        )
-        ax.grid(alpha=0.3)
+        label = f"true RMSE over {validation.surrogate.estimated_samples} samples"
+        ax.set(xlabel=label, ylabel="estimated", title=title)
     return _png(figure)
 
 
 def excitation_bars(validation: Validation) -> bytes:
-    """Relative RMSE by kind of excitation, largest over the outputs."""
+    """Draw the relative RMSE by kind of excitation, largest over the outputs."""
     rows = validation.figures()["excitations"]
     figure = Figure(figsize=(7, 0.6 + 0.45 * len(rows)), layout="constrained")
     ax = figure.subplots()
@@ -99,20 +94,18 @@ def excitation_bars(validation: Validation) -> bytes:
 
 
 def training_history(histories: Mapping[str, Mapping[str, Sequence[float]]]) -> bytes:
-    """Training and validation RMSE over the optimizer steps, one panel per stage."""
-    figure = Figure(figsize=(5.5 * len(histories), 3.4), layout="constrained")
-    axes = figure.subplots(1, len(histories), squeeze=False)[0]
+    """Draw training and validation RMSE over the optimizer steps, one panel per stage."""
+    figure, axes = _panels_in_a_row(len(histories), 3.4)
     for ax, (stage, history) in zip(axes, histories.items(), strict=True):
         ax.semilogy(history["step"], history["training_error"], color=SURROGATE, label="training")
         ax.semilogy(history["step"], history["validation_error"], color=ERROR, label="validation")
         ax.set(xlabel="optimizer step or iteration", ylabel="error, scaled", title=stage)
-        ax.grid(alpha=0.3)
         ax.legend(fontsize=8)
     return _png(figure)
 
 
 def stability_tests(tests: Sequence[AmplitudeTest], step: float) -> bytes:
-    """Two runs from different states at every amplitude: they should meet, and stay bounded."""
+    """Draw two runs from different states per amplitude: they should meet and stay bounded."""
     figure = Figure(figsize=(11, 2.2 * len(tests)), layout="constrained")
     axes = figure.subplots(len(tests), 1, squeeze=False, sharex=True)[:, 0]
     for ax, test in zip(axes, tests, strict=True):
@@ -135,12 +128,12 @@ def stability_tests(tests: Sequence[AmplitudeTest], step: float) -> bytes:
 
 
 def decay_times(linearized: Decay, measured: Decay, truncation_time: float) -> bytes:
-    """Decay times of the linearized equations and as measured, and what the window truncates."""
+    """Draw decay times, linearized and measured, and the time in s that the window truncates."""
     figure = Figure(figsize=(7, 3.2), layout="constrained")
     ax = figure.subplots()
     for row, (decay, color) in enumerate(((linearized, SURROGATE), (measured, ESTIMATE))):
-        spread = np.linspace(-0.25, 0.25, len(decay.times))
-        ax.plot(decay.times, row + spread, ".", color=color, ms=5)
+        heights = row + np.linspace(-0.25, 0.25, len(decay.times))
+        ax.plot(decay.times, heights, ".", color=color, ms=5)
         ax.plot([decay.mean, decay.mean], [row - 0.35, row + 0.35], color=color, lw=2)
     ax.axvline(truncation_time, color=REFERENCE, ls="--")
     ax.annotate(
@@ -161,7 +154,7 @@ def decay_times(linearized: Decay, measured: Decay, truncation_time: float) -> b
 
 
 def response_matrices(learnt: FloatArray, exact: FloatArray) -> bytes:
-    """The learnt response matrix, the exact one, and their difference (paper's heatmap)."""
+    """Draw the learnt response matrix, the exact one, and their difference (paper's heatmap)."""
     figure = Figure(figsize=(11, 6.4), layout="constrained")
     axes = figure.subplots(3, 1)
     largest = float(np.max(np.abs(exact)))
@@ -176,6 +169,15 @@ def response_matrices(learnt: FloatArray, exact: FloatArray) -> bytes:
         figure.colorbar(image, ax=ax)
     axes[-1].set_xlabel("input sample")
     return _png(figure)
+
+
+def _panels_in_a_row(count: int, height: float) -> tuple[Figure, list[Axes]]:
+    """Return a figure with a number of panels beside each other, each with a grid."""
+    figure = Figure(figsize=(5.5 * count, height), layout="constrained")
+    axes = list(figure.subplots(1, count, squeeze=False)[0])
+    for ax in axes:
+        ax.grid(alpha=0.3)
+    return figure, axes
 
 
 def _draw_inputs(
@@ -194,7 +196,7 @@ def _relative_error(comparison: Comparison, output: int) -> float:
 
 
 def _worst_part(comparison: Comparison, output: int) -> slice:
-    """Samples around the largest error."""
+    """Return the samples around the largest error."""
     step = comparison.time[1] - comparison.time[0] if len(comparison.time) > 1 else 1.0
     count = min(len(comparison.time), round(SHOWN_SECONDS / step))
     worst = int(np.argmax(np.abs(comparison.error[:, output])))

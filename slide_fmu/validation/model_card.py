@@ -1,4 +1,4 @@
-"""The card of a released FMU: what it is, how wrong it is, how it was made."""
+"""The model card of a released FMU says what it is, how wrong it is, and how it was made."""
 
 from __future__ import annotations
 
@@ -16,20 +16,24 @@ UNUSABLE = 0.2
 """Relative RMSE beyond the range from which on the card warns."""
 
 
-def card(
+def model_card(
     surrogate: Surrogate,
     recipe: Recipe,
     measured: dict[str, Any],
     picture: str,
     mechanism: str | None = None,
 ) -> str:
-    """Write the card as Markdown.
+    """Write the model card as Markdown.
 
     Args:
-        measured: the figures of the report.
+        surrogate: what the FMU runs.
+        recipe: what it was made from.
+        measured: the figures of the report, live or as an FMU keeps them.
         picture: file name of the picture beside the card.
         mechanism: file name of a picture of the system, beside the card; None if there is none.
     """
+    # an FMU keeps its figures with sorted keys, in which "beyond the range" comes first
+    validations = sorted(measured["validation"].items(), key=lambda item: item[1]["amplitude"][1])
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("slide_fmu.validation"),
         trim_blocks=True,
@@ -43,16 +47,16 @@ def card(
         variables=variable_table(surrogate),
         surrogate=surrogate,
         recipe=recipe,
-        measured=measured,
+        measured={**measured, "validation": dict(validations)},
         names=names_of(recipe.data.excitation),
-        useless=[v for v in measured["validation"].values() if _is_useless(v)],
+        useless=[v for _, v in validations if _is_useless(v)],
         picture=picture,
         mechanism=mechanism,
     )
 
 
 def variable_table(surrogate: Surrogate) -> str:
-    """All variables of the FMU, in the order of their value references, as Markdown table."""
+    """Return the FMU's variables in the order of their value references, as Markdown table."""
     rows = [
         f"| `{v.name}` | {v.causality} | {v.unit or ''} | {_range_of(v)} | {v.description} |"
         for v in fmu_variables(surrogate)

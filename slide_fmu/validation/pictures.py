@@ -1,4 +1,4 @@
-"""Small pictures: line drawings have few colours, so they take a fifth of the bytes.
+"""Pictures are made small: line drawings have few colours, so they take a fifth of the bytes.
 
 A released FMU carries its report; without this, pictures were two thirds of the file.
 """
@@ -16,13 +16,9 @@ COLOURS = 24
 
 
 def with_palette(picture: bytes) -> bytes:
-    """Store a picture with a palette of a few colours; one that has a palette stays as it is.
+    """Store a PNG with a palette of a few colours, on white; one with a palette stays as it is.
 
-    Args:
-        picture: bytes of a PNG file; what is transparent becomes white.
-
-    Returns:
-        Bytes of a PNG file of the same size in pixels.
+    The size in pixels stays.
     """
     with Image.open(io.BytesIO(picture)) as image:
         if image.mode == "P":
@@ -34,13 +30,9 @@ def with_palette(picture: bytes) -> bytes:
 
 
 def as_webp(picture: bytes) -> bytes:
-    """Store a picture with few colours as WebP, which takes a quarter less than PNG.
+    """Store a PNG with few colours as lossless WebP, which takes a quarter less; browsers show it.
 
-    Args:
-        picture: bytes of a PNG file; one that has a palette keeps its colours.
-
-    Returns:
-        Bytes of a lossless WebP file of the same size in pixels; every browser shows it.
+    A picture that has a palette keeps its colours; the size in pixels stays.
     """
     with Image.open(io.BytesIO(picture)) as image:
         few = image if image.mode == "P" else _few_colours(image)
@@ -50,12 +42,12 @@ def as_webp(picture: bytes) -> bytes:
 
 
 def in_page(picture: bytes) -> str:
-    """A picture (bytes of a PNG file) as the address that a self-contained page shows it by."""
+    """Return a PNG as the address by which a self-contained page shows it."""
     return "data:image/webp;base64," + base64.b64encode(as_webp(picture)).decode("ascii")
 
 
 def with_small_pictures(page: str) -> str:
-    """The page of a report with all PNG pictures in it as ``in_page`` has them; text stays."""
+    """Return a report's page with all PNG pictures as ``in_page`` has them; its text stays."""
     return re.sub(
         r"data:image/png;base64,([A-Za-z0-9+/=]+)",
         lambda found: in_page(base64.b64decode(found.group(1))),
@@ -64,7 +56,7 @@ def with_small_pictures(page: str) -> str:
 
 
 def _few_colours(image: Image.Image) -> Image.Image:
-    """The picture with a palette, on white.
+    """Return the picture with a palette, on white.
 
     The colours are chosen by maximum coverage and refined by k-means, so that a rare one, such as
     that of a single thin line, is not lost; pixels are not dithered.

@@ -1,4 +1,4 @@
-"""The report of a surrogate: figures as JSON, pictures and tables as one HTML file."""
+"""The report of a surrogate has its figures as JSON, pictures and tables as one HTML file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from typing import Any
 import jinja2
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray
 from slide_fmu.memory.sizing import Sizing, decay_rows
 from slide_fmu.memory.stability import AmplitudeTest
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -29,12 +28,12 @@ MODEL_TEXT = (
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """One part of a report.
+    """A section is one part of a report.
 
     Attributes:
         title: heading.
         text: what is seen here and how to read it.
-        rows: table, first row is the heading; may be empty.
+        rows: table, whose first row is the heading; it may be empty.
         pictures: PNG bytes.
     """
 
@@ -46,7 +45,7 @@ class Section:
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """A report: what the FMU is, its figures, and the sections that show them."""
+    """A report says what the FMU is, with its figures, and the sections that show them."""
 
     title: str
     summary: str
@@ -54,7 +53,7 @@ class Report:
     sections: list[Section] = field(default_factory=list)
 
     def html(self) -> str:
-        """The whole report as one self-contained page."""
+        """Return the whole report as one self-contained page."""
         environment = jinja2.Environment(
             loader=jinja2.PackageLoader("slide_fmu.validation"), autoescape=True, trim_blocks=True
         )
@@ -65,7 +64,7 @@ class Report:
         return template.render(report=self, sections=zip(self.sections, pictures, strict=True))
 
     def write(self, folder: Path) -> Path:
-        """Write ``report.html`` and ``report.json``; gives the path of the page."""
+        """Write ``report.html`` and ``report.json``, and return the path of the page."""
         folder.mkdir(parents=True, exist_ok=True)
         text = json.dumps(self.data, indent=2)
         (folder / "report.json").write_text(text + "\n", encoding="utf-8")
@@ -75,14 +74,14 @@ class Report:
 
 
 def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
-    """Sections on the accuracy; the first validation is the one in range."""
+    """Return the sections on the accuracy; the first validation is the one in range."""
     main = next(iter(validations.values()))
     pictures = [figures.side_by_side(main, index) for index in range(len(main.surrogate.outputs))]
     sections = [
         Section(
             "Side by side with the reference",
             f"{len(main.comparisons)} trajectories that no training saw (seed "
-            f"{main.task.seed}), the FMU and the reference FMU run by the same master."
+            f"{main.task.seed}), the FMU and the reference FMU run by the same importer."
             + (MODEL_TEXT if main.recipe.system.reference else ""),
             _accuracy_rows(validations),
             pictures,
@@ -101,7 +100,7 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
 
 
 def sizing_section(sizing: Sizing) -> Section:
-    """How long the system remembers its initial state, and what the window truncates."""
+    """Show how long the system remembers its initial state, and what the window truncates."""
     window = sizing.window
     text = (
         f"Time until initial effects have decayed to {sizing.remaining_amplitude:g} of their "
@@ -118,7 +117,7 @@ def sizing_section(sizing: Sizing) -> Section:
 
 
 def stability_section(tests: Sequence[AmplitudeTest], step: float) -> Section:
-    """Whether the network forgets its state and stays bounded beyond its trained amplitude."""
+    """Show whether the network has fading memory and stays bounded beyond its amplitude."""
     rows = [("amplitude", "median difference", "largest difference", "growth", "test")]
     for test in tests:
         gaps = np.median(test.differences), np.max(test.differences)
@@ -127,19 +126,18 @@ def stability_section(tests: Sequence[AmplitudeTest], step: float) -> Section:
             (f"{test.amplitude:g} x", _e(gaps[0]), _e(gaps[1]), f"{test.growth:.3g}", verdict)
         )
     return Section(
-        "Contraction and growth",
+        "Fading memory and boundedness",
         "Two runs from different states under the same inputs, after one window, relative to the "
         "output's standard deviation; and the largest output, relative to that at the trained "
-        "amplitude times "
-        "the factor. Beyond the trained amplitude systems may have several lasting responses: "
-        "there the median pair counts.",
+        "amplitude times the factor (growth). Beyond the trained amplitude systems may have "
+        "several lasting responses: there the median pair counts.",
         rows,
         [figures.stability_tests(tests, step)],
     )
 
 
 def training_section(histories: Mapping[str, Mapping[str, Sequence[float]]]) -> Section:
-    """How the trainings went."""
+    """Show how the trainings went."""
     rows = [("stage", "steps or iterations", "best validation error, scaled")]
     for stage, history in histories.items():
         best = min(history["validation_error"])
@@ -168,11 +166,7 @@ def response_section(surrogate: Surrogate, system: System) -> tuple[Section, dic
         "Every row is one output sample of the window, every column one input sample. Entries "
         "above the diagonal would mean that an output answers to a later input."
     )
-    return Section("Response matrix", text, rows, [_matrix_picture(learnt, exact)]), data
-
-
-def _matrix_picture(learnt: FloatArray, exact: FloatArray) -> bytes:
-    return figures.response_matrices(learnt, exact)
+    return Section("Response matrix", text, rows, [figures.response_matrices(learnt, exact)]), data
 
 
 def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]:
@@ -191,7 +185,7 @@ def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]
     ]
     for name, validation in validations.items():
         for output in validation.figures()["outputs"]:
-            unit, spread = output["unit"], output["relative_rmse_of_trajectories"]
+            unit, single = output["unit"], output["relative_rmse_of_trajectories"]
             rows.append(
                 (
                     name,
@@ -199,8 +193,8 @@ def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]
                     f"{output['rms_reference']:.4g} {unit}",
                     f"{output['rmse']:.4g} {unit}",
                     _percent(output["relative_rmse"]),
-                    f"{_percent(spread['median'])} ({_percent(spread['p10'])} .. "
-                    f"{_percent(spread['p90'])})",
+                    f"{_percent(single['median'])} ({_percent(single['p10'])} .. "
+                    f"{_percent(single['p90'])})",
                     f"{output['max_error']:.4g} {unit}",
                     *([_percent(output["model_relative_rmse"])] if with_model else []),
                 )
@@ -212,24 +206,21 @@ def _estimate_section(validations: Mapping[str, Validation]) -> Section:
     rows: list[Sequence[str]] = [("inputs", "mean relative deviation", "95 % are within")]
     for name, validation in validations.items():
         data = validation.figures()["error_estimate"]
-        rows.append(_deviation_row(name, data))
+        parts = {name: data}
         if "euclidean" in data:
-            rows.append(_deviation_row(f"{name}, norm of the outputs", data["euclidean"]))
+            parts[f"{name}, norm of the outputs"] = data["euclidean"]
+        keys = ("mean_relative_deviation", "p95_relative_deviation")
+        rows += [(part, *(_percent(found[key]) for key in keys)) for part, found in parts.items()]
     first = next(iter(validations.values()))
     assert first.recipe.estimator is not None
     text = (
         "The FMU estimates the RMSE of its outputs over the last "
-        f"{first.surrogate.estimated_samples} samples. Here the estimate is held against the true "
+        f"{first.surrogate.estimated_samples} samples. Here it is compared with the true "
         "error; the band holds deviations up to 37.5 %. Errors below "
-        f"{first.recipe.estimator.resolution:g} of the output's scale are not told apart: where "
-        "both lie there, they do not deviate."
+        f"{first.recipe.estimator.resolution:g} of the output's scale count as equal: where both "
+        "lie there, they do not deviate."
     )
     return Section("Error estimate", text, rows, [figures.estimate_scatter(validations)])
-
-
-def _deviation_row(name: str, data: Mapping[str, float]) -> Sequence[str]:
-    mean, most = data["mean_relative_deviation"], data["p95_relative_deviation"]
-    return name, _percent(mean), _percent(most)
 
 
 def _timing_section(validation: Validation) -> Section:

@@ -1,4 +1,4 @@
-"""Response matrices of linear systems: what an affine network should have learnt."""
+"""Response matrices of linear systems are what an affine network should have learnt."""
 
 from __future__ import annotations
 
@@ -19,11 +19,10 @@ def is_affine(surrogate: Surrogate) -> bool:
 
 
 def learnt_matrix(surrogate: Surrogate) -> FloatArray:
-    """Response of every output sample to a unit of every input sample.
+    """Return the response of every output sample to a unit of every input sample.
 
-    Returns:
-        Shape (n_out * n_outputs, n_in * n_inputs), rows and columns sample by sample, in output
-        units per input unit.
+    The shape is (n_out * n_outputs, n_in * n_inputs), rows and columns sample by sample, in output
+    units per input unit.
     """
     window, n_inputs = surrogate.window, len(surrogate.inputs)
     # half the range: the whole matrix lies where the network was trained
@@ -38,10 +37,10 @@ def learnt_matrix(surrogate: Surrogate) -> FloatArray:
 
 
 def exact_matrix(system: System, window: Window) -> FloatArray:
-    """The same matrix from pulses of one sample on the reference system at rest.
+    """Return the same matrix from pulses of one sample on the reference system at rest.
 
-    Returns:
-        Shape and order as ``learnt_matrix``; zero where an input comes after an output.
+    Entries are zero where an input comes after an output; shape and order are as of
+    ``learnt_matrix``.
     """
     n_inputs, n_outputs = len(system.inputs), len(system.outputs)
     result = np.zeros((window.n_out, n_outputs, window.n_in, n_inputs))
@@ -59,7 +58,7 @@ def exact_matrix(system: System, window: Window) -> FloatArray:
 
 
 def matrix_figures(learnt: FloatArray, exact: FloatArray) -> dict[str, Any]:
-    """How far the learnt matrix is from the exact one, relative to the largest exact entry."""
+    """Return how far the learnt matrix is from the exact one, relative to the latter's peak."""
     largest = float(np.max(np.abs(exact)))
     later = exact == 0.0
     above = float(np.max(np.abs(learnt[later]))) if np.any(later) else 0.0

@@ -1,4 +1,4 @@
-"""Run a surrogate FMU beside its reference FMU on unseen inputs and measure the error."""
+"""A surrogate FMU runs beside its reference FMU on unseen inputs, and the error is measured."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ WORTH_PROCESSES = 20.0
 
 @dataclass(frozen=True, eq=False)
 class _Bench:
-    """What every trajectory is measured with; it goes to worker processes."""
+    """A bench is what every trajectory is measured with; it goes to worker processes."""
 
     fmu: UnpackedFmu
     reference: UnpackedFmu
@@ -41,7 +41,7 @@ class _Bench:
 
 
 class _Models:
-    """The models of a recipe, made anew in every process: the reference, and the data's."""
+    """The models of a recipe are made anew in every process: the reference, and the data's."""
 
     def __init__(self, recipe: Recipe) -> None:
         self.reference = reference_system(recipe)
@@ -59,16 +59,10 @@ def validate(
     """Run an FMU and the reference FMU of its recipe side by side on unseen trajectories.
 
     Samples are scored from the end of the burn-in on, and not before the input window is filled
-    with inputs of the trajectory. Where the estimate is scored, its span is filled too.
-    Where the recipe has a reference of its own, the model that made the data is simulated on the
-    same inputs, to tell its error from that of the surrogate.
-
-    Args:
-        fmu: the surrogate FMU.
-        surrogate: what is in it.
-        recipe: what it was made from.
-        workers: processes that measure when there is much to do, one per core if None. Both FMUs
-            of a trajectory run in one process, one after the other.
+    with inputs of the trajectory. Where the estimate is scored, its span is filled too. Where the
+    recipe has a reference of its own, the model that made the data is simulated on the same
+    inputs, so that its error is known apart from that of the surrogate. Worker processes (one per
+    core if None) measure when there is much to do; both FMUs of a trajectory run in one process.
 
     Raises:
         CoSimulationError: an FMU reports an error.
@@ -99,7 +93,7 @@ def validate(
 def _measure_all(
     bench: _Bench, models: _Models, count: int, workers: int | None, progress: Progress
 ) -> list[Comparison]:
-    """All trajectories in order; by worker processes if the first one took long."""
+    """Measure all trajectories in order, by worker processes if the first one took long."""
     begin = time.perf_counter()
     found = [_measure(bench, models, 0)]
     seconds = time.perf_counter() - begin
@@ -116,7 +110,7 @@ def _measure_all(
 def _measure_by_processes(
     bench: _Bench, count: int, workers: int, progress: Progress
 ) -> list[Comparison]:
-    """All trajectories but the first, in order."""
+    """Measure all trajectories but the first, in order."""
     with process_pool(workers, _set_up, (bench,)) as pool:
         futures = [pool.submit(_measure_here, index) for index in range(1, count)]
         try:
@@ -185,7 +179,7 @@ def compare(
 
 
 def _initial_parameters(system: System, drawn: Draw) -> dict[str, float | bool]:
-    """Parameters that start the reference FMU in the drawn state."""
+    """Return the parameters that start the reference FMU in the drawn state."""
     parts = {"coordinates": drawn.initial.coordinates, "velocities": drawn.initial.velocities}
     if hold_of(system.inputs) == "first_order":
         parts["last_input"] = drawn.initial.last_input

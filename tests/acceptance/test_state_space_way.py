@@ -60,7 +60,7 @@ def test_report_and_model_card_show_the_fading_memory(state_space: Finished) -> 
     assert all(test["passed"] for test in tests)
     folder = state_space.fmu.parent
     page = (folder / "report.html").read_text(encoding="utf-8")
-    (section,) = re.findall(r"<h2>Contraction and growth</h2>(.*?)<h2>", page, re.DOTALL)
+    (section,) = re.findall(r"<h2>Fading memory and boundedness</h2>(.*?)<h2>", page, re.DOTALL)
     assert section.count("passed") == len(tests)
     assert section.count("data:image/webp;base64,") == 1
     card = (folder / "card.md").read_text(encoding="utf-8")

@@ -26,7 +26,7 @@ from slide_fmu.learn.fit import (
     fit_surrogate,
     range_scaling,
     require_symmetry,
-    spread_scaling,
+    standard_deviation_scaling,
 )
 from slide_fmu.learn.problem import Problem
 from slide_fmu.network.state_space import StateSpace
@@ -153,12 +153,12 @@ def test_scalings() -> None:
     assert scaling.apply(np.array([[-2.0, 0.0], [6.0, 1.0]])).tolist() == [[-1, -1], [1, 1]]
     outputs = np.random.default_rng(0).normal(5.0, [3.0, 0.5], (4, 500, 2))
     split = Split(outputs[:, 1:], outputs, np.zeros(4, np.int64))
-    scaling = spread_scaling(signals, split)
+    scaling = standard_deviation_scaling(signals, split)
     assert scaling.offset.tolist() == [2.0, 0.5]
     assert scaling.scale == pytest.approx([3.0, 0.5], rel=0.05)
     outputs[:, :, 1] = 0.25
     with pytest.raises(ValueError, match=r"^'b' is constant in the training data; expected"):
-        spread_scaling(signals, split)
+        standard_deviation_scaling(signals, split)
 
 
 def test_signs_are_flipped_of_symmetric_signals_only() -> None:

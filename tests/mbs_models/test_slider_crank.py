@@ -17,8 +17,8 @@ from slide_fmu.systems.base import SimulationError, State, simulate
 
 STEP = 1.0 / 32.0
 INTERRUPTED = 1e-5
-"""Of the deflection's spread: after ``set_state`` the accelerations are computed anew, with other
-rounding and Newton residuals than those that the integration carries on."""
+"""Of the deflection's standard deviation: after ``set_state`` the accelerations are computed anew,
+with other rounding and Newton residuals than those that the integration carries on."""
 STRETCH = 5e-4
 """In m: what 200 N, from slider and rod at 40 m/s^2, stretch a rod of 1 m and 414 kN."""
 

@@ -26,7 +26,7 @@ from slide_fmu.systems.loading import LoadError
 from slide_fmu.validation import figures
 from slide_fmu.validation import validate as validation
 from slide_fmu.validation.comparison import Comparison, Task, Validation
-from slide_fmu.validation.model_card import card
+from slide_fmu.validation.model_card import model_card
 from slide_fmu.validation.report import validation_sections
 from slide_fmu.validation.validate import validate
 from tests.fmu.samples import sum_surrogate
@@ -141,7 +141,7 @@ def figures_of(found: Validation) -> dict[str, Any]:
 
 def table_of(found: Validation, recipe: Recipe) -> list[str]:
     """Lines of the card's table of measured errors."""
-    text = card(found.surrogate, recipe, figures_of(found), "picture.png")
+    text = model_card(found.surrogate, recipe, figures_of(found), "picture.png")
     assert ("The reference is a finer model (substeps 24)" in text) == bool(
         recipe.system.reference
     )
@@ -162,7 +162,7 @@ def test_card_shows_the_settings_of_every_kind(finer: Validation) -> None:
     assert ramps["samples"] == "20 .. 60"
     assert (points["speed"], points["acceleration"]) == ("1.5, 2.0", "none")
     assert points["random_start"] == "yes"
-    text = card(finer.surrogate, recipe, figures_of(finer), "picture.png")
+    text = model_card(finer.surrogate, recipe, figures_of(finer), "picture.png")
     assert "| moving_average_random | 1.0 | amplitude 1.0 .. 1.0; coefficients 0.1, 0.9 |" in text
     assert "| speed_ramps | 1.0 | speed 8.0; acceleration 20.0; samples 20 .. 60; " in text
 
@@ -178,7 +178,7 @@ def test_excitations_of_one_kind_have_names_of_their_own(finer: Validation) -> N
     recipe = tiny_recipe(data={"excitation": TWO_OF_A_KIND})
     assert names_of(recipe.data.excitation) == ["held_random 1", "sweep", "held_random 3"]
     found = figures_of(finer)
-    text = card(finer.surrogate, recipe, found, "picture.png")
+    text = model_card(finer.surrogate, recipe, found, "picture.png")
     assert "| held_random 1 | 1.0 | amplitude 0.1 .. 0.2" in text
     assert "| sweep | 1.0 |" in text
     assert "| held_random 3 | 2.0 | " in text
@@ -186,7 +186,7 @@ def test_excitations_of_one_kind_have_names_of_their_own(finer: Validation) -> N
     names = names_of(recipe.data.excitation)
     rows = [{**row, "name": names[i], "relative_rmse": [(i + 1) / 100]} for i in range(3)]
     found["validation"]["in range"]["excitations"] = rows
-    text = card(finer.surrogate, recipe, found, "picture.png")
+    text = model_card(finer.surrogate, recipe, found, "picture.png")
     assert "By excitation, in range: held_random 1 1 %, sweep 2 %, held_random 3 3 %.\n" in text
 
 
@@ -213,15 +213,35 @@ def test_card_warns_of_amplitudes_that_the_surrogate_does_not_know(
     output = {**main["outputs"][0], "relative_rmse": error}
     beyond = {**main, "outputs": [output], "amplitude": [1.0, float(factor)]}
     found["validation"]["beyond the range"] = beyond
-    text = card(finer.surrogate, FINER, found, "picture.png")
+    text = model_card(finer.surrogate, FINER, found, "picture.png")
     sentence = "**Do not use the surrogate there:** at 1.0 to 2.0 times the amplitude its error is"
     assert text.count("Do not use") == warned
     assert text.count(f"{sentence} up to 30 % of the output's RMS.") == warned
 
 
+def test_card_begins_with_the_range_whatever_the_order_of_the_figures(finer: Validation) -> None:
+    """An FMU keeps its figures with sorted keys, where "beyond the range" is the first one."""
+    found = figures_of(finer)
+    main = found["validation"]["in range"]
+    excitations = [{**row, "relative_rmse": [0.5]} for row in main["excitations"]]
+    beyond = {**main, "excitations": excitations, "amplitude": [1.0, 3.0]}
+    cards = []
+    for order in ({"in range": main, "beyond the range": beyond}, {"beyond the range": beyond}):
+        found["validation"] = {**order, "in range": main}
+        cards.append(model_card(finer.surrogate, FINER, found, "picture.png"))
+    assert cards[0] == cards[1]
+    rows = [line for line in cards[1].splitlines() if line.startswith(("| in r", "| beyond"))]
+    assert [row.split(" | ")[0] for row in rows[:2]] == [
+        "| in range",
+        "| beyond the range (1.0 to 3.0 times the amplitude)",
+    ]
+    (by_kind,) = [line for line in cards[1].splitlines() if line.startswith("By excitation")]
+    assert "50 %" not in by_kind
+
+
 def test_card_shows_the_system_under_its_name_if_there_is_a_picture(finer: Validation) -> None:
-    plain = card(finer.surrogate, PLAIN, figures_of(finer), "picture.png")
-    drawn = card(finer.surrogate, PLAIN, figures_of(finer), "picture.png", "mechanism.png")
+    plain = model_card(finer.surrogate, PLAIN, figures_of(finer), "picture.png")
+    drawn = model_card(finer.surrogate, PLAIN, figures_of(finer), "picture.png", "mechanism.png")
     shown = "![tiny: the system in motion](mechanism.png)\n\n"
     assert drawn.count(shown) == 1
     assert drawn.replace(shown, "") == plain

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from slide_fmu.cli.console import errors, write_json
+from slide_fmu.cli.console import errors, show_json
 from slide_fmu.cli.options import JsonOption
 from slide_fmu.cosim.synthetic import SYNTHETIC, Effort
 
@@ -36,6 +34,4 @@ def bench(
         figures = (
             bench_fmu(fmu, effort) if fmu is not None else bench_synthetic(str(synthetic), effort)
         )
-        write_json(json_path, figures)
-    if json_path != "-":
-        Console().print_json(json.dumps(figures))
+        show_json(json_path, figures)

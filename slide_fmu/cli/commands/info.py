@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import json
-
-from rich.console import Console
-
-from slide_fmu.cli.console import errors, write_json
+from slide_fmu.cli.console import errors, show_json
 from slide_fmu.cli.options import FmuArgument, JsonOption
 
 
@@ -16,6 +12,4 @@ def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
 
     with errors():
         figures = describe_fmu(fmu)
-        write_json(json_path, figures)
-    if json_path != "-":
-        Console().print_json(json.dumps(figures))
+        show_json(json_path, figures)

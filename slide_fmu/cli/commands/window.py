@@ -10,6 +10,7 @@ from rich.table import Table
 
 from slide_fmu.cli.console import console, errors, progress_bars, write_json
 from slide_fmu.cli.options import JsonOption, RecipeArgument, RunsOption
+from slide_fmu.cli.tables import show_remark
 
 
 def window(
@@ -32,8 +33,7 @@ def window(
     for row in rows:
         table.add_row(*row)
     console.print(table)
-    if sizing.remark is not None:
-        console.print(f"remark: {sizing.remark}", style="yellow")
+    show_remark(sizing.remark)
     write_json(json_path, figures)
     with errors():
         require_window(job.recipe, sizing)

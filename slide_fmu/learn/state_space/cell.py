@@ -1,4 +1,4 @@
-"""The cell of the state-space network as a function of one parameter vector.
+"""The state-space cell is a function of one parameter vector here, for least-squares fits.
 
 The equations are those of ``slide_fmu.network.state_space.equations``, with x = 0 at the first
 sample; here are the sizes of a cell and the order of its parameters.
@@ -16,20 +16,22 @@ from slide_fmu.network.state_space.roles import Roles
 
 @dataclass(frozen=True)
 class CellShape:
-    """Sizes of a cell and the order of its parameters.
+    """A cell's shape is its sizes and the order of its parameters.
 
     The vector of parameters is F = [A B E] row by row, then W, V, C, D and d, the last three
     output by output. Without ``bias`` the last column of W and d are left out, and an odd
     activation makes an odd network.
 
     Attributes:
-        n_states: n.
-        n_units: H.
-        n_outputs: p.
-        roles: indices of f, w, g, s, r among the features.
-        units: one of ``CELL_ACTIVATIONS``; ``gated`` units have a V.
+        n_states: number n of states x.
+        n_units: number H of units h.
+        n_outputs: number p of outputs.
+        roles: indices of the state input f, the feedthrough w, what LPV units multiply (g), the
+            scheduling variables s and the factors r of the outputs among the features.
+        units: activation of the units, one of ``CELL_ACTIVATIONS``; LPV (``gated``) units have a
+            V.
         bias: whether there are constant terms.
-        turned: pairs of states that gated units see in the turned frame.
+        turned: pairs of states that LPV units see in the turned frame.
     """
 
     n_states: int
@@ -42,17 +44,17 @@ class CellShape:
 
     @property
     def gated(self) -> bool:
-        """Whether the units are gated."""
+        """LPV units (``gated`` in recipes) have gates that scheduling variables open and close."""
         return self.units == GATED
 
     @property
     def n_factors(self) -> int:
-        """Number of factors of the values, the constant one among them."""
+        """There are this many factors of the values, the constant one among them."""
         return 1 + len(self.roles.readout)
 
     @property
     def sizes(self) -> tuple[int, int, int, int, int, int]:
-        """Numbers of parameters in F, W, V, C, D, d."""
+        """The parts F, W, V, C, D and d have these numbers of parameters."""
         n, p, factors = self.n_states, self.n_outputs, self.n_factors
         products = self.n_units * self.n_products if self.gated else 0
         return (
@@ -66,37 +68,34 @@ class CellShape:
 
     @property
     def n_next(self) -> int:
-        """Length of [x, f, h]: what the next state is a linear map of."""
+        """The next state is a linear map of [x, f, h], which has this length."""
         return self.n_states + len(self.roles.drive) + self.n_units
 
     @property
     def n_arguments(self) -> int:
-        """Length of what the activation sees: [x, f, 1], of gated units [s, 1]."""
+        """The activation sees [x, f, 1], or [s, 1] in LPV units, which has this length."""
         seen = self.roles.schedule if self.gated else (*range(self.n_states), *self.roles.drive)
         return len(seen) + self.bias
 
     @property
     def n_products(self) -> int:
-        """Length of [x, g]: what gated units multiply."""
+        """LPV units multiply [x, g], which has this length."""
         return self.n_states + len(self.roles.gated)
 
     @property
     def n_dynamic(self) -> int:
-        """Number of parameters that the state depends on: those of F, W and V, the first ones."""
+        """The state depends on this many parameters: those of F, W and V, the first ones."""
         return sum(self.sizes[:3])
 
     @property
     def n_parameters(self) -> int:
-        """Number of all parameters."""
+        """The parameter vector has this length."""
         return sum(self.sizes)
 
     def linear(self, a: torch.Tensor, b: torch.Tensor, c: torch.Tensor) -> torch.Tensor:
-        """Parameters of the linear model x[k+1] = A x + B f, y = C x; for a shape without units.
+        """Return the parameters of x[k+1] = A x + B f, y = C x for a shape without units.
 
-        Args:
-            a: shape (n_states, n_states).
-            b: shape (n_states, n_drive).
-            c: shape (n_outputs, n_states).
+        A has the shape (n_states, n_states), B (n_states, n_drive), C (n_outputs, n_states).
         """
         theta = a.new_zeros(self.n_parameters)
         m = self.split(theta)
@@ -105,7 +104,7 @@ class CellShape:
         return theta
 
     def split(self, theta: torch.Tensor) -> Matrices:
-        """The matrices of a parameter vector, shape (n_parameters,), as views of it."""
+        """Return the matrices of a parameter vector, shape (n_parameters,), as views of it."""
         f, w, v, c, d, constant = torch.split(theta, list(self.sizes))
         p, factors = self.n_outputs, self.n_factors
         products = self.n_products if self.gated else 0
@@ -119,7 +118,7 @@ class CellShape:
         )
 
     def join(self, matrices: Matrices) -> torch.Tensor:
-        """The parameter vector of matrices; the inverse of ``split``."""
+        """Return the parameter vector of matrices; it is the inverse of ``split``."""
         m = matrices
         parts = [m.f, m.w, m.v, m.c, m.d, *([m.constant] if self.bias else [])]
         return torch.cat([part.reshape(-1) for part in parts])
@@ -127,7 +126,10 @@ class CellShape:
 
 @dataclass(frozen=True, eq=False)
 class Matrices:
-    """F = [A B E] (n, n + q + H), W (H, ...), V (H, ...), C (p, R, n), D (p, R, m), d (p, R)."""
+    """Matrices are a parameter vector in parts, with R factors and m feedthrough features.
+
+    F = [A B E] is (n, n + q + H), W (H, ...), V (H, ...), C (p, R, n), D (p, R, m), d (p, R).
+    """
 
     f: torch.Tensor
     w: torch.Tensor
@@ -137,7 +139,7 @@ class Matrices:
     constant: torch.Tensor
 
     def weights(self, shape: CellShape) -> Weights:
-        """The matrices by name, as views."""
+        """Return the matrices by their names in the equations, as views."""
         n, q, arguments = shape.n_states, len(shape.roles.drive), self.w
         w_1 = None
         if shape.bias:
@@ -162,17 +164,14 @@ class Matrices:
 def simulate(
     shape: CellShape, theta: torch.Tensor, features: torch.Tensor
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Run the cell from zero state.
+    """Run the cell from zero state over features (samples, B, n_signals).
 
-    Args:
-        shape: sizes of the cell, and what its features are for.
-        theta: shape (n_parameters,).
-        features: shape (samples, B, n_signals); the sample comes first, so that each is one
-            piece of memory.
+    The sample comes first, so that each is one piece of memory. Theta has the shape
+    (n_parameters,).
 
     Returns:
-        Outputs (samples, B, n_outputs) and states (samples, B, n_states), each one step after
-        the feature of its row.
+        Outputs (samples, B, n_outputs) and states (samples, B, n_states), each one step after the
+        feature of its row.
     """
     weights, inputs = shape.split(theta).weights(shape), ByRole.of(shape.roles, features)
     rest = features.new_zeros(features.shape[1], shape.n_states)

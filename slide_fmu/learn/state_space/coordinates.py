@@ -19,16 +19,10 @@ JITTER = 1e-10
 
 
 def rescale(shape: CellShape, m: Matrices, states: torch.Tensor, whiten: bool) -> Matrices:
-    """Change the coordinates of the states to unit root mean square.
+    """Return the cell's matrices in coordinates in which its states have unit root mean square.
 
-    Args:
-        shape: shape of the cell.
-        m: matrices of the cell.
-        states: states of a run of the cell, shape (..., n).
-        whiten: make the states uncorrelated too.
-
-    Returns:
-        Matrices of the cell in the new coordinates; its outputs are the same.
+    The outputs stay the same. States of a run, shape (..., n), tell the present size; ``whiten``
+    makes them uncorrelated too.
 
     Raises:
         ValueError: units see pairs of states in a turned frame; in other coordinates the states
@@ -71,19 +65,10 @@ def _rms(states: torch.Tensor) -> torch.Tensor:
 
 
 def widen(m: Matrices, old: CellShape, new: CellShape, generator: torch.Generator) -> torch.Tensor:
-    """Return the parameters of a larger cell that answers exactly as a smaller one.
+    """Return parameters, (new.n_parameters,), of a larger cell that answers as a smaller one.
 
     New states are short memories of the features that no output sees; new units have random
-    arguments and act on nothing.
-
-    Args:
-        m: matrices of the smaller cell.
-        old: shape of the smaller cell.
-        new: shape of the larger cell, with the same roles and outputs.
-        generator: the only source of randomness.
-
-    Returns:
-        Parameters of the larger cell, shape (new.n_parameters,).
+    arguments and act on nothing. Roles and outputs of both shapes are the same.
     """
     n, q, units = old.n_states, len(old.roles.drive), old.n_units
     f = m.f.new_zeros(new.n_states, new.n_next)

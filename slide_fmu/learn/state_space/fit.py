@@ -46,21 +46,14 @@ def fit_state_space(
     training: LeastSquaresRecipe,
     progress: Progress,
 ) -> tuple[StateSpace, History]:
-    """Fit a state-space network.
+    """Fit a state-space network; return it with the history of its last run, in scaled units.
 
-    Args:
-        problem: the regression.
-        network: order, units and roles of the features in the recipe.
-        training: numbers of starts and iterations, segments, precision.
-        progress: is called after every iteration of every run.
-
-    Returns:
-        The best network, and the history of its last run, in scaled units.
+    The progress is called after every iteration of every run.
 
     Raises:
         TrainingError: no start gives a finite error.
-        ValueError: trajectories are too short for the window, the order is too high for it, or
-            a weight is not finite.
+        ValueError: trajectories are too short for the window, the order is too high for it, or a
+            weight is not finite.
     """
     data = prepare(problem, network, training)
     multi_start = MultiStart(problem, network, training, data, progress)
@@ -87,11 +80,6 @@ def _history(winner: Candidate, data: FitData) -> History:
 
 def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresRecipe) -> FitData:
     """Cut trajectories into segments, for the starts and for the whole fit.
-
-    Args:
-        problem: features and scaled outputs.
-        network: names the features of each role.
-        training: length of segments, share of the starts, weights, precision.
 
     Raises:
         ValueError: trajectories are not longer than the truncated part of the window.
@@ -147,12 +135,9 @@ def choose_sizes(multi_start: MultiStart) -> tuple[int, int]:
 
 
 def compete(multi_start: MultiStart, order: int, units: int) -> Candidate:
-    """Run the multi-start of one size and return its winner, refined on all data.
+    """Run the multi-start of one order (without padding) and number of units, perhaps 0.
 
-    Args:
-        multi_start: runs and data.
-        order: number of states without the padding.
-        units: number of units; 0 for a linear network.
+    The winner, refined on all data, is returned.
     """
     training = multi_start.training
     linear = multi_start.linear(order)
@@ -214,10 +199,6 @@ def _largest_worthwhile(sizes: list[int], judge: Callable[[int], float]) -> int:
 
 def freeze(winner: Candidate, problem: Problem) -> StateSpace:
     """Return the fitted network as data, in float32.
-
-    Args:
-        winner: shape and best parameters.
-        problem: window and features.
 
     Raises:
         ValueError: a weight is not finite.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import pickle
 import time
 from collections.abc import Callable
@@ -14,7 +13,7 @@ from typing import Any, TypeVar
 import torch
 
 from slide_fmu.core.progress import Progress
-from slide_fmu.learn.training import TrainingError
+from slide_fmu.learn.training import unreadable, write_checkpoint
 
 State = TypeVar("State")
 
@@ -29,9 +28,9 @@ class Ledger:
     from the file ends with the same weights as an unbroken one.
 
     Args:
-        path: the file; read if it exists.
-        device: where the tensors go.
-        progress: gets the iterations of all runs, those done and those planned, after each.
+        path: the file; it is read if it exists, and written after iterations.
+        device: the tensors of the file are put on this device.
+        progress: is called after each iteration with the iterations done and planned of all runs.
 
     Attributes:
         planned: iterations of all runs, as far as they are known; those done count at least.
@@ -50,7 +49,7 @@ class Ledger:
             try:
                 self._runs = _checked(torch.load(path, map_location=device, weights_only=True))
             except (RuntimeError, EOFError, ValueError, pickle.UnpicklingError) as error:
-                raise self._unreadable(error) from error
+                raise unreadable(path, error) from error
 
     @property
     def iterations(self) -> int:
@@ -69,7 +68,7 @@ class Ledger:
         advance: Callable[[State], State],
         iterations: int,
     ) -> State:
-        """Do a run, or what is left of it, or nothing if it has been done.
+        """Do a run, or what is left of it, or nothing if it has been done; return its last state.
 
         Args:
             name: name of the run, unique in this fit.
@@ -77,9 +76,6 @@ class Ledger:
                 an attribute ``finished``.
             advance: does one iteration; it depends on nothing but the state.
             iterations: greatest number of iterations.
-
-        Returns:
-            The state after the last iteration.
 
         Raises:
             TrainingError: the file holds a run of this name that another version has written.
@@ -90,7 +86,7 @@ class Ledger:
             try:
                 state = type(start)(**stored["state"])
             except TypeError as error:  # written by another version
-                raise self._unreadable(error) from error
+                raise unreadable(self._path, error) from error
         while done < iterations and not state.finished:  # type: ignore[attr-defined]
             state = advance(state)
             done += 1
@@ -106,16 +102,8 @@ class Ledger:
             self._write()
 
     def _write(self) -> None:
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = self._path.with_suffix(".new")
-        torch.save(self._runs, temporary)
-        os.replace(temporary, self._path)
+        write_checkpoint(self._path, self._runs)
         self._written = time.monotonic()
-
-    def _unreadable(self, error: Exception) -> TrainingError:
-        return TrainingError(
-            f"checkpoint {self._path} cannot be read ({error}); remove it to train from the start"
-        )
 
 
 def _checked(runs: Any) -> dict[str, dict[str, Any]]:

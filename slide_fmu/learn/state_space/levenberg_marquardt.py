@@ -83,10 +83,6 @@ def advance(state: Iterate, problem: LeastSquares) -> Iterate:
     """Do one iteration: solve damped normal equations until a step reduces the cost.
 
     A fit whose cost is not finite, or whose steps are all rejected, is finished.
-
-    Args:
-        state: the iterate before.
-        problem: what is minimised.
     """
     normal = problem.normal(state.theta)
     if not math.isfinite(normal.cost):

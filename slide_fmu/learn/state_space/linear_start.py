@@ -79,12 +79,7 @@ def impulse_responses(
 def _hankel(responses: torch.Tensor, shift: int) -> torch.Tensor:
     """Return the block Hankel matrix of impulse responses, from the first (shift 0) or next on.
 
-    Args:
-        responses: shape (taps, p, q).
-        shift: 0, or 1 for the shifted matrix of the realization.
-
-    Returns:
-        Shape (taps // 2 * p, taps // 2 * q).
+    Responses (taps, p, q) give the shape (taps // 2 * p, taps // 2 * q).
     """
     taps, p, q = responses.shape
     rows = taps // 2
@@ -100,11 +95,9 @@ def states_shown(responses: torch.Tensor) -> int:
 
 
 def realize(responses: torch.Tensor, n_states: int) -> LinearModel:
-    """Realize impulse responses as a linear model (Ho and Kalman, 1966; Juang and Pappa, 1985).
+    """Realize impulse responses, (taps, p, q), as a linear model of ``n_states``.
 
-    Args:
-        responses: impulse responses, shape (taps, p, q).
-        n_states: order of the model.
+    The method is that of Ho and Kalman (1966) and of Juang and Pappa (1985).
 
     Raises:
         ValueError: the order is higher than the responses can show.
@@ -126,12 +119,8 @@ def realize(responses: torch.Tensor, n_states: int) -> LinearModel:
 def band_edge(drive: torch.Tensor, step: float) -> float:
     """Return the angular frequency in rad/s below which nearly all power of the state input lies.
 
-    Records fade in and out (Hann window): the spectrum of an oscillation that does not close
-    within its record would leak otherwise.
-
-    Args:
-        drive: state input, shape (n_trajectories, N, q).
-        step: sample step in s.
+    Records (n_trajectories, N, q) with the step in s fade in and out (Hann window): the spectrum
+    of an oscillation that does not close within its record would leak otherwise.
     """
     fade = torch.hann_window(drive.shape[1], dtype=drive.dtype, device=drive.device)
     faded = fade[:, None] * drive
@@ -143,12 +132,9 @@ def band_edge(drive: torch.Tensor, step: float) -> float:
 def excited_eigenvalues(
     eigenvalues: NDArray[np.complex128], drive: torch.Tensor, step: float
 ) -> NDArray[np.complex128]:
-    """Return the eigenvalues in the excited band, the lowest first; at least one.
+    """Return the eigenvalues in 1/s in the excited band, the lowest first; at least one.
 
-    Args:
-        eigenvalues: in 1/s, one of each conjugate pair.
-        drive: state input, shape (n_trajectories, N, q).
-        step: sample step in s.
+    The state input has the shape (n_trajectories, N, q), the step is in s.
     """
     ordered = eigenvalues[np.argsort(np.abs(eigenvalues), kind="stable")]
     count = int(np.sum(np.abs(ordered) <= band_edge(drive, step)))
@@ -181,18 +167,12 @@ def from_eigenvalues(
 ) -> LinearModel:
     """Build a linear model in modal form with the poles exp(v h), and random B and C.
 
-    Args:
-        eigenvalues: v in 1/s, one of each conjugate pair.
-        step: sample step h in s.
-        sizes: numbers q of state inputs and p of outputs.
-        generator: the only source of randomness.
+    The eigenvalues v are in 1/s, one of each conjugate pair; the sizes are numbers of state inputs
+    and of outputs.
     """
-    blocks = []
-    for value in eigenvalues:
-        pole = complex(np.exp(value * step))
-        pair = [[pole.real, pole.imag], [-pole.imag, pole.real]]
-        blocks.append(np.array(pair if value.imag != 0 else [[pole.real]]))
-    a = torch.from_numpy(scipy.linalg.block_diag(*blocks))
+    sizes_of = np.where(eigenvalues.imag != 0, 2, 1)  # a real eigenvalue has one state
+    modes = [_mode(v, step)[:n, :n] for v, n in zip(eigenvalues, sizes_of, strict=True)]
+    a = torch.from_numpy(scipy.linalg.block_diag(*modes))
 
     def random(*shape: int) -> torch.Tensor:
         return torch.randn(*shape, generator=generator, dtype=torch.float64)
@@ -212,13 +192,8 @@ def from_turned_pairs(
     Two neighbouring oscillations that are nearly as fast as each other are one that may go any way
     across the axis, with their mean eigenvalue: two pairs. Further states are the next
     oscillations, and short memories. The state input and the outputs are vectors (x, y, z), one
-    after the other: pairs are moved by x and y alone, and move nothing else.
-
-    Args:
-        eigenvalues: v in 1/s, one of each conjugate pair; none are needed.
-        step: sample step h in s.
-        sizes: numbers of states, of pairs among them, of state inputs and of outputs.
-        generator: the only source of randomness.
+    after the other: pairs are moved by x and y alone, and move nothing else. The sizes are numbers
+    of states, of pairs among them, of state inputs and of outputs.
 
     Raises:
         ValueError: state inputs or outputs are no vectors, or there are more pairs than states.
@@ -278,17 +253,10 @@ def _memories(count: int) -> list[float]:
 def _turning_matrix(
     shape: tuple[int, int], pairs: tuple[int, int], generator: torch.Generator
 ) -> torch.Tensor:
-    """Draw coefficients between states and vectors that turn alike.
+    """Draw coefficients, shape (order, 3 m), between states and vectors that turn alike.
 
-    A pair commutes with every turn if its block is a I + b J, with a quarter turn J.
-
-    Args:
-        shape: number of states, and of components of all vectors.
-        pairs: number of pairs among the states, and the number of states that they make up.
-        generator: the only source of randomness.
-
-    Returns:
-        Coefficients of this shape, (order, 3 m).
+    A pair commutes with every turn if its block is a I + b J, with a quarter turn J. ``pairs`` are
+    the number of pairs among the states, and the number of states that they make up.
     """
     result = torch.zeros(*shape, dtype=torch.float64)
     for first in range(0, shape[1], 3):

@@ -8,7 +8,9 @@ Talwalkar, 2016, with rounds of the recipe's own sizes.)
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import torch
@@ -43,6 +45,8 @@ from slide_fmu.learn.state_space.segments import Segments
 from slide_fmu.network.state_space.roles import Roles
 from slide_fmu.recipe.against_system import require_turned_pairs
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+
+S = TypeVar("S", Iterate, Descent)
 
 LINEAR_ITERATIONS = 15
 """A linear model is fitted in at most this many iterations."""
@@ -95,12 +99,7 @@ class Candidate:
 class MultiStart:
     """A multi-start does all runs of one fit, each named and stored in the ledger. Final.
 
-    Args:
-        problem: window, eigenvalues, checkpoint.
-        network: units, padding, bias.
-        training: numbers of starts and iterations, and the seed.
-        data: segments and features.
-        progress: is called after every iteration.
+    The progress is called after every iteration.
 
     Raises:
         TrainingError: the checkpoint cannot be read.
@@ -119,16 +118,12 @@ class MultiStart:
         self._responses: torch.Tensor | None = None
 
     def plan(self, iterations: int) -> None:
-        """Tell how many iterations are still to come, for the progress."""
+        """Announce how many iterations are still to come, so that the progress has a total."""
         self._ledger.planned = self._ledger.iterations + iterations
         self._ledger.show()
 
     def shape(self, order: int, units: int) -> CellShape:
         """Return the shape of a cell; one with units has states to spare (the padding).
-
-        Args:
-            order: number of states without the padding.
-            units: number of units.
 
         Raises:
             ValueError: more pairs of states are turned than there are.
@@ -198,10 +193,7 @@ class MultiStart:
     def start(self, linear: Candidate, units: int, number: int) -> Candidate:
         """Run a random start from a linear model; every second one in whitened coordinates.
 
-        Args:
-            linear: the linear model.
-            units: number of units, at least 1.
-            number: number of the start, from 0; with the seed it fixes the random numbers.
+        The number of the start, from 0, fixes the random numbers together with the seed.
         """
         old, order = linear.shape, linear.shape.n_states
         shape = self.shape(order, units)
@@ -236,9 +228,7 @@ class MultiStart:
     def widened(self, candidate: Candidate, units: int) -> Candidate:
         """Run a network of more units than normal equations can be solved for, from a smaller one.
 
-        Args:
-            candidate: the smaller network; the larger one answers as it does at first.
-            units: number of units of the larger one.
+        At first it answers as the smaller network does.
         """
         old, training = candidate.shape, self.training
         shape = self.shape(old.n_states - self.network.padding, units)
@@ -248,15 +238,13 @@ class MultiStart:
         radius = self._penalty(1).radius
 
         def stretch(state: Descent) -> Descent:
-            after = preconditioned_descent.advance_stretch(
+            return preconditioned_descent.advance_stretch(
                 state, shape, self.data.whole, validation, radius, training.seed
             )
-            self._ledger.best = min(self._ledger.best, after.best_error)
-            return after
 
         begin = Descent.begin(theta, validation(theta))
-        done = self._ledger.run(f"widened to {units}", begin, stretch, training.stretches)
-        return self._judged(shape, done)
+        done = self._run(f"widened to {units}", begin, stretch, training.stretches)
+        return Candidate(shape, done)
 
     def _descend(
         self, name: str, shape: CellShape, theta: torch.Tensor, segments: Segments, iterations: int
@@ -265,18 +253,24 @@ class MultiStart:
         least_squares = self._least_squares(shape, segments)
 
         def step(state: Iterate) -> Iterate:
-            after = levenberg_marquardt.advance(state, least_squares)
+            return levenberg_marquardt.advance(state, least_squares)
+
+        begin = Iterate.begin(theta, least_squares)
+        return Candidate(shape, self._run(name, begin, step, iterations))
+
+    def _run(self, name: str, begin: S, advance: Callable[[S], S], iterations: int) -> S:
+        """Do a run of the ledger, and let its best validation error be seen."""
+
+        def step(state: S) -> S:
+            after = advance(state)
             self._ledger.best = min(self._ledger.best, after.best_error)
             return after
 
-        begin = Iterate.begin(theta, least_squares)
-        return self._judged(shape, self._ledger.run(name, begin, step, iterations))
-
-    def _judged(self, shape: CellShape, state: Iterate | Descent) -> Candidate:
-        """A candidate whose run is done, perhaps before this fit was resumed."""
-        self._ledger.best = min(self._ledger.best, state.best_error)
+        done = self._ledger.run(name, begin, step, iterations)
+        # a run that was done before this fit was resumed has made no step here
+        self._ledger.best = min(self._ledger.best, done.best_error)
         self._ledger.show()
-        return Candidate(shape, state)
+        return done
 
     def _penalty(self, residuals: int) -> PolePenalty:
         excited, step = self._excited(), self.problem.window.step

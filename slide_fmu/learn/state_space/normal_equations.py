@@ -1,6 +1,6 @@
-"""Sum of squares, gradient and Gauss-Newton matrix of a cell, by forward sensitivities.
+"""A cell's sum of squares, gradient and Gauss-Newton matrix come from forward sensitivities.
 
-S[k] = dx[k]/dtheta follows S[k+1] = (A + E act' W_x) S[k] + df/dtheta along the segments (gated
+S[k] = dx[k]/dtheta follows S[k+1] = (A + E act' W_x) S[k] + df/dtheta along the segments (LPV
 units: A + T E diag(gates) V_x T'). The states, the units and their slopes are those of
 ``slide_fmu.network.state_space.equations``. J'J and J'r are accumulated over blocks of samples, so
 that J itself is never stored. Where residuals outnumber the parameters by far, J'J is taken from
@@ -31,7 +31,7 @@ THINNEST = 8
 
 @dataclass(frozen=True, eq=False)
 class NormalEquations:
-    """Sum of squared residuals, J'J (P, P) and J'r (P,), all over all scored samples."""
+    """Normal equations are a sum of squares, J'J (P, P) and J'r (P,) over scored samples."""
 
     cost: float
     matrix: torch.Tensor
@@ -39,7 +39,7 @@ class NormalEquations:
 
 
 def sum_of_squares(shape: CellShape, theta: torch.Tensor, segments: Segments) -> float:
-    """Sum of squared residuals over all scored samples; not finite where the cell diverges."""
+    """Return the sum of squares over all scored samples; not finite if the cell diverges."""
     with torch.no_grad():
         found, _ = simulate(shape, theta, segments.features)
         residuals = (found[segments.burn_in :] - segments.targets).square().sum((0, 2))
@@ -47,11 +47,7 @@ def sum_of_squares(shape: CellShape, theta: torch.Tensor, segments: Segments) ->
 
 
 def normal_equations(shape: CellShape, theta: torch.Tensor, segments: Segments) -> NormalEquations:
-    """Accumulate the normal equations of a least-squares step.
-
-    Args:
-        theta: shape (n_parameters,).
-    """
+    """Accumulate the normal equations of a least-squares step at theta, shape (n_parameters,)."""
     accumulator = _Accumulator(shape, theta, thinning(shape, segments))
     numbers = SENSITIVITIES[theta.device.type]
     size = max(8, numbers // (shape.n_states * shape.n_dynamic))
@@ -62,7 +58,7 @@ def normal_equations(shape: CellShape, theta: torch.Tensor, segments: Segments) 
 
 
 def thinning(shape: CellShape, segments: Segments) -> int:
-    """One in how many samples goes into J'J."""
+    """Return t for which every t-th sample goes into J'J: enough rows for the parameters."""
     thin, enough = 1, 2 * ROWS_PER_PARAMETER * shape.n_parameters
     while thin < THINNEST and segments.targets.numel() >= enough * thin:
         thin *= 2
@@ -70,7 +66,7 @@ def thinning(shape: CellShape, segments: Segments) -> int:
 
 
 class _Accumulator:
-    """Sums up J'J, J'r and r'r from blocks of rows."""
+    """An accumulator sums up J'J, J'r and r'r from blocks of rows."""
 
     def __init__(self, shape: CellShape, theta: torch.Tensor, thin: int) -> None:
         self.cost, self._thin = 0.0, thin
@@ -78,7 +74,7 @@ class _Accumulator:
         self.gradient = theta.new_zeros(shape.n_parameters)
 
     def add(self, rows: torch.Tensor, residuals: torch.Tensor) -> None:
-        """Rows of J (samples, B, p, P) and residuals (samples, B, p)."""
+        """Add rows of J (samples, B, p, P) and residuals (samples, B, p)."""
         flat, residual = rows.reshape(-1, rows.shape[-1]), residuals.reshape(-1)
         some = rows[:: self._thin]
         share = len(rows) / len(some)
@@ -89,7 +85,7 @@ class _Accumulator:
 
 
 class _Rows:
-    """Rows of J of a block of samples, with views on the parts of the output's parameters."""
+    """Rows of J are filled for a block of samples, with views on each output's own parameters."""
 
     def __init__(self, shape: CellShape, theta: torch.Tensor, batch: int) -> None:
         p, factors = shape.n_outputs, shape.n_factors
@@ -108,24 +104,23 @@ class _Rows:
         self.filled = 0
 
     def fill_own(self, parts: tuple[torch.Tensor, ...], factors: torch.Tensor) -> None:
-        """The next row: of C, D and d, the products of all factors with x, w and 1.
+        """Fill the next row of C, D and d: the products of all factors with x, w and 1.
 
-        Args:
-            parts: x, w and 1, shape (B, ...) each.
-            factors: [1, r], weighted, shape (B, R).
+        The parts x, w and 1 have the shape (B, ...) each; the factors [1, r], weighted, are (B,
+        R).
         """
         for own, part in zip(self.own, parts, strict=True):
             if own is not None:
                 own[self.filled] = (factors[:, :, None] * part[:, None, :])[..., None]
 
     def take(self) -> tuple[torch.Tensor, torch.Tensor]:
-        """The filled rows and residuals; the block is empty again."""
+        """Return the filled rows and residuals; the block is empty again."""
         count, self.filled = self.filled, 0
         return self.rows[:count], self.residuals[:count]
 
 
 class _Sensitivities:
-    """S = dx/dtheta of a chunk, shape (B, n, n_dynamic), with the state x, and their recursion."""
+    """Sensitivities are S = dx/dtheta of a chunk, (B, n, n_dynamic), and their recursion."""
 
     def __init__(self, shape: CellShape, equations: Equations) -> None:
         weights, inputs = equations.weights, equations.inputs
@@ -141,14 +136,14 @@ class _Sensitivities:
             self._blocks = self._turns()
 
     def _turns(self) -> torch.Tensor:
-        """The matrices that turn a pair of states, shape (N, B, 2, 2)."""
+        """Return the matrices that turn a pair of states, shape (N, B, 2, 2)."""
         turn = self._inputs.turn
         frames = torch.eye(2, dtype=turn.dtype, device=turn.device).expand(*turn.shape, 2)
         matrices: torch.Tensor = turned(frames, turn[:, :, None], 1, torch).mT
         return matrices
 
     def _direct_arguments(self) -> torch.Tensor:
-        """What the columns of W see apart from the states: [f, 1], of gated units [s, 1]."""
+        """Return what the columns of W see apart from the states: [f, 1], in LPV units [s, 1]."""
         seen = self._inputs.schedule if self._shape.gated else self._inputs.drive
         one = seen.new_ones(*seen.shape[:2], 1)
         return torch.cat([seen, one], 2) if self._shape.bias else seen
@@ -172,7 +167,7 @@ class _Sensitivities:
         self.state = self._equations.after(k, self.state, units.values)
 
     def _add_direct(self, k: int, linear: torch.Tensor, units: torch.Tensor) -> None:
-        """What the next state depends on F directly: on A and B as they are, on E through T."""
+        """Add how the next state depends on F directly: on A and B as they are, on E through T."""
         shape, (batch, n) = self._shape, self.values.shape[:2]
         of_f = self.values[..., : shape.sizes[0]].view(batch, n, n, shape.n_next)
         before, pairs = linear.shape[1], shape.turned
@@ -186,11 +181,13 @@ class _Sensitivities:
             own.add_((self._blocks[k][..., None] * units[:, None, None, :])[..., None])
 
     def _plain(self, k: int, units: Units) -> _Step:
+        """Return the step of units that see states and state input."""
         arguments = torch.cat([self.state, self._arguments[k]], 1)
         gain = self._e * units.slope[:, None, :]
         return gain @ self._weights.w_x, [(gain, arguments)]
 
     def _gated(self, k: int, units: Units) -> _Step:
+        """Return the step of LPV units, seen and acting in the turned frame."""
         weights, turn, pairs = self._weights, self._inputs.turn[k], self._shape.turned
         assert weights.v_x is not None
         assert units.gates is not None
@@ -213,7 +210,7 @@ the arguments (B, ...) whose products are dx'/dW and dx'/dV."""
 def _run(
     shape: CellShape, theta: torch.Tensor, chunk: Segments, accumulator: _Accumulator
 ) -> None:
-    """Run a chunk of segments with its sensitivities."""
+    """Run a chunk of segments with its sensitivities, and add its rows to the accumulator."""
     m, burn_in, samples = shape.split(theta), chunk.burn_in, len(chunk.features)
     inputs = ByRole.of(shape.roles, chunk.features)
     equations = Equations(m.weights(shape), inputs, torch)
@@ -239,7 +236,7 @@ def _run(
 
 
 def _to_outputs(m: Matrices, factors: torch.Tensor) -> torch.Tensor:
-    """dy/dx times the weights, shape (B, p, n)."""
+    """Return dy/dx times the weights, shape (B, p, n)."""
     if m.c.shape[1] == 1:
         return factors[:, :, None] * m.c[:, 0]
     return torch.einsum("br,prn->bpn", factors, m.c)

@@ -40,13 +40,10 @@ class PolePenalty:
 
     @staticmethod
     def of(window: Window, slowest: float, residuals: int) -> PolePenalty:
-        """Return the penalty for a window and a number of residuals.
+        """Return the penalty for a window, whose truncated part sets the radius, and its weight.
 
-        Args:
-            window: its truncated part sets the radius.
-            slowest: largest absolute value of the system's own poles; 0 if they are not known. A
-                short window, which a recipe may allow, must not hurry them.
-            residuals: number of residuals of the sum of squares.
+        ``slowest`` is the largest absolute value of the system's own poles, 0 if they are not
+        known: a short window, which a recipe may allow, must not hurry them.
         """
         truncated = window.n_truncated
         decayed = math.exp(math.log(REMAINING) / truncated) if truncated else LARGEST_RADIUS
@@ -61,15 +58,10 @@ class PolePenalty:
     def join(
         self, normal: NormalEquations, shape: CellShape, theta: torch.Tensor
     ) -> NormalEquations:
-        """Add the penalty to normal equations, with the residuals sqrt(weight) (|pole| - radius).
+        """Add the penalty to normal equations, with residuals sqrt(weight) (|pole| - radius).
 
         The derivative of a simple pole is u^H dA v / (u^H v), with its left and right eigenvectors
         u and v.
-
-        Args:
-            normal: normal equations of the sum of squares at theta.
-            shape: shape of the cell.
-            theta: parameters, shape (P,).
         """
         n = shape.n_states
         values, right = torch.linalg.eig(shape.split(theta).f[:, :n])

@@ -86,15 +86,8 @@ def advance_stretch(
     """Do one stretch: a new matrix, then ``STRETCH`` preconditioned steps.
 
     A stretch that diverges, or ends far above the best validation error, is undone: the fit goes
-    on from the best weights at half the rate.
-
-    Args:
-        state: the state before.
-        shape: shape of the cell.
-        segments: data to learn from.
-        validation: gives the RMS error on the data that choose the parameters.
-        radius: radius of the circle outside of which poles are penalised.
-        seed: seed of the batches, together with the number of the stretch.
+    on from the best weights at half the rate. Poles outside of the circle of ``radius`` are
+    penalised; the seed and the number of the stretch fix the batches.
     """
     generator = torch.Generator().manual_seed((seed * SEED_STRIDE + state.stretch) % 2**32)
     per_segment = segments.targets.numel() / segments.count

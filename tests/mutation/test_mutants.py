@@ -74,5 +74,5 @@ def test_sample_is_the_same_for_a_seed_and_of_the_former_survivors_alone() -> No
     whole = sample_of(found, 1, None, None)
     assert sample_of(found, 1, 3, None) == whole[:3]
     assert sorted(map(str, whole)) == sorted(map(str, found))
-    assert whole != found
-    assert sample_of(found, 1, 4, [label(*whole[2]), label(*whole[4])]) == [whole[2]]
+    assert sample_of(found, 2, None, None) != whole
+    assert sample_of(found, 1, 3, [label(*whole[2]), label(*whole[3])]) == [whole[2]]

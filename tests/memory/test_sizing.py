@@ -297,7 +297,12 @@ def test_motions_are_as_many_and_as_long_as_window_and_decay_ask(
     )
     linearized: list[tuple[int, int, int]] = []
     lengths: list[int] = []
-    original = sizing._decay_along_motions
+    drawn_for: list[float] = []
+    original, draw = sizing._decay_along_motions, sizing.draw
+
+    def draw_and_note(recipe: Recipe, system: Any, stream: Any, index: int) -> Any:
+        drawn_for.append(stream.duration / 0.03)
+        return draw(recipe, system, stream, index)
 
     def decay_along_motions(
         system: Any, draws: list[Any], stride: int, amplitude: float
@@ -311,11 +316,14 @@ def test_motions_are_as_many_and_as_long_as_window_and_decay_ask(
         lengths.extend(len(record) for record in records)
         return Decay(np.full(len(records), -RATE), amplitude)
 
+    monkeypatch.setattr(sizing, "draw", draw_and_note)
     monkeypatch.setattr(sizing, "_decay_along_motions", decay_along_motions)
     monkeypatch.setattr(sizing, "measured_decay", decay_of_pairs)
     size_window(recipe, LinearOscillator(damping=damping, step=0.03))
     assert linearized == [(20, followed, 12)] * 20
     assert lengths == measured
+    assert drawn_for[:20] == pytest.approx([followed] * 20, abs=0.5)
+    assert drawn_for[20:] == pytest.approx([max(followed, n) for n in measured], abs=0.5)
 
 
 def test_states_along_a_motion_are_those_after_every_stride_th_sample() -> None:

@@ -340,7 +340,7 @@ def test_export_refuses_a_network_that_does_not_forget(tmp_path: Path, allowed: 
         assert "surrogate 'small_linear' is not exported: at 1 times" in message
         assert "two runs from different states still differ by" in message
         assert "stability.allow_unstable = true" in message
-        assert str(picture) in "".join(result.output.split())
+        assert str(picture) in result.output
         assert "Traceback" not in result.output
 
 

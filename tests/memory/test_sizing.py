@@ -271,3 +271,85 @@ def test_stretch_is_as_long_as_the_window_or_the_decay_whichever_is_longer(
     ]
     assert found.rates == pytest.approx([np.mean(part) for part in parts])
     assert found.remaining_amplitude == 0.01
+
+
+@pytest.mark.parametrize(
+    ("damping", "duration", "followed", "measured"),
+    [
+        (8.0, 50.0, 920, [116] * 40),  # ten windows of 92; three decays of 1.151 s are 115.1 steps
+        (8.0, 4.0, 133, [116] * 40),  # the recipe's own duration is shorter
+        (16.0, 4.0, 133, [92] * 40),  # three decays of 0.576 s are shorter than the window
+        (0.2, 4.0, 133, [4606] * 4),  # 46 s: four pairs are enough, though 20 000 samples are less
+        (0.6, 4.0, 133, [1536] * 13),  # 15.35 s: as many pairs as 20 000 samples hold
+    ],
+)
+def test_motions_are_as_many_and_as_long_as_window_and_decay_ask(
+    monkeypatch: pytest.MonkeyPatch,
+    damping: float,
+    duration: float,
+    followed: int,
+    measured: list[int],
+) -> None:
+    """Twenty motions are linearized at every twelfth sample, an eighth of a window of 92."""
+    recipe = oscillator("LinearOscillator").model_copy(deep=True)
+    recipe = recipe.model_copy(
+        update={"data": recipe.data.model_copy(update={"duration": duration, "burn_in": 0.0})}
+    )
+    linearized: list[tuple[int, int, int]] = []
+    lengths: list[int] = []
+    drawn_for: list[float] = []
+    original, draw = sizing._decay_along_motions, sizing.draw
+
+    def draw_and_note(recipe: Recipe, system: Any, stream: Any, index: int) -> Any:
+        drawn_for.append(stream.duration / 0.03)
+        return draw(recipe, system, stream, index)
+
+    def decay_along_motions(
+        system: Any, draws: list[Any], stride: int, amplitude: float
+    ) -> list[Decay]:
+        linearized.extend((len(draws), len(drawn.inputs), stride) for drawn in draws)
+        return original(system, draws, stride, amplitude)
+
+    def decay_of_pairs(
+        system: Any, records: list[np.ndarray], rng: np.random.Generator, amplitude: float
+    ) -> Decay:
+        lengths.extend(len(record) for record in records)
+        return Decay(np.full(len(records), -RATE), amplitude)
+
+    monkeypatch.setattr(sizing, "draw", draw_and_note)
+    monkeypatch.setattr(sizing, "_decay_along_motions", decay_along_motions)
+    monkeypatch.setattr(sizing, "measured_decay", decay_of_pairs)
+    size_window(recipe, LinearOscillator(damping=damping, step=0.03))
+    assert linearized == [(20, followed, 12)] * 20
+    assert lengths == measured
+    assert drawn_for[:20] == pytest.approx([followed] * 20, abs=0.5)
+    assert drawn_for[20:] == pytest.approx([max(followed, n) for n in measured], abs=0.5)
+
+
+def test_states_along_a_motion_are_those_after_every_stride_th_sample() -> None:
+    system, inputs = LinearOscillator(damping=8.0, step=0.03), np.full((7, 1), 900.0)
+    start = system.rest_state(np.zeros(1))
+    found = sizing._states_along(system, start, inputs, 3)
+    system.set_state(start)
+    states = []
+    for row in inputs:
+        system.advance(row)
+        states.append(system.get_state())
+    assert [float(state.coordinates[0]) for state in found] == [
+        float(states[k].coordinates[0]) for k in (2, 5)
+    ]
+
+
+def test_table_of_decay_times_has_their_numbers_and_says_where_there_is_no_end() -> None:
+    decay = {"mean": 1.0, "worst": 2.34567}
+    rows = decay_rows(
+        {
+            "decay_time_s": {**decay, "local_worst": None},
+            "measured_decay_time_s": {"mean": 3.0, "worst": None},
+        }
+    )
+    assert rows == [
+        ("decay time", "mean", "worst", "at the worst instant"),
+        ("linearized", "1 s", "2.346 s", "without end"),
+        ("measured", "3 s", "without end", ""),
+    ]

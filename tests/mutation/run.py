@@ -22,6 +22,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from queue import SimpleQueue
+from typing import Any
 
 from tests.mutation.mutants import Mutant, c_mutants
 from tests.mutation.python_mutants import python_mutants
@@ -129,25 +130,43 @@ def outcome(place: Path, module: Module, limit: float) -> str:
     return "passed" if passed else "failed"
 
 
-def measure(
-    module: Module, places: list[Path], seconds: float, seed: int, count: int | None = None
-) -> Score:
-    """Try mutants of a module in a random order until all are tried or the time is over.
+def label(source: str, mutant: Mutant) -> str:
+    """File, line and fault: how a mutant is called among the survivors."""
+    return f"{source}:{mutant.line}: {mutant.fault}"
+
+
+def sample_of(
+    found: list[tuple[str, Mutant]], seed: int, count: int | None, former: list[str] | None
+) -> list[tuple[str, Mutant]]:
+    """The mutants that are tried, in a random order.
+
+    Args:
+        found: all mutants of a module.
+        seed: of the order.
+        count: the first so many of them; None is all.
+        former: survivors of a former run, of which alone it is asked again; None asks for all.
+    """
+    order = list(found)
+    random.Random(seed).shuffle(order)
+    sample = order[:count]
+    return sample if former is None else [pair for pair in sample if label(*pair) in former]
+
+
+def measure(module: Module, places: list[Path], seconds: float, choice: tuple[Any, ...]) -> Score:
+    """Try mutants of a module until all are tried or the time is over.
 
     Args:
         module: whose sources are mutated.
         places: copies of the repository; as many mutants are tried at once.
         seconds: no mutant is begun after so many.
-        seed: of the order.
-        count: mutants that are tried at most; None is all.
+        choice: which are tried, and in which order: seed, count and former of ``sample_of``.
 
     Raises:
         RuntimeError: the tests fail on the sources as they are.
     """
     texts = {source: (places[0] / source).read_text("utf-8") for source in module.sources}
     found = [mutant for source, text in texts.items() for mutant in mutants_of(source, text)]
-    random.Random(seed).shuffle(found)
-    tried = found[:count]
+    tried = sample_of(found, *choice)
     begin = time.monotonic()
     if outcome(places[0], module, 600.0) != "passed":
         raise RuntimeError(f"{' '.join(module.tests)} fail on the sources as they are; mend them")
@@ -169,7 +188,7 @@ def measure(
         score.killed += end != "passed"
         score.hung += end == "hung"
         if end == "passed":
-            score.survivors.append(f"{source}:{mutant.line}: {mutant.fault}")
+            score.survivors.append(label(source, mutant))
 
     with ThreadPoolExecutor(len(places)) as pool:
         for _ in pool.map(lambda pair: attempt(*pair), tried):
@@ -186,14 +205,16 @@ def main() -> None:
     )
     parser.add_argument("--seed", type=int, default=0, help="of the order of the mutants")
     parser.add_argument("--only", choices=MODULES, action="append", help="one module of all")
+    parser.add_argument("--again", metavar="FILE", help="only the survivors in these scores")
     parser.add_argument("--workers", type=int, default=2, help="mutants that are tried at once")
     task = parser.parse_args()
+    former = None if task.again is None else json.loads(Path(task.again).read_text("utf-8"))
     scores: dict[str, Score] = {}
     with copies(task.workers) as places:
-        for name in task.only or MODULES:
-            score = scores[name] = measure(
-                MODULES[name], places, task.limit, task.seed, task.count
-            )
+        for name in task.only or former or MODULES:
+            again = None if former is None else former[name]["survivors"]
+            choice = task.seed, task.count, again
+            score = scores[name] = measure(MODULES[name], places, task.limit, choice)
             share = 100 * score.killed / max(1, score.tried)
             print(
                 f"{name}: {score.killed} of {score.tried} killed ({share:.0f} %), "

@@ -8,7 +8,7 @@ import pytest
 
 from tests.mutation.mutants import c_mutants
 from tests.mutation.python_mutants import python_mutants
-from tests.mutation.run import MODULES, ROOT, mutants_of
+from tests.mutation.run import MODULES, ROOT, label, mutants_of, sample_of
 
 PYTHON = '''
 def bounded(value: int = 1 + 1) -> int:
@@ -67,3 +67,12 @@ def test_every_mutant_of_a_module_is_another_program(name: str) -> None:
         else:
             assert text not in found
             assert len(set(found)) == len(found)
+
+
+def test_sample_is_the_same_for_a_seed_and_of_the_former_survivors_alone() -> None:
+    found = [("a.c", mutant) for mutant in c_mutants(C)]
+    whole = sample_of(found, 1, None, None)
+    assert sample_of(found, 1, 2, None) == whole[:2]
+    assert sorted(map(str, whole)) == sorted(map(str, found))
+    assert sample_of(found, 0, None, None) != whole
+    assert sample_of(found, 1, 2, [label(*whole[1]), label(*whole[2])]) == [whole[1]]

@@ -115,7 +115,7 @@ def test_model_description_holds_the_signals_of_the_surrogate(
     for name, results in (("window_filled", "outputs"), ("error_estimate_filled", "estimates")):
         filled = variables[name]
         assert (filled.unit, filled.min, filled.max) == ("1", "0.0", "1.0")
-        assert filled.description.endswith(f"trust the {results} from 1 on.")
+        assert filled.description.endswith(f"trust the {results} once it is 1.")
     assert description.defaultExperiment.stepSize == str(STEP)
     assert description.coSimulation.canSerializeFMUstate
     assert description.coSimulation.canHandleVariableCommunicationStepSize

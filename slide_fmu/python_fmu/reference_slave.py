@@ -101,7 +101,7 @@ class SystemSlave(Slave):
         if Clock(step).meant(step_size) != (step, 1):
             return self._refuse(
                 f"communication step {step_size} s; expected the sample step {step} s: set the "
-                "master's step size to it"
+                "importer's step size to it"
             )
         try:
             self.system.advance(self.input_values)

@@ -56,7 +56,7 @@ LINK_OF = {
     "windows": [],
     "macos": ["-Wl,-install_name,@rpath/slide.dylib"],
 }
-"""What the linker is told beside that, by operating system."""
+"""Further options of the linker, by operating system."""
 
 
 KERNEL = RUNTIME / "kernel" / "kernel.c"

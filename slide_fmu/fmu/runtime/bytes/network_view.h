@@ -3,7 +3,7 @@
 #define SLIDE_NETWORK_VIEW_H
 
 #include "cell_view.h"
-#include "features_view.h"
+#include "feature_set.h"
 #include "layers_view.h"
 
 typedef enum { SLIDE_FEED_FORWARD = 1, SLIDE_STATE_SPACE = 2 } SlideKind;

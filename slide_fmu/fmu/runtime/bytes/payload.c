@@ -122,10 +122,10 @@ static bool read_meanings(SlidePayload *payload, SlideMessage *message) {
 /* What features of an angle are formed of must be one. */
 static bool sees_angle(const SlidePayload *payload, const SlideNetworkView *network,
                        SlideMessage *message) {
-    return network->features.set != SLIDE_DIRECTOR || slide_angle_of(payload, 0) == SLIDE_COSINE ||
+    return !network->features.set->of_angle || slide_angle_of(payload, 0) == SLIDE_COSINE ||
            slide_say(message, "surrogate file: features of an angle (set %d) of inputs that are "
                               "none; expected its cosine and sine",
-                     (int)SLIDE_DIRECTOR);
+                     (int)network->features.set->number);
 }
 
 /* A cell gives one sample after the whole window; layers do so after the part of it that one

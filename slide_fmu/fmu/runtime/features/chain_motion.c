@@ -1,5 +1,6 @@
-#include "chain.h"
+#include "chain_motion.h"
 
+#include "angle.h"
 #include "kernel.h"
 
 /* As in the kernels, products and sums are fused where the processor can. GCC has no such
@@ -7,6 +8,51 @@
 #ifdef __clang__
 #pragma STDC FP_CONTRACT ON
 #endif
+
+/* Signals: their places, those of joint rates after the tool's position. */
+enum {
+    WRENCH = 0,
+    WRENCH_CHANGE = 6,
+    POSITION = 12,
+    RATES = 15 /* n_joints; then as below, with n_joints added */
+};
+enum {
+    FRAME = 15,
+    TURNED_WRENCH_CHANGE = 17,
+    TURNED_INERTIA = 23,
+    TURNED_MOMENTUM = 32,
+    N_SIGNALS = 38
+};
+
+/* One joint and the link that it moves: standard Denavit-Hartenberg. */
+typedef struct {
+    double middle, half_range;  /* rad; of the scaled input, and of the sum of two of them */
+    double rate, acceleration;  /* rad/s, rad/s^2; of changes of the scaled input */
+    double a, d;                /* m */
+    double cos_alpha, sin_alpha;
+    /* Of the link, and of the masses further out as if they were in the origin of its frame; seen
+     * from the frame before it, turned with the joint. */
+    double first[3];            /* kg m; moment of mass */
+    double square[3], mixed[3]; /* kg m^2; integrals of xx, yy, zz and of yz, xz, xy */
+    double skew[3];             /* kg m^2; axis of the part of the inertia that is skew, if any */
+} Link;
+
+/* A joint at the end and at the begin of the step. */
+typedef struct {
+    SlideCosineSine turned;
+    SlideTwo rate, acceleration;
+} Joint;
+
+typedef struct Chain {
+    void (*write)(const struct Chain *chain, const double *const inputs[4], double *signals);
+    size_t n_joints;
+    double mass, gravity[3];
+    double tool[3]; /* in the last link's frame */
+    Link *links;
+    SlideTwo *sectors; /* of angle.h */
+    Joint *joints;     /* scratch */
+    bool skew;         /* some inertia is not symmetric */
+} Chain;
 
 /* Two motions at once: that at the end of the step, and that at its begin. */
 typedef SlideTwo Two;
@@ -23,7 +69,7 @@ typedef struct {
     Two square[3], mixed[3]; /* of m r r': xx, yy, zz and yz, xz, xy */
     Two flow[3][3];          /* m v r': [component of v][component of r] */
     Two moment[3];           /* m r x dv/dt */
-    Moving skew;             /* of SlideLink */
+    Moving skew;             /* of Link */
     Two tool[3];             /* its place */
 } Body;
 
@@ -79,7 +125,7 @@ INLINE void turn_motion(Body *body, int axis, Turn turn) {
 }
 
 /* Seen from a point that lies back along x and z; but for its mass in the present origin. */
-INLINE void shift_masses(Body *body, const SlideLink *link) {
+INLINE void shift_masses(Body *body, const Link *link) {
     const Two *first = body->first.value, a = both(link->a), d = both(link->d);
     body->square[X] += (a + a) * first[X];
     body->square[Z] += (d + d) * first[Z];
@@ -88,7 +134,7 @@ INLINE void shift_masses(Body *body, const SlideLink *link) {
     body->mixed[Z] += a * first[Y];
 }
 
-INLINE void shift_motion(Body *body, const SlideLink *link) {
+INLINE void shift_motion(Body *body, const Link *link) {
     const Two *momentum = body->first.rate, *force = body->first.acceleration;
     const Two a = both(link->a), d = both(link->d);
     for (int i = X; i <= Z; ++i) {
@@ -107,7 +153,7 @@ INLINE void add_to(Two *v, const double *constants) {
 }
 
 /* The link, and what further masses add to the sums by where their origin is. */
-INLINE void add_link(Body *body, const SlideLink *link) {
+INLINE void add_link(Body *body, const Link *link) {
     body->tool[X] += both(link->a);
     body->tool[Z] += both(link->d);
     add_to(body->first.value, link->first);
@@ -116,7 +162,7 @@ INLINE void add_link(Body *body, const SlideLink *link) {
 }
 
 /* A vector that turns about z besides how it moved before. */
-INLINE void spin_vector(Moving *v, const SlideJoint *joint) {
+INLINE void spin_vector(Moving *v, const Joint *joint) {
     const Two rate = joint->rate, acceleration = joint->acceleration;
     const Two before[2] = {v->rate[X], v->rate[Y]};
     v->rate[X] -= rate * v->value[Y];
@@ -127,7 +173,7 @@ INLINE void spin_vector(Moving *v, const SlideJoint *joint) {
 
 /* The body turns about z besides. With v as before, this adds to accelerations at places r:
  * acceleration z x r + 2 rate z x v + rate^2 z x (z x r). */
-INLINE void spin(Body *body, const SlideJoint *joint) {
+INLINE void spin(Body *body, const Joint *joint) {
     const Two rate = joint->rate, acceleration = joint->acceleration;
     const Two *square = body->square, *mixed = body->mixed, turned = rate * mixed[Z];
     Two(*flow)[3] = body->flow;
@@ -148,7 +194,7 @@ INLINE void turn_moving(Moving *v, int axis, Turn turn) {
 }
 
 /* The skew part of inertias, where there is any, goes along. */
-INLINE void pass_skew(const SlideLink *link, const SlideJoint *joint, Turn twist, Moving *skew) {
+INLINE void pass_skew(const Link *link, const Joint *joint, Turn twist, Moving *skew) {
     turn_moving(skew, X, twist);
     add_to(skew->value, link->skew);
     turn_moving(skew, Z, joint->turned);
@@ -156,7 +202,7 @@ INLINE void pass_skew(const SlideLink *link, const SlideJoint *joint, Turn twist
 }
 
 /* One link and the joint that moves it. */
-INLINE void pass(const SlideLink *link, const SlideJoint *joint, bool skew, Body *body) {
+INLINE void pass(const Link *link, const Joint *joint, bool skew, Body *body) {
     const Turn twist = {both(link->cos_alpha), both(link->sin_alpha)};
     turn_masses(body, X, twist);
     turn_motion(body, X, twist);
@@ -172,18 +218,18 @@ INLINE void pass(const SlideLink *link, const SlideJoint *joint, bool skew, Body
 }
 
 /* On the quadratic B-spline through four set points. */
-INLINE Two angle_of(const SlideLink *link, Two after, Two between) {
+INLINE Two angle_of(const Link *link, Two after, Two between) {
     return both(link->middle) + both(link->half_range) * (after + between);
 }
 
-INLINE void set_joints(const SlideChain *chain, const double *const inputs[4]) {
+INLINE void set_joints(const Chain *chain, const double *const inputs[4]) {
     const double *u0 = inputs[0], *u1 = inputs[1], *u2 = inputs[2], *u3 = inputs[3];
     const SlideTwo *sectors = chain->sectors;
-    SlideJoint *joints = chain->joints;
+    Joint *joints = chain->joints;
     const size_t n = chain->n_joints;
     Two squares = both(0);
     for (size_t i = 0; i < n; ++i) {
-        const SlideLink *link = &chain->links[i];
+        const Link *link = &chain->links[i];
         const Two after = {u0[i], u1[i]}, between = {u1[i], u2[i]}, before = {u2[i], u3[i]};
         Two change = after - between, angle = angle_of(link, after, between);
         joints[i].rate = both(link->rate) * change;
@@ -210,9 +256,9 @@ INLINE void store(const Two *v, double *newest) {
 }
 
 /* Weight is added where it does not turn. */
-INLINE void store_wrench(const SlideChain *chain, Body *body, const Turn *turn, double *signals) {
+INLINE void store_wrench(const Chain *chain, Body *body, const Turn *turn, double *signals) {
     const double *g = chain->gravity;
-    double *turned_change = signals + SLIDE_TURNED_WRENCH_CHANGE + chain->n_joints;
+    double *turned_change = signals + TURNED_WRENCH_CHANGE + chain->n_joints;
     Two *force = body->first.acceleration, *moment = body->moment, *first = body->first.value;
     const Turn back = {both(turn->c[0]), both(-turn->s[0])};
     turn_vector(force, Z, *turn);
@@ -229,16 +275,16 @@ INLINE void store_wrench(const SlideChain *chain, Body *body, const Turn *turn, 
         for (int i = X; i <= Z; ++i) {
             change[i] = both(parts[part][i][0] - parts[part][i][1]);
         }
-        store(parts[part], signals + SLIDE_WRENCH + 3 * part);
-        store(change, signals + SLIDE_WRENCH_CHANGE + 3 * part);
+        store(parts[part], signals + WRENCH + 3 * part);
+        store(change, signals + WRENCH_CHANGE + 3 * part);
         turn_vector(change, Z, back);
         store(change, turned_change + 3 * part);
     }
 }
 
 INLINE void store_loads(Body *body, double *after_rates) {
-    double *inertia = after_rates + SLIDE_TURNED_INERTIA;
-    double *momentum = after_rates + SLIDE_TURNED_MOMENTUM;
+    double *inertia = after_rates + TURNED_INERTIA;
+    double *momentum = after_rates + TURNED_MOMENTUM;
     const Two *skew = body->skew.value, *skew_rate = body->skew.rate;
     Two angular[3]; /* r x m v */
     store(body->first.value, inertia);
@@ -257,18 +303,18 @@ INLINE void store_loads(Body *body, double *after_rates) {
     store(angular, momentum + 3);
 }
 
-INLINE void store_joints(const SlideChain *chain, double *signals) {
-    const SlideJoint *joints = chain->joints;
-    double *frame = signals + chain->n_joints + SLIDE_FRAME;
+INLINE void store_joints(const Chain *chain, double *signals) {
+    const Joint *joints = chain->joints;
+    double *frame = signals + chain->n_joints + FRAME;
     for (size_t i = 0; i < chain->n_joints; ++i) {
-        signals[SLIDE_RATES + i] = joints[i].rate[0];
+        signals[RATES + i] = joints[i].rate[0];
     }
     frame[0] = joints[0].turned.c[0], frame[1] = joints[0].turned.s[0];
 }
 
 /* The chain is seen from axes that turn with its first joint; what is wanted in those of the base
  * is turned in the end. */
-INLINE void write_signals(const SlideChain *chain, const double *const inputs[4],
+INLINE void write_signals(const Chain *chain, const double *const inputs[4],
                           double *signals) {
     double *after_rates = signals + chain->n_joints;
     Body body = {0};
@@ -284,26 +330,66 @@ INLINE void write_signals(const SlideChain *chain, const double *const inputs[4]
         pass(&chain->links[i], &chain->joints[i], chain->skew, &body);
     }
     turn_vector(body.tool, Z, first);
-    store(body.tool, signals + SLIDE_POSITION);
+    store(body.tool, signals + POSITION);
     store_loads(&body, after_rates);
     store_wrench(chain, &body, &first, signals);
 }
 
-static void write_baseline(const SlideChain *chain, const double *const inputs[4],
+static void write_baseline(const Chain *chain, const double *const inputs[4],
                            double *signals) {
     write_signals(chain, inputs, signals);
 }
 
 #if !defined(SLIDE_ONE_KERNEL)
-__attribute__((target("avx2,fma"))) static void write_avx2(const SlideChain *chain,
+__attribute__((target("avx2,fma"))) static void write_avx2(const Chain *chain,
                                                            const double *const inputs[4],
                                                            double *signals) {
     write_signals(chain, inputs, signals);
 }
 #endif
 
-void slide_chain_write(const SlideChain *chain, const double *const inputs[4], double *signals) {
-    chain->write(chain, inputs, signals);
+static void write_chain(const SlideFeatures *features, const double *input,
+                        const double *before) {
+    const Chain *chain = features->own;
+    const size_t n = chain->n_joints;
+    const double *const inputs[4] = {input, before, before + n, before + 2 * n};
+    chain->write(chain, inputs, features->signals);
+}
+
+/* The numbers of a chain in a file, f64, in their order. */
+typedef struct {
+    double step;                                         /* s */
+    const unsigned char *middle, *half_range;            /* [n] rad */
+    const unsigned char *a, *d, *alpha, *masses;         /* [n] */
+    const unsigned char *centres, *inertias;             /* [n][3], [n][3][3] */
+    const unsigned char *gravity, *tool;                 /* [3] */
+} Numbers;
+
+enum { NUMBERS_OF_JOINT = 18, NUMBERS_OF_ALL = 6 };
+
+static Numbers numbers_of(const SlideFeaturesView *view) {
+    const size_t column = 8 * (size_t)view->n_inputs;
+    const unsigned char *at = view->own + 8;
+    const unsigned char *centres = at + 6 * column, *inertias = centres + 3 * column;
+    const unsigned char *gravity = inertias + 9 * column;
+    return (Numbers){slide_f64(view->own), at,      at + column, at + 2 * column, at + 3 * column,
+                     at + 4 * column,      at + 5 * column, centres, inertias, gravity,
+                     gravity + 24};
+}
+
+static bool read_chain(SlideFeaturesView *view, SlideCursor *section, SlideMessage *message) {
+    const uint64_t n = view->n_inputs;
+    const unsigned char *numbers;
+    double step;
+    view->n_signals = N_SIGNALS + n;
+    if (!slide_take_f64(section, &step)) {
+        return slide_too_short(message, "a chain");
+    }
+    if (!isfinite(step) || !(step > 0)) {
+        return slide_say(message, "surrogate file: step %g s of a chain; expected positive", step);
+    }
+    return slide_read_f64(&numbers, NUMBERS_OF_JOINT * n + NUMBERS_OF_ALL, 1, section, "chain",
+                          message);
 }
 
 static void fill(double *target, const unsigned char *source, size_t count) {
@@ -312,8 +398,7 @@ static void fill(double *target, const unsigned char *source, size_t count) {
     }
 }
 
-static void fill_joint(SlideLink *link, const SlideFeaturesView *view, size_t i) {
-    const SlideChainView *chain = &view->chain;
+static void fill_joint(Link *link, const Numbers *chain, size_t i) {
     double alpha = slide_f64(chain->alpha + 8 * i), range = slide_f64(chain->half_range + 8 * i);
     fill(&link->middle, chain->middle + 8 * i, 1);
     fill(&link->a, chain->a + 8 * i, 1);
@@ -342,7 +427,7 @@ static Body body_of(double mass, const double *centre, const double *inertia) {
 }
 
 /* Further: the mass further out. */
-static void fill_masses(SlideLink *link, const SlideChainView *chain, size_t i, double further) {
+static void fill_masses(Link *link, const Numbers *chain, size_t i, double further) {
     double mass = slide_f64(chain->masses + 8 * i), centre[3], inertia[9];
     double all = mass + further;
     const Turn twist = {both(link->cos_alpha), both(link->sin_alpha)};
@@ -363,33 +448,41 @@ static void fill_masses(SlideLink *link, const SlideChainView *chain, size_t i, 
     link->mixed[Y] += all * link->a * link->d;
 }
 
-static void fill_chain(SlideChain *chain, const SlideFeaturesView *view) {
-    fill(chain->gravity, view->chain.gravity, 3);
-    fill(chain->tool, view->chain.tool, 3);
-    chain->mass = 0;
-    chain->skew = false;
+static void fill_chain(Chain *chain, const Numbers *numbers) {
+    fill(chain->gravity, numbers->gravity, 3);
+    fill(chain->tool, numbers->tool, 3);
     slide_fill_sectors(chain->sectors);
     for (size_t i = chain->n_joints; i-- > 0;) {
-        SlideLink *link = &chain->links[i];
-        fill_joint(link, view, i);
-        fill_masses(link, &view->chain, i, chain->mass);
+        Link *link = &chain->links[i];
+        fill_joint(link, numbers, i);
+        fill_masses(link, numbers, i, chain->mass);
         chain->skew |= link->skew[X] != 0 || link->skew[Y] != 0 || link->skew[Z] != 0;
-        chain->mass += slide_f64(view->chain.masses + 8 * i);
+        chain->mass += slide_f64(numbers->masses + 8 * i);
     }
 }
 
-void slide_chain_place(SlideChain *chain, const SlideFeaturesView *view, SlideArena *arena) {
-    chain->n_joints = view->n_inputs;
-    chain->write = write_baseline;
+static void *place_chain(const SlideFeaturesView *view, SlideArena *arena) {
+    const Numbers numbers = numbers_of(view);
+    Chain chain = {.n_joints = view->n_inputs, .write = write_baseline};
 #if !defined(SLIDE_ONE_KERNEL)
     if (slide_kernel_choose() != &slide_kernel_baseline) {
-        chain->write = write_avx2;
+        chain.write = write_avx2;
     }
 #endif
-    chain->links = slide_place(arena, view->n_inputs, sizeof *chain->links);
-    chain->sectors = slide_place(arena, SLIDE_SECTORS, sizeof *chain->sectors);
-    chain->joints = slide_place(arena, view->n_inputs, sizeof *chain->joints);
+    Chain *placed = slide_place(arena, 1, sizeof *placed);
+    chain.links = slide_place(arena, view->n_inputs, sizeof *chain.links);
+    chain.sectors = slide_place(arena, SLIDE_SECTORS, sizeof *chain.sectors);
+    chain.joints = slide_place(arena, view->n_inputs, sizeof *chain.joints);
     if (arena->base != NULL) {
-        fill_chain(chain, view);
+        fill_chain(&chain, &numbers);
+        *placed = chain;
     }
+    return placed;
 }
+
+const SlideFeatureSet slide_chain_motion = {
+    .number = 3,
+    .read = read_chain,
+    .place = place_chain,
+    .write = write_chain,
+};

@@ -144,7 +144,7 @@ static inline float tanh_of(float x) {
     return x > 0 ? size : (x <= 0 ? -size : x);
 }
 
-static void tanh_each(float *values, size_t count) {
+static __attribute__((noinline)) void tanh_each(float *values, size_t count) {
     for (size_t i = 0; i < count; ++i) {
         values[i] = tanh_of(values[i]);
     }
@@ -241,9 +241,12 @@ static inline void affine_panels(const Lanes *w, Pair start, Pair x, size_t n_in
     y[n_panels + panel] = b + d, y[n_panels + panel + 1] = b_next + d_next;
 }
 
+/* Called, not inlined: libraries hold every kernel, and FMUs hold several libraries. */
+#define CALLED static __attribute__((noinline))
+
 /* The same for all panels; start may be y. */
-static inline void affine_pair(const float *weights, Pair start, Pair x, size_t n_in,
-                               size_t n_panels, float *y) {
+CALLED void affine_pair(const float *weights, Pair start, Pair x, size_t n_in, size_t n_panels,
+                        float *y) {
     const Lanes *w = (const Lanes *)weights;
     size_t panel = 0;
     for (; panel + 2 <= n_panels; panel += 2) {
@@ -255,8 +258,8 @@ static inline void affine_pair(const float *weights, Pair start, Pair x, size_t 
 }
 
 /* y = weights x for one vector, in panels of SLIDE_LANES, two at once. */
-static inline void multiply(const float *weights, const float *x, size_t n_in, size_t n_panels,
-                            float *y) {
+CALLED void multiply(const float *weights, const float *x, size_t n_in, size_t n_panels,
+                     float *y) {
     const Lanes *w = (const Lanes *)weights;
     Lanes *result = (Lanes *)y;
     size_t panel = 0;

@@ -128,19 +128,6 @@ static bool sees_angle(const SlidePayload *payload, const SlideNetworkView *netw
                      (int)network->features.set->number);
 }
 
-/* A cell gives one sample after the whole window; layers do so after the part of it that one
- * output may use, or give a block of samples at once. */
-static bool fits_window(const SlidePayload *payload) {
-    const SlideNetworkView *network = &payload->predictor;
-    bool one = network->n_values == payload->n_outputs;
-    if (network->kind == SLIDE_STATE_SPACE) {
-        return one && network->n_samples == payload->n_in && network->cell.n_out == payload->n_out;
-    }
-    bool block = network->n_values == (uint64_t)payload->n_out * payload->n_outputs;
-    return (one && network->n_samples == payload->n_in - payload->n_out + 1) ||
-           (block && network->n_samples == payload->n_in);
-}
-
 static bool read_predictor(SlidePayload *payload, SlideCursor *file, SlideMessage *message) {
     SlideCursor section;
     if (!open_section(file, "PRED", &section, message) ||
@@ -149,7 +136,8 @@ static bool read_predictor(SlidePayload *payload, SlideCursor *file, SlideMessag
         !sees_angle(payload, &payload->predictor, message)) {
         return false;
     }
-    return fits_window(payload) ||
+    return payload->predictor.family->fits(&payload->predictor, payload->n_in, payload->n_out,
+                                           payload->n_outputs) ||
            slide_say(message, "surrogate file: the network maps %u samples to %u values, which "
                               "does not fit the window",
                      (unsigned)payload->predictor.n_samples,
@@ -159,11 +147,11 @@ static bool read_predictor(SlidePayload *payload, SlideCursor *file, SlideMessag
 static bool check_estimator(const SlidePayload *payload, SlideMessage *message) {
     const SlideNetworkView *network = &payload->estimator;
     uint64_t n_values = network->n_values, n_outputs = payload->n_outputs;
-    if (network->kind != SLIDE_FEED_FORWARD) {
+    if (network->family != &slide_feed_forward_family) {
         return slide_say(message,
                          "surrogate file: the error estimator is a network of kind %u; expected "
                          "%d (feed-forward)",
-                         (unsigned)network->kind, (int)SLIDE_FEED_FORWARD);
+                         (unsigned)network->family->number, (int)slide_feed_forward_family.number);
     }
     if (n_values != n_outputs && n_values != 2 * n_outputs) {
         return slide_say(message,

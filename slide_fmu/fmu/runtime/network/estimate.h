@@ -4,7 +4,6 @@
 #ifndef SLIDE_ESTIMATE_H
 #define SLIDE_ESTIMATE_H
 
-#include "layers.h"
 #include "payload.h"
 #include "samples.h"
 
@@ -15,7 +14,7 @@ typedef struct {
     uint64_t reach;   /* newest samples that an estimate depends on */
     double log_middle, log_half_range, largest; /* largest: squared error */
     float *ranges; /* [2][features], least and largest values of the training */
-    SlideLayers layers;
+    SlideNetwork network; /* feed-forward */
 } SlideEstimator;
 
 /* All that changes; part of the flat state block. */
@@ -27,7 +26,7 @@ typedef struct {
     double *squares;  /* [n_outputs][positions], squared errors; sample k in k % positions */
     double *errors;   /* [n_outputs], the estimates at the last of the known samples; both relative
                          to the scale of the output */
-    SlideLayersState layers;
+    SlideNetworkState network;
 } SlideEstimate;
 
 void slide_estimator_place(SlideEstimator *estimator, const SlidePayload *payload,

@@ -45,13 +45,10 @@ static void place_derivative(SlideModel *model, SlideArena *arena) {
     SlideDerivativeScratch *scratch = &model->derivative;
     const size_t row = model->n_inputs * sizeof(double);
     const size_t results = 3 * model->n_outputs * sizeof(double);
-    if (model->predictor.kind == SLIDE_STATE_SPACE) {
-        slide_exact_cells_place(&scratch->cells, &model->predictor.cells, arena);
-    } else {
-        slide_exact_layers_place(&scratch->layers, &model->predictor.layers, arena);
-    }
+    model->predictor.family->place_exact(&scratch->predictor, &model->predictor, arena);
     if (model->estimator.positions > 0) {
-        slide_exact_layers_place(&scratch->estimator, &model->estimator.layers, arena);
+        model->estimator.network.family->place_exact(&scratch->estimator,
+                                                     &model->estimator.network, arena);
     }
     scratch->samples = slide_place(arena, (size_t)model->n_sampled + SLIDE_BEFORE, row);
     scratch->given = slide_place(arena, 1, row);

@@ -17,7 +17,7 @@ static void place_before(SlideBeforeStep *before, const SlideModel *model, Slide
     before->inputs = slide_place(arena, 1, row);
     before->given = slide_place(arena, 1, row);
     before->rates = slide_place(arena, 1, row);
-    if (model->predictor.kind == SLIDE_STATE_SPACE) {
+    if (model->predictor.family->recurrent) {
         slide_cells_before_place(&before->cells, &model->predictor.cells, arena);
     }
 }
@@ -121,7 +121,7 @@ static bool try_sample(const SlideModel *model, SlideState *state, bool evaluate
 /* The predictor goes on by model->sample. Layers are evaluated at the last one of a step only. */
 static bool advance(const SlideModel *model, SlideState *state, bool last) {
     const SlideNetwork *network = &model->predictor;
-    bool evaluated = last || network->kind == SLIDE_STATE_SPACE;
+    bool evaluated = last || network->family->recurrent;
     if (!try_sample(model, state, evaluated)) {
         return false;
     }
@@ -145,7 +145,7 @@ static void remember(const SlideModel *model, SlideState *state) {
 
 /* What the derivatives of a step need of the state before it. */
 static void keep(const SlideModel *model, SlideState *state, const SlideLastStep *step) {
-    if (model->predictor.kind == SLIDE_STATE_SPACE) {
+    if (model->predictor.family->recurrent) {
         slide_cells_keep(&model->predictor.cells, &state->predictor.cells, &state->before.cells);
     }
     *state->last = *step;
@@ -253,7 +253,7 @@ static void recall(const SlideModel *model, SlideState *state) {
 
 static bool hold(const SlideModel *model, SlideState *state) {
     const SlideNetwork *network = &model->predictor;
-    bool cells = network->kind == SLIDE_STATE_SPACE;
+    bool cells = network->family->recurrent;
     set_sample(model, slide_stream_prehistory(model, state));
     restart(model, state);
     for (uint64_t left = cells ? 2 * (uint64_t)network->n_samples : 1; left > 0; --left) {

@@ -1,4 +1,4 @@
-#include "exact.h"
+#include "network.h"
 
 #include <math.h>
 #include <string.h>
@@ -46,8 +46,10 @@ static void activate(uint32_t activation, double *x, size_t count) {
     }
 }
 
-void slide_exact_layers_place(SlideExactLayers *exact, const SlideLayers *layers,
+void slide_exact_layers_place(SlideExact *scratch, const SlideNetwork *network,
                               SlideArena *arena) {
+    const SlideLayers *layers = &network->layers;
+    SlideExactLayers *exact = &scratch->layers;
     size_t widest = layers->stack.widest * SLIDE_PANEL;
     exact->window =
         slide_place(arena, (size_t)layers->n_samples * layers->seen.count, sizeof(double));
@@ -59,14 +61,16 @@ static void add_layer(const SlideLayer *layer, const double *x, double *y) {
     add_product(layer->weights, SLIDE_PANEL, x, layer->n_in, layer->n_panels, y);
 }
 
-const double *slide_exact_layers(const SlideLayers *layers, const SlideExactLayers *exact,
-                                 const double *sample) {
+const double *slide_exact_layers_run(const SlideNetwork *network, const SlideExact *scratch,
+                                     const SlideExactRun *run) {
+    const SlideLayers *layers = &network->layers;
+    const SlideExactLayers *exact = &scratch->layers;
     const SlideFeedForward *stack = &layers->stack;
     const size_t n_inputs = layers->seen.n_inputs;
     const size_t n_seen = layers->n_ages > 0 ? layers->n_ages : layers->n_samples;
     for (size_t i = 0; i < n_seen; ++i) {
         size_t age = layers->n_ages > 0 ? layers->ages[i] : n_seen - 1 - i;
-        const double *input = sample + age * n_inputs;
+        const double *input = run->samples + age * n_inputs;
         slide_features_exact(&layers->seen, input, input + n_inputs,
                              exact->window + i * layers->seen.count);
     }
@@ -98,7 +102,10 @@ static Sizes sizes_of(const SlideCells *cells) {
     return sizes;
 }
 
-void slide_exact_cells_place(SlideExactCells *exact, const SlideCells *cells, SlideArena *arena) {
+void slide_exact_cells_place(SlideExact *scratch, const SlideNetwork *network,
+                             SlideArena *arena) {
+    const SlideCells *cells = &network->cells;
+    SlideExactCells *exact = &scratch->cells;
     const Sizes sizes = sizes_of(cells);
     exact->taken = slide_place(arena, 1, sizeof *exact->taken);
     exact->states = slide_place(arena, 2 * sizes.states, sizeof(double));
@@ -111,8 +118,9 @@ void slide_exact_cells_place(SlideExactCells *exact, const SlideCells *cells, Sl
     exact->largest = slide_place(arena, cells->n_values, sizeof(double));
 }
 
-void slide_exact_cells_start(const SlideCells *cells, const SlideExactCells *exact,
-                             const SlideCellsBefore *before) {
+/* From what was kept before a step, or from zero where before is NULL. */
+static void start(const SlideCells *cells, const SlideExactCells *exact,
+                  const SlideCellsBefore *before) {
     *exact->taken = before == NULL ? 0 : *before->taken;
     for (size_t i = 0; i < 2 * sizes_of(cells).states; ++i) {
         exact->states[i] = before == NULL ? 0 : before->states[i];
@@ -202,8 +210,8 @@ static void accept(const SlideCells *cells, const SlideExactCells *exact, Sizes 
     *exact->taken += 1;
 }
 
-void slide_exact_cells_take(const SlideCells *cells, const SlideExactCells *exact,
-                            const double *sample) {
+/* Take in an input as networks of the family do; with those before it, newest first. */
+static void take(const SlideCells *cells, const SlideExactCells *exact, const double *sample) {
     const Sizes sizes = sizes_of(cells);
     const double *features = exact->features + cells->n_factors;
     const uint32_t age = slide_cells_age(cells, *exact->taken);
@@ -228,4 +236,23 @@ void slide_exact_cells_take(const SlideCells *cells, const SlideExactCells *exac
         exact->largest[i] = fmax(exact->largest[i], fabs(faded));
     }
     accept(cells, exact, sizes, age == cells->n_samples);
+}
+
+/* From what was before the step; or from zero, over the same sample until that is forgotten, or
+ * over the whole window. */
+const double *slide_exact_cells_run(const SlideNetwork *network, const SlideExact *scratch,
+                                    const SlideExactRun *run) {
+    const SlideCells *cells = &network->cells;
+    const SlideExactCells *exact = &scratch->cells;
+    const size_t n_inputs = cells->seen.n_inputs;
+    const uint32_t n_taken = run->anew ? cells->n_samples : run->n_taken;
+    start(cells, exact, run->settled || run->anew ? NULL : run->before);
+    for (uint64_t left = run->settled && !run->anew ? 2 * (uint64_t)cells->n_samples : 0; left > 0;
+         --left) {
+        take(cells, exact, run->samples + n_taken * n_inputs);
+    }
+    for (uint32_t age = n_taken; age-- > 0;) {
+        take(cells, exact, run->samples + age * n_inputs);
+    }
+    return exact->values;
 }

@@ -1,4 +1,4 @@
-#include "cell_view.h"
+#include "cell_layout.h"
 
 static bool check_sizes(const SlideCellView *cell, SlideMessage *message) {
     if (cell->n_out < 1 || cell->n_out > cell->n_samples) {

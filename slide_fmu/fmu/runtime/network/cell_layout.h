@@ -40,6 +40,10 @@ float *slide_place_panels(size_t n_panels, size_t n_columns, SlideArena *arena);
 /* Is the static part that of the drive? */
 bool slide_statics_are_drive(const SlideRoles *roles);
 
+/* Room for the scratch of a cell whose numbers have so many bytes. */
+void slide_cell_place_scratch(SlideCell *cell, size_t number, SlideArena *arena);
+void slide_gated_cell_place_scratch(SlideGatedCell *cell, size_t number, SlideArena *arena);
+
 /* Place the weights of a cell whose units are not gated, or are; and room for its scratch. */
 void slide_cell_place(SlideCell *cell, const SlideCellView *view, SlideArena *arena);
 void slide_gated_cell_place(SlideGatedCell *cell, const SlideCellView *view, SlideArena *arena);

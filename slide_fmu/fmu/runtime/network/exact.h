@@ -16,9 +16,10 @@ typedef struct {
 /* The states of cells (SlideCells) and what is measured of them; all scratch. */
 typedef struct {
     uint64_t *taken;
-    double *states;           /* [2][states], older first; rests of panels are zero */
-    double *results;          /* [2][units + states + rows], of both states after an input */
-    double *gates, *seen;     /* [units], [states]; of gated units */
+    SlideCell cell;           /* if not gated, with scratch of its own */
+    SlideGatedCell gated;     /* if gated */
+    double *states, *next;    /* [2][states], older first; rests of panels are zero */
+    double *rows;             /* [2][rows] */
     double *features;         /* [seen.count + 1]; the last is 1 */
     double *values;           /* [n_values], after the input taken last */
     double *errors, *largest; /* [n_values], as in SlideCellState */

@@ -2,7 +2,7 @@
 
 Each family writes and reads its own bytes (``feed_forward/bytes.py``, ``state_space/bytes.py``);
 here is the choice of the family. The second reader is the C runtime,
-``slide_fmu/fmu/runtime/bytes/network_view.c`` with the files it includes; both reject the same
+``slide_fmu/fmu/runtime/network/network.c`` with the readers in its table; both reject the same
 bytes. All numbers are little-endian.
 
     network  := u32 kind (1)  features  u32 n_samples  u32 n_layers  ages  layer*

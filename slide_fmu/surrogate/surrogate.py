@@ -97,7 +97,8 @@ class Surrogate:
         """The number of samples of the inputs that any result may depend on.
 
         It is the longer of the input window and the memory of the error estimator, and before them
-        the ``BEFORE`` samples that features look at. The C runtime has it as ``n_sampled``.
+        the ``BEFORE`` samples that features look at. The C runtime has it as
+        ``memory_length`` too.
         """
         estimated = 0 if self.estimator is None else self.estimator.memory_length
         return max(self.window.n_in, estimated) + BEFORE

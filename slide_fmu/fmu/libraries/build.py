@@ -11,6 +11,7 @@ import hashlib
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 RUNTIME = Path(__file__).parents[1] / "runtime"
@@ -49,18 +50,34 @@ KERNELS = {
 """Kernel table and the instruction set it is compiled for, by architecture."""
 
 WARNINGS = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wmissing-prototypes", "-Werror"]
-CODE = ["-O3", "-fvisibility=hidden", "-fno-math-errno", "-DNDEBUG"]
+CODE = [
+    "-fvisibility=hidden",
+    "-fno-math-errno",
+    "-ffunction-sections",
+    "-fno-unwind-tables",
+    "-fno-asynchronous-unwind-tables",
+    "-fno-stack-protector",
+    "-DNDEBUG",
+]
+FAST = "-O3"
+SMALL = "-Os"
+"""How code is optimised in ``HOT_FOLDERS``, which take most of a step, and elsewhere, where speed
+only makes FMUs larger."""
+
 LINK = ["-shared", "-s"]
 LINK_OF = {
-    "linux": ["-Wl,-Bsymbolic"],
-    "windows": [],
-    "macos": ["-Wl,-install_name,@rpath/slide.dylib"],
+    "linux": ["-Wl,-Bsymbolic", "-Wl,--gc-sections"],
+    "windows": ["-Wl,--gc-sections"],
+    "macos": ["-Wl,-install_name,@rpath/slide.dylib", "-Wl,-dead_strip"],
 }
 """Further options of the linker, by operating system."""
 
 
 KERNEL = RUNTIME / "kernel" / "kernel.c"
 """Compiled once for each instruction set; every other file is compiled once."""
+
+HOT_FOLDERS = ("features", "kernel")
+"""Folders whose files are compiled for speed."""
 
 LIBRARY_FOLDERS = (
     *("bytes", "kernel", "features", "network", "window", "derivative"),
@@ -150,19 +167,20 @@ def compile_objects(target: str) -> list[Path]:
     position = [] if "windows" in target else ["-fPIC"]
     choice = ["-DSLIDE_ONE_KERNEL"] if len(KERNELS[architecture]) == 1 else []
     common = ["-target", target, *WARNINGS, *CODE, *position, *choice, *include_flags()]
-    objects = []
+    units: dict[str, list[str]] = {}
     for source in runtime_files(".c"):
         if source != KERNEL:
-            objects.append(folder / f"{source.stem}.o")
-            flags = ["-mcpu=" + BASELINE[architecture], "-ffp-contract=off"]
-            name = str(source.relative_to(RUNTIME))
-            run_compiler([*common, *flags, "-c", name, "-o", str(objects[-1])])
+            level = FAST if source.parent.name in HOT_FOLDERS else SMALL
+            flags = [level, "-mcpu=" + BASELINE[architecture], "-ffp-contract=off"]
+            units[source.stem] = [*flags, "-c", str(source.relative_to(RUNTIME))]
     for table, processor in KERNELS[architecture].items():
-        objects.append(folder / f"{table}.o")
-        flags = ["-mcpu=" + processor, "-ffp-contract=on", f"-DSLIDE_KERNEL={table}"]
-        name = str(KERNEL.relative_to(RUNTIME))
-        run_compiler([*common, *flags, "-c", name, "-o", str(objects[-1])])
-    return objects
+        flags = [FAST, "-mcpu=" + processor, "-ffp-contract=on", f"-DSLIDE_KERNEL={table}"]
+        units[table] = [*flags, "-c", str(KERNEL.relative_to(RUNTIME))]
+    commands = {folder / f"{stem}.o": [*common, *unit] for stem, unit in units.items()}
+    arguments = [[*command, "-o", str(object_)] for object_, command in commands.items()]
+    with ThreadPoolExecutor(os.cpu_count()) as threads:  # each waits for a compiler
+        list(threads.map(run_compiler, arguments))
+    return list(commands)
 
 
 def _build_library(name: str, target: str) -> None:

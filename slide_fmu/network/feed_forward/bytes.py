@@ -1,6 +1,6 @@
 """The bytes of a feed-forward network; the contract is in ``slide_fmu/network/bytes.py``.
 
-The second reader is the C runtime, ``slide_fmu/fmu/runtime/bytes/layers_view.c``.
+The second reader is the C runtime, ``slide_fmu/fmu/runtime/network/feed_forward.c``.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The bytes of a state-space network; the contract is in ``slide_fmu/network/bytes.py``.
 
-The second reader is the C runtime, ``slide_fmu/fmu/runtime/bytes/cell_view.c``.
+The second reader is the C runtime, ``slide_fmu/fmu/runtime/network/cell_reading.c``.
 """
 
 from __future__ import annotations

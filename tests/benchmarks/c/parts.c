@@ -87,9 +87,9 @@ static void run_network(Parts *parts, float value) {
     const SlideKernel *kernel = parts->model.kernel;
     const SlideCells *cells = &parts->model.predictor.cells;
     SlideNetworkState *state = &parts->state.predictor;
-    if (parts->network.kind == SLIDE_STATE_SPACE) {
+    if (parts->network.family->recurrent) {
         cells->features[0] = value;
-        slide_cells_run(cells, kernel, &state->cells);
+        parts->found = *slide_network_evaluate(&parts->model.predictor, kernel, state, 0);
         state->cells.states[0] = cells->next[0];
     } else {
         state->layers.ring[0] = value;

@@ -94,13 +94,13 @@ static double input_at(int k) { return k <= 0 ? 0.5 : sin(0.7 * k) + 0.5; }
 /* A cell on its own, in an arena of its own. */
 typedef struct {
     unsigned char *block;
-    SlideCells cells;
-    SlideCellState state;
+    SlideNetwork network;
+    SlideNetworkState state;
 } Alone;
 
 static void place(Alone *alone, const SlidePayload *payload, SlideArena *arena) {
-    slide_cells_place(&alone->cells, &payload->predictor, arena);
-    slide_cell_state_place(&alone->state, &alone->cells, arena);
+    slide_network_place(&alone->network, &payload->predictor, 1, arena);
+    slide_network_state_place(&alone->state, &alone->network, arena);
 }
 
 static Alone make(const SlidePayload *payload, uint32_t n_samples, uint32_t n_out) {
@@ -110,9 +110,9 @@ static Alone make(const SlidePayload *payload, uint32_t n_samples, uint32_t n_ou
     alone.block = calloc(arena.used, 1);
     arena = (SlideArena){alone.block, 0};
     place(&alone, payload, &arena);
-    alone.cells.n_samples = n_samples;
-    alone.cells.n_out = n_out;
-    slide_cells_restart(&alone.cells, &alone.state);
+    alone.network.cells.n_samples = n_samples;
+    alone.network.cells.n_out = n_out;
+    slide_network_restart(&alone.network, &alone.state, NULL, NULL);
     return alone;
 }
 
@@ -126,9 +126,9 @@ static double take(Alone *alone, const SlidePayload *payload, int first, int las
         for (int age = 0; age <= SLIDE_BEFORE; ++age) {
             input[age] = (input_at(k - age) - offset) / scale;
         }
-        slide_cells_see(&alone->cells, input, input + 1);
-        value = slide_cells_advance(&alone->cells, slide_kernel_choose(), &alone->state)[0];
-        slide_cells_accept(&alone->cells, &alone->state);
+        slide_network_see(&alone->network, &alone->state, 0, input, input + 1);
+        value = slide_network_evaluate(&alone->network, slide_kernel_choose(), &alone->state, 0)[0];
+        slide_network_accept(&alone->network, &alone->state);
     }
     return value;
 }
@@ -141,7 +141,7 @@ static void report_three(const SlidePayload *payload, int steps) {
     take(&ping_pong, payload, 1 - 2 * n, -1);
     take(&recursive, payload, 1 - n, -1);
     for (int k = 0; k < steps; ++k) {
-        slide_cells_restart(&window.cells, &window.state);
+        slide_network_restart(&window.network, &window.state, NULL, NULL);
         double exact = take(&window, payload, k - n + 1, k);
         double forgetting = take(&recursive, payload, k, k);
         double fading = take(&ping_pong, payload, k, k);
@@ -158,7 +158,7 @@ int evaluate_three_ways(const char *path, int steps) {
     size_t size;
     unsigned char *data = slide_read_file(path, &size, &message);
     bool good = data != NULL && slide_payload_read(&payload, data, size, &message) &&
-                payload.n_inputs == 1 && payload.predictor.kind == SLIDE_STATE_SPACE;
+                payload.n_inputs == 1 && payload.predictor.family->recurrent;
     if (good) {
         report_three(&payload, steps);
     }

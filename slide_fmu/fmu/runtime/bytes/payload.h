@@ -3,7 +3,7 @@
 #ifndef SLIDE_PAYLOAD_H
 #define SLIDE_PAYLOAD_H
 
-#include "network_view.h"
+#include "network.h"
 
 /* Bytes of a channel's numbers; what an input is of an angle, the sine in the row after its cosine. */
 enum { SLIDE_INPUT_ROW = 32, SLIDE_OUTPUT_ROW = 16 };

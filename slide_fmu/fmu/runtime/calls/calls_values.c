@@ -61,10 +61,10 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
         values[0] = state->estimate.errors[i] * model->output_scaling[i].scale;
         break;
     case SLIDE_WINDOW_FILLED:
-        values[0] = part_filled(state, model->predictor.n_needed);
+        values[0] = part_filled(state, model->predictor.memory_length);
         break;
     case SLIDE_ESTIMATE_FILLED:
-        values[0] = part_filled(state, (double)model->estimator.reach);
+        values[0] = part_filled(state, (double)model->estimator.memory_length);
         break;
     case SLIDE_TRUNCATION_ERROR:
         values[0] = state->predictor.cells.errors[i] * model->output_scaling[i].scale;

@@ -30,7 +30,7 @@ static bool exists(const SlideInstance *instance, const Kind *kind) {
     case WHEN_ESTIMATOR:
         return model->estimator.positions > 0;
     case WHEN_STATE_SPACE:
-        return model->predictor.kind == SLIDE_STATE_SPACE;
+        return model->predictor.family->recurrent;
     case WHEN_SEVERAL_SAMPLES:
         return model->n_block > 1;
     default:

@@ -19,10 +19,6 @@ typedef struct {
     uint32_t n_taken; /* samples that the step took in; of held inputs, those after the first */
 } Replay;
 
-static bool has_cells(const SlideModel *model) {
-    return model->predictor.kind == SLIDE_STATE_SPACE;
-}
-
 static Replay replay_of(const SlideModel *model, const SlideState *state,
                         const SlideDerivativeScratch *scratch) {
     const uint64_t steps = *state->history.count;
@@ -140,23 +136,13 @@ static void put_samples(const Replay *replay) {
     }
 }
 
-/* Cells go from what they were before the step; or from zero, over the same sample until that is
- * forgotten, or over the whole window. */
-static void run_cells(const Replay *replay) {
-    const SlideModel *model = replay->model;
-    const SlideCells *cells = &model->predictor.cells;
-    const SlideExactCells *exact = &replay->scratch->cells;
-    const bool anew = !replay->held && replay->n_taken == 0;
-    const uint32_t n_taken = anew ? cells->n_samples : replay->n_taken;
-    const bool kept = !replay->follow && !anew;
-    slide_exact_cells_start(cells, exact, kept ? &replay->state->before.cells : NULL);
-    for (uint64_t left = replay->follow && !anew ? 2 * (uint64_t)cells->n_samples : 0; left > 0;
-         --left) {
-        slide_exact_cells_take(cells, exact, row_at(replay, n_taken));
-    }
-    for (uint32_t age = n_taken; age-- > 0;) {
-        slide_exact_cells_take(cells, exact, row_at(replay, age));
-    }
+/* What a network gives after the samples from an age on. */
+static const double *evaluate(const Replay *replay, const SlideNetwork *network,
+                              const SlideExact *exact, size_t age) {
+    const SlideExactRun run = {row_at(replay, age), replay->n_taken,
+                               !replay->held && replay->n_taken == 0, replay->follow,
+                               &replay->state->before.cells};
+    return network->family->run_exact(network, exact, &run);
 }
 
 /* Squares of estimates that the step did not move, or that the map bounds, are those of the state;
@@ -172,8 +158,7 @@ static void estimate(const Replay *replay, double *errors) {
     memset(errors, 0, n_outputs * sizeof *errors);
     for (uint32_t age = 0; age < estimator->positions; ++age) {
         if (age < n_moved || (age == n_moved && replay->follow)) {
-            values = slide_exact_layers(&estimator->layers, &replay->scratch->estimator,
-                                        row_at(replay, age));
+            values = evaluate(replay, &estimator->network, &replay->scratch->estimator, age);
         }
         for (size_t i = 0; i < n_outputs; ++i) {
             double square =
@@ -197,15 +182,11 @@ static void run(const Replay *replay, bool estimates, double *results) {
     const size_t n = model->n_outputs;
     memset(results, 0, 3 * n * sizeof *results);
     put_samples(replay);
-    if (has_cells(model)) {
-        run_cells(replay);
-        memcpy(results, scratch->cells.values, n * sizeof *results);
-        memcpy(results + SLIDE_OF_TRUNCATION_ERRORS * n, scratch->cells.errors,
+    memcpy(results, evaluate(replay, &model->predictor, &scratch->predictor, 0),
+           n * sizeof *results);
+    if (model->predictor.family->recurrent) {
+        memcpy(results + SLIDE_OF_TRUNCATION_ERRORS * n, scratch->predictor.cells.errors,
                n * sizeof *results);
-    } else {
-        const double *values = slide_exact_layers(&model->predictor.layers, &scratch->layers,
-                                                  row_at(replay, 0));
-        memcpy(results, values, n * sizeof *results);
     }
     if (estimates) {
         estimate(replay, results + SLIDE_OF_ESTIMATES * n);
@@ -245,13 +226,10 @@ void slide_derivative_place(SlideDerivativeScratch *scratch, const SlideModel *m
                             SlideArena *arena) {
     const size_t row = model->n_inputs * sizeof(double);
     const size_t results = 3 * model->n_outputs * sizeof(double);
-    if (has_cells(model)) {
-        slide_exact_cells_place(&scratch->cells, &model->predictor.cells, arena);
-    } else {
-        slide_exact_layers_place(&scratch->layers, &model->predictor.layers, arena);
-    }
+    const SlideNetwork *predictor = &model->predictor, *estimator = &model->estimator.network;
+    predictor->family->place_exact(&scratch->predictor, predictor, arena);
     if (model->estimator.positions > 0) {
-        slide_exact_layers_place(&scratch->estimator, &model->estimator.layers, arena);
+        estimator->family->place_exact(&scratch->estimator, estimator, arena);
     }
     scratch->samples = slide_place(arena, (size_t)model->memory_length + SLIDE_BEFORE, row);
     scratch->given = slide_place(arena, 1, row);

@@ -3,12 +3,9 @@
 #define SLIDE_DERIVATIVE_SCRATCH_H
 
 #include "estimate.h"
-#include "exact.h"
 
 typedef struct {
-    SlideExactLayers layers;    /* of the network, where it is one of layers */
-    SlideExactCells cells;      /* of the network, where it is one of cells */
-    SlideExactLayers estimator; /* of the estimator */
+    SlideExact predictor, estimator;
     double *samples;            /* [memory_length + SLIDE_BEFORE][n_inputs], scaled, newest first */
     double *given, *from;       /* [n_inputs], of the step, in physical units */
     double *sample;             /* [n_inputs], in physical units */

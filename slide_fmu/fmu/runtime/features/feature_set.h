@@ -1,20 +1,49 @@
-/* What a network sees of the newest inputs (slide_fmu/features/base.py), formed in double precision. */
+/* What a network sees of the newest inputs (slide_fmu/features/base.py): described in a surrogate
+ * file (byte contract: slide_fmu/network/bytes.py), formed in double precision. */
 #ifndef SLIDE_FEATURE_SET_H
 #define SLIDE_FEATURE_SET_H
 
-#include "chain.h"
+#include "arena.h"
+#include "reading.h"
 
 enum { SLIDE_BEFORE = 3 }; /* inputs before the newest that features may depend on */
 
+typedef struct SlideFeatureSet SlideFeatureSet;
+
+/* Features in a file. All pointers point into the bytes that were read and checked. */
 typedef struct {
-    uint32_t set, order;
-    size_t n_inputs;
-    SlideChain chain; /* of set SLIDE_CHAIN_MOTION */
+    const SlideFeatureSet *set;
+    uint32_t n_inputs;
+    uint64_t n_signals;
+    const unsigned char *own; /* numbers of the set's own */
+    SlideIndices chosen;      /* signals of the set */
+    const unsigned char *offset, *scale; /* f64 [chosen.count]; scale: positive */
+} SlideFeaturesView;
+
+typedef struct {
+    const SlideFeatureSet *set;
+    size_t n_inputs, n_signals;
+    void *own; /* what the set has placed */
     size_t count;
-    size_t *chosen;         /* [count] signals of the set */
+    size_t *chosen;          /* [count] signals of the set */
     double *offset, *factor; /* [count]; (signal - offset) * factor */
-    double *signals;        /* scratch: all signals of the set */
+    double *signals;         /* scratch [n_signals] */
 } SlideFeatures;
+
+/* A set of features; those that there are stand in a table in feature_set.c. */
+struct SlideFeatureSet {
+    uint32_t number; /* in files */
+    bool of_angle;   /* its inputs are the cosine and sine of an angle */
+    /* Read what is the set's own in a file and say how many signals there are. */
+    void (*read)(SlideFeaturesView *view, SlideCursor *cursor);
+    /* Place what the set needs of it; NULL: nothing. */
+    void *(*place)(const SlideFeaturesView *view, SlideArena *arena);
+    /* Write all signals; arguments as those of slide_features_write. */
+    void (*write)(const SlideFeatures *features, const double *input, const double *before);
+};
+
+/* Check features in a file and describe them. */
+void slide_features_read(SlideFeaturesView *view, uint32_t n_inputs, SlideCursor *cursor);
 
 /* Place the features of some lists, indices of those of the view, one list after the other; without
  * lists all in their order. While the arena measures, they are not usable. */

@@ -22,8 +22,9 @@ typedef struct {
     const float *from_states;   /* of x: rows of W, then of A */
     const float *from_units;    /* E, its columns padded to whole panels */
     const float *to_rows;       /* C */
-    float *driven;              /* scratch: rows of from_features */
-    float *units;               /* scratch: units of both states, in whole SLIDE_PANELs */
+    /* Scratch, numbers of the precision that is computed in. */
+    void *driven; /* rows of from_features */
+    void *units;  /* units of both states, in whole SLIDE_PANELs */
 } SlideCell;
 
 /* The same with gated units. Its features come in the order [turn, g, s, f, w]. */
@@ -37,11 +38,12 @@ typedef struct {
     const float *from_units;              /* E, its columns padded to whole panels */
     const float *to_rows;                 /* C */
     const float *from_static, *rows_start; /* D, d0 */
-    float *open, *offered;                /* scratch: gates, and what is offered to them */
-    float *driven, *rows;                 /* scratch: B f; D w + d0 */
-    float *seen, *pushed;                 /* scratch of both states: turned back; E h */
-    float *units;                         /* scratch of both states */
-    const float *zeros;                   /* as long as a state */
+    /* Scratch, as above. */
+    void *open, *offered; /* gates, and what is offered to them */
+    void *driven, *rows;  /* B f; D w + d0 */
+    void *seen, *pushed;  /* of both states: turned back; E h */
+    void *units;          /* of both states */
+    const void *zeros;    /* as long as a state */
 } SlideGatedCell;
 
 /* Rows of a batch: y[row] = start + row * start_stride, plus weights times x[row]. */

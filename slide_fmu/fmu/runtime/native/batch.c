@@ -61,23 +61,24 @@ static void gather(const double *window, size_t sample, size_t n_inputs, double 
     }
 }
 
-bool slide_batch_cells(const SlideCells *cells, const SlideKernel *kernel, SlideCellState *state,
-                       const double *const *windows, size_t count, double *before,
+bool slide_batch_cells(const SlideNetwork *network, const SlideKernel *kernel,
+                       SlideNetworkState *state, const double *const *windows, size_t count, double *before,
                        float *values) {
+    const SlideCells *cells = &network->cells;
     const size_t n_inputs = cells->seen.n_inputs, n_skipped = cells->n_samples - cells->n_out;
     for (size_t window = 0; window < count; ++window) {
-        slide_cells_restart(cells, state);
+        slide_network_restart(network, state, windows[window], before);
         for (size_t sample = 0; sample < cells->n_samples; ++sample) {
             gather(windows[window], sample, n_inputs, before);
-            if (!slide_cells_see(cells, windows[window] + sample * n_inputs, before)) {
+            if (!slide_network_see(network, state, sample, windows[window] + sample * n_inputs, before)) {
                 return false;
             }
-            const float *found = slide_cells_advance(cells, kernel, state);
+            const float *found = slide_network_evaluate(network, kernel, state, sample);
             if (sample >= n_skipped) {
                 memcpy(values, found, cells->n_values * sizeof(float));
                 values += cells->n_values;
             }
-            slide_cells_accept(cells, state);
+            slide_network_accept(network, state);
         }
     }
     return true;

@@ -82,8 +82,8 @@ int slide_native_layers(const SlideNative *native, const float *const *rows, siz
 
 int slide_native_cells(SlideNative *native, const double *const *windows, size_t count,
                        float *values) {
-    return slide_batch_cells(&native->network.cells, native->kernel, &native->state.cells,
-                             windows, count, native->before, values)
+    return slide_batch_cells(&native->network, native->kernel, &native->state, windows,
+                             count, native->before, values)
                ? 0
                : 1;
 }

@@ -72,14 +72,28 @@ void slide_cell_place(SlideCell *cell, const SlideCellView *view, SlideArena *ar
     matrices[1] = slide_place_panels(units + states, n, arena);
     matrices[2] = slide_place_panels(states, units * SLIDE_LANES, arena);
     matrices[3] = slide_place_panels(rows, n, arena);
-    float *driven = slide_place_panels(units + states + rows, 1, arena);
-    size_t whole_panels = (2 * units * SLIDE_LANES + SLIDE_PANEL - 1) / SLIDE_PANEL;
-    float *both = slide_place(arena, whole_panels, SLIDE_PANEL * sizeof(float));
-    *cell = (SlideCell){q,           n,           units,       states,      rows,   view->units,
-                        matrices[0], matrices[1], matrices[2], matrices[3], driven, both};
+    *cell = (SlideCell){.n_features = q,
+                        .n_states = n,
+                        .unit_panels = units,
+                        .state_panels = states,
+                        .row_panels = rows,
+                        .activation = view->units,
+                        .from_features = matrices[0],
+                        .from_states = matrices[1],
+                        .from_units = matrices[2],
+                        .to_rows = matrices[3]};
+    slide_cell_place_scratch(cell, sizeof(float), arena);
     if (arena->base != NULL) {
         fill_cell(cell, matrices, view);
     }
+}
+
+void slide_cell_place_scratch(SlideCell *cell, size_t number, SlideArena *arena) {
+    const size_t panels = cell->unit_panels + cell->state_panels + cell->row_panels;
+    const size_t units = 2 * cell->unit_panels * SLIDE_LANES;
+    cell->driven = slide_place(arena, panels, SLIDE_LANES * number);
+    cell->units =
+        slide_place(arena, (units + SLIDE_PANEL - 1) / SLIDE_PANEL, SLIDE_PANEL * number);
 }
 
 /* Panels of one matrix, filled unless the arena measures; n_columns: at least the source's. */
@@ -96,16 +110,17 @@ static const float *place_whole(const unsigned char *rows, size_t n_rows, size_t
     return place_matrix(whole(rows, n_rows, n_columns), n_columns, arena);
 }
 
-static void place_scratch(SlideGatedCell *cell, SlideArena *arena) {
-    size_t units = cell->unit_panels, states = cell->state_panels;
-    cell->open = slide_place_panels(units, 1, arena);
-    cell->offered = slide_place_panels(units, 1, arena);
-    cell->units = slide_place_panels(2 * units, 1, arena);
-    cell->driven = slide_place_panels(states, 1, arena);
-    cell->seen = slide_place_panels(2 * states, 1, arena);
-    cell->pushed = slide_place_panels(2 * states, 1, arena);
-    cell->zeros = slide_place_panels(states, 1, arena);
-    cell->rows = slide_place_panels(cell->row_panels, 1, arena);
+void slide_gated_cell_place_scratch(SlideGatedCell *cell, size_t number, SlideArena *arena) {
+    const size_t panel = SLIDE_LANES * number;
+    const size_t units = cell->unit_panels, states = cell->state_panels;
+    cell->open = slide_place(arena, units, panel);
+    cell->offered = slide_place(arena, units, panel);
+    cell->units = slide_place(arena, 2 * units, panel);
+    cell->driven = slide_place(arena, states, panel);
+    cell->seen = slide_place(arena, 2 * states, panel);
+    cell->pushed = slide_place(arena, 2 * states, panel);
+    cell->zeros = slide_place(arena, states, panel);
+    cell->rows = slide_place(arena, cell->row_panels, panel);
 }
 
 void slide_gated_cell_place(SlideGatedCell *cell, const SlideCellView *view, SlideArena *arena) {
@@ -131,5 +146,5 @@ void slide_gated_cell_place(SlideGatedCell *cell, const SlideCellView *view, Sli
     cell->to_rows = place_whole(view->c, rows, n, arena);
     cell->from_static = place_whole(view->d, rows, cell->n_static, arena);
     cell->rows_start = place_whole(view->d0, rows, 1, arena);
-    place_scratch(cell, arena);
+    slide_gated_cell_place_scratch(cell, sizeof(float), arena);
 }

@@ -1,6 +1,4 @@
-#include "cells.h"
-
-#include "cell_layout.h"
+#include "network.h"
 
 #include <math.h>
 #include <string.h>
@@ -20,8 +18,23 @@ static void place_features(SlideCells *cells, const SlideNetworkView *view, Slid
     }
 }
 
-void slide_cells_place(SlideCells *cells, const SlideNetworkView *view, SlideArena *arena) {
+static void read(SlideNetworkView *view, SlideCursor *cursor) {
+    slide_cell_read(&view->cell, view->features.chosen.count, cursor);
+    view->n_samples = view->cell.n_samples;
+    view->n_values = view->cell.n_values;
+}
+
+/* A cell gives one sample after the whole window. */
+static bool fits(const SlideNetworkView *view, uint32_t n_in, uint32_t n_out, uint32_t n_outputs) {
+    return view->n_values == n_outputs && view->n_samples == n_in && view->cell.n_out == n_out;
+}
+
+static void place(SlideNetwork *network, const SlideNetworkView *view, uint32_t n_kept,
+                  SlideArena *arena) {
+    SlideCells *cells = &network->cells;
     const SlideCellView *cell = &view->cell;
+    (void)n_kept; /* a cell gives one sample at a time */
+    network->memory_length = cell->n_samples - cell->n_out + 1;
     cells->is_gated = cell->units == SLIDE_GATED;
     cells->n_samples = cell->n_samples;
     cells->n_out = cell->n_out;
@@ -47,7 +60,10 @@ static size_t n_state_values(const SlideCells *cells) {
     return 2 * cells->state_panels * SLIDE_LANES;
 }
 
-void slide_cell_state_place(SlideCellState *state, const SlideCells *cells, SlideArena *arena) {
+static void place_state(SlideNetworkState *of_network, const SlideNetwork *network,
+                        SlideArena *arena) {
+    const SlideCells *cells = &network->cells;
+    SlideCellState *state = &of_network->cells;
     state->taken = slide_place(arena, 1, sizeof *state->taken);
     state->states = slide_place(arena, n_state_values(cells), sizeof(float));
     state->errors = slide_place(arena, cells->n_values, sizeof(float));
@@ -72,7 +88,13 @@ void slide_cells_keep(const SlideCells *cells, const SlideCellState *state,
     memcpy(before->largest, state->largest, cells->n_values * sizeof(float));
 }
 
-void slide_cells_restart(const SlideCells *cells, SlideCellState *state) {
+/* Both states to zero; the truncation error stays. n_samples inputs later the exact window is
+ * evaluated, 2 n_samples inputs later the truncation error is measured. */
+static void restart(const SlideNetwork *network, SlideNetworkState *of_network,
+                    const double *input, const double *before) {
+    const SlideCells *cells = &network->cells;
+    SlideCellState *state = &of_network->cells;
+    (void)input, (void)before; /* nothing is known of the inputs before */
     *state->taken = 0;
     memset(state->states, 0, n_state_values(cells) * sizeof(float));
     memset(state->largest, 0, cells->n_values * sizeof(float));
@@ -82,12 +104,14 @@ uint32_t slide_cells_age(const SlideCells *cells, uint64_t taken) {
     return (uint32_t)(taken % cells->n_samples) + 1;
 }
 
-bool slide_cells_see(const SlideCells *cells, const double *input, const double *before) {
-    return slide_features_write(&cells->seen, input, before, cells->features);
+static bool see(const SlideNetwork *network, SlideNetworkState *state, uint64_t sample,
+                const double *input, const double *before) {
+    (void)state, (void)sample; /* all is in the scratch until the input is accepted */
+    return slide_features_write(&network->cells.seen, input, before, network->cells.features);
 }
 
-void slide_cells_run(const SlideCells *cells, const SlideKernel *kernel,
-                     const SlideCellState *state) {
+/* Both states after what was seen, and the rows of their values. */
+static void run(const SlideCells *cells, const SlideKernel *kernel, const SlideCellState *state) {
     const float *features = cells->features + cells->n_factors;
     if (cells->is_gated) {
         kernel->advance_gated(&cells->gated, features, state->states, cells->next, cells->both);
@@ -110,11 +134,14 @@ float slide_cells_weight(const SlideCells *cells, uint32_t age) {
     return age <= n_truncated ? 0 : (float)(age - n_truncated) / (float)cells->n_out;
 }
 
-const float *slide_cells_advance(const SlideCells *cells, const SlideKernel *kernel,
-                                 const SlideCellState *state) {
+/* Each value has a term of every state, so states that are not finite show there. */
+static const float *evaluate(const SlideNetwork *network, const SlideKernel *kernel,
+                             const SlideNetworkState *state, uint64_t sample) {
+    const SlideCells *cells = &network->cells;
     const float *older = cells->both, *younger = older + cells->row_panels * SLIDE_LANES;
-    float weight = slide_cells_weight(cells, slide_cells_age(cells, *state->taken));
-    slide_cells_run(cells, kernel, state);
+    float weight = slide_cells_weight(cells, slide_cells_age(cells, *state->cells.taken));
+    (void)sample;
+    run(cells, kernel, &state->cells);
     for (size_t i = 0; i < cells->n_values; ++i) {
         size_t row = i * (1 + cells->n_factors);
         float value = value_of(cells, older + row);
@@ -129,7 +156,9 @@ static float *recent_values(const SlideCells *cells, const SlideCellState *state
     return state->recent + (size_t)(input & (cells->n_recent - 1)) * cells->n_values;
 }
 
-void slide_cells_accept(const SlideCells *cells, SlideCellState *state) {
+static void accept(const SlideNetwork *network, SlideNetworkState *of_network) {
+    const SlideCells *cells = &network->cells;
+    SlideCellState *state = &of_network->cells;
     const size_t half = n_state_values(cells) / 2;
     memcpy(recent_values(cells, state, *state->taken), cells->newest,
            cells->n_values * sizeof(float));
@@ -150,10 +179,37 @@ void slide_cells_accept(const SlideCells *cells, SlideCellState *state) {
     *state->taken += 1;
 }
 
-const float *slide_cells_block(const SlideCells *cells, const SlideCellState *state) {
+static uint32_t block_size(const SlideNetworkView *view, uint32_t n_outputs) {
+    (void)n_outputs;
+    return view->cell.n_out;
+}
+
+/* The values after the last n_out inputs. */
+static const float *block(const SlideNetwork *network, const SlideKernel *kernel,
+                          const SlideNetworkState *state, uint64_t sample) {
+    const SlideCells *cells = &network->cells;
+    (void)kernel, (void)sample;
     for (uint32_t age = 1; age <= cells->n_out; ++age) {
         memcpy(cells->block + (size_t)(cells->n_out - age) * cells->n_values,
-               recent_values(cells, state, *state->taken - age), cells->n_values * sizeof(float));
+               recent_values(cells, &state->cells, *state->cells.taken - age),
+               cells->n_values * sizeof(float));
     }
     return cells->block;
 }
+
+const SlideFamily slide_state_space_family = {
+    .number = 2,
+    .recurrent = true,
+    .read = read,
+    .fits = fits,
+    .place = place,
+    .place_state = place_state,
+    .restart = restart,
+    .see = see,
+    .evaluate = evaluate,
+    .accept = accept,
+    .block_size = block_size,
+    .block = block,
+    .place_exact = slide_exact_cells_place,
+    .run_exact = slide_exact_cells_run,
+};

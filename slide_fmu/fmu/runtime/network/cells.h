@@ -5,9 +5,8 @@
 #define SLIDE_CELLS_H
 
 #include "arena.h"
+#include "cell_layout.h"
 #include "feature_set.h"
-#include "kernel.h"
-#include "network_view.h"
 
 typedef struct {
     bool is_gated;
@@ -43,39 +42,18 @@ typedef struct {
     float *states, *errors, *largest;
 } SlideCellsBefore;
 
-void slide_cells_place(SlideCells *cells, const SlideNetworkView *view, SlideArena *arena);
-void slide_cell_state_place(SlideCellState *state, const SlideCells *cells, SlideArena *arena);
+/* The family, whose functions take in inputs; see network.h. */
+extern const struct SlideFamily slide_state_space_family;
 
 void slide_cells_before_place(SlideCellsBefore *before, const SlideCells *cells,
                               SlideArena *arena);
 void slide_cells_keep(const SlideCells *cells, const SlideCellState *state,
                       SlideCellsBefore *before);
 
-/* Both states to zero; the truncation error stays. n_samples inputs later the exact window is
- * evaluated, 2 n_samples inputs later the truncation error is measured. */
-void slide_cells_restart(const SlideCells *cells, SlideCellState *state);
-
-/* Look at a scaled input [n_inputs], with the inputs before it [SLIDE_BEFORE][n_inputs], newest
- * first. False when a feature is not finite. */
-bool slide_cells_see(const SlideCells *cells, const double *input, const double *before);
-
-/* Both states after what was seen, and the rows of their values. */
-void slide_cells_run(const SlideCells *cells, const SlideKernel *kernel,
-                     const SlideCellState *state);
-
 /* The age of the younger state after the next input, when so many were taken in. */
 uint32_t slide_cells_age(const SlideCells *cells, uint64_t taken);
 
 /* The weight of the younger state in the values, at its age. */
 float slide_cells_weight(const SlideCells *cells, uint32_t age);
-
-/* Try the input that was seen. Gives the values; each has a term of every state, so states that are
- * not finite show there. The state stays as it was until slide_cells_accept. */
-const float *slide_cells_advance(const SlideCells *cells, const SlideKernel *kernel,
-                                 const SlideCellState *state);
-void slide_cells_accept(const SlideCells *cells, SlideCellState *state);
-
-/* The values after the last n_out inputs [n_out][n_values], oldest first. */
-const float *slide_cells_block(const SlideCells *cells, const SlideCellState *state);
 
 #endif

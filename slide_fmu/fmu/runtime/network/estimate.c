@@ -14,7 +14,7 @@ static double square_of(double exponent) {
 
 static void place_ranges(SlideEstimator *estimator, const unsigned char *ranges,
                          SlideArena *arena) {
-    size_t count = 2 * estimator->layers.seen.count;
+    size_t count = 2 * estimator->network.layers.seen.count;
     estimator->ranges = slide_place(arena, count, sizeof(float));
     for (size_t i = 0; arena->base != NULL && i < count; ++i) {
         estimator->ranges[i] = slide_f32(ranges + 4 * i);
@@ -31,11 +31,11 @@ void slide_estimator_place(SlideEstimator *estimator, const SlidePayload *payloa
     estimator->positions = payload->positions;
     estimator->n_outputs = payload->n_outputs;
     estimator->n_means = view->n_values - payload->n_outputs;
-    estimator->reach = (uint64_t)payload->positions + view->n_samples - 1;
+    estimator->memory_length = (uint64_t)payload->positions + view->n_samples - 1;
     estimator->log_middle = 0.5 * (payload->high + payload->low);
     estimator->log_half_range = 0.5 * (payload->high - payload->low);
     estimator->largest = square_of(estimator->log_middle + estimator->log_half_range);
-    slide_layers_place(&estimator->layers, view, view->n_values, arena);
+    slide_network_place(&estimator->network, view, view->n_values, arena);
     place_ranges(estimator, payload->ranges, arena);
 }
 
@@ -50,7 +50,7 @@ void slide_estimate_place(SlideEstimate *estimate, const SlideEstimator *estimat
     estimate->strayed = slide_place(arena, 1, sizeof *estimate->strayed);
     estimate->squares = slide_place(arena, estimator->positions * n_outputs, sizeof(double));
     estimate->errors = slide_place(arena, n_outputs, sizeof(double));
-    slide_layers_state_place(&estimate->layers, &estimator->layers, arena);
+    slide_network_state_place(&estimate->network, &estimator->network, arena);
 }
 
 void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *estimate,
@@ -78,10 +78,10 @@ double *slide_estimate_square(const SlideEstimator *estimator, const SlideEstima
 
 /* Has the training seen such features as those of the newest sample? */
 static bool in_range(const SlideEstimator *estimator) {
-    size_t count = estimator->layers.seen.count;
+    size_t count = estimator->network.layers.seen.count;
     const float *least = estimator->ranges, *largest = least + count;
     for (size_t i = 0; i < count; ++i) {
-        float value = estimator->layers.features[i];
+        float value = estimator->network.layers.features[i];
         if (!(value >= least[i] && value <= largest[i])) {
             return false;
         }
@@ -92,7 +92,7 @@ static bool in_range(const SlideEstimator *estimator) {
 static void evaluate(const SlideEstimator *estimator, const SlideKernel *kernel,
                      SlideEstimate *estimate, uint64_t sample) {
     const float *values =
-        slide_layers_evaluate(&estimator->layers, kernel, &estimate->layers, sample);
+        slide_network_evaluate(&estimator->network, kernel, &estimate->network, sample);
     bool known = in_range(estimator);
     for (size_t i = 0; i < estimator->n_outputs; ++i) {
         double mean = estimator->n_means > 0 ? values[i] : 0;
@@ -131,7 +131,7 @@ void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel 
                              const SlideSamplesShape *shape, const SlideSamples *samples,
                              SlideEstimate *estimate) {
     uint64_t count = *samples->count, behind = count - *estimate->known;
-    uint64_t todo = behind < estimator->reach ? behind : estimator->reach;
+    uint64_t todo = behind < estimator->memory_length ? behind : estimator->memory_length;
     if (todo == 0) {
         return;
     }
@@ -139,8 +139,8 @@ void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel 
     for (uint64_t left = todo; left > 0; --left) {
         uint64_t sample = count - left;
         const double *input = slide_samples_at(shape, samples, sample);
-        slide_layers_see_anyhow(&estimator->layers, &estimate->layers, sample, input,
-                                input + shape->n_inputs);
+        slide_layers_see_anyhow(&estimator->network.layers, &estimate->network.layers, sample,
+                                input, input + shape->n_inputs);
         if (!in_range(estimator)) {
             *estimate->strayed = sample + 1;
         }
@@ -159,5 +159,5 @@ void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel 
 
 bool slide_estimate_in_range(const SlideEstimator *estimator, const SlideEstimate *estimate) {
     uint64_t behind = *estimate->known - *estimate->strayed;
-    return *estimate->strayed == 0 || behind >= estimator->reach;
+    return *estimate->strayed == 0 || behind >= estimator->memory_length;
 }

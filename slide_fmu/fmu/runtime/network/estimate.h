@@ -4,7 +4,6 @@
 #ifndef SLIDE_ESTIMATE_H
 #define SLIDE_ESTIMATE_H
 
-#include "layers.h"
 #include "payload.h"
 #include "samples.h"
 
@@ -12,10 +11,10 @@ typedef struct {
     uint32_t positions; /* 0 without an estimator; then there is nothing else */
     uint32_t n_outputs;
     uint32_t n_means; /* expected errors that the network gives before the exponents */
-    uint64_t reach;   /* newest samples that an estimate depends on */
+    uint64_t memory_length; /* newest samples that an estimate depends on */
     double log_middle, log_half_range, largest; /* largest: squared error */
     float *ranges; /* [2][features], least and largest values of the training */
-    SlideLayers layers;
+    SlideNetwork network; /* feed-forward */
 } SlideEstimator;
 
 /* All that changes; part of the flat state block. */
@@ -27,7 +26,7 @@ typedef struct {
     double *squares;  /* [n_outputs][positions], squared errors; sample k in k % positions */
     double *errors;   /* [n_outputs], the estimates at the last of the known samples; both relative
                          to the scale of the output */
-    SlideLayersState layers;
+    SlideNetworkState network;
 } SlideEstimate;
 
 void slide_estimator_place(SlideEstimator *estimator, const SlidePayload *payload,
@@ -40,7 +39,7 @@ void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *esti
                             const SlideSamples *samples);
 
 /* Evaluate all that is not known yet: estimate->errors are those at the newest sample. There must
- * be at least reach samples, with those before them. */
+ * be at least memory_length samples, with those before them. */
 void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel *kernel,
                              const SlideSamplesShape *shape, const SlideSamples *samples,
                              SlideEstimate *estimate);

@@ -2,6 +2,78 @@
 
 #include <string.h>
 
+typedef struct {
+    uint32_t n_in, n_out, activation;
+    const unsigned char *weights; /* f32 [n_out][n_in] */
+    const unsigned char *bias;    /* f32 [n_out] */
+} LayerView;
+
+enum { N_ACTIVATIONS = 6 };
+
+/* Describe the layer at a place of a checked network; gives the place of the next one. */
+static const unsigned char *layer_at(const unsigned char *at, LayerView *layer) {
+    layer->n_in = slide_u32(at);
+    layer->n_out = slide_u32(at + 4);
+    layer->activation = slide_u32(at + 8);
+    layer->weights = at + 12;
+    layer->bias = layer->weights + 4 * (uint64_t)layer->n_in * layer->n_out;
+    return layer->bias + (uint64_t)layer->n_out * 4;
+}
+
+static void read_layer(uint64_t *width, SlideCursor *cursor) {
+    const uint32_t n_in = slide_take_u32(cursor, "a layer");
+    const uint32_t n_out = slide_take_u32(cursor, "a layer");
+    const uint32_t activation = slide_take_u32(cursor, "a layer");
+    slide_check(cursor, n_in == *width, "surrogate file: a layer takes %u values; expected %llu",
+                (unsigned)n_in, (unsigned long long)*width);
+    slide_check(cursor, activation < N_ACTIVATIONS,
+                "surrogate file: activation %u; expected less than %d", (unsigned)activation,
+                (int)N_ACTIVATIONS);
+    slide_take_f32s(cursor, n_out, n_in, "weight");
+    slide_take_f32s(cursor, n_out, 1, "bias");
+    *width = n_out;
+}
+
+static void read_skip(SlideLayersView *layers, SlideCursor *cursor) {
+    const uint32_t has_skip = slide_take_u32(cursor, "a network");
+    slide_check(cursor, has_skip <= 1, "surrogate file: skip flag %u; expected 0 or 1",
+                (unsigned)has_skip);
+    layers->skip = has_skip == 0 ? NULL
+                                 : slide_take_f32s(cursor, layers->n_values, layers->n_first,
+                                                   "skip weight");
+}
+
+/* The oldest sample of the window comes first, and each is newer than the one before. */
+static void read_ages(SlideLayersView *layers, SlideCursor *cursor) {
+    layers->ages = slide_take_indices(cursor, layers->n_samples, "ages");
+    uint32_t last = layers->n_samples;
+    for (size_t i = 0; cursor->good && i < layers->ages.count; ++i) {
+        uint32_t age = slide_u32(layers->ages.at + 4 * i);
+        slide_check(cursor, age < last && (i > 0 || age == last - 1),
+                    "surrogate file: a network looks at a sample of age %u; expected ages that "
+                    "fall from %u on",
+                    (unsigned)age, (unsigned)layers->n_samples - 1);
+        last = age;
+    }
+}
+
+void slide_layers_read(SlideLayersView *layers, uint32_t n_features, SlideCursor *cursor) {
+    layers->n_samples = slide_take_u32(cursor, "a network");
+    layers->n_layers = slide_take_u32(cursor, "a network");
+    slide_check(cursor, layers->n_samples >= 1 && layers->n_layers >= 1,
+                "surrogate file: a network has no samples or no layers");
+    read_ages(layers, cursor);
+    uint32_t n_seen = layers->ages.count > 0 ? layers->ages.count : layers->n_samples;
+    uint64_t width = (uint64_t)n_seen * n_features;
+    layers->n_first = (uint32_t)width; /* exact once the first layer fits */
+    layers->layers = cursor->at;
+    for (uint32_t i = 0; cursor->good && i < layers->n_layers; ++i) {
+        read_layer(&width, cursor);
+    }
+    layers->n_values = (uint32_t)width;
+    read_skip(layers, cursor);
+}
+
 /* Rows of a matrix in the file, and how they are placed. */
 typedef struct {
     const unsigned char *rows, *bias; /* bias: f32, or NULL for none */
@@ -47,8 +119,8 @@ void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *
     network->layers = slide_place(arena, view->n_layers, sizeof *network->layers);
     network->widest = 0;
     for (uint32_t i = 0; i < view->n_layers; ++i) {
-        SlideLayerView found;
-        at = slide_layer_view(at, &found);
+        LayerView found;
+        at = layer_at(at, &found);
         size_t first = i + 1 == view->n_layers ? n_dropped : 0;
         Source source =
             rows_of(found.weights, found.bias, found.n_in, first, found.n_out - first);
@@ -71,9 +143,9 @@ void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *
 void slide_feed_forward_place_block(SlideFeedForward *network, const SlideLayersView *view,
                                     uint32_t n_kept, SlideArena *arena) {
     const unsigned char *at = view->layers;
-    SlideLayerView last = {0};
+    LayerView last = {0};
     for (uint32_t i = 0; i < view->n_layers; ++i) {
-        at = slide_layer_view(at, &last);
+        at = layer_at(at, &last);
     }
     network->n_kept = n_kept;
     network->n_older = view->n_values - n_kept;

@@ -1,10 +1,23 @@
-/* A feed-forward network in the layout of the kernels. */
+/* Layers in a surrogate file (byte contract: slide_fmu/network/feed_forward/bytes.py) and in the
+ * layout of the kernels. */
 #ifndef SLIDE_FEED_FORWARD_H
 #define SLIDE_FEED_FORWARD_H
 
 #include "arena.h"
 #include "kernel.h"
-#include "layers_view.h"
+#include "reading.h"
+
+/* All pointers point into the bytes that were read; their extent has been checked. */
+typedef struct {
+    uint32_t n_samples, n_values, n_layers;
+    SlideIndices ages;           /* samples that are looked at, 0 the newest; none: all */
+    uint32_t n_first;            /* samples that are looked at, times n_features */
+    const unsigned char *layers; /* the first layer; the others follow */
+    const unsigned char *skip;   /* f32 [n_values][n_first], or NULL */
+} SlideLayersView;
+
+/* Check layers on so many features of a sample, and describe them. */
+void slide_layers_read(SlideLayersView *layers, uint32_t n_features, SlideCursor *cursor);
 
 typedef struct {
     size_t n_in, n_panels;

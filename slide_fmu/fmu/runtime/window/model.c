@@ -25,8 +25,9 @@ static void place_inputs(SlideModel *model, const SlidePayload *payload, SlideAr
 /* How much of the past is kept: samples for the estimator, which catches up; steps for both
  * networks, for steps after which all samples are others. */
 static void shape_past(SlideModel *model, const SlidePayload *payload) {
-    uint32_t reach = model->estimator.positions > 0 ? (uint32_t)model->estimator.reach : 1;
-    uint32_t n_seen = reach > payload->n_in ? reach : payload->n_in;
+    const SlideEstimator *estimator = &model->estimator;
+    uint32_t estimated = estimator->positions > 0 ? (uint32_t)estimator->memory_length : 1;
+    uint32_t n_seen = estimated > payload->n_in ? estimated : payload->n_in;
     model->memory_length = n_seen + SLIDE_BEFORE;
     model->samples =
         (SlideSamplesShape){payload->n_inputs, slide_power_of_two((uint64_t)model->memory_length)};

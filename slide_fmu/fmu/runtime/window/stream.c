@@ -17,7 +17,7 @@ static void place_before(SlideBeforeStep *before, const SlideModel *model, Slide
     before->inputs = slide_place(arena, 1, row);
     before->given = slide_place(arena, 1, row);
     before->rates = slide_place(arena, 1, row);
-    if (model->predictor.kind == SLIDE_STATE_SPACE) {
+    if (model->predictor.family->recurrent) {
         slide_cells_before_place(&before->cells, &model->predictor.cells, arena);
     }
 }
@@ -112,7 +112,7 @@ static bool see(const SlideModel *model, SlideState *state) {
 
 /* The predictor goes on by model->sample. Layers are evaluated at the last one of a step only. */
 static bool advance(const SlideModel *model, SlideState *state, bool last) {
-    const bool evaluated = last || model->predictor.kind == SLIDE_STATE_SPACE;
+    const bool evaluated = last || model->predictor.family->recurrent;
     if (!see(model, state) || (evaluated && !predict(model, state, *state->samples.count))) {
         return false;
     }
@@ -136,7 +136,7 @@ static void remember(const SlideModel *model, SlideState *state) {
 
 /* What the derivatives of a step need of the state before it. */
 static void keep(const SlideModel *model, SlideState *state, const SlideLastStep *step) {
-    if (model->predictor.kind == SLIDE_STATE_SPACE) {
+    if (model->predictor.family->recurrent) {
         slide_cells_keep(&model->predictor.cells, &state->predictor.cells, &state->before.cells);
     }
     *state->last = *step;
@@ -241,7 +241,7 @@ static void recall(const SlideModel *model, SlideState *state) {
 
 static bool hold(const SlideModel *model, SlideState *state) {
     const SlideNetwork *network = &model->predictor;
-    bool cells = network->kind == SLIDE_STATE_SPACE;
+    bool cells = network->family->recurrent;
     set_sample(model, slide_stream_prehistory(model, state));
     restart(model, state);
     for (uint64_t left = cells ? 2 * (uint64_t)network->n_samples : 1; left > 0; --left) {
@@ -369,7 +369,7 @@ bool slide_stream_step(const SlideModel *model, SlideState *state, double length
 
 bool slide_stream_in_range(const SlideModel *model, SlideState *state) {
     uint64_t behind = *state->samples.count - state->head->strayed;
-    bool inside = state->head->strayed == 0 || behind >= model->predictor.n_needed;
+    bool inside = state->head->strayed == 0 || behind >= model->predictor.memory_length;
     if (model->estimator.positions > 0) {
         slide_stream_estimate(model, state);
         inside = inside && slide_estimate_in_range(&model->estimator, &state->estimate);

@@ -55,7 +55,7 @@ static void run_cells(SlideNative *native, const SlidePayload *payload, FuzzInpu
 
 static void run(SlideNative *native, const SlidePayload *payload, FuzzInput *input) {
     const size_t count = fuzz_u8(input) % (MOST_WINDOWS + 1);
-    if (payload->predictor.kind == SLIDE_STATE_SPACE) {
+    if (payload->predictor.family->recurrent) {
         run_cells(native, payload, input, count);
     } else {
         run_layers(native, &payload->predictor, input, count);

@@ -1,4 +1,4 @@
-#include "cell_view.h"
+#include "cell_layout.h"
 
 static void read_sizes(SlideCellView *cell, SlideCursor *cursor) {
     uint32_t *const sizes[] = {&cell->n_samples, &cell->n_out, &cell->n_states, &cell->n_units,

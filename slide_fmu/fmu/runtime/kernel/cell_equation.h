@@ -1,0 +1,200 @@
+/* The equations of the cells of state-space networks (slide_fmu/network/state_space/equations.py)
+ * for two states at once: in single precision a part of the kernels, in double precision one of
+ * exact.c. Who includes this says before what numbers are, Real, and gives with them
+ * Lanes: a vector of SLIDE_LANES of them, at any alignment;
+ * WEIGHTS(at, i): the i-th SLIDE_LANES weights, which are float, as Lanes;
+ * activate, tanh_each: activations in place. */
+#ifndef SLIDE_CELL_EQUATION_H
+#define SLIDE_CELL_EQUATION_H
+
+#include <stdbool.h>
+#include <string.h>
+
+/* Two vectors, one of each state of a cell; they may be the same. */
+typedef struct {
+    const Real *a, *b;
+} Pair;
+
+/* y = start + weights x for both states, one panel of SLIDE_LANES; the two y one after the other,
+ * n_panels each. Two sums each, of even and odd columns: less waiting for the last term. */
+static inline void affine_panel(const float *w, Pair start, Pair x, size_t n_in, size_t panel,
+                                size_t n_panels, Lanes *y) {
+    Lanes a = ((const Lanes *)start.a)[panel], b = ((const Lanes *)start.b)[panel];
+    Lanes c = {0}, d = {0};
+    size_t i = 0;
+    for (; i + 2 <= n_in; i += 2) {
+        a += x.a[i] * WEIGHTS(w, i);
+        b += x.b[i] * WEIGHTS(w, i);
+        c += x.a[i + 1] * WEIGHTS(w, i + 1);
+        d += x.b[i + 1] * WEIGHTS(w, i + 1);
+    }
+    if (i < n_in) {
+        a += x.a[i] * WEIGHTS(w, i);
+        b += x.b[i] * WEIGHTS(w, i);
+    }
+    y[panel] = a + c;
+    y[n_panels + panel] = b + d;
+}
+
+/* The same for a panel and the next one: each x is read once for both. */
+static inline void affine_panels(const float *w, Pair start, Pair x, size_t n_in, size_t panel,
+                                 size_t n_panels, Lanes *y) {
+    const float *w_next = w + n_in * SLIDE_LANES;
+    const Lanes *start_a = (const Lanes *)start.a + panel;
+    const Lanes *start_b = (const Lanes *)start.b + panel;
+    Lanes a = start_a[0], b = start_b[0], a_next = start_a[1], b_next = start_b[1];
+    Lanes c = {0}, d = {0}, c_next = {0}, d_next = {0};
+    size_t i = 0;
+    for (; i + 2 <= n_in; i += 2) {
+        a += x.a[i] * WEIGHTS(w, i);
+        b += x.b[i] * WEIGHTS(w, i);
+        a_next += x.a[i] * WEIGHTS(w_next, i);
+        b_next += x.b[i] * WEIGHTS(w_next, i);
+        c += x.a[i + 1] * WEIGHTS(w, i + 1);
+        d += x.b[i + 1] * WEIGHTS(w, i + 1);
+        c_next += x.a[i + 1] * WEIGHTS(w_next, i + 1);
+        d_next += x.b[i + 1] * WEIGHTS(w_next, i + 1);
+    }
+    if (i < n_in) {
+        a += x.a[i] * WEIGHTS(w, i);
+        b += x.b[i] * WEIGHTS(w, i);
+        a_next += x.a[i] * WEIGHTS(w_next, i);
+        b_next += x.b[i] * WEIGHTS(w_next, i);
+    }
+    y[panel] = a + c, y[panel + 1] = a_next + c_next;
+    y[n_panels + panel] = b + d, y[n_panels + panel + 1] = b_next + d_next;
+}
+
+/* Called, not inlined: libraries hold every kernel, and FMUs hold several libraries. */
+#define CALLED static __attribute__((noinline))
+
+/* The same for all panels; start may be y. */
+CALLED void affine_pair(const float *weights, Pair start, Pair x, size_t n_in, size_t n_panels,
+                        Real *y) {
+    const size_t size = n_in * SLIDE_LANES; /* of a panel of weights */
+    size_t panel = 0;
+    for (; panel + 2 <= n_panels; panel += 2) {
+        affine_panels(weights + panel * size, start, x, n_in, panel, n_panels, (Lanes *)y);
+    }
+    if (panel < n_panels) {
+        affine_panel(weights + panel * size, start, x, n_in, panel, n_panels, (Lanes *)y);
+    }
+}
+
+/* y = weights x for one vector, in panels of SLIDE_LANES, two at once. */
+CALLED void multiply(const float *weights, const Real *x, size_t n_in, size_t n_panels,
+                     Real *y) {
+    const float *w = weights;
+    Lanes *result = (Lanes *)y;
+    size_t panel = 0;
+    for (; panel + 2 <= n_panels; panel += 2, w += 2 * n_in * SLIDE_LANES) {
+        Lanes a = {0}, b = {0};
+        for (size_t i = 0; i < n_in; ++i) {
+            a += x[i] * WEIGHTS(w, i);
+            b += x[i] * WEIGHTS(w, n_in + i);
+        }
+        result[panel] = a, result[panel + 1] = b;
+    }
+    if (panel < n_panels) {
+        Lanes a = {0};
+        for (size_t i = 0; i < n_in; ++i) {
+            a += x[i] * WEIGHTS(w, i);
+        }
+        result[panel] = a;
+    }
+}
+
+static void advance(const SlideCell *cell, const Real *features, const Real *states,
+                    Real *next, Real *rows) {
+    const size_t units = cell->unit_panels * SLIDE_LANES, n = cell->state_panels * SLIDE_LANES;
+    const size_t of_rows = units + n, panels = cell->unit_panels + cell->state_panels;
+    const float *from_x = cell->from_states;
+    const Real *driven = cell->driven;
+    Real *h = cell->units;
+    const Pair x = {states, states + n};
+    multiply(cell->from_features, features, cell->n_features + 1, panels + cell->row_panels,
+             cell->driven);
+    affine_pair(from_x, (Pair){driven, driven}, x, cell->n_states, cell->unit_panels, h);
+    activate(cell->activation, h,
+             (2 * units + SLIDE_PANEL - 1) / SLIDE_PANEL * SLIDE_PANEL);
+    affine_pair(from_x + units * cell->n_states, (Pair){driven + units, driven + units}, x,
+                cell->n_states, cell->state_panels, next);
+    const Pair moved = {next, next + n};
+    affine_pair(cell->from_units, moved, (Pair){h, h + units}, units,
+                cell->state_panels, next);
+    affine_pair(cell->to_rows, (Pair){driven + of_rows, driven + of_rows}, moved,
+                cell->n_states, cell->row_panels, rows);
+}
+
+static inline void add_to(Real *y, const Real *x, size_t n_panels) {
+    for (size_t panel = 0; panel < n_panels; ++panel) {
+        ((Lanes *)y)[panel] += ((const Lanes *)x)[panel];
+    }
+}
+
+static inline void add_constants(Real *y, const float *x, size_t n_panels) {
+    for (size_t panel = 0; panel < n_panels; ++panel) {
+        ((Lanes *)y)[panel] += WEIGHTS(x, panel);
+    }
+}
+
+static inline void multiply_by(Real *y, const Real *x, size_t n_panels) {
+    for (size_t panel = 0; panel < n_panels; ++panel) {
+        ((Lanes *)y)[panel] *= ((const Lanes *)x)[panel];
+    }
+}
+
+/* Turn the first pairs of a state by an angle with cosine c and sine s. */
+static inline void turn_pairs(Real *state, size_t pairs, Real c, Real s) {
+    for (size_t i = 0; i < pairs; ++i) {
+        Real x = state[2 * i], y = state[2 * i + 1];
+        state[2 * i] = c * x - s * y;
+        state[2 * i + 1] = s * x + c * y;
+    }
+}
+
+/* What both states share: gates, what is offered to them, drive and static part. */
+static void share(const SlideGatedCell *cell, const Real *gated) {
+    const Real *schedule = gated + cell->n_gated, *drive = schedule + cell->n_schedule;
+    const size_t units = cell->unit_panels;
+    multiply(cell->gates, schedule, cell->n_schedule, units, cell->open);
+    add_constants(cell->open, cell->gates_start, units);
+    tanh_each(cell->open, units * SLIDE_LANES);
+    multiply(cell->from_gated, gated, cell->n_gated, units, cell->offered);
+    multiply(cell->from_drive, drive, cell->n_drive, cell->state_panels, cell->driven);
+    multiply(cell->from_static, drive + cell->n_drive, cell->n_static, cell->row_panels,
+             cell->rows);
+    add_constants(cell->rows, cell->rows_start, cell->row_panels);
+}
+
+static void advance_gated(const SlideGatedCell *cell, const Real *features, const Real *states,
+                          Real *next, Real *rows) {
+    const size_t units = cell->unit_panels * SLIDE_LANES, n = cell->state_panels * SLIDE_LANES;
+    const Pair x = {states, states + n};
+    Real *turned_back = cell->seen, *pushed_on = cell->pushed, *h = cell->units;
+    const Pair seen = {turned_back, turned_back + n};
+    const Pair zeros = {cell->zeros, cell->zeros}, offered = {cell->offered, cell->offered};
+    const Pair pushed = {pushed_on, pushed_on + n}, moved = {next, next + n};
+    const Pair shared = {cell->rows, cell->rows};
+    const bool turns = cell->turned > 0;
+    share(cell, features + (turns ? 2 : 0));
+    memcpy(turned_back, states, 2 * n * sizeof(Real));
+    for (size_t state = 0; turns && state < 2; ++state) {
+        turn_pairs(turned_back + state * n, cell->turned, features[0], -features[1]);
+    }
+    affine_pair(cell->products, offered, seen, cell->n_states, cell->unit_panels, h);
+    multiply_by(h, cell->open, cell->unit_panels);
+    multiply_by(h + units, cell->open, cell->unit_panels);
+    affine_pair(cell->from_units, zeros, (Pair){h, h + units}, units, cell->state_panels,
+                pushed_on);
+    for (size_t state = 0; state < 2; ++state) {
+        if (turns) {
+            turn_pairs(pushed_on + state * n, cell->turned, features[0], features[1]);
+        }
+        add_to(pushed_on + state * n, cell->driven, cell->state_panels);
+    }
+    affine_pair(cell->from_states, pushed, x, cell->n_states, cell->state_panels, next);
+    affine_pair(cell->to_rows, shared, moved, cell->n_states, cell->row_panels, rows);
+}
+
+#endif

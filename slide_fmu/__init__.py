@@ -73,4 +73,4 @@ if not TYPE_CHECKING:  # type checkers read the imports above and refuse names t
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted(__all__)

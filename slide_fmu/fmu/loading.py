@@ -24,11 +24,19 @@ def load(path: str | Path) -> Surrogate:
         The surrogate, with its error estimator if it has one.
 
     Raises:
+        FileNotFoundError: there is no such file.
         FmuError: the file is neither, or it is an FMU that slide-fmu did not write, or a damaged
             one.
         PayloadError: the surrogate file is damaged, or of another version.
         OSError: the file cannot be read.
     """
+    if not isinstance(path, str | Path):
+        raise FmuError(f"load({path!r}); expected the path of an FMU or of a surrogate file")
+    if not Path(path).is_file():
+        raise FileNotFoundError(
+            f"{str(path)!r} is no file; expected an FMU that slide-fmu wrote (.fmu), or the "
+            "surrogate.slide of a run folder: correct the path"
+        )
     path = Path(path)
     with path.open("rb") as file:
         beginning = file.read(len(MAGIC))

@@ -249,7 +249,12 @@ class Surrogate:
 
     def _checked(self, inputs: NDArray[Any], leading: str = "") -> FloatArray:
         """Inputs of shape (samples, n_inputs), or (records, samples, n_inputs)."""
-        array = np.asarray(inputs, dtype=np.float64)
+        given = np.asarray(inputs)
+        if given.dtype.kind not in "biuf":  # numpy would drop imaginary parts with a warning
+            raise ValueError(
+                f"inputs of type {given.dtype}; expected real numbers, in the inputs' units"
+            )
+        array = given.astype(np.float64)
         axes = 3 if leading else 2
         if array.ndim != axes or array.shape[-1] != len(self.inputs) or array.size == 0:
             names = [signal.name for signal in self.inputs]

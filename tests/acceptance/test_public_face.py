@@ -130,3 +130,22 @@ def test_python_m_does_what_the_console_script_does() -> None:
     arguments = [sys.executable, "-m", "slide_fmu", "check", str(DUFFING)]
     result = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True)
     assert (result.returncode, "no problems" in result.stderr) == (0, True), result.stderr
+
+
+@pytest.mark.parametrize("path", ["nope.fmu", "", "."])
+def test_load_names_a_path_that_is_no_file(path: str) -> None:
+    with pytest.raises(FileNotFoundError, match=r"expected an FMU .* correct the path"):
+        slide.load(path)
+
+
+@pytest.mark.parametrize("path", [None, 3])
+def test_load_refuses_what_is_no_path(path: object) -> None:
+    with pytest.raises(slide.FmuError, match="expected the path of an FMU"):
+        slide.load(path)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("inputs", [[[1j]], [["force"]], [[None]]])
+def test_predict_refuses_what_are_no_real_numbers(inputs: object) -> None:
+    surrogate = slide.load(ROOT / "fmus" / "linear" / "linear.fmu")
+    with pytest.raises(ValueError, match=r"inputs of type .*; expected real numbers"):
+        surrogate.predict(inputs)  # type: ignore[arg-type]

@@ -17,8 +17,8 @@ static void place_before(SlideBeforeStep *before, const SlideModel *model, Slide
     before->inputs = slide_place(arena, 1, row);
     before->given = slide_place(arena, 1, row);
     before->rates = slide_place(arena, 1, row);
-    if (model->predictor.family->recurrent) {
-        slide_cells_before_place(&before->cells, &model->predictor.cells, arena);
+    if (slide_is_recurrent(model->predictor.family)) {
+        model->predictor.family->place_before(&before->predictor, &model->predictor, arena);
     }
 }
 
@@ -32,7 +32,7 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
     state->outputs = slide_place(arena, n_outputs, sizeof(double));
     state->last = slide_place(arena, 1, sizeof *state->last);
     slide_samples_place(&state->samples, &model->samples, arena);
-    slide_network_state_place(&state->predictor, &model->predictor, arena);
+    model->predictor.family->place_state(&state->predictor, &model->predictor, arena);
     place_before(&state->before, model, arena);
     slide_estimate_place(&state->estimate, &model->estimator, arena);
     slide_history_place(&state->history, &model->history, arena);
@@ -90,8 +90,8 @@ static void set_sample(const SlideModel *model, const double *inputs) {
 /* The outputs that the network gives after the sample that it has seen. */
 static bool predict(const SlideModel *model, const SlideState *state, uint64_t sample) {
     bool finite = true;
-    const float *values =
-        slide_network_evaluate(&model->predictor, model->kernel, &state->predictor, sample);
+    const float *values = model->predictor.family->evaluate(&model->predictor, model->kernel,
+                                                            &state->predictor, sample);
     for (size_t i = 0; i < model->n_outputs; ++i) {
         const SlideScaling *scaling = &model->output_scaling[i];
         model->candidate[i] = values[i] * scaling->scale + scaling->offset;
@@ -112,12 +112,12 @@ static bool see(const SlideModel *model, SlideState *state) {
 
 /* The predictor goes on by model->sample. Layers are evaluated at the last one of a step only. */
 static bool advance(const SlideModel *model, SlideState *state, bool last) {
-    const bool evaluated = last || model->predictor.family->recurrent;
+    const bool evaluated = last || slide_is_recurrent(model->predictor.family);
     if (!see(model, state) || (evaluated && !predict(model, state, *state->samples.count))) {
         return false;
     }
     if (evaluated) {
-        slide_network_accept(&model->predictor, &state->predictor);
+        model->predictor.family->accept(&model->predictor, &state->predictor);
     }
     return true;
 }
@@ -136,8 +136,9 @@ static void remember(const SlideModel *model, SlideState *state) {
 
 /* What the derivatives of a step need of the state before it. */
 static void keep(const SlideModel *model, SlideState *state, const SlideLastStep *step) {
-    if (model->predictor.family->recurrent) {
-        slide_cells_keep(&model->predictor.cells, &state->predictor.cells, &state->before.cells);
+    const SlideNetwork *network = &model->predictor;
+    if (slide_is_recurrent(network->family)) {
+        network->family->keep(network, &state->predictor, &state->before.predictor);
     }
     *state->last = *step;
 }
@@ -240,11 +241,9 @@ static void recall(const SlideModel *model, SlideState *state) {
 }
 
 static bool hold(const SlideModel *model, SlideState *state) {
-    const SlideNetwork *network = &model->predictor;
-    bool cells = network->family->recurrent;
     set_sample(model, slide_stream_prehistory(model, state));
     restart(model, state);
-    for (uint64_t left = cells ? 2 * (uint64_t)network->n_samples : 1; left > 0; --left) {
+    for (uint64_t left = model->predictor.n_settling; left > 0; --left) {
         if (!advance(model, state, left == 1)) {
             return false;
         }
@@ -331,18 +330,14 @@ static bool step_of(const SlideModel *model, SlideState *state, double length) {
     return done;
 }
 
-/* The most frequent step, of one sample; it undoes itself. */
+/* The most frequent step, of one sample; until all is found, it changes nothing that counts. */
 static bool step_once(const SlideModel *model, SlideState *state) {
     set_sample(model, state->inputs);
-    if (!see(model, state)) {
-        return false;
-    }
-    if (!predict(model, state, *state->samples.count)) {
-        slide_network_unsee(&model->predictor, &state->predictor, *state->samples.count);
+    if (!see(model, state) || !predict(model, state, *state->samples.count)) {
         return false;
     }
     keep(model, state, &(SlideLastStep){.length = model->step, .n_taken = 1});
-    slide_network_accept(&model->predictor, &state->predictor);
+    model->predictor.family->accept(&model->predictor, &state->predictor);
     remember(model, state);
     accept_outputs(model, state);
     slide_history_append(&model->history, &state->history, model->step, state->inputs,
@@ -378,8 +373,8 @@ bool slide_stream_in_range(const SlideModel *model, SlideState *state) {
 }
 
 const float *slide_stream_block(const SlideModel *model, const SlideState *state) {
-    return slide_network_block(&model->predictor, model->kernel, &state->predictor,
-                               *state->samples.count - 1);
+    return model->predictor.family->block(&model->predictor, model->kernel, &state->predictor,
+                                          *state->samples.count - 1);
 }
 
 void slide_stream_estimate(const SlideModel *model, SlideState *state) {

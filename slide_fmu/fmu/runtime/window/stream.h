@@ -40,7 +40,7 @@ typedef struct {
                                first-order hold */
     double *given, *rates;  /* [n_inputs], of a step whose inputs moved: the inputs and their
                                derivatives as they were set */
-    SlideCellsBefore cells; /* of cells */
+    SlideNetworkState predictor; /* of recurrent networks */
 } SlideBeforeStep;
 
 /* All that changes lies in one flat block: saving and restoring are copies of it. */

@@ -46,26 +46,23 @@ void slide_estimate_place(SlideEstimate *estimate, const SlideEstimator *estimat
     }
     size_t n_outputs = estimator->n_outputs;
     estimate->known = slide_place(arena, 1, sizeof *estimate->known);
-    estimate->held = slide_place(arena, 1, sizeof *estimate->held);
     estimate->strayed = slide_place(arena, 1, sizeof *estimate->strayed);
     estimate->squares = slide_place(arena, estimator->positions * n_outputs, sizeof(double));
     estimate->errors = slide_place(arena, n_outputs, sizeof(double));
     estimator->network.family->place_state(&estimate->network, &estimator->network, arena);
 }
 
-void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *estimate,
-                            const SlideSamples *samples) {
+void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *estimate) {
     if (estimator->positions > 0) {
         *estimate->known = 0;
-        *estimate->held = *samples->count;
         *estimate->strayed = 0;
     }
 }
 
 double slide_squared_error(const SlideEstimator *estimator, double mean, double eps) {
     double kept = eps < 1 ? eps : 1;
-    double spread = square_of(estimator->log_middle + estimator->log_half_range * kept);
-    double square = spread * (1 + mean * mean);
+    double variance = square_of(estimator->log_middle + estimator->log_half_range * kept);
+    double square = variance * (1 + mean * mean);
     bool usable = isfinite(mean) && isfinite(eps) && square < estimator->largest;
     return usable ? square : estimator->largest;
 }
@@ -98,13 +95,6 @@ static void evaluate(const SlideEstimator *estimator, const SlideKernel *kernel,
         double mean = estimator->n_means > 0 ? values[i] : 0;
         double square = slide_squared_error(estimator, mean, values[estimator->n_means + i]);
         *slide_estimate_square(estimator, estimate, i, sample) = known ? square : estimator->largest;
-    }
-}
-
-static void repeat(const SlideEstimator *estimator, SlideEstimate *estimate, uint64_t sample) {
-    for (size_t i = 0; i < estimator->n_outputs; ++i) {
-        *slide_estimate_square(estimator, estimate, i, sample) =
-            *slide_estimate_square(estimator, estimate, i, sample - 1);
     }
 }
 
@@ -144,9 +134,7 @@ void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel 
         if (!in_range(estimator)) {
             *estimate->strayed = sample + 1;
         }
-        if (left < wanted && sample < *estimate->held) {
-            repeat(estimator, estimate, sample);
-        } else if (left <= wanted) {
+        if (left <= wanted) {
             evaluate(estimator, kernel, estimate, sample);
         }
     }

@@ -161,7 +161,7 @@ static void restart(const SlideModel *model, SlideState *state) {
     slide_samples_fill(&model->samples, &state->samples, model->sample);
     slide_network_restart(&model->predictor, &state->predictor, model->sample,
                           newest_sample(model, state));
-    slide_estimate_restart(&model->estimator, &state->estimate, &state->samples);
+    slide_estimate_restart(&model->estimator, &state->estimate);
     state->head->strayed = 0;
     watch_range(model, state);
 }

@@ -29,13 +29,13 @@ typedef enum {
 
 typedef struct SlideLogger SlideLogger;
 
-/* The master's logger. */
+/* The importer's logger. */
 struct SlideLogger {
-    /* Call it; instance: its name. NULL: nobody listens. */
+    /* Call it; instance: its name. */
     void (*write)(const SlideLogger *logger, const char *instance, SlideStatus status,
                   const char *category, const char *text);
-    void (*callback)(void); /* the master's function, of a type that write knows */
-    void *environment;      /* the master's, for callback */
+    void (*callback)(void); /* the importer's, of a type that write knows; NULL: nobody listens */
+    void *environment;      /* the importer's, for callback */
 };
 
 typedef struct SlideWatcher SlideWatcher;

@@ -11,7 +11,7 @@ import pytest
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import Loaded, Native
-from tests.fmu.samples import Shape, random_surrogate, sum_surrogate
+from tests.fmu.samples import TWO_MASSES, Shape, random_surrogate, sum_surrogate
 from tests.libraries import build_libraries
 
 
@@ -44,3 +44,19 @@ def summing(load: Callable[[Surrogate], Loaded]) -> Native:
 def rich(load: Callable[[Surrogate], Loaded]) -> Loaded:
     shape = Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3)
     return load(random_surrogate(shape))
+
+
+@pytest.fixture
+def surrogate() -> Surrogate:
+    """Two inputs, two outputs and an estimator, for tests of FMU files."""
+    return random_surrogate(TWO_MASSES)
+
+
+@pytest.fixture
+def fmu(surrogate: Surrogate, tmp_path: Path) -> Path:
+    """An FMU of FMI 2.0 that holds all that an archive can hold."""
+    pages = {"index.html": b"<p>card</p>", "figures/error.svg": b"<svg/>"}
+    provenance = {"seed": 3, "recipe": "größer"}
+    return export_fmu(
+        surrogate, tmp_path / "new" / "m.fmu", provenance=provenance, documentation=pages
+    )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 from pathlib import Path
 
 import fmpy
@@ -15,7 +14,7 @@ from slide_fmu.core.signals import Signal
 from slide_fmu.cosim.check import check_fmu
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import OK, Loaded
+from tests.fmu.native import OK, Load, Loaded
 from tests.fmu.samples import STEP, TWO_MASSES, CellShape, random_surrogate
 
 KNOWN_AT_START = ["u0", "u1", "prehistory_known", "initial_u0", "initial_u1"]
@@ -153,9 +152,7 @@ def test_start_values_lie_in_the_range(surrogate: Surrogate, tmp_path: Path) -> 
     assert native.start().get(0, 2) == [2.0, -2.0]
 
 
-def test_inputs_start_where_their_signals_say(
-    surrogate: Surrogate, load: Callable[[Surrogate], Loaded]
-) -> None:
+def test_inputs_start_where_their_signals_say(surrogate: Surrogate, load: Load) -> None:
     """Rounding of offset -+ scale does not matter."""
     signals = (Signal("u0", "N", 0.2, 0.9), Signal("u1", "m", -1.0, 3.0, start=2.5))
     scaling = Affine.of_channels([0.5 * (0.9 + 0.2), 1.0], [0.5 * (0.9 - 0.2), 2.0])

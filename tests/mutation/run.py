@@ -53,7 +53,7 @@ MODULES = {
     "validation": Module(
         ("slide_fmu/validation/validate.py", "slide_fmu/validation/comparison.py"),
         ("tests/validation/test_compare.py", "tests/validation/test_figures.py",
-         "tests/validation/test_validation.py"),
+         "tests/validation/test_validation.py", "tests/validation/test_worker_processes.py"),
     ),
     "sizing": Module(("slide_fmu/memory/sizing.py",), ("tests/memory/test_sizing.py",)),
     "stability": Module(("slide_fmu/memory/stability.py",), ("tests/memory/test_stability.py",)),

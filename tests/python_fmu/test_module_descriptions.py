@@ -53,7 +53,9 @@ def test_backend_refuses_what_it_cannot_make(tmp_path: Path) -> None:
         ('name = "twin"', "name = 'twin", "not valid TOML"),
     ],
 )
-def test_mistake_in_a_description_is_named(old: str, new: str, message: str, tmp_path: Path) -> None:
+def test_mistake_in_a_description_is_named(
+    old: str, new: str, message: str, tmp_path: Path
+) -> None:
     module, description = saved(surrogate_with("zero_order"), tmp_path, ".pt")
     text = description.read_text(encoding="utf-8")
     assert old in text

@@ -52,7 +52,9 @@ def test_step_that_cannot_be_taken_is_refused(
     slave.freeInstance()
 
 
-def test_value_that_cannot_be_set_is_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_value_that_cannot_be_set_is_refused(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     path = export_module(*saved(surrogate_with("zero_order"), tmp_path, ".pt"), tmp_path / "m.fmu")
     slave = start(path, tmp_path / "a", 1.0, 0.3, -0.4)
     before, everything = slave.getReal(EVERYTHING), EVERYTHING

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import dataclasses
-from collections.abc import Callable
 
 import pytest
 
@@ -12,12 +11,9 @@ from slide_fmu.fmu.description import generate
 from slide_fmu.fmu.description.surrogate_variables import Variable, fmu_variables
 from slide_fmu.fmu.description.variables import BY_KEY, KINDS, REFERENCES_PER_KIND, kind_of
 from slide_fmu.fmu.libraries.platforms import FmiVersion
-from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import ERROR, OK, Loaded, Native
+from tests.fmu.native import ERROR, OK, Load, Loaded, Native
 from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.samples import CellShape, Shape, random_surrogate
-
-Load = Callable[[Surrogate], Loaded]
 
 NUMBERS = {
     "INPUT": 0,

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import re
-import sys
 import zipfile
-from collections.abc import Iterator
 from pathlib import Path
 
 import fmpy
@@ -22,7 +20,7 @@ from slide_fmu.python_fmu.torch_files import module_figures
 from tests.cosim.damage import members_of, packed
 from tests.fmu.samples import STEP
 from tests.limits import largest_file
-from tests.python_fmu.test_module_fmu import invoke, saved, start, surrogate_with
+from tests.python_fmu.modules import invoke, saved, start, surrogate_with
 from tests.python_fmu.test_strange_modules import script
 
 DESCRIPTION = """
@@ -53,14 +51,6 @@ class Sum(nn.Module):
         if window.abs().max() > 1.5:
             raise ValueError("too far")
         return window.sum(1)
-
-
-@pytest.fixture(autouse=True)
-def unchanged_path() -> Iterator[None]:
-    """PythonFMU leaves the folder of every instance on Python's search path."""
-    before = list(sys.path)
-    yield
-    sys.path[:] = before
 
 
 @pytest.fixture

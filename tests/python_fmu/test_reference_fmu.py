@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -29,14 +28,6 @@ MODELS = ["LinearOscillator", "DuffingOscillator", "DuffingBaseMotion"]
 
 def dotted(name: str) -> str:
     return f"mbs_models.oscillators:{name}"
-
-
-@pytest.fixture(autouse=True)
-def unchanged_path() -> Iterator[None]:
-    """PythonFMU leaves the folder of every instance on Python's search path."""
-    before = list(sys.path)
-    yield
-    sys.path[:] = before
 
 
 @contextmanager

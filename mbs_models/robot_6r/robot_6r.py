@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mbs_models.plants.cubic_spring import expect, expect_positive
+from mbs_models.plants.checks import expect, expect_positive
 from mbs_models.plants.plant_system import PlantSystem
 from mbs_models.robot_6r.flange import euler_of, moment_of, rotation_of, vector_of
 from mbs_models.robot_6r.puma_560 import DAMPING, JOINTS, LIMITS, STIFFNESS, puma_560

@@ -28,7 +28,7 @@ from exudyn.itemInterface import (
     ObjectKinematicTree,
 )
 
-from mbs_models.plants.cubic_spring import expect_not_negative, expect_positive, expect_substeps
+from mbs_models.plants.checks import expect_not_negative, expect_positive, expect_substeps
 from mbs_models.plants.driven_plant import DrivenPlant
 from mbs_models.plants.solver import ImplicitPlant, ImplicitSettings
 from mbs_models.robot_6r.puma_560 import JOINTS

@@ -22,6 +22,9 @@ SURROGATE = "resources/surrogate.slide"
 PROVENANCE = "resources/provenance.json"
 MODULE = "resources/module.json"
 """What an FMU says about the torch module in it (``slide_fmu/python_fmu``)."""
+MODULE_FILES = {".pt": "module.pt", ".pt2": "module.pt2"}
+"""Endings of files of scripted (``torch.jit.save``) and exported (``torch.export.save``) modules,
+and their names in the FMU."""
 
 
 class FmuError(ValueError):

@@ -23,9 +23,8 @@ from typer.testing import CliRunner, Result
 from slide_fmu.cli import app
 from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.fmu.description.variables import BY_KEY
-from slide_fmu.fmu.export import export_fmu
+from slide_fmu.fmu.export import MODULE, export_fmu, read_json
 from slide_fmu.python_fmu.torch_export import ModuleError, export_module
-from slide_fmu.python_fmu.torch_files import module_figures
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import STEP, Shape, random_surrogate
 
@@ -396,7 +395,7 @@ def test_info_says_what_it_needs(tmp_path: Path) -> None:
     figures = json.loads(invoke("info", path, "--json", "-").stdout)
     assert set(figures["needs"]) == {"python", "torch", "numpy"}
     assert figures["needs"]["torch"] == torch.__version__
-    assert figures == module_figures(path)
+    assert figures == read_json(path, MODULE)
 
 
 def test_backends_refuse_what_they_cannot_make(tmp_path: Path) -> None:

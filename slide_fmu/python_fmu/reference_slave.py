@@ -16,8 +16,8 @@ from pythonfmu.enums import Fmi2Status
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.python_fmu.slave import Slave, stored
 from slide_fmu.python_fmu.torch_window import Clock
-from slide_fmu.systems.base import SimulationError, State
-from slide_fmu.systems.loading import Parameter, load_system
+from slide_fmu.systems.base import Parameter, SimulationError, State
+from slide_fmu.systems.loading import load_system
 
 FROM_STATE = "start_from_state"
 """FMI parameter: start from the ``initial_...`` parameters instead of at rest."""

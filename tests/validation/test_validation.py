@@ -21,8 +21,7 @@ from slide_fmu.pipeline.side_by_side import write_reference
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_system, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import simulate
-from slide_fmu.systems.loading import LoadError
+from slide_fmu.systems.base import LoadError, simulate
 from slide_fmu.validation import figures
 from slide_fmu.validation import validate as validation
 from slide_fmu.validation.comparison import Comparison, Task, Validation

@@ -53,7 +53,7 @@ static Replay redo(const SlideModel *model, SlideState *state,
 static const double *evaluate(const Replay *replay, const SlideNetwork *network,
                               const SlideExact *exact, size_t age) {
     const SlideExactRun run = {row_at(replay, age), replay->intake.count, replay->intake.anew,
-                               replay->intake.settled, &replay->state->before.cells};
+                               replay->intake.settled, &replay->state->before.predictor};
     return network->family->run_exact(network, exact, &run);
 }
 
@@ -93,12 +93,10 @@ static void run(const Replay *replay, bool estimates, double *results) {
     const SlideDerivativeScratch *scratch = replay->scratch;
     const size_t n = model->n_outputs;
     memset(results, 0, 3 * n * sizeof *results);
-    memcpy(results, evaluate(replay, &model->predictor, &scratch->predictor, 0),
+    const double *found = evaluate(replay, &model->predictor, &scratch->predictor, 0);
+    memcpy(results, found, n * sizeof *results);
+    memcpy(results + SLIDE_OF_TRUNCATION_ERRORS * n, found + model->predictor.n_values,
            n * sizeof *results);
-    if (model->predictor.family->recurrent) {
-        memcpy(results + SLIDE_OF_TRUNCATION_ERRORS * n, scratch->predictor.cells.errors,
-               n * sizeof *results);
-    }
     if (estimates) {
         estimate(replay, results + SLIDE_OF_ESTIMATES * n);
     }

@@ -62,23 +62,24 @@ static void gather(const double *window, size_t sample, size_t n_inputs, double 
 }
 
 bool slide_batch_cells(const SlideNetwork *network, const SlideKernel *kernel,
-                       SlideNetworkState *state, const double *const *windows, size_t count, double *before,
-                       float *values) {
-    const SlideCells *cells = &network->cells;
-    const size_t n_inputs = cells->seen.n_inputs, n_skipped = cells->n_samples - cells->n_out;
+                       SlideNetworkState *state, const double *const *windows, size_t count,
+                       double *before, float *values) {
+    const size_t n_inputs = network->seen.n_inputs;
+    const size_t n_skipped = network->n_samples - network->n_block;
     for (size_t window = 0; window < count; ++window) {
         slide_network_restart(network, state, windows[window], before);
-        for (size_t sample = 0; sample < cells->n_samples; ++sample) {
+        for (size_t sample = 0; sample < network->n_samples; ++sample) {
             gather(windows[window], sample, n_inputs, before);
-            if (!slide_network_see(network, state, sample, windows[window] + sample * n_inputs, before)) {
+            const double *input = windows[window] + sample * n_inputs;
+            if (!slide_network_see(network, state, sample, input, before)) {
                 return false;
             }
-            const float *found = slide_network_evaluate(network, kernel, state, sample);
+            const float *found = network->family->evaluate(network, kernel, state, sample);
             if (sample >= n_skipped) {
-                memcpy(values, found, cells->n_values * sizeof(float));
-                values += cells->n_values;
+                memcpy(values, found, network->n_values * sizeof(float));
+                values += network->n_values;
             }
-            slide_network_accept(network, state);
+            network->family->accept(network, state);
         }
     }
     return true;

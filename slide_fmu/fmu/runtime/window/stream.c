@@ -9,8 +9,8 @@ static void place_before(SlideBeforeStep *before, const SlideModel *model, Slide
     size_t row = model->n_inputs * sizeof(double);
     before->given = slide_place(arena, 1, row);
     before->rates = slide_place(arena, 1, row);
-    if (model->predictor.family->recurrent) {
-        slide_cells_before_place(&before->cells, &model->predictor.cells, arena);
+    if (slide_is_recurrent(model->predictor.family)) {
+        model->predictor.family->place_before(&before->predictor, &model->predictor, arena);
     }
 }
 
@@ -23,7 +23,7 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
     state->initial = slide_place(arena, n_inputs, sizeof(double));
     state->outputs = slide_place(arena, n_outputs, sizeof(double));
     slide_samples_place(&state->samples, &model->samples, arena);
-    slide_network_state_place(&state->predictor, &model->predictor, arena);
+    model->predictor.family->place_state(&state->predictor, &model->predictor, arena);
     place_before(&state->before, model, arena);
     slide_estimate_place(&state->estimate, &model->estimator, arena);
     slide_history_place(&state->history, &model->history, arena);
@@ -84,8 +84,8 @@ static void set_sample(const SlideModel *model, const double *inputs, double *sa
 /* The outputs that the network gives after the sample that it has seen. */
 static bool predict(const SlideModel *model, const SlideState *state, uint64_t sample) {
     bool finite = true;
-    const float *values =
-        slide_network_evaluate(&model->predictor, model->kernel, &state->predictor, sample);
+    const float *values = model->predictor.family->evaluate(&model->predictor, model->kernel,
+                                                            &state->predictor, sample);
     for (size_t i = 0; i < model->n_outputs; ++i) {
         const SlideScaling *scaling = &model->output_scaling[i];
         model->candidate[i] = values[i] * scaling->scale + scaling->offset;
@@ -106,12 +106,12 @@ static bool see(const SlideModel *model, SlideState *state) {
 
 /* The predictor goes on by model->sample. Layers are evaluated at the last one of a step only. */
 static bool advance(const SlideModel *model, SlideState *state, bool last) {
-    const bool evaluated = last || model->predictor.family->recurrent;
+    const bool evaluated = last || slide_is_recurrent(model->predictor.family);
     if (!see(model, state) || (evaluated && !predict(model, state, *state->samples.count))) {
         return false;
     }
     if (evaluated) {
-        slide_network_accept(&model->predictor, &state->predictor);
+        model->predictor.family->accept(&model->predictor, &state->predictor);
     }
     return true;
 }
@@ -131,9 +131,10 @@ static void remember(const SlideModel *model, SlideState *state) {
 /* A step begins: keep what its derivatives need of the state before it. The derivatives of the
  * inputs count for this step only. */
 static void keep(const SlideModel *model, SlideState *state, double length) {
+    const SlideNetwork *network = &model->predictor;
     const size_t row = model->n_inputs * sizeof(double);
-    if (model->predictor.family->recurrent) {
-        slide_cells_keep(&model->predictor.cells, &state->predictor.cells, &state->before.cells);
+    if (slide_is_recurrent(network->family)) {
+        network->family->keep(network, &state->predictor, &state->before.predictor);
     }
     memcpy(state->before.given, state->inputs, row);
     state->head->last_length = length;
@@ -164,7 +165,7 @@ static void restart(const SlideModel *model, SlideState *state) {
     slide_samples_fill(&model->samples, &state->samples, model->sample);
     slide_network_restart(&model->predictor, &state->predictor, model->sample,
                           newest_sample(model, state));
-    slide_estimate_restart(&model->estimator, &state->estimate, &state->samples);
+    slide_estimate_restart(&model->estimator, &state->estimate);
     state->head->strayed = 0;
     watch_range(model, state);
 }
@@ -259,11 +260,9 @@ static bool take_all(const SlideModel *model, SlideState *state, const SlideInta
 }
 
 static bool hold(const SlideModel *model, SlideState *state) {
-    const SlideNetwork *network = &model->predictor;
-    bool cells = network->family->recurrent;
     set_sample(model, prehistory(model, state), model->sample);
     restart(model, state);
-    for (uint64_t left = cells ? 2 * (uint64_t)network->n_samples : 1; left > 0; --left) {
+    for (uint64_t left = model->predictor.n_settling; left > 0; --left) {
         if (!advance(model, state, left == 1)) {
             return false;
         }
@@ -302,18 +301,14 @@ static bool step_of(const SlideModel *model, SlideState *state, double length) {
     return true;
 }
 
-/* The most frequent step, of one sample; it undoes itself. */
+/* The most frequent step, of one sample; until all is found, it changes nothing that counts. */
 static bool step_once(const SlideModel *model, SlideState *state) {
     set_sample(model, state->inputs, model->sample);
-    if (!see(model, state)) {
-        return false;
-    }
-    if (!predict(model, state, *state->samples.count)) {
-        slide_network_unsee(&model->predictor, &state->predictor, *state->samples.count);
+    if (!see(model, state) || !predict(model, state, *state->samples.count)) {
         return false;
     }
     keep(model, state, model->step);
-    slide_network_accept(&model->predictor, &state->predictor);
+    model->predictor.family->accept(&model->predictor, &state->predictor);
     remember(model, state);
     accept_outputs(model, state);
     slide_history_append(&model->history, &state->history, model->step, state->inputs, false);
@@ -345,8 +340,8 @@ bool slide_stream_in_range(const SlideModel *model, SlideState *state) {
 }
 
 const float *slide_stream_block(const SlideModel *model, const SlideState *state) {
-    return slide_network_block(&model->predictor, model->kernel, &state->predictor,
-                               *state->samples.count - 1);
+    return model->predictor.family->block(&model->predictor, model->kernel, &state->predictor,
+                                          *state->samples.count - 1);
 }
 
 void slide_stream_estimate(const SlideModel *model, SlideState *state) {

@@ -32,7 +32,7 @@ typedef struct {
 typedef struct {
     double *given, *rates;  /* [n_inputs], the inputs as they were set; of a step whose inputs moved,
                                their derivatives */
-    SlideCellsBefore cells; /* of cells */
+    SlideNetworkState predictor; /* of recurrent networks */
 } SlideBeforeStep;
 
 /* All that changes lies in one flat block: saving and restoring are copies of it. */

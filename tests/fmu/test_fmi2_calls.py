@@ -18,6 +18,7 @@ import fmpy
 import numpy as np
 import pytest
 
+from slide_fmu.features.chain_motion import ChainMotion
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fmu.libraries.build import BINARIES
@@ -337,6 +338,20 @@ def test_ages_that_do_not_fall_are_refused(load: Load, ages: tuple[int, ...]) ->
     message = _refused(load(surrogate), body + struct.pack("<I", zlib.crc32(body)))
     assert "surrogate file: " in message
     assert "age" in message
+
+
+def test_inertia_that_is_not_symmetric_is_refused(load: Load) -> None:
+    surrogate = random_surrogate(Shape(n_inputs=2, features="chain", cell=CellShape()))
+    network, content = surrogate.network, surrogate.to_bytes()
+    assert isinstance(network, StateSpace)
+    assert isinstance(network.features.features, ChainMotion)
+    right = network.features.features.chain.inertias[1]
+    wrong = right.copy()
+    wrong[0, 2] *= 1 + 1e-6
+    assert content.count(right.tobytes()) == 1
+    body = content.replace(right.tobytes(), wrong.tobytes())[:-4]
+    message = _refused(load(surrogate), body + struct.pack("<I", zlib.crc32(body)))
+    assert "surrogate file: inertia of link 1 of a chain; expected a symmetric tensor" in message
 
 
 def test_unknown_references_and_null_pointers_are_refused(rich: Loaded) -> None:

@@ -14,8 +14,8 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 
 SYMMETRY = 1e-9
-"""Largest difference of an inertia tensor and its transpose, over the sum of the absolute values of
-the two diagonal entries in the same row and column; what rotations round is less."""
+"""Largest difference of an inertia tensor and its transpose, over the sum of the absolute values
+of the two diagonal entries in the same row and column; what rotations round is less."""
 
 
 class Frames(NamedTuple):

@@ -20,8 +20,8 @@ enum {
     N_SIGNALS = 38
 };
 
-typedef struct Chain {
-    void (*write)(const struct Chain *chain, const double *const inputs[4], double *signals);
+typedef struct {
+    void (*write)(const SlideFeatures *features, const double *input, const double *before);
     size_t n_joints;
     double mass;
     const double *gravity; /* [3] */
@@ -32,21 +32,18 @@ typedef struct Chain {
 } Chain;
 
 /* On the quadratic B-spline through four set points. */
-INLINE Two angle_of(const Link *link, Two after, Two between) {
-    return both(link->middle) + both(link->half_range) * (after + between);
-}
-
-INLINE void set_joints(const Chain *chain, const double *const inputs[4]) {
-    const double *u0 = inputs[0], *u1 = inputs[1], *u2 = inputs[2], *u3 = inputs[3];
+INLINE void set_joints(const Chain *chain, const double *input, const double *before) {
     const SlideTwo *sectors = chain->sectors;
     Joint *joints = chain->joints;
     const size_t n = chain->n_joints;
+    const double *u0 = input, *u1 = before, *u2 = before + n, *u3 = before + 2 * n;
     for (size_t i = 0; i < n; ++i) {
         const Link *link = &chain->links[i];
-        const Two after = {u0[i], u1[i]}, between = {u1[i], u2[i]}, before = {u2[i], u3[i]};
-        Two change = after - between, angle = angle_of(link, after, between);
+        const Two after = {u0[i], u1[i]}, between = {u1[i], u2[i]}, first = {u2[i], u3[i]};
+        const Two angle = both(link->middle) + both(link->half_range) * (after + between);
+        const Two change = after - between;
         joints[i].rate = both(link->rate) * change;
-        joints[i].acceleration = both(link->acceleration) * (change - (between - before));
+        joints[i].acceleration = both(link->acceleration) * (change - (between - first));
         joints[i].turned = slide_cosine_sine(sectors, angle);
     }
 }
@@ -111,11 +108,12 @@ INLINE void store_joints(const Chain *chain, double *signals) {
 
 /* The chain is seen from axes that turn with its first joint; what is wanted in those of the base
  * is turned in the end. */
-INLINE void write_signals(const Chain *chain, const double *const inputs[4],
-                          double *signals) {
-    double *after_rates = signals + chain->n_joints;
+INLINE void write_signals(const SlideFeatures *features, const double *input,
+                          const double *before) {
+    const Chain *chain = features->own;
+    double *signals = features->signals, *after_rates = signals + chain->n_joints;
     Body body = {0};
-    set_joints(chain, inputs);
+    set_joints(chain, input, before);
     store_joints(chain, signals);
     SlideCosineSine *turned = &chain->joints[0].turned;
     const Turn first = *turned;
@@ -134,8 +132,8 @@ INLINE void write_signals(const Chain *chain, const double *const inputs[4],
 
 /* For each kernel, since more registers hold more of a body. */
 #define WRITE(name)                                                                               \
-    static void name(const Chain *chain, const double *const inputs[4], double *signals) {        \
-        write_signals(chain, inputs, signals);                                                    \
+    static void name(const SlideFeatures *features, const double *input, const double *before) {  \
+        write_signals(features, input, before);                                                   \
     }
 
 WRITE(write_baseline)
@@ -147,9 +145,7 @@ __attribute__((target("avx2,fma,avx512f,avx512dq,avx512vl"))) WRITE(write_avx512
 static void write_chain(const SlideFeatures *features, const double *input,
                         const double *before) {
     const Chain *chain = features->own;
-    const size_t n = chain->n_joints;
-    const double *const inputs[4] = {input, before, before + n, before + 2 * n};
-    chain->write(chain, inputs, features->signals);
+    chain->write(features, input, before);
 }
 
 /* The numbers of a chain, in the order of a file. */

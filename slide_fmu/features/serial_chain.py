@@ -13,6 +13,10 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 
+SYMMETRY = 1e-9
+"""Largest difference of an inertia tensor and its transpose, over the sum of the absolute values
+of the two diagonal entries in the same row and column; what rotations round is less."""
+
 
 class Frames(NamedTuple):
     """The frames of a chain in base axes: the base (index 0) and the n link frames.
@@ -45,12 +49,14 @@ class SerialChain:
         alpha: twists in rad, shape (n,).
         masses: in kg, shape (n,).
         centres: centres of mass in link frames in m, shape (n, 3).
-        inertias: tensors about the centres of mass in link axes in kg m^2, shape (n, 3, 3).
+        inertias: tensors about the centres of mass in link axes in kg m^2, shape (n, 3, 3);
+            symmetric.
         gravity: acceleration of gravity in base axes in m/s^2, shape (3,).
         tool: tool point in the last link frame in m, shape (3,).
 
     Raises:
-        ValueError: shapes do not belong together, or a number is not finite.
+        ValueError: shapes do not belong together, a number is not finite, or an inertia tensor
+            is not symmetric.
     """
 
     a: FloatArray
@@ -70,6 +76,19 @@ class SerialChain:
                     f"serial chain: {name} = {value} of shape {value.shape}; "
                     f"expected finite numbers, shape {shape}"
                 )
+        self._require_symmetry()
+
+    def _require_symmetry(self) -> None:
+        """Refuse inertia tensors that are not symmetric, as the C runtime does."""
+        for link, inertia in enumerate(self.inertias.tolist()):
+            for i, j in ((1, 2), (2, 0), (0, 1)):
+                diagonal = abs(inertia[i][i]) + abs(inertia[j][j])
+                if abs(inertia[i][j] - inertia[j][i]) > SYMMETRY * diagonal:
+                    raise ValueError(
+                        f"serial chain: inertias[{link}] has {inertia[i][j]} kg m^2 at {i, j} and "
+                        f"{inertia[j][i]} kg m^2 at {j, i}; expected a symmetric tensor: use the "
+                        "mean of it and its transpose"
+                    )
 
     @property
     def n_joints(self) -> int:

@@ -79,12 +79,7 @@ def motion_of(chain: SerialChain, seed: int = 0) -> ChainMotion:
     return ChainMotion(chain, rng.normal(size=n), rng.uniform(0.5, 2, n), STEP)
 
 
-def symmetric(chain: SerialChain) -> SerialChain:
-    inertias = chain.inertias + np.swapaxes(chain.inertias, 1, 2)
-    return dataclasses.replace(chain, inertias=inertias)
-
-
-CHAIN = symmetric(random_chain(JOINTS, 3))
+CHAIN = random_chain(JOINTS, 3)
 MOTION = motion_of(CHAIN)
 
 

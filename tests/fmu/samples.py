@@ -81,10 +81,14 @@ def random_chain(n: int, seed: int) -> SerialChain:
         alpha=rng.uniform(-2, 2, n),
         masses=rng.uniform(0.5, 5, n),
         centres=rng.normal(0, 0.2, (n, 3)),
-        inertias=rng.normal(0, 0.1, (n, 3, 3)),
+        inertias=_symmetric(rng.normal(0, 0.1, (n, 3, 3))),
         gravity=rng.normal(0, 6, 3),
         tool=rng.normal(0, 0.2, 3),
     )
+
+
+def _symmetric(matrices: FloatArray) -> FloatArray:
+    return np.asarray(matrices + np.swapaxes(matrices, 1, 2))
 
 
 SEEN: dict[str, dict[str, Any]] = {

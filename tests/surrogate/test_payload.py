@@ -215,6 +215,7 @@ def test_payload_with_an_impossible_chain_is_refused() -> None:
         (8, math.inf, "middle or half range"),
         (10, math.nan, "serial chain: a "),
         (40, math.inf, "serial chain: inertias"),
+        (40, 1.0, "expected a symmetric tensor"),
     ]
     refused_because(GATED, wrong, start)
 

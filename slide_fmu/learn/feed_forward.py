@@ -16,7 +16,7 @@ from slide_fmu.learn.training import History, block_mean_square, train
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.network.activations import ACTIVATIONS
 from slide_fmu.network.base import Float32Array, Network
-from slide_fmu.network.feed_forward import FeedForward, Layer
+from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.recipe.learning import FeedForwardRecipe, TrainingRecipe
 
 FUSED: dict[str, Callable[[], torch.nn.Module]] = {

@@ -12,7 +12,7 @@ from slide_fmu.core.scaling import LogError
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import MAX_WINDOW
 from slide_fmu.network.base import Float32Array
-from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.feed_forward.network import FeedForward
 
 
 @dataclass(frozen=True, eq=False)

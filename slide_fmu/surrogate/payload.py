@@ -53,7 +53,7 @@ from slide_fmu.core.signals import Angle, Hold, Signal
 from slide_fmu.core.window import Window
 from slide_fmu.features.director import Director
 from slide_fmu.network.bytes import decode_network, encode_network
-from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from slide_fmu.features.differences import Differences
 from slide_fmu.features.director import Director
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.serial_chain import SerialChain
-from slide_fmu.network.state_space.roles import Roles
+from slide_fmu.network.state_space.cell import Roles
 from tests.fmu.samples import random_chain
 
 STEP = 0.01

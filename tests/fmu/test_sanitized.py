@@ -15,7 +15,7 @@ import pytest
 
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.fmu.libraries.build import WARNINGS, runtime_files
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.payload import PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.driver import build_driver, host_compilers, required_sanitizer, run_compiler

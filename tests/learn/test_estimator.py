@@ -25,7 +25,7 @@ from slide_fmu.learn.estimator import (
     streamed_errors,
 )
 from slide_fmu.learn.feed_forward import FeedForwardModule
-from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.learning import FeedForwardRecipe
 from slide_fmu.surrogate.error_estimator import ErrorEstimator

@@ -15,7 +15,7 @@ from slide_fmu.features.director import Director
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.learn.feature_choice import choose_features, feature_map, require_odd, roles_of
-from slide_fmu.network.state_space.roles import Roles
+from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
 from tests.learn.plants import ARM, STEP, Still
 

@@ -29,7 +29,7 @@ from slide_fmu.learn.fit import (
     standard_deviation_scaling,
 )
 from slide_fmu.learn.problem import Problem
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_figures

@@ -26,10 +26,9 @@ from slide_fmu.memory.stability import (
     stability_figures,
 )
 from slide_fmu.network.base import Network
-from slide_fmu.network.feed_forward import FeedForward, Layer
-from slide_fmu.network.state_space import StateSpace
-from slide_fmu.network.state_space.cell import Cell
-from slide_fmu.network.state_space.roles import Roles
+from slide_fmu.network.feed_forward.network import FeedForward, Layer
+from slide_fmu.network.state_space.cell import Cell, Roles
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate

@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.network.feed_forward import FeedForward
 from slide_fmu.network.feed_forward import network as feed_forward
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space import network as state_space
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate import surrogate as surrogate_module
 from slide_fmu.surrogate.payload import PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate

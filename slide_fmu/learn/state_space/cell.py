@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import torch
 
-from slide_fmu.network.state_space.equations import GATED, ByRole, Equations, Weights, outputs
-from slide_fmu.network.state_space.roles import Roles
+from slide_fmu.network.state_space.cell import GATED, Cell, Roles
+from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
 
 
 @dataclass(frozen=True)
@@ -99,66 +99,35 @@ class CellShape:
         """
         theta = a.new_zeros(self.n_parameters)
         m = self.split(theta)
-        m.f[:] = torch.cat([a, b], 1)
-        m.c[:, 0] = c
+        m.a[:], m.b[:] = a, b
+        m.c.view(self.n_outputs, self.n_factors, self.n_states)[:, 0] = c
         return theta
 
-    def split(self, theta: torch.Tensor) -> Matrices:
-        """Return the matrices of a parameter vector, shape (n_parameters,), as views of it."""
+    def split(self, theta: torch.Tensor) -> Cell:
+        """Return the cell of a parameter vector, shape (n_parameters,): views of it."""
         f, w, v, c, d, constant = torch.split(theta, list(self.sizes))
-        p, factors = self.n_outputs, self.n_factors
-        products = self.n_products if self.gated else 0
-        return Matrices(
-            f.view(self.n_states, self.n_next),
+        parts = [self.n_states, len(self.roles.drive), self.n_units]
+        a, b, e = torch.split(f.view(self.n_states, self.n_next), parts, 1)
+        rows = self.n_outputs * self.n_factors
+        return Cell(
+            a,
+            b,
+            e,
             w.view(self.n_units, self.n_arguments),
-            v.view(self.n_units, products),
-            c.view(p, factors, self.n_states),
-            d.view(p, factors, len(self.roles.static)),
-            constant.view(p, factors) if self.bias else theta.new_zeros(p, factors),
+            c.view(rows, self.n_states),
+            d.view(rows, len(self.roles.static)),
+            constant if self.bias else theta.new_zeros(rows),
+            self.units,
+            v.view(self.n_units, self.n_products) if self.gated else None,
         )
 
-    def join(self, matrices: Matrices) -> torch.Tensor:
-        """Return the parameter vector of matrices; it is the inverse of ``split``."""
-        m = matrices
-        parts = [m.f, m.w, m.v, m.c, m.d, *([m.constant] if self.bias else [])]
-        return torch.cat([part.reshape(-1) for part in parts])
-
-
-@dataclass(frozen=True, eq=False)
-class Matrices:
-    """Matrices are a parameter vector in parts, with R factors and m feedthrough features.
-
-    F = [A B E] is (n, n + q + H), W (H, ...), V (H, ...), C (p, R, n), D (p, R, m), d (p, R).
-    """
-
-    f: torch.Tensor
-    w: torch.Tensor
-    v: torch.Tensor
-    c: torch.Tensor
-    d: torch.Tensor
-    constant: torch.Tensor
-
-    def weights(self, shape: CellShape) -> Weights:
-        """Return the matrices by their names in the equations, as views."""
-        n, q, arguments = shape.n_states, len(shape.roles.drive), self.w
-        w_1 = None
-        if shape.bias:
-            arguments, w_1 = self.w[:, :-1], self.w[:, -1]
-        return Weights(
-            a=self.f[:, :n],
-            b=self.f[:, n : n + q],
-            e=self.f[:, n + q :],
-            w_x=None if shape.gated else arguments[:, :n],
-            w_f=arguments if shape.gated else arguments[:, n:],
-            w_1=w_1,
-            v_x=self.v[:, :n] if shape.gated else None,
-            v_g=self.v[:, n:] if shape.gated else None,
-            c=self.c.flatten(0, 1),
-            d=self.d.flatten(0, 1),
-            d0=self.constant.flatten(),
-            units=shape.units,
-            turned=shape.turned,
-        )
+    def join(self, cell: Cell) -> torch.Tensor:
+        """Return the parameter vector of a cell; it is the inverse of ``split``."""
+        m = cell.arrays()
+        f = torch.cat([m.pop("a"), m.pop("b"), m.pop("e")], 1)
+        if not self.bias:
+            del m["d0"]
+        return torch.cat([part.reshape(-1) for part in (f, *m.values())])
 
 
 def simulate(
@@ -173,7 +142,7 @@ def simulate(
         Outputs (samples, B, n_outputs) and states (samples, B, n_states), each one step after the
         feature of its row.
     """
-    weights, inputs = shape.split(theta).weights(shape), ByRole.of(shape.roles, features)
+    cell, inputs = shape.split(theta), ByRole.of(shape.roles, features)
     rest = features.new_zeros(features.shape[1], shape.n_states)
-    states = Equations(weights, inputs, torch).run(rest)
-    return outputs(weights, states, inputs), states
+    states = Equations(cell, inputs, shape.turned, torch).run(rest)
+    return outputs(cell, states, inputs), states

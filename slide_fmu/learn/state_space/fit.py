@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import torch
@@ -24,8 +26,7 @@ from slide_fmu.learn.state_space.multi_start import (
 from slide_fmu.learn.state_space.normal_equations import sum_of_squares
 from slide_fmu.learn.state_space.segments import Segments, cut_segments
 from slide_fmu.learn.training import History, TrainingError
-from slide_fmu.network.state_space import StateSpace
-from slide_fmu.network.state_space.cell import Cell
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 SEARCH_STARTS = 3
@@ -204,10 +205,11 @@ def freeze(winner: Candidate, problem: Problem) -> StateSpace:
         ValueError: a weight is not finite.
     """
     shape, window = winner.shape, problem.window
-    m, n, q = shape.split(winner.state.best), shape.n_states, len(shape.roles.drive)
-    w = m.w if shape.bias else torch.cat([m.w, m.w.new_zeros(shape.n_units, 1)], 1)
-    rows = [part.flatten(0, 1) for part in (m.c, m.d)]
-    parts = (m.f[:, :n], m.f[:, n : n + q], m.f[:, n + q :], w, *rows, m.constant.flatten(), m.v)
-    a, b, e, w32, c, d, d0, v = (np.array(part.cpu().numpy(), np.float32) for part in parts)
-    cell = Cell(a, b, e, w32, c, d, d0, shape.units, v if shape.gated else None)
+    cell = shape.split(winner.state.best)
+    if not shape.bias:
+        cell = replace(cell, w=torch.cat([cell.w, cell.w.new_zeros(shape.n_units, 1)], 1))
+    arrays: dict[str, Any] = {
+        n: np.array(part.cpu().numpy(), np.float32) for n, part in cell.arrays().items()
+    }
+    cell = replace(cell, **arrays)
     return StateSpace(cell, window.n_in, window.n_out, problem.features, shape.roles, shape.turned)

@@ -42,7 +42,7 @@ from slide_fmu.learn.state_space.normal_equations import (
 from slide_fmu.learn.state_space.pole_penalty import PolePenalty, pole_radii
 from slide_fmu.learn.state_space.preconditioned_descent import Descent
 from slide_fmu.learn.state_space.segments import Segments
-from slide_fmu.network.state_space.roles import Roles
+from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.recipe.against_system import require_turned_pairs
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
@@ -203,7 +203,7 @@ class MultiStart:
         if not shape.turned:  # pairs that turn keep their coordinates
             m = rescale(old, m, states, whiten=number % 2 == 1)
         seed = (self.training.seed * START_STRIDE + number) % 2**32
-        theta = widen(m, old, shape, torch.Generator().manual_seed(seed))
+        theta = widen(m, shape, torch.Generator().manual_seed(seed))
         name = f"start {number}, {order} states, {units} units"
         return self._descend(name, shape, theta, self.data.part, self.training.start_iterations)
 
@@ -233,7 +233,7 @@ class MultiStart:
         old, training = candidate.shape, self.training
         shape = self.shape(old.n_states - self.network.padding, units)
         generator = torch.Generator().manual_seed(training.seed)
-        theta = widen(old.split(candidate.state.best), old, shape, generator)
+        theta = widen(old.split(candidate.state.best), shape, generator)
         validation = self._least_squares(shape, self.data.validation).validation
         radius = self._penalty(1).radius
 

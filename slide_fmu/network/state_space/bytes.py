@@ -11,10 +11,8 @@ from dataclasses import fields
 from slide_fmu.core.byte_reader import Reader, indices_bytes
 from slide_fmu.features.sets import decode_features, encode_features
 from slide_fmu.network.activations import ACTIVATIONS
-from slide_fmu.network.state_space.cell import CELL_ACTIVATIONS, Cell
-from slide_fmu.network.state_space.equations import GATED
+from slide_fmu.network.state_space.cell import CELL_ACTIVATIONS, GATED, Cell, Roles
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.network.state_space.roles import Roles
 
 KIND = 2
 """Number in a surrogate file."""
@@ -31,9 +29,7 @@ def encode_state_space(network: StateSpace) -> bytes:
     )
     head += struct.pack("<II", UNITS.index(cell.activation), network.turned)
     head += b"".join(indices_bytes(getattr(roles, field.name)) for field in fields(roles))
-    products = [] if cell.v is None else [cell.v]
-    arrays = (cell.a, cell.b, cell.e, cell.w, *products, cell.c, cell.d, cell.d0)
-    return head + b"".join(array.astype("<f4").tobytes() for array in arrays)
+    return head + b"".join(array.astype("<f4").tobytes() for array in cell.arrays().values())
 
 
 def decode_state_space(section: Reader, n_inputs: int) -> StateSpace:

@@ -24,9 +24,8 @@ from slide_fmu.core.window import Window, checked_batch
 from slide_fmu.features.base import BEFORE
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.base import Float32Array, Network, Stepper
-from slide_fmu.network.state_space.cell import Cell, check_roles
+from slide_fmu.network.state_space.cell import Cell, Roles, check_cell
 from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
-from slide_fmu.network.state_space.roles import Roles
 
 CHUNK = 1 << 16
 """Samples evaluated at once: bounds the memory of a long prediction."""
@@ -65,7 +64,7 @@ class StateSpace(Network):
             )
         every = tuple(range(features.n_signals))
         self.roles = Roles(drive=every, static=every) if roles is None else roles
-        check_roles(cell, self.roles, features.n_signals, turned)
+        check_cell(cell, self.roles, features.n_signals, turned)
         self.cell = cell
         self.features = features
         self.turned = turned
@@ -100,7 +99,7 @@ class StateSpace(Network):
         return len(self.cell.w) == 0 and plain
 
     def count_parameters(self) -> int:
-        return self.cell.count_parameters()
+        return sum(array.size for array in self.cell.arrays().values())
 
     def evaluate(self, sequences: NDArray[Any]) -> Float32Array:
         return self.block(sequences, 1)[:, 0]
@@ -199,9 +198,8 @@ class StateSpace(Network):
         """
         x = np.zeros((len(features), len(self.cell.a)), np.float32) if states is None else states
         inputs = ByRole.of(self.roles, np.moveaxis(features, 1, 0))
-        weights = self.cell.weights(self.turned)
-        after = Equations(weights, inputs, np).run(x)
-        values = outputs(weights, after, inputs)
+        after = Equations(self.cell, inputs, self.turned, np).run(x)
+        values = outputs(self.cell, after, inputs)
         return np.ascontiguousarray(np.moveaxis(values, 0, 1)), after[-1]
 
 

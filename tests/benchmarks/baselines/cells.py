@@ -7,7 +7,8 @@ from typing import Any
 from baselines import BaselineError
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.state_space import Roles, StateSpace
+from slide_fmu.network.state_space.cell import Roles
+from slide_fmu.network.state_space.network import StateSpace
 
 
 def _order(features: FeatureMap) -> int:

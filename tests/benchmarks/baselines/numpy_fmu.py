@@ -10,7 +10,7 @@ from pythonfmu import Fmi2Causality, Fmi2Slave, Real
 
 from slide_fmu.features.base import BEFORE
 from slide_fmu.network.activations import ACTIVATIONS
-from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.surrogate.surrogate import Surrogate
 
 FILE = "surrogate.slide"

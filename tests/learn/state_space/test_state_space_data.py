@@ -14,8 +14,8 @@ from slide_fmu.learn.state_space.cell import CellShape, simulate
 from slide_fmu.learn.state_space.fit import FEWEST, _stride, freeze, prepare
 from slide_fmu.learn.state_space.levenberg_marquardt import Iterate
 from slide_fmu.learn.state_space.multi_start import Candidate
-from slide_fmu.network.state_space import StateSpace
-from slide_fmu.network.state_space.roles import Roles
+from slide_fmu.network.state_space.cell import Roles
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.learn.state_space.cells import numpy_network, random_theta
 from tests.learn.state_space.springs import (

@@ -82,7 +82,8 @@ class Kind(BaseModel, abc.ABC):
         Args:
             signals: the inputs in channel order; ``check`` has accepted them.
             time: sample times in s, evenly spaced, shape (N,).
-            factor: amplitude factor; every kind says what it multiplies.
+            factor: amplitude factor; every kind says what it multiplies. Above 1 inputs leave
+                their range, or move faster.
             rng: the only source of randomness.
 
         Returns:

@@ -7,16 +7,18 @@ validation error"); warm-up, cosine decay and decoupled weight decay (AdamW: Los
 
 from __future__ import annotations
 
+import io
 import math
-import os
-import pickle
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from pickle import UnpicklingError
 from typing import Any
 
 import torch
 
+from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Progress
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.recipe.learning import TrainingRecipe
@@ -244,26 +246,26 @@ def _restore(
     if not checkpoint.exists():
         return {"step": 0, "history": [], "best_error": math.inf, "best": None}
     device = next(model.parameters()).device
-    try:
+    with reading(checkpoint):
         saved: dict[str, Any] = torch.load(checkpoint, map_location=device, weights_only=True)
         model.load_state_dict(saved["model"])
         optimizer.load_state_dict(saved["optimizer"])
-    except (RuntimeError, KeyError, EOFError, pickle.UnpicklingError) as error:
-        raise unreadable(checkpoint, error) from error
-    return {key: saved[key] for key in ("step", "history", "best_error", "best")}
+        return {key: saved[key] for key in ("step", "history", "best_error", "best")}
 
 
-def unreadable(checkpoint: Path, error: Exception) -> TrainingError:
-    """Return the error about a checkpoint that cannot be read, with the remedy."""
-    return TrainingError(
-        f"checkpoint {checkpoint} cannot be read ({error}); remove it to train from the start"
-    )
+@contextmanager
+def reading(checkpoint: Path) -> Iterator[None]:
+    """Turn what a checkpoint that cannot be read raises into a TrainingError with the remedy."""
+    try:
+        yield
+    except (RuntimeError, LookupError, TypeError, ValueError, EOFError, UnpicklingError) as error:
+        raise TrainingError(
+            f"checkpoint {checkpoint} cannot be read ({error}); remove it to train from the start"
+        ) from error
 
 
 def write_checkpoint(checkpoint: Path, content: dict[str, Any]) -> None:
     """Write plain values and tensors as checkpoint; its folder is made where there is none."""
-    checkpoint.parent.mkdir(parents=True, exist_ok=True)
-    # a kill while writing must not cost the checkpoint before: write beside it, then replace it
-    temporary = checkpoint.with_suffix(".new")
-    torch.save(content, temporary)
-    os.replace(temporary, checkpoint)
+    buffer = io.BytesIO()
+    torch.save(content, buffer)
+    write_whole(checkpoint, buffer.getvalue())

@@ -46,7 +46,8 @@ def plain_features(features: FeatureMap, records: FloatArray) -> FloatArray:
     rows = []
     for k in range(len(records)):
         signals = plain_signals(features.features, [records[max(k - age, 0)] for age in range(4)])
-        rows.append((signals[list(features.chosen)] - features.offset) / features.scale)
+        chosen, scaling = signals[list(features.chosen)], features.scaling
+        rows.append((chosen - scaling.offset) / scaling.scale)
     return np.array(rows)
 
 

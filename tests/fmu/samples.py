@@ -113,8 +113,7 @@ def random_features(shape: Shape, seed: int) -> FeatureMap:
     return FeatureMap(
         features,
         (*(int(i) for i in chosen), *turn),
-        np.array([*mean, 0, 0]),
-        np.array([*np.maximum(spread, 1e-3), scale, scale]),
+        Affine.of_channels([*mean, 0, 0], [*np.maximum(spread, 1e-3), scale, scale]),
     )
 
 

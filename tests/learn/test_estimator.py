@@ -47,8 +47,8 @@ LEARNT = 0.1
 
 FEATURES = [
     FeatureMap(Differences(2)),
-    FeatureMap(Differences(2, 1), (3, 0, 1), scale=np.array([4, 1, 1])),
-    FeatureMap(Director(), scale=np.array([1, 1, 4, 8])),
+    FeatureMap(Differences(2, 1), (3, 0, 1), scaling=Affine.of_channels([0, 0, 0], [4, 1, 1])),
+    FeatureMap(Director(), scaling=Affine.of_channels([0, 0, 0, 0], [1, 1, 4, 8])),
 ]
 
 

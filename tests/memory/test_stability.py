@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slide_fmu.core.scaling import range_scaling
+from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import Signal
 from slide_fmu.core.window import Window
 from slide_fmu.features.differences import Differences
@@ -273,7 +273,7 @@ def test_records_are_seen_through_the_features() -> None:
     """A network that sees changes alone, divided by a scale, answers as one that forms them."""
     cell = scalar_cell(0.8)
     window = RECIPE.window
-    changes = FeatureMap(Differences(1, 1), (1,), scale=np.array([0.25]))
+    changes = FeatureMap(Differences(1, 1), (1,), scaling=Affine.of_channels([0], [0.25]))
     network = StateSpace(cell, window.n_in, window.n_out, changes)
     both = FeatureMap(Differences(1, 1))
     column = np.zeros((1, 1), np.float32)

@@ -70,7 +70,7 @@ def refused_or_read(data: bytes) -> bool:
 
 def features_of(features: FeatureMap) -> list[object]:
     """All that makes features."""
-    normalised = [features.chosen, features.offset, features.scale]
+    normalised = [features.chosen, features.scaling.offset, features.scaling.scale]
     if not isinstance(features.features, ChainMotion):
         return [*normalised, *vars(features.features).values(), features.features.blocks]
     own = dict(vars(features.features))

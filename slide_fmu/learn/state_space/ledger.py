@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import pickle
 import time
 from collections.abc import Callable
 from dataclasses import fields
@@ -13,9 +12,11 @@ from typing import Any, TypeVar
 import torch
 
 from slide_fmu.core.progress import Progress
-from slide_fmu.learn.training import unreadable, write_checkpoint
+from slide_fmu.learn.state_space.levenberg_marquardt import Iterate
+from slide_fmu.learn.state_space.preconditioned_descent import Descent
+from slide_fmu.learn.training import reading, write_checkpoint
 
-State = TypeVar("State")
+State = TypeVar("State", Iterate, Descent)
 
 STORE_EVERY = 2.0
 """The file is written at most once in this many seconds, and at the end of every run."""
@@ -34,7 +35,6 @@ class Ledger:
 
     Attributes:
         planned: iterations of all runs, as far as they are known; those done count at least.
-        best: the smallest validation error so far.
 
     Raises:
         TrainingError: the file cannot be read.
@@ -42,24 +42,22 @@ class Ledger:
 
     def __init__(self, path: Path, device: torch.device, progress: Progress) -> None:
         self._path, self._progress = path, progress
-        self.planned, self.best = 0, math.inf
+        self.planned, self._best = 0, math.inf
         self._runs: dict[str, dict[str, Any]] = {}
         self._written = time.monotonic()
         if path.exists():
-            try:
+            with reading(path):
                 self._runs = _checked(torch.load(path, map_location=device, weights_only=True))
-            except (RuntimeError, EOFError, ValueError, pickle.UnpicklingError) as error:
-                raise unreadable(path, error) from error
 
     @property
     def iterations(self) -> int:
         """All runs together have done this many iterations."""
         return sum(run["iterations"] for run in self._runs.values())
 
-    def show(self) -> None:
-        """Let the progress be seen."""
-        done = self.iterations
-        self._progress(done, max(done, self.planned), self.best)
+    def show(self, error: float = math.inf) -> None:
+        """Let the progress be seen, with the smallest validation error so far."""
+        self._best, done = min(self._best, error), self.iterations
+        self._progress(done, max(done, self.planned), self._best)
 
     def run(
         self,
@@ -72,8 +70,7 @@ class Ledger:
 
         Args:
             name: name of the run, unique in this fit.
-            start: state before the first iteration: a dataclass of plain values and tensors, with
-                an attribute ``finished``.
+            start: state before the first iteration: a dataclass of plain values and tensors.
             advance: does one iteration; it depends on nothing but the state.
             iterations: greatest number of iterations.
 
@@ -83,16 +80,15 @@ class Ledger:
         stored = self._runs.get(name, {"iterations": 0, "state": None})
         done, state = stored["iterations"], start
         if stored["state"] is not None:
-            try:
+            with reading(self._path):  # another version may have written it
                 state = type(start)(**stored["state"])
-            except TypeError as error:  # written by another version
-                raise unreadable(self._path, error) from error
-        while done < iterations and not state.finished:  # type: ignore[attr-defined]
+        while done < iterations and not state.finished:
             state = advance(state)
             done += 1
             self._keep(name, done, state)
-            self.show()
+            self.show(state.best_error)
         self._write()
+        self._best = min(self._best, state.best_error)  # also of a run that had been done before
         return state
 
     def _keep(self, name: str, iterations: int, state: Any) -> None:

@@ -29,13 +29,23 @@ THINNEST = 8
 """Samples of which at least one goes into J'J; divides ``BLOCK``."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class NormalEquations:
     """Normal equations are a sum of squares, J'J (P, P) and J'r (P,) over scored samples."""
 
     cost: float
     matrix: torch.Tensor
     gradient: torch.Tensor
+
+    def add(self, rows: torch.Tensor, residuals: torch.Tensor, thin: int) -> None:
+        """Add rows of J (samples, B, p, P), each ``thin``-th to J'J, and residuals."""
+        flat, residual = rows.reshape(-1, rows.shape[-1]), residuals.reshape(-1)
+        some = rows[::thin]
+        share = len(rows) / len(some)
+        some = some.reshape(-1, rows.shape[-1])
+        self.matrix.addmm_(some.T, some, alpha=share)
+        self.gradient.addmv_(flat.T, residual)
+        self.cost += float(residual @ residual)
 
 
 def sum_of_squares(shape: CellShape, theta: torch.Tensor, segments: Segments) -> float:
@@ -48,13 +58,14 @@ def sum_of_squares(shape: CellShape, theta: torch.Tensor, segments: Segments) ->
 
 def normal_equations(shape: CellShape, theta: torch.Tensor, segments: Segments) -> NormalEquations:
     """Accumulate the normal equations of a least-squares step at theta, shape (n_parameters,)."""
-    accumulator = _Accumulator(shape, theta, thinning(shape, segments))
+    count, thin = shape.n_parameters, thinning(shape, segments)
+    total = NormalEquations(0.0, theta.new_zeros(count, count), theta.new_zeros(count))
     numbers = SENSITIVITIES[theta.device.type]
     size = max(8, numbers // (shape.n_states * shape.n_dynamic))
     with torch.no_grad():
         for chunk in segments.chunks(size):
-            _run(shape, theta, chunk, accumulator)
-    return NormalEquations(accumulator.cost, accumulator.matrix, accumulator.gradient)
+            _run(shape, theta, chunk, total, thin)
+    return total
 
 
 def thinning(shape: CellShape, segments: Segments) -> int:
@@ -63,25 +74,6 @@ def thinning(shape: CellShape, segments: Segments) -> int:
     while thin < THINNEST and segments.targets.numel() >= enough * thin:
         thin *= 2
     return thin
-
-
-class _Accumulator:
-    """An accumulator sums up J'J, J'r and r'r from blocks of rows."""
-
-    def __init__(self, shape: CellShape, theta: torch.Tensor, thin: int) -> None:
-        self.cost, self._thin = 0.0, thin
-        self.matrix = theta.new_zeros(shape.n_parameters, shape.n_parameters)
-        self.gradient = theta.new_zeros(shape.n_parameters)
-
-    def add(self, rows: torch.Tensor, residuals: torch.Tensor) -> None:
-        """Add rows of J (samples, B, p, P) and residuals (samples, B, p)."""
-        flat, residual = rows.reshape(-1, rows.shape[-1]), residuals.reshape(-1)
-        some = rows[:: self._thin]
-        share = len(rows) / len(some)
-        some = some.reshape(-1, rows.shape[-1])
-        self.matrix.addmm_(some.T, some, alpha=share)
-        self.gradient.addmv_(flat.T, residual)
-        self.cost += float(residual @ residual)
 
 
 class _Rows:
@@ -207,9 +199,9 @@ the arguments (B, ...) whose products are dx'/dW and dx'/dV."""
 
 
 def _run(
-    shape: CellShape, theta: torch.Tensor, chunk: Segments, accumulator: _Accumulator
+    shape: CellShape, theta: torch.Tensor, chunk: Segments, total: NormalEquations, thin: int
 ) -> None:
-    """Run a chunk of segments with its sensitivities, and add its rows to the accumulator."""
+    """Run a chunk of segments with its sensitivities, and add its rows to the total."""
     cell, burn_in, samples = shape.split(theta), chunk.burn_in, len(chunk.features)
     inputs = ByRole.of(shape.roles, chunk.features)
     equations = Equations(cell, inputs, shape.turned, torch)
@@ -230,7 +222,7 @@ def _run(
             found = outputs(cell, torch.stack(states), inputs.stretch(block))
             targets = chunk.targets[block.start - burn_in : block.stop - burn_in]
             rows.residuals[: rows.filled] = weights * (found - targets)
-            accumulator.add(*rows.take())
+            total.add(*rows.take(), thin)
             states = []
 
 

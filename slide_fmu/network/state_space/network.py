@@ -1,9 +1,6 @@
-"""State-space networks: one small cell, run along the inputs, evaluated in three ways.
-
-The cell, and what features of the scaled inputs do in it, are in ``equations.py``.
+"""State-space networks: one small cell, run along the inputs, evaluated in two ways.
 
 - Window: n_samples cells from x = 0; the values are a pure function of the window.
-- Recursive: one cell per sample, never restarted; it forgets by contraction alone.
 - Ping-pong: two states, restarted in turn, one cell each per sample. Memory is strictly finite
   and a step still costs two cells, whatever the window: the way of the FMU.
 
@@ -168,18 +165,6 @@ class StateSpace(Network):
         """Give the weight of the younger state at its ages 1 to n_samples, shape (n_samples,)."""
         ages = np.arange(1, self.n_samples + 1) - (self.n_samples - self.n_out)
         return (np.maximum(ages, 0) / self.n_out).astype(np.float32)
-
-    def recursive(self, records: NDArray[Any]) -> Float32Array:
-        """Evaluate at every sample, by one state that is never restarted.
-
-        Args:
-            records: as for ``ping_pong``; the first input counts as held for n_samples.
-
-        Returns:
-            Values, shape (B, N, n_values).
-        """
-        padded = np.pad(records, ((0, 0), (self.n_samples - 1, 0), (0, 0)), mode="edge")
-        return self.run(self.features.along(padded))[0][:, self.n_samples - 1 :]
 
     def stepper(self) -> PingPong:
         return PingPong(self)

@@ -192,9 +192,9 @@ def standard_deviation_scaling(signals: tuple[Signal, ...], split: Split) -> Aff
     Raises:
         ValueError: an output never moves.
     """
-    middle = np.array([0.5 * (signal.high + signal.low) for signal in signals])
     require_motion(signals, split.outputs)
-    return Affine(middle, split.outputs.reshape(-1, len(signals)).std(axis=0))
+    deviation = split.outputs.reshape(-1, len(signals)).std(axis=0)
+    return Affine(range_scaling(signals).offset, deviation)
 
 
 def _content(split: Split) -> str:

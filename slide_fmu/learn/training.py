@@ -143,10 +143,15 @@ def train(
         windows, targets = _batch(training, recipe, objective, generator)
         for group in optimizer.param_groups:
             group["lr"] = learning_rate(recipe, step)
-        loss = _optimize(model, optimizer, objective.loss, windows, targets, recipe)
-        if not math.isfinite(loss):
+        optimizer.zero_grad(set_to_none=True)
+        loss = objective.loss(model(windows), targets)
+        torch.autograd.backward(loss)
+        if recipe.gradient_clip is not None:
+            torch.nn.utils.clip_grad_norm_(model.parameters(), recipe.gradient_clip)
+        optimizer.step()
+        loss_sum += float(loss.detach())
+        if not math.isfinite(loss_sum):
             raise TrainingError(_divergence(f"loss at step {step}"))
-        loss_sum += loss
         if (step + 1) % recipe.validate_every == 0 or step + 1 == recipe.steps:
             steps_since = step + 1 - (state["history"][-1][0] if state["history"] else 0)
             error = evaluate(model, validation, objective)
@@ -211,24 +216,6 @@ def _batch(
         windows = windows * signs[:, None, None]
         targets = targets * signs[:, None] if objective.odd else targets
     return windows, targets
-
-
-def _optimize(
-    model: torch.nn.Module,
-    optimizer: torch.optim.Optimizer,
-    loss_of: Callable[[torch.Tensor, torch.Tensor], torch.Tensor],
-    windows: torch.Tensor,
-    targets: torch.Tensor,
-    recipe: TrainingRecipe,
-) -> float:
-    """Make one step down the gradient and return the loss before it."""
-    optimizer.zero_grad(set_to_none=True)
-    loss = loss_of(model(windows), targets)
-    torch.autograd.backward(loss)
-    if recipe.gradient_clip is not None:
-        torch.nn.utils.clip_grad_norm_(model.parameters(), recipe.gradient_clip)
-    optimizer.step()
-    return float(loss.detach())
 
 
 def _divergence(what: str) -> str:

@@ -1,7 +1,7 @@
 """Networks as data: what is left of a trained network, evaluated with numpy. The interface.
 
 A family is a package beside this module: a final class of ``Network``, its byte layout and its
-gradient, registered in ``families.py``; and its kernel in the C runtime.
+gradient, registered in ``bytes.py``; and its kernel in the C runtime.
 """
 
 from __future__ import annotations

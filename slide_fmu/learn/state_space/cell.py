@@ -6,11 +6,12 @@ sample; here are the sizes of a cell and the order of its parameters.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import torch
 
-from slide_fmu.network.state_space.cell import GATED, Cell, Roles
+from slide_fmu.network.state_space.cell import GATED, Cell, Roles, cell_shapes
 from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
 
 
@@ -53,34 +54,22 @@ class CellShape:
         return 1 + len(self.roles.readout)
 
     @property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """The matrices have these shapes, by name."""
+        rows = self.n_outputs * self.n_factors
+        return cell_shapes(self.roles, self.units, self.n_states, self.n_units, rows, self.bias)
+
+    @property
     def sizes(self) -> tuple[int, int, int, int, int, int]:
         """The parts F, W, V, C, D and d have these numbers of parameters."""
-        n, p, factors = self.n_states, self.n_outputs, self.n_factors
-        products = self.n_units * self.n_products if self.gated else 0
-        return (
-            n * self.n_next,
-            self.n_units * self.n_arguments,
-            products,
-            p * factors * n,
-            p * factors * len(self.roles.static),
-            p * factors * self.bias,
-        )
+        found = {name: math.prod(shape) for name, shape in self.shapes.items()}
+        w, v, c, d, d0 = (found.get(name, 0) for name in ("w", "v", "c", "d", "d0"))
+        return self.n_states * self.n_next, w, v, c, d, d0
 
     @property
     def n_next(self) -> int:
         """The next state is a linear map of [x, f, h], which has this length."""
         return self.n_states + len(self.roles.drive) + self.n_units
-
-    @property
-    def n_arguments(self) -> int:
-        """The activation sees [x, f, 1], or [s, 1] in LPV units, which has this length."""
-        seen = self.roles.schedule if self.gated else (*range(self.n_states), *self.roles.drive)
-        return len(seen) + self.bias
-
-    @property
-    def n_products(self) -> int:
-        """LPV units multiply [x, g], which has this length."""
-        return self.n_states + len(self.roles.gated)
 
     @property
     def n_dynamic(self) -> int:
@@ -105,21 +94,14 @@ class CellShape:
 
     def split(self, theta: torch.Tensor) -> Cell:
         """Return the cell of a parameter vector, shape (n_parameters,): views of it."""
-        f, w, v, c, d, constant = torch.split(theta, list(self.sizes))
-        parts = [self.n_states, len(self.roles.drive), self.n_units]
-        a, b, e = torch.split(f.view(self.n_states, self.n_next), parts, 1)
-        rows = self.n_outputs * self.n_factors
-        return Cell(
-            a,
-            b,
-            e,
-            w.view(self.n_units, self.n_arguments),
-            c.view(rows, self.n_states),
-            d.view(rows, len(self.roles.static)),
-            constant if self.bias else theta.new_zeros(rows),
-            self.units,
-            v.view(self.n_units, self.n_products) if self.gated else None,
-        )
+        shapes = self.shapes
+        columns = [shapes.pop(name)[1] for name in "abe"]
+        f, rest = theta[: self.sizes[0]].view(self.n_states, self.n_next), theta[self.sizes[0] :]
+        parts = dict(zip("abe", torch.split(f, columns, 1), strict=True))
+        flat = torch.split(rest, [math.prod(shape) for shape in shapes.values()])
+        parts |= {name: part.view(shapes[name]) for name, part in zip(shapes, flat, strict=True)}
+        parts.setdefault("d0", theta.new_zeros(self.n_outputs * self.n_factors))
+        return Cell(**parts, activation=self.units)
 
     def join(self, cell: Cell) -> torch.Tensor:
         """Return the parameter vector of a cell; it is the inverse of ``split``."""

@@ -78,8 +78,8 @@ def widen(cell: Cell, new: CellShape, generator: torch.Generator) -> torch.Tenso
     for state in range(n, wide):
         a[state, state] = PAD_POLE
         b[state, (state - n) % q] = PAD_GAIN  # the features take turns
-    w = _random(new.n_units, new.n_arguments, generator).to(a)
-    v = _random(new.n_units, new.n_products, generator).to(a) if new.gated else None
+    w = _random(new.shapes["w"], generator).to(a)
+    v = _random(new.shapes["v"], generator).to(a) if new.gated else None
     seeing, source = w if v is None else v, cell.arrays()["w" if v is None else "v"]
     seeing[:units], seeing[:units, :n] = 0, source[:, :n]
     seeing[:units, wide:] = source[:, n:]
@@ -90,7 +90,7 @@ def widen(cell: Cell, new: CellShape, generator: torch.Generator) -> torch.Tenso
     return new.join(Cell(a, b, e, w, c, cell.d, cell.d0, new.units, v))
 
 
-def _random(units: int, arguments: int, generator: torch.Generator) -> torch.Tensor:
+def _random(shape: tuple[int, ...], generator: torch.Generator) -> torch.Tensor:
     """Draw normal numbers, (units, arguments); a sum over the arguments has unit variance."""
-    values = torch.randn(units, arguments, generator=generator, dtype=torch.float64)
-    return values / math.sqrt(max(1, arguments))
+    values = torch.randn(*shape, generator=generator, dtype=torch.float64)
+    return values / math.sqrt(max(1, shape[1]))

@@ -93,7 +93,6 @@ def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresR
         return cut.evened_out() if training.even_out else cut
 
     features = problem.training[0].to(dtype)
-
     whole = segments(problem.training)
     pieces = whole.count // len(features)
     if problem.beyond is not None:
@@ -120,19 +119,18 @@ def _stride(part: int, pieces: int, count: int) -> int:
 def choose_sizes(multi_start: MultiStart) -> tuple[int, int]:
     """Return order and number of units, as the recipe says, or raised while the error falls."""
     order, units = multi_start.network.order, multi_start.network.hidden
-    first = multi_start.first_order() if order == "auto" else order
-    found = first if order != "auto" else None
-    if found is None:
-        tried = 0 if units == 0 else FIRST_UNITS if units == "auto" else units
+    if order == "auto":
+        first = multi_start.first_order()
+        tried = FIRST_UNITS if units == "auto" else units
         last = min(first + MORE_STATES, max(first, multi_start.highest_order()))
         orders = range(first, last + 1, 2)  # by two: an oscillation has two states
-        found = _largest_worthwhile(list(orders), lambda n: _judge(multi_start, n, tried))
-    if units != "auto":
-        return found, units
-    numbers = [0]
-    while (numbers[-1] or FIRST_UNITS // 2) < MOST_UNITS:
-        numbers.append(2 * numbers[-1] or FIRST_UNITS)
-    return found, _largest_worthwhile(numbers, lambda h: _judge(multi_start, found, h))
+        order = _largest_worthwhile(list(orders), lambda n: _judge(multi_start, n, tried))
+    if units == "auto":
+        numbers = [0]
+        while (numbers[-1] or FIRST_UNITS // 2) < MOST_UNITS:
+            numbers.append(2 * numbers[-1] or FIRST_UNITS)
+        units = _largest_worthwhile(numbers, lambda h: _judge(multi_start, order, h))
+    return order, units
 
 
 def compete(multi_start: MultiStart, order: int, units: int) -> Candidate:
@@ -162,10 +160,9 @@ def _iterations(training: LeastSquaresRecipe, last: int) -> int:
 
 
 def _dense_units(multi_start: MultiStart, order: int, units: int) -> int:
-    """Return the number of units for which normal equations are solved.
+    """Return the number of units for which normal equations are solved: all, up to the limit.
 
-    These are all, up to the limit of parameters; else those of half that limit: the fit is widened
-    from there by gradient steps.
+    Beyond it, it is that of half the limit: the fit is widened from there by gradient steps.
     """
     limit = multi_start.training.dense_limit
     if multi_start.shape(order, units).n_parameters <= limit:

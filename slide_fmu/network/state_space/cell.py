@@ -83,6 +83,33 @@ class Cell:
         return {name: getattr(self, name) for name in names}
 
 
+def cell_shapes(
+    roles: Roles, activation: str, n: int, units: int, rows: int, bias: bool = True
+) -> dict[str, tuple[int, ...]]:
+    """Give the shapes of a cell's matrices by name, in the order of their bytes.
+
+    Args:
+        roles: of the features.
+        activation: one of ``CELL_ACTIVATIONS``; gated units have a V.
+        n: number of states.
+        units: number H of units.
+        rows: p R, of C.
+        bias: whether there are constant terms: the last column of W, and d0.
+    """
+    gated = activation == GATED
+    seen = len(roles.schedule) if gated else n + len(roles.drive)
+    return {
+        "a": (n, n),
+        "b": (n, len(roles.drive)),
+        "e": (n, units),
+        "w": (units, seen + bias),
+        **({"v": (units, n + len(roles.gated))} if gated else {}),
+        "c": (rows, n),
+        "d": (rows, len(roles.static)),
+        **({"d0": (rows,)} if bias else {}),
+    }
+
+
 def check_cell(cell: Cell, roles: Roles, n_signals: int, turned: int) -> None:
     """Reject a cell of a network that is no cell, or that does not fit the roles of its features.
 
@@ -115,17 +142,7 @@ def check_cell(cell: Cell, roles: Roles, n_signals: int, turned: int) -> None:
             f"cell of {n} states and {rows} rows of c; expected at least one state, and a "
             f"multiple of {factors} rows, one for each factor"
         )
-    seen = len(roles.schedule) if cell.gated else n + len(roles.drive)
-    expected = {
-        "a": (n, n),
-        "b": (n, len(roles.drive)),
-        "e": (n, units),
-        "w": (units, seen + 1),
-        "v": (units, n + len(roles.gated)),
-        "c": (rows, n),
-        "d": (rows, len(roles.static)),
-        "d0": (rows,),
-    }
+    expected = cell_shapes(roles, cell.activation, n, units, rows)
     for name, weights in cell.arrays().items():
         if weights.shape != expected[name] or weights.dtype != np.float32:
             raise ValueError(

@@ -60,8 +60,8 @@ def random_theta(shape: CellShape, seed: int = 0) -> torch.Tensor:
     cell = shape.split(random(shape.n_parameters, seed=seed))
     parts = {
         **{name: 0.5 * getattr(cell, name) / math.sqrt(shape.n_next) for name in "abe"},
-        "w": 0.7 * cell.w / math.sqrt(shape.n_arguments),
-        "v": None if cell.v is None else 0.7 * cell.v / math.sqrt(shape.n_products),
+        "w": 0.7 * cell.w / math.sqrt(cell.w.shape[1]),
+        "v": None if cell.v is None else 0.7 * cell.v / math.sqrt(cell.v.shape[1]),
     }
     return shape.join(replace(cell, **parts))
 

@@ -117,8 +117,7 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:
 def probe(recipe: Recipe, system: System) -> FloatArray:
     """Simulate a short motion of the recipe, whose outputs change when the model changes.
 
-    Returns:
-        Outputs in their units, shape (PROBE_SAMPLES + 1, n_outputs).
+    They are in their units, of the shape (PROBE_SAMPLES + 1, n_outputs).
 
     Raises:
         SimulationError: the system could not be simulated.

@@ -65,14 +65,10 @@ class FeatureMap:
         return np.asarray(self.scaling.apply(signals), dtype=np.float32)
 
     def pull_back(self, sequences: FloatArray) -> PullBack:
-        """Prepare the reverse mode of ``along``, in float64.
+        """Prepare the reverse mode of ``along`` at scaled inputs (B, N, n_channels), in float64.
 
-        Args:
-            sequences: scaled inputs, shape (B, N, n_channels).
-
-        Returns:
-            A function from weights of the features, shape (B, N, n_signals), to the gradient of
-            their weighted sum with respect to the inputs, shape (B, N, n_channels).
+        Weights of the features have the shape (B, N, n_signals), the gradient of their weighted
+        sum that of the inputs.
         """
         padded = np.pad(sequences, ((0, 0), (BEFORE, 0), (0, 0)), mode="edge")
         of_set = self.features.pull_back(padded)

@@ -35,11 +35,7 @@ LINEAR_NAMES = tuple(name for kind in SETS if kind.linear for name in kind.NAMES
 
 
 def feature_set(names: tuple[str, ...], offered: Offered) -> Features:
-    """Make the set that all names belong to, on the inputs of a system.
-
-    Args:
-        names: of signals, at least one.
-        offered: what the system offers.
+    """Make the set that all names of signals, at least one, belong to, on a system's inputs.
 
     Raises:
         ValueError: names are unknown or of several sets, or the system has not what the set needs.

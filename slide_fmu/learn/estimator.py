@@ -156,19 +156,10 @@ def fit_estimator(
 ) -> tuple[ErrorEstimator, dict[str, History]]:
     """Train the error estimator of a surrogate, which stays as it is.
 
-    Args:
-        surrogate: the network whose error is learnt.
-        system: the system that the surrogate stands for.
-        splits: trajectories to learn from and to validate by; not those that the surrogate has
-            learnt from, on which its errors are small (paper, "Error Estimation Network").
-        recipe: network and trainings of the estimator.
-        checkpoint: file for the state of an interrupted training; that of the pretraining lies
-            beside it.
-        device: where to train.
-        progress: gives the callback of each stage.
-
-    Returns:
-        The trained estimator, and the history of each stage by its name.
+    It is returned with the history of each stage by its name. The splits are trajectories to learn
+    from and to validate by; not those that the surrogate has learnt from, on which its errors are
+    small (paper, "Error Estimation Network"). The checkpoint is the file for the state of an
+    interrupted training; that of the pretraining lies beside it.
 
     Raises:
         TrainingError: the training diverged, or a checkpoint cannot be read.

@@ -104,7 +104,7 @@ def train(
     progress: Progress,
     objective: Objective = MEAN_SQUARE,
 ) -> History:
-    """Train a model in place; it ends with the weights of the best validation.
+    """Train a model in place to the weights of the best validation, and return the whole course.
 
     A training that was killed goes on from its checkpoint and ends with the same weights as an
     unbroken one: the order of the windows depends on the seed and the number of the step alone.
@@ -118,9 +118,6 @@ def train(
         checkpoint: file that holds the state between validations.
         progress: is called at the start and after every validation.
         objective: what is minimised.
-
-    Returns:
-        The course of the training, all runs since its start together.
 
     Raises:
         TrainingError: the loss or the validation error is not finite, or the checkpoint cannot be

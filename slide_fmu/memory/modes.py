@@ -106,13 +106,12 @@ def nullspace(constraints: FloatArray, rank_tolerance: float = 1e-10) -> FloatAr
 def spectrum(
     linearization: Linearization, remaining_amplitude: float = 0.01, uncertainty: float = 1e-10
 ) -> Spectrum:
-    """Compute the modes of a linearized system in the directions that its constraints leave free.
+    """Compute the modes of a system linearized at one state (paper, eq. linearized2).
 
-    Args:
-        linearization: M, D, K, G at one state (paper, eq. linearized2).
-        remaining_amplitude: fraction A_rel to which initial effects decay.
-        uncertainty: uncertainty of the stiffness, relative to its norm, from rounding and
-            numerical differentiation. A mode that this alone would explain is a rigid-body mode.
+    They are those in the directions that its constraints leave free; initial effects decay to the
+    remaining amplitude A_rel. The uncertainty of the stiffness, relative to its norm, comes from
+    rounding and numerical differentiation: a mode that it alone would explain is that of a rigid
+    body.
 
     Raises:
         UnstableModeError: a mode has Re(v) > 0.

@@ -20,10 +20,7 @@ def check_signals(
 ) -> None:
     """Reject inputs that do not belong together, and angles that are scaled off the circle.
 
-    Args:
-        inputs: in channel order.
-        outputs: in channel order; they have neither hold nor angle.
-        scaling: of the inputs.
+    The scaling is that of the inputs; outputs have neither hold nor angle.
 
     Raises:
         ValueError: with the signal and what was expected of it.
@@ -65,12 +62,9 @@ def check_starts(scaling: Affine, inputs: tuple[Signal, ...]) -> None:
 def checked_inputs(
     inputs: NDArray[Any], signals: tuple[Signal, ...], leading: str = ""
 ) -> FloatArray:
-    """Give inputs as float64, (samples, n_inputs), or (records, samples, n_inputs).
+    """Give inputs in their units as float64, shape (samples, n_inputs).
 
-    Args:
-        inputs: in the units of their signals.
-        signals: of the inputs, in channel order.
-        leading: name of an axis before that of the samples, with a comma; none if empty.
+    ``leading`` names an axis before that of the samples, with a comma.
 
     Raises:
         ValueError: wrong number of channels, no samples, or values that are not real and finite.

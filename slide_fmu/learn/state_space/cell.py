@@ -115,14 +115,10 @@ class CellShape:
 def simulate(
     shape: CellShape, theta: torch.Tensor, features: torch.Tensor
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Run the cell from zero state over features (samples, B, n_signals).
+    """Run the cell at theta, (n_parameters,), from zero state over features, (samples, B, q).
 
-    The sample comes first, so that each is one piece of memory. Theta has the shape
-    (n_parameters,).
-
-    Returns:
-        Outputs (samples, B, n_outputs) and states (samples, B, n_states), each one step after the
-        feature of its row.
+    The sample comes first, so that each is one piece of memory. The outputs (samples, B,
+    n_outputs) and the states (samples, B, n_states) are one step after the feature of their row.
     """
     cell, inputs = shape.split(theta), ByRole.of(shape.roles, features)
     rest = features.new_zeros(features.shape[1], shape.n_states)

@@ -28,10 +28,8 @@ class Ledger:
     A run is a sequence of states, each computed from the one before alone. So a fit that goes on
     from the file ends with the same weights as an unbroken one.
 
-    Args:
-        path: the file; it is read if it exists, and written after iterations.
-        device: the tensors of the file are put on this device.
-        progress: is called after each iteration with the iterations done and planned of all runs.
+    The file is read if it exists, its tensors to the device, and written after iterations. The
+    progress is called after each iteration with the iterations done and planned of all runs.
 
     Attributes:
         planned: iterations of all runs, as far as they are known; those done count at least.
@@ -68,11 +66,8 @@ class Ledger:
     ) -> State:
         """Do a run, or what is left of it, or nothing if it has been done; return its last state.
 
-        Args:
-            name: name of the run, unique in this fit.
-            start: state before the first iteration: a dataclass of plain values and tensors.
-            advance: does one iteration; it depends on nothing but the state.
-            iterations: greatest number of iterations.
+        The name is unique in this fit. States are dataclasses of plain values and tensors, on
+        which alone an iteration depends. ``iterations`` is their greatest number.
 
         Raises:
             TrainingError: the file holds a run of this name that another version has written.

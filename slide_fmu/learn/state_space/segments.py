@@ -82,18 +82,11 @@ class Segments:
 def cut_segments(
     features: torch.Tensor, targets: torch.Tensor, burn_in: int, scored: int
 ) -> Segments:
-    """Cut trajectories into segments of equal length that overlap by the burn-in.
+    """Cut trajectories into segments of equal length that overlap by the burn-in, of weight 1.
 
-    Args:
-        features: features of the inputs, shape (n_trajectories, N, n_features).
-        targets: scaled outputs, shape (n_trajectories, N + 1, n_outputs); targets[:, k + 1]
-            belongs to features[:, : k + 1].
-        burn_in: samples from zero state that are not scored.
-        scored: wanted number of scored samples in a segment. The nearest length that leaves few
-            samples over is taken.
-
-    Returns:
-        Segments, those of one trajectory after the other, with the weight 1.
+    Features have the shape (n_trajectories, N, n_features), scaled outputs (n_trajectories, N + 1,
+    n_outputs): targets[:, k + 1] belongs to features[:, : k + 1]. Of the wanted number of scored
+    samples in a segment, the nearest that leaves few samples over is taken.
 
     Raises:
         ValueError: trajectories are not longer than the burn-in.

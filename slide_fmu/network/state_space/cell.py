@@ -88,13 +88,8 @@ def cell_shapes(
 ) -> dict[str, tuple[int, ...]]:
     """Give the shapes of a cell's matrices by name, in the order of their bytes.
 
-    Args:
-        roles: of the features.
-        activation: one of ``CELL_ACTIVATIONS``; gated units have a V.
-        n: number of states.
-        units: number H of units.
-        rows: p R, of C.
-        bias: whether there are constant terms: the last column of W, and d0.
+    Gated units have a V. C has p R rows. Without ``bias`` there are no constant terms: neither the
+    last column of W nor d0.
     """
     gated = activation == GATED
     seen = len(roles.schedule) if gated else n + len(roles.drive)
@@ -111,13 +106,7 @@ def cell_shapes(
 
 
 def check_cell(cell: Cell, roles: Roles, n_signals: int, turned: int) -> None:
-    """Reject a cell of a network that is no cell, or that does not fit the roles of its features.
-
-    Args:
-        cell: its arrays are of numpy.
-        roles: of the features.
-        n_signals: number of features.
-        turned: number of pairs of states that turn.
+    """Reject a cell of wrong shapes or weights, or roles that ``n_signals`` features do not have.
 
     Raises:
         ValueError: with the numbers found and expected: a shape is another one, a weight not

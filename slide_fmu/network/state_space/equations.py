@@ -171,17 +171,10 @@ def rows(cell: Cell, states: Array, static: Array) -> Array:
 
 
 def turned(vectors: Array, turn: Array, pairs: int, xp: Namespace, *, back: bool = False) -> Array:
-    """Turn the first pairs of components of vectors by an angle.
+    """Turn the first pairs of components of vectors, shape (..., n), by an angle.
 
-    Args:
-        vectors: shape (..., n).
-        turn: cosine and sine of the angle, shape (..., 2).
-        pairs: number of pairs; none leaves the vectors as they are.
-        xp: ``numpy`` or ``torch``.
-        back: turn by the opposite angle: the transpose of the matrix.
-
-    Returns:
-        Shape (..., n).
+    ``turn`` is its cosine and sine, shape (..., 2); ``back`` turns by the opposite angle, which is
+    the transpose of the matrix. No pairs leave the vectors as they are.
     """
     if pairs == 0:
         return vectors

@@ -127,11 +127,7 @@ class StateSpace(Network):
         the largest of that between two hand-overs, kept until the next one. The first input
         counts as held for ever before: the first sample is a hand-over after 2 n_samples of it.
 
-        Args:
-            records: scaled inputs, shape (B, N, n_channels), N >= 1.
-
-        Returns:
-            Values and truncation errors, shape (B, N, n_values) each.
+        Records as for ``stream`` give values and truncation errors, (B, N, n_values) each.
         """
         rows = max(1, CHUNK // (records.shape[1] + 2 * self.n_samples))
         parts = [
@@ -172,14 +168,10 @@ class StateSpace(Network):
     def run(
         self, features: Float32Array, states: Float32Array | None = None
     ) -> tuple[Float32Array, Float32Array]:
-        """Run the cell along sequences of features.
+        """Run the cell along sequences of features, shape (B, N, q), from states x, shape (B, n).
 
-        Args:
-            features: shape (B, N, q).
-            states: x before the first of them, shape (B, n); zero if not given.
-
-        Returns:
-            Values after each, shape (B, N, n_values), and x after the last, shape (B, n).
+        The states are zero if not given. The results are the values after each sample, shape
+        (B, N, n_values), and x after the last one.
         """
         x = np.zeros((len(features), len(self.cell.a)), np.float32) if states is None else states
         inputs = ByRole.of(self.roles, np.moveaxis(features, 1, 0))

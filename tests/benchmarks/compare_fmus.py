@@ -29,7 +29,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import Run, UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.systems import reference_system
 from slide_fmu.surrogate.surrogate import Surrogate

@@ -10,8 +10,8 @@ import zlib
 import pytest
 
 from slide_fmu.features.chain_motion import ChainMotion
-from slide_fmu.network.feed_forward import FeedForward
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.payload import PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import Load, Loaded

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 
 import typer
@@ -17,6 +18,7 @@ from slide_fmu.cli.commands.ssp import ssp
 from slide_fmu.cli.commands.train import train
 from slide_fmu.cli.commands.validate import validate
 from slide_fmu.cli.commands.window import window
+from slide_fmu.cli.console import ENDLESS
 
 SUBCOMMANDS: tuple[Callable[..., None], ...] = (
     run,
@@ -41,9 +43,9 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 for subcommand in SUBCOMMANDS:
-    app.command()(subcommand)
+    app.command(short_help=subcommand.__doc__)(subcommand)  # a short help is never cut
 
 
 def main() -> None:
-    """Run the console script."""
-    app()
+    """Run the console script; its help is wrapped on a terminal only."""
+    app(terminal_width=None if sys.stdout.isatty() else ENDLESS)

@@ -16,8 +16,8 @@ from slide_fmu.core.window import Window
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.excitation.mix import names_of
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.pipeline.preparation import check_recipe
 from slide_fmu.pipeline.side_by_side import write_reference
+from slide_fmu.pipeline.stages import check_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_system, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate

@@ -25,9 +25,9 @@ def generate(
     workers: WorkersOption = None,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Make the recipe's trajectories; goes on where it was stopped."""
+    """Make the trajectories of a recipe; go on where that was stopped."""
     from slide_fmu.pipeline.job import open_job
-    from slide_fmu.pipeline.preparation import check_window, generate_data
+    from slide_fmu.pipeline.stages import check_window, generate_data
 
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar, data_seed=seed)

@@ -7,7 +7,7 @@ from slide_fmu.cli.options import FmuArgument, JsonOption
 
 
 def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
-    """What an FMU is: signals, window, network, measured error, provenance."""
+    """Print what an FMU is: its signals, window, network, measured error and provenance."""
     from slide_fmu.pipeline.info import describe_fmu
 
     with errors():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slide_fmu.cli.console import console, progress_bars, write_json
+from slide_fmu.cli.console import console, progress_bars, show_validation, write_json
 from slide_fmu.cli.options import (
     UNSEEN_SEED,
     DataSeedOption,
@@ -17,7 +17,6 @@ from slide_fmu.cli.options import (
     TrajectoriesOption,
     WorkersOption,
 )
-from slide_fmu.cli.tables import show_validation
 
 
 def run(
@@ -31,14 +30,13 @@ def run(
     threads: ThreadsOption = 1,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Everything: window, data, training, FMU, validation, report."""
+    """Go the whole way: size the window, make data, train, write the FMU, measure, report."""
     from slide_fmu.pipeline.job import open_job
-    from slide_fmu.pipeline.run import Choices, run_recipe
+    from slide_fmu.pipeline.run import run_recipe
 
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar, seed, data_seed)
-        choices = Choices(UNSEEN_SEED, trajectories, workers, threads, overwrite)
-        finished = run_recipe(job, choices)
+        finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
     for name, validation in finished.figures["validation"].items():
         show_validation(validation, name)
     write_json(json_path, finished.figures)

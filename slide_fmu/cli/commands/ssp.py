@@ -7,9 +7,8 @@ from typing import Annotated
 
 import typer
 
-from slide_fmu.cli.console import console, errors
+from slide_fmu.cli.console import console, errors, show_remark
 from slide_fmu.cli.options import UNSEEN_SEED, FmuArgument
-from slide_fmu.cli.tables import show_remark
 
 
 def ssp(

@@ -23,10 +23,9 @@ def train(
     runs: RunsOption = Path("runs"),
     threads: ThreadsOption = 1,
 ) -> None:
-    """Train surrogate and error estimator; goes on where it was stopped."""
+    """Train the surrogate of a recipe and its error estimator; go on where that was stopped."""
     from slide_fmu.pipeline.job import open_job
-    from slide_fmu.pipeline.preparation import check_window
-    from slide_fmu.pipeline.training import train_surrogate
+    from slide_fmu.pipeline.stages import check_window, train_surrogate
 
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar, seed, data_seed)

@@ -7,9 +7,8 @@ from typing import Annotated
 
 import typer
 
-from slide_fmu.cli.console import console, progress_bars, write_json
+from slide_fmu.cli.console import console, progress_bars, show_validation, write_json
 from slide_fmu.cli.options import UNSEEN_SEED, FmuArgument, JsonOption, TrajectoriesOption
-from slide_fmu.cli.tables import show_validation
 
 
 def validate(

@@ -8,9 +8,8 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from slide_fmu.cli.console import console, errors, progress_bars, write_json
+from slide_fmu.cli.console import console, errors, progress_bars, show_remark, write_json
 from slide_fmu.cli.options import JsonOption, RecipeArgument, RunsOption
-from slide_fmu.cli.tables import show_remark
 
 
 def window(
@@ -19,10 +18,10 @@ def window(
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the motions.")] = None,
     runs: RunsOption = Path("runs"),
 ) -> None:
-    """Decay times of the system, linearized and measured, and the window they ask for."""
+    """Compute decay times of a system, linearized and measured, and the window they ask for."""
     from slide_fmu.memory.sizing import decay_rows, require_window
     from slide_fmu.pipeline.job import open_job
-    from slide_fmu.pipeline.preparation import size_recipe
+    from slide_fmu.pipeline.stages import size_recipe
 
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar)

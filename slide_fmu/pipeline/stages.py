@@ -1,4 +1,4 @@
-"""Before the training the recipe is checked, the window sized, and the data made."""
+"""The stages up to the surrogate: recipe checked, window sized, data made, networks trained."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import time
 from typing import Any
 
 from slide_fmu.memory.sizing import Sizing, require_window, size_window
-from slide_fmu.pipeline.job import Job
+from slide_fmu.pipeline.job import Job, versions
 from slide_fmu.recipe.against_system import require_features
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_system, reference_system
@@ -77,4 +77,33 @@ def generate_data(job: Job, workers: int | None, overwrite: bool) -> dict[str, A
         "made_now": made,
         "wall_time_s": time.monotonic() - begin,
         "seed": job.recipe.data.seed,
+    }
+
+
+def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
+    """Train surrogate and error estimator, and keep them in the run folder.
+
+    Networks of this size gain little from a second thread of the processor, and lose much when
+    another program needs it; with one, every machine sums in the same order.
+
+    Returns:
+        Best validation error by stage (scaled units), parameters, seed.
+
+    Raises:
+        StoreError: trajectories are missing.
+        TrainingError: a training diverged.
+    """
+    import torch
+
+    from slide_fmu.learn.fit import fit_surrogate
+
+    recipe, folder = job.recipe, job.folder
+    system = recipe_system(recipe)
+    torch.set_num_threads(threads)
+    fit = fit_surrogate(recipe, system, folder.store, folder.checkpoints, job.bar)
+    folder.save_surrogate(fit.surrogate, recipe, fit.histories, versions())
+    return {
+        "validation_error": {n: min(h.validation_error) for n, h in fit.histories.items()},
+        "parameters": fit.surrogate.network.count_parameters(),
+        "seed": recipe.training.seed,
     }

@@ -77,7 +77,7 @@ def _export_recipe(request: Request, bar: Stages) -> Path:
     An FMU of the same surrogate that ``run`` has finished keeps its report and measured error.
     """
     from slide_fmu.pipeline.job import open_job, provenance
-    from slide_fmu.pipeline.stability import examine_stability
+    from slide_fmu.pipeline.stages import examine_stability
 
     seeds = request.training_seed, request.data_seed
     job = open_job(request.source, request.runs or RUNS, bar, *seeds)

@@ -12,8 +12,12 @@ from slide_fmu.memory.stability import AmplitudeTest, stability_figures
 from slide_fmu.pipeline.job import Job, provenance
 from slide_fmu.pipeline.measurement import IN_RANGE, tasks, validate_fmu_file
 from slide_fmu.pipeline.run_folder import Trained
-from slide_fmu.pipeline.stability import examine_stability
-from slide_fmu.pipeline.stages import check_window, generate_data, train_surrogate
+from slide_fmu.pipeline.stages import (
+    check_window,
+    examine_stability,
+    generate_data,
+    train_surrogate,
+)
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system, reference_system
 from slide_fmu.systems.loading import load_picture

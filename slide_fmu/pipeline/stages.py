@@ -1,4 +1,4 @@
-"""The stages up to the surrogate: recipe checked, window sized, data made, networks trained."""
+"""The stages up to the surrogate: check, window, data, training, and the test of stability."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ import time
 from typing import Any
 
 from slide_fmu.memory.sizing import Sizing, require_window, size_window
+from slide_fmu.memory.stability import AmplitudeTest, check_stability, require_stability
 from slide_fmu.pipeline.job import Job, versions
-from slide_fmu.recipe.against_system import require_features
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.recipe.systems import recipe_system, reference_system
+from slide_fmu.recipe.systems import recipe_system, reference_system, require_features
+from slide_fmu.surrogate.surrogate import Surrogate
+
+STABILITY_PICTURE = "stability.png"
 
 
 def check_recipe(recipe: Recipe) -> None:
@@ -107,3 +110,20 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
         "parameters": fit.surrogate.network.count_parameters(),
         "seed": recipe.training.seed,
     }
+
+
+def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ...]:
+    """Test a state-space surrogate beyond its amplitude; the picture of a failure is kept.
+
+    Raises:
+        UnstableSurrogateError: it failed, and the recipe does not allow that.
+    """
+    tests = check_stability(surrogate, job.recipe, recipe_system(job.recipe))
+    picture = job.folder.path / STABILITY_PICTURE
+    picture.unlink(missing_ok=True)
+    if any(test.problem is not None for test in tests):
+        from slide_fmu.validation.figures import stability_tests
+
+        picture.write_bytes(stability_tests(tests, surrogate.window.step))
+    require_stability(tests, job.recipe, str(picture))
+    return tests

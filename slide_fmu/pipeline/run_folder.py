@@ -119,9 +119,10 @@ def _same_learning(record: dict[str, Any], recipe: Recipe) -> bool:
 
 def _learnt(recipe: dict[str, Any]) -> dict[str, Any]:
     """Return what a recipe says about learning: not how the result is tested and measured."""
-    learnt = {k: v for k, v in recipe.items() if k not in ("stability", "validation")}
-    untaught = ("reference", "picture")
-    learnt["system"] = {k: v for k, v in recipe["system"].items() if k not in untaught}
+    untaught = ("description", "equations", "stability", "validation")
+    learnt = {k: v for k, v in recipe.items() if k not in untaught}
+    system = recipe["system"].items()
+    learnt["system"] = {k: v for k, v in system if k not in ("reference", "picture")}
     return learnt
 
 

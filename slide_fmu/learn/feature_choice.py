@@ -9,8 +9,8 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.sets import LINEAR_NAMES
 from slide_fmu.network.state_space.cell import Roles
-from slide_fmu.recipe.against_system import feature_set
 from slide_fmu.recipe.learning import StateSpaceRecipe
+from slide_fmu.recipe.systems import feature_set
 from slide_fmu.systems.base import System
 
 STILL = 1e-9

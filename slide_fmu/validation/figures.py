@@ -40,7 +40,7 @@ def side_by_side(validation: Validation, output: int) -> bytes:
         shown = _worst_part(comparison, output)
         time = comparison.time[shown]
         upper, middle, lower = axes[:, column]
-        upper.set_title(f"{title} ({kind}), around its largest error")
+        upper.set_title(f"{title} ({kind}),\naround its largest error", fontsize=11)
         _draw_inputs(upper, validation.surrogate.inputs, time, comparison.inputs[shown])
         middle.plot(time, comparison.reference[shown, output], color=REFERENCE, label="reference")
         middle.plot(

@@ -14,7 +14,7 @@ import scipy.linalg
 import torch
 from numpy.typing import NDArray
 
-from slide_fmu.recipe.against_system import require_turned_pairs
+from slide_fmu.recipe.systems import require_turned_pairs
 
 RIDGE = 1e-6
 """The regression is regularised by this part of the mean power of the features."""

@@ -42,8 +42,8 @@ from slide_fmu.learn.state_space.pole_penalty import PolePenalty, pole_radii
 from slide_fmu.learn.state_space.preconditioned_descent import Descent
 from slide_fmu.learn.state_space.segments import Segments
 from slide_fmu.network.state_space.cell import Roles
-from slide_fmu.recipe.against_system import require_turned_pairs
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.systems import require_turned_pairs
 
 LINEAR_ITERATIONS = 15
 """A linear model is fitted in at most this many iterations."""

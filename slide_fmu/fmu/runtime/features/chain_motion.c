@@ -1,4 +1,5 @@
-#include "chain_motion.h"
+/* Motion of a serial chain and its loads on the base (slide_fmu/features/serial_chain.py). */
+#include "feature_set.h"
 
 #include "chain_body.h"
 #include "kernel.h"

@@ -36,17 +36,13 @@ static bool has_direction(const SlideInstance *instance, const double *inputs, c
 static bool have_direction(const SlideInstance *instance) {
     const SlideModel *model = &instance->model;
     const SlideState *state = &instance->state;
-    if (!has_direction(instance, state->inputs, "inputs")) {
-        return false;
-    }
-    if (!slide_stream_fresh(state)) {
-        return true;
-    }
-    bool window = state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN;
-    const double *inputs = slide_stream_reached(model, state);
-    bool good = has_direction(instance, inputs, "initial inputs of those");
-    for (size_t age = 1; window && good && age < model->memory_length; ++age) {
-        good = has_direction(instance, inputs - age * model->n_inputs, "initial window of those");
+    const bool window = state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN;
+    const char *which = window ? "initial window of those" : "initial inputs of those";
+    const double *before = slide_stream_reached(model, state);
+    const size_t n_before = slide_stream_fresh(state) ? (window ? model->memory_length : 1) : 0;
+    bool good = has_direction(instance, state->inputs, "inputs");
+    for (size_t age = 0; good && age < n_before; ++age) {
+        good = has_direction(instance, before - age * model->n_inputs, which);
     }
     return good;
 }
@@ -66,7 +62,7 @@ static bool stream_step(SlideInstance *instance, double length) {
     return true;
 }
 
-/* Show the state to the master, which may ask to end the step at a time, until. True when that is
+/* Show the state to the importer, which may ask to end the step at a time, until. True when that is
  * reached. */
 static bool show(SlideInstance *instance, bool last, double *until) {
     SlideHead *head = instance->state.head;
@@ -85,7 +81,7 @@ static bool show(SlideInstance *instance, bool last, double *until) {
 /* What inputs move between in the step that begins now. True when they do. */
 static bool begin_hold(SlideInstance *instance) {
     const SlideModel *model = &instance->model;
-    SlideState *state = &instance->state;
+    const SlideState *state = &instance->state;
     const size_t row = model->n_inputs * sizeof(double);
     memcpy(instance->watcher.from, slide_stream_reached(model, state), row);
     memcpy(instance->watcher.to, state->inputs, row);

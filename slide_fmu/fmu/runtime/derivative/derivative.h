@@ -8,7 +8,6 @@
 #ifndef SLIDE_DERIVATIVE_H
 #define SLIDE_DERIVATIVE_H
 
-#include "derivative_scratch.h"
 #include "stream.h"
 
 /* Derivatives [n_outputs] each, in physical units, one after the other in one array. */
@@ -17,6 +16,15 @@ typedef enum {
     SLIDE_OF_TRUNCATION_ERRORS, /* 0 without cells */
     SLIDE_OF_ESTIMATES          /* 0 without an estimator, or where they are not wanted */
 } SlideDerivatives;
+
+/* Room to do a step once more; part of an instance, nothing of it is kept. */
+typedef struct {
+    SlideExact predictor, estimator;
+    double *inputs;             /* [n_inputs], as they are set now */
+    double *results[2];         /* [3][n_outputs] on either side: SlideDerivatives, scaled */
+    double *direction;          /* [n_inputs], one at a time */
+    double *slopes;             /* [3][n_outputs], the derivatives in that direction */
+} SlideDerivativeScratch;
 
 void slide_derivative_place(SlideDerivativeScratch *scratch, const SlideModel *model,
                             SlideArena *arena);

@@ -58,14 +58,10 @@ size_t slide_without_direction(const SlideModel *model, const double *inputs, do
 
 /* Before the first step: the inputs until then. */
 static const double *prehistory(const SlideModel *model, const SlideState *state) {
-    switch (state->head->prehistory) {
-    case SLIDE_FIRST_HELD:
-        return state->inputs;
-    case SLIDE_INITIAL_HELD:
-        return state->initial;
-    default:
+    if (state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
         return state->window + (size_t)(model->memory_length - 1) * model->n_inputs;
     }
+    return state->head->prehistory == SLIDE_FIRST_HELD ? state->inputs : state->initial;
 }
 
 bool slide_stream_fresh(const SlideState *state) { return *state->history.count == 0; }
@@ -181,24 +177,34 @@ static void recall(const SlideModel *model, SlideState *state) {
     }
 }
 
-/* The step becomes the newest of the history, part by part. */
-static void append(const SlideModel *model, SlideState *state, const SlideStepInputs *inputs) {
-    for (uint32_t part = 0; part < inputs->parts.count; ++part) {
-        slide_step_part(&model->history, inputs, part, model->inputs);
-        slide_history_append(&model->history, &state->history,
-                             slide_part_length(&inputs->parts, part), model->inputs, part > 0);
+/* The step becomes the newest of the history. Beyond the samples that any result depends on, one
+ * part of a step whose inputs move stands for all. */
+static void append(const SlideModel *model, SlideState *state) {
+    const double length = state->head->last_length;
+    if (state->head->moved) {
+        const SlideMovingStep step = {length, state->inputs, state->before.rates, model->step,
+                                      model->memory_length + 1};
+        slide_append_moving(&model->history, &state->history, &step, model->inputs);
+    } else {
+        slide_history_append(&model->history, &state->history, length, state->inputs, false);
     }
 }
 
-/* All samples that the networks see, up to the end of the newest step of the history. */
-static SlideIntake sample_anew(const SlideModel *model, SlideState *state) {
+/* The newest samples up to the end of the newest step of the history; from: NULL, or the inputs
+ * that move evenly over so many samples to those of this step. */
+static void sample(const SlideModel *model, const SlideState *state, uint32_t count,
+                   const double *from) {
+    const double *to = slide_history_newest(&model->history, &state->history);
     SlideReader reader = slide_history_reader(&model->history, &state->history);
-    for (uint32_t left = model->memory_length; left-- > 0;) {
-        double begin = -((double)left + 1) * model->step, end = -(double)left * model->step;
-        slide_history_sample(&reader, begin, end, model->inputs);
+    for (uint32_t left = count; left-- > 0;) {
+        if (from != NULL) {
+            slide_history_between(&model->history, from, to, (double)left / count, model->inputs);
+        } else {
+            double begin = -((double)left + 1) * model->step, end = -(double)left * model->step;
+            slide_history_sample(&reader, begin, end, model->inputs);
+        }
         set_sample(model, model->inputs, model->taken + left * model->n_inputs);
     }
-    return (SlideIntake){.count = model->memory_length, .anew = true};
 }
 
 /* Samples one h apart that a step takes in; 0: it takes all anew. */
@@ -208,37 +214,23 @@ static uint32_t count_whole(const SlideModel *model, double length) {
     return whole ? (uint32_t)count : 0;
 }
 
-/* Beyond the samples that any result depends on, one part stands for all. */
-static SlideStepInputs inputs_of_step(const SlideModel *model, const SlideState *state) {
-    const SlideHistoryShape *shape = &model->history;
-    const double length = state->head->last_length;
-    const double *from = shape->first_order ? slide_stream_reached(model, state) : NULL;
-    if (!state->head->moved) {
-        return (SlideStepInputs){from, state->inputs, NULL, {1, length, 0, 1}};
-    }
-    return (SlideStepInputs){from, state->inputs, state->before.rates,
-                             slide_parts(shape, length, model->step, model->memory_length + 1)};
-}
-
 SlideIntake slide_stream_take_in(const SlideModel *model, SlideState *state) {
     const bool first = slide_stream_fresh(state);
     const bool settled = first && state->head->prehistory == SLIDE_FIRST_HELD;
     const bool held = settled && !state->head->moved; /* slide_stream_hold took in one sample */
     const uint32_t n_whole = count_whole(model, state->head->last_length);
-    const SlideStepInputs inputs = inputs_of_step(model, state);
-    SlideIntake intake = {held && n_whole > 0 ? n_whole - 1 : n_whole, false, settled};
-    for (uint32_t left = 0; left < intake.count; ++left) {
-        slide_step_sample(&model->history, &inputs, intake.count, left, model->inputs);
-        set_sample(model, model->inputs, model->taken + left * model->n_inputs);
+    const double *from = slide_stream_reached(model, state);
+    SlideIntake intake = {n_whole, n_whole == 0 && !held, settled};
+    if (intake.anew) {
+        intake.count = model->memory_length;
+    } else if (held && n_whole > 0) {
+        intake.count = n_whole - 1;
     }
     if (first && !held) {
         recall(model, state);
     }
-    append(model, state, &inputs);
-    if (n_whole == 0 && !held) {
-        intake = sample_anew(model, state);
-        intake.settled = settled;
-    }
+    append(model, state); /* a step of whole samples is joined to none under a first-order hold */
+    sample(model, state, intake.count, model->history.first_order && !intake.anew ? from : NULL);
     return intake;
 }
 
@@ -274,7 +266,8 @@ bool slide_stream_hold(const SlideModel *model, SlideState *state) {
     bool done;
     if (state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
         recall(model, state);
-        const SlideIntake intake = sample_anew(model, state);
+        sample(model, state, model->memory_length, NULL);
+        const SlideIntake intake = {model->memory_length, .anew = true};
         done = take_all(model, state, &intake);
         *state->history.count = 0;
     } else {

@@ -19,13 +19,12 @@ typedef struct {
     double filled;    /* samples of the inputs that were set in this run; whole unless steps were
                          no multiples of h */
     uint64_t strayed; /* number of the sample after the newest one that was out of range; or 0 */
-    uint32_t mode;    /* SlideMode of instance.h */
-    uint32_t current; /* outputs belong to the present state */
-    uint32_t prehistory; /* SlidePrehistory */
-    uint32_t moving;  /* the inputs of the next step have derivatives that are not all zero */
-    uint32_t moved;   /* those of the last step had */
-    uint32_t unused;
+    double prehistory;  /* SlidePrehistory, a variable */
     double last_length; /* s, of the last step; 0 before the first */
+    uint32_t mode;      /* SlideMode of instance.h */
+    uint32_t current;   /* outputs belong to the present state */
+    uint32_t moving;    /* the inputs of the next step have derivatives that are not all zero */
+    uint32_t moved;     /* those of the last step had */
 } SlideHead;
 
 /* What the last step began with: by it and by the history of before, derivatives do it again. */

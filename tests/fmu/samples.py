@@ -68,6 +68,10 @@ class Shape:
     cell: CellShape | None = None
 
 
+TWO_MASSES = Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3, name="two_masses")
+"""Two inputs, two outputs and an estimator, for tests of FMU files."""
+
+
 def random_chain(n: int, seed: int) -> SerialChain:
     """A chain of n joints; nothing about it is special."""
     rng = np.random.default_rng(seed)

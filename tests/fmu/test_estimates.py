@@ -10,11 +10,8 @@ import pytest
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.check import ERROR_TOLERANCE
-from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import ERROR, OK, Loaded, Native
+from tests.fmu.native import ERROR, OK, Load, Native
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
-
-Load = Callable[[Surrogate], Loaded]
 
 LONG = Shape(n_inputs=2, n_outputs=2, positions=31, estimator_samples=5, differences=2)
 """Averages over more samples than the window has."""

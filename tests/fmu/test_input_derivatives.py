@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import dataclasses
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -14,8 +13,7 @@ from fmpy.fmi2 import FMU2Slave
 from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
-from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import DISCARD, ERROR, OK, WARNING, Loaded, Native
+from tests.fmu.native import DISCARD, ERROR, OK, WARNING, Load, Loaded, Native
 from tests.fmu.plain import Resampling, five_point_slope
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 from tests.fmu.test_any_step import (
@@ -30,8 +28,6 @@ from tests.fmu.test_any_step import (
 )
 from tests.fmu.test_derivatives import ROUNDED, derivative, inputs_for, surrogate_of
 from tests.marks import essential
-
-Load = Callable[[Surrogate], Loaded]
 
 
 def rates_for(lengths: list[float], n_inputs: int) -> FloatArray:

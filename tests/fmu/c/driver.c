@@ -12,8 +12,8 @@
  */
 #include "calls.h"
 #include "cell_driver.h"
-#include "fmi2.h"
-#include "fmi3.h"
+#include "fmi2Functions.h"
+#include "fmi3Functions.h"
 #include "instance.h"
 #include "resource.h"
 #include "variables.h"

@@ -6,7 +6,7 @@
 SlideStatus slide_log(const SlideInstance *instance, SlideStatus status, const char *text) {
     static const char *const categories[] = {"logEvents", "logStatusWarning", "logStatusDiscard",
                                              "logStatusError"};
-    if (instance->logger.write != NULL && (status != SLIDE_OK || instance->debug)) {
+    if (instance->logger.callback != NULL && (status != SLIDE_OK || instance->debug)) {
         instance->logger.write(&instance->logger, instance->name, status, categories[status],
                                text);
     }

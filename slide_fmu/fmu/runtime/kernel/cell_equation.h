@@ -146,7 +146,7 @@ static void advance(const SlideCell *cell, const Real *features, const Real *sta
     const size_t units = cell->unit_panels * SLIDE_LANES, n = cell->state_panels * SLIDE_LANES;
     const Pair x = {states, states + n}, moved = {next, next + n};
     const Pair zeros = {cell->zeros, cell->zeros}, offered = {cell->offered, cell->offered};
-    const Pair shared = {cell->rows, cell->rows};
+    const Pair driven = {cell->driven, cell->driven}, shared = {cell->rows, cell->rows};
     const bool turns = cell->turned > 0;
     Real *h = cell->units, *pushed = cell->pushed, *turned_back = cell->seen;
     Pair seen = x;
@@ -161,12 +161,10 @@ static void advance(const SlideCell *cell, const Real *features, const Real *sta
     }
     affine_pair(cell->units_of_states, offered, seen, cell->n_states, cell->unit_panels, h);
     open_units(cell, features, h);
-    affine_pair(cell->states_of_units, zeros, (Pair){h, h + units}, units, cell->state_panels,
-                pushed);
-    for (size_t state = 0; state < 2; ++state) {
-        if (turns) {
-            turn_pairs(pushed + state * n, cell->turned, features[0], features[1]);
-        }
+    affine_pair(cell->states_of_units, turns ? zeros : driven, (Pair){h, h + units}, units,
+                cell->state_panels, pushed);
+    for (size_t state = 0; turns && state < 2; ++state) {
+        turn_pairs(pushed + state * n, cell->turned, features[0], features[1]);
         add_to(pushed + state * n, cell->driven, cell->state_panels);
     }
     affine_pair(cell->states_of_states, (Pair){pushed, pushed + n}, x, cell->n_states,

@@ -66,20 +66,20 @@ bool slide_batch_cells(const SlideNetwork *network, const SlideKernel *kernel,
                        double *before, float *values) {
     const size_t n_inputs = network->seen.n_inputs;
     const size_t n_skipped = network->n_samples - network->n_block;
+    float *const turns[2] = {state->cells.states, network->of.cells.next};
     for (size_t window = 0; window < count; ++window) {
-        slide_network_restart(network, state, windows[window], before);
+        network->family->restart(network, state);
         for (size_t sample = 0; sample < network->n_samples; ++sample) {
-            gather(windows[window], sample, n_inputs, before);
             const double *input = windows[window] + sample * n_inputs;
-            if (!slide_network_see(network, state, sample, input, before)) {
+            gather(windows[window], sample, n_inputs, before);
+            if (!slide_features_write(&network->seen, input, before, network->features)) {
                 return false;
             }
-            const float *found = network->family->evaluate(network, kernel, state, sample);
+            slide_cells_advance(network, kernel, turns[sample % 2], turns[(sample + 1) % 2]);
             if (sample >= n_skipped) {
-                memcpy(values, found, network->n_values * sizeof(float));
+                slide_cells_values(network, values);
                 values += network->n_values;
             }
-            network->family->accept(network, state);
         }
     }
     return true;

@@ -44,5 +44,23 @@ typedef struct {
 
 /* The family; see network.h. */
 extern const struct SlideFamily slide_state_space_family;
+struct SlideNetwork;
+
+/* Move two states on, [2][state panels][SLIDE_LANES], by the features that the network holds; they
+ * give the rows of both. */
+void slide_cells_advance(const struct SlideNetwork *network, const SlideKernel *kernel,
+                         const float *states, float *next);
+
+/* The values [n_values] of the first of these states. */
+void slide_cells_values(const struct SlideNetwork *network, float *values);
+
+/* The family's place_exact and run_exact (cells_exact.c). */
+union SlideExact;
+struct SlideExactRun;
+void slide_cells_exact_place(union SlideExact *exact, const struct SlideNetwork *network,
+                             SlideArena *arena);
+const double *slide_cells_exact_run(const struct SlideNetwork *network,
+                                    const union SlideExact *exact,
+                                    const struct SlideExactRun *run);
 
 #endif

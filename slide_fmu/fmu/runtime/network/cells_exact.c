@@ -1,6 +1,5 @@
-#include "cells_exact.h"
-
 #include "exact.h"
+#include "network.h"
 
 typedef double Real;
 typedef double Lanes __attribute__((vector_size(64), aligned(8), may_alias));

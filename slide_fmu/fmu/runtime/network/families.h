@@ -27,7 +27,7 @@ typedef union {
 } SlideNetworkState;
 
 /* Scratch in double precision. */
-typedef union {
+typedef union SlideExact {
     SlideExactLayers layers;
     SlideExactCells cells;
 } SlideExact;

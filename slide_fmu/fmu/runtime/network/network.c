@@ -21,7 +21,8 @@ static const SlideFamily *take_family(SlideCursor *cursor) {
                 "its recipe or its float32 FMU",
                 (unsigned)number);
     slide_check(cursor, false,
-                "surrogate file: network of kind %u; expected 1 (feed-forward) or 2 (state space)",
+                "surrogate file: network of kind %u; expected one of the kinds that this version of "
+                "slide-fmu writes",
                 (unsigned)number);
     return NULL;
 }

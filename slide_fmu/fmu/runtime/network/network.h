@@ -16,7 +16,7 @@ typedef struct {
     SlideFamilyView of;
 } SlideNetworkView;
 
-typedef struct {
+typedef struct SlideNetwork {
     const SlideFamily *family;
     uint32_t n_samples, n_values;
     uint32_t memory_length; /* inputs before which the network has forgotten: those it sees, or
@@ -30,7 +30,7 @@ typedef struct {
 } SlideNetwork;
 
 /* A step that is done once more, in double precision. */
-typedef struct {
+typedef struct SlideExactRun {
     const double *samples; /* scaled [][n_inputs], newest first: those of the step, and before */
     uint32_t n_taken;      /* samples that the step took in */
     bool anew;             /* it took in the whole window instead */

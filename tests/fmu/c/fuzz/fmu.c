@@ -1,7 +1,7 @@
 #include "fmu.h"
 
-#include "fmi2.h"
-#include "fmi3.h"
+#include "fmi2Functions.h"
+#include "fmi3Functions.h"
 #include "variable_kinds.h"
 #include "instance.h"
 #include "target.h"

@@ -62,8 +62,8 @@ static bool stream_step(SlideInstance *instance, double length) {
     return true;
 }
 
-/* Show the state to the importer, which may ask to end the step at a time, until. True when that is
- * reached. */
+/* Show the state to the importer, which may ask to end the step at a time, until. True when that
+ * is reached. */
 static bool show(SlideInstance *instance, bool last, double *until) {
     SlideHead *head = instance->state.head;
     const double now = slide_clock_time(&head->clock);
@@ -88,8 +88,8 @@ static bool begin_hold(SlideInstance *instance) {
     return model->history.first_order;
 }
 
-/* A communication step, as the stream takes it: so many parts of a length in s, each of which takes
- * the stride of the importer's time. */
+/* A communication step, as the stream takes it: so many parts of a length in s, each of which
+ * takes the stride of the importer's time. */
 typedef struct {
     uint32_t count;
     double part, stride;

@@ -23,8 +23,8 @@ static bool write_outputs(const SlideModel *model, const float *block, size_t ou
     return finite;
 }
 
-/* Where the state holds the values of a variable that is set, and of an output, n_inputs apart; NULL
- * for others. */
+/* Where the state holds the values of a variable that is set, and of an output, n_inputs apart;
+ * NULL for others. */
 static double *place_of(SlideInstance *instance, SlideVariable variable) {
     SlideState *state = &instance->state;
     switch (variable.kind) {
@@ -43,8 +43,8 @@ static double *place_of(SlideInstance *instance, SlideVariable variable) {
     }
 }
 
-/* All values of a variable; block: NULL, or what slide_stream_block gave. Error estimates are found
- * when they are read. False when values of an array are not finite. */
+/* All values of a variable; block: NULL, or what slide_stream_block gave. Error estimates are
+ * found when they are read. False when values of an array are not finite. */
 static bool read_variable(SlideInstance *instance, SlideVariable variable, const float **block,
                           double values[]) {
     const SlideModel *model = &instance->model;

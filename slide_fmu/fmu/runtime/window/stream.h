@@ -29,8 +29,8 @@ typedef struct {
 
 /* What the last step began with: by it and by the history of before, derivatives do it again. */
 typedef struct {
-    double *given, *rates;  /* [n_inputs], the inputs as they were set; of a step whose inputs moved,
-                               their derivatives */
+    double *given, *rates;  /* [n_inputs], the inputs as they were set; of a step whose inputs
+                               moved, their derivatives */
     SlideNetworkState predictor; /* of recurrent networks */
 } SlideBeforeStep;
 
@@ -60,8 +60,8 @@ void slide_state_reset(const SlideModel *model, SlideState *state);
 /* Is this a value that the network can take in: finite, also after scaling? */
 bool slide_input_usable(const SlideModel *model, size_t input, double value);
 
-/* The first input that is the cosine of an angle and, with its sine, shorter than that: it gives no
- * direction. n_inputs where there is none. */
+/* The first input that is the cosine of an angle and, with its sine, shorter than that: it gives
+ * no direction. n_inputs where there is none. */
 size_t slide_without_direction(const SlideModel *model, const double *inputs, double shortest);
 
 /* No communication step yet? */
@@ -78,7 +78,7 @@ bool slide_stream_hold(const SlideModel *model, SlideState *state);
 typedef struct {
     uint32_t count; /* the newest so many of model->taken */
     bool anew;
-    bool settled; /* its inputs count as held for ever before, which goes beyond what is taken in */
+    bool settled; /* what was before are its inputs, held for ever */
 } SlideIntake;
 
 /* The step that begins now, of state->head->last_length under state->inputs, becomes the newest of
@@ -91,12 +91,12 @@ SlideIntake slide_stream_take_in(const SlideModel *model, SlideState *state);
  * nothing has changed. */
 bool slide_stream_step(const SlideModel *model, SlideState *state, double length);
 
-/* Do the inputs behind the outputs lie in their ranges, and what the estimator sees, where there is
- * one, in those of its training? Brings the error estimates up to the present state. */
+/* Do the inputs behind the outputs lie in their ranges, and what the estimator sees, where there
+ * is one, in those of its training? Brings the error estimates up to the present state. */
 bool slide_stream_in_range(const SlideModel *model, SlideState *state);
 
-/* The outputs [n_block][n_outputs] of the newest samples as the network sees them now, oldest first,
- * scaled; after the first step or slide_stream_hold. They stay valid until the next call. */
+/* The outputs [n_block][n_outputs] of the newest samples as the network sees them now, oldest
+ * first, scaled; after the first step or slide_stream_hold. Valid until the next call. */
 const float *slide_stream_block(const SlideModel *model, const SlideState *state);
 
 /* Bring the error estimates up to the present state; only with an estimator, after the first step

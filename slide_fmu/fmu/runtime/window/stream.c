@@ -94,16 +94,16 @@ static const double *newest_sample(const SlideModel *model, const SlideState *st
     return slide_samples_at(&model->samples, &state->samples, *state->samples.count - 1);
 }
 
-/* The predictor looks at model->sample, the next one. */
-static bool see(const SlideModel *model, SlideState *state) {
-    return slide_network_see(&model->predictor, &state->predictor, *state->samples.count,
-                             model->sample, newest_sample(model, state));
+/* The predictor looks at the next sample. */
+static bool see(const SlideModel *model, SlideState *state, const double *sample) {
+    return slide_network_see(&model->predictor, &state->predictor, *state->samples.count, sample,
+                             newest_sample(model, state));
 }
 
-/* The predictor goes on by model->sample. Layers are evaluated at the last one of a step only. */
-static bool advance(const SlideModel *model, SlideState *state, bool last) {
+/* The predictor goes on by a sample. Layers are evaluated at the last one of a step only. */
+static bool advance(const SlideModel *model, SlideState *state, const double *sample, bool last) {
     const bool evaluated = last || slide_is_recurrent(model->predictor.family);
-    if (!see(model, state) || (evaluated && !predict(model, state, *state->samples.count))) {
+    if (!see(model, state, sample) || (evaluated && !predict(model, state, *state->samples.count))) {
         return false;
     }
     if (evaluated) {
@@ -113,15 +113,15 @@ static bool advance(const SlideModel *model, SlideState *state, bool last) {
 }
 
 /* A sample that is out of range leaves its number, once it is counted. */
-static void watch_range(const SlideModel *model, SlideState *state) {
-    if (!slide_in_range(model->sample, model->n_inputs, model->cosine)) {
+static void watch_range(const SlideModel *model, SlideState *state, const double *sample) {
+    if (!slide_in_range(sample, model->n_inputs, model->cosine)) {
         state->head->strayed = *state->samples.count;
     }
 }
 
-static void remember(const SlideModel *model, SlideState *state) {
-    slide_samples_append(&model->samples, &state->samples, model->sample);
-    watch_range(model, state);
+static void remember(const SlideModel *model, SlideState *state, const double *sample) {
+    slide_samples_append(&model->samples, &state->samples, sample);
+    watch_range(model, state, sample);
 }
 
 /* A step begins: keep what its derivatives need of the state before it. The derivatives of the
@@ -143,10 +143,10 @@ static void keep(const SlideModel *model, SlideState *state, double length) {
     slide_history_begin(&model->history, &state->history);
 }
 
-static bool take(const SlideModel *model, SlideState *state, bool last) {
-    bool good = advance(model, state, last);
+static bool take(const SlideModel *model, SlideState *state, const double *sample, bool last) {
+    bool good = advance(model, state, sample, last);
     if (good) {
-        remember(model, state);
+        remember(model, state, sample);
     }
     return good;
 }
@@ -156,14 +156,14 @@ static void accept_outputs(const SlideModel *model, SlideState *state) {
     state->head->current = 1;
 }
 
-/* Forget all samples; the present one counts for all. */
-static void restart(const SlideModel *model, SlideState *state) {
-    slide_samples_fill(&model->samples, &state->samples, model->sample);
-    slide_network_restart(&model->predictor, &state->predictor, model->sample,
+/* Forget all samples; this one counts for all. */
+static void restart(const SlideModel *model, SlideState *state, const double *sample) {
+    slide_samples_fill(&model->samples, &state->samples, sample);
+    slide_network_restart(&model->predictor, &state->predictor, sample,
                           newest_sample(model, state));
     slide_estimate_restart(&model->estimator, &state->estimate);
     state->head->strayed = 0;
-    watch_range(model, state);
+    watch_range(model, state, sample);
 }
 
 /* What is known of the inputs before the first step becomes the history. */
@@ -192,8 +192,8 @@ static void append(const SlideModel *model, SlideState *state) {
 
 /* The newest samples up to the end of the newest step of the history; from: NULL, or the inputs
  * that move evenly over so many samples to those of this step. */
-static void sample(const SlideModel *model, const SlideState *state, uint32_t count,
-                   const double *from) {
+static void sample_past(const SlideModel *model, const SlideState *state, uint32_t count,
+                        const double *from) {
     const double *to = slide_history_newest(&model->history, &state->history);
     SlideReader reader = slide_history_reader(&model->history, &state->history);
     for (uint32_t left = count; left-- > 0;) {
@@ -230,21 +230,21 @@ SlideIntake slide_stream_take_in(const SlideModel *model, SlideState *state) {
         recall(model, state);
     }
     append(model, state); /* a step of whole samples is joined to none under a first-order hold */
-    sample(model, state, intake.count, model->history.first_order && !intake.anew ? from : NULL);
+    sample_past(model, state, intake.count,
+                model->history.first_order && !intake.anew ? from : NULL);
     return intake;
 }
 
 /* The predictor goes on by what a step takes in; it sees its own part of what is taken in anew. */
 static bool take_all(const SlideModel *model, SlideState *state, const SlideIntake *intake) {
     for (uint32_t left = intake->count; left-- > 0;) {
-        memcpy(model->sample, model->taken + left * model->n_inputs,
-               model->n_inputs * sizeof(double));
+        const double *sample = model->taken + left * model->n_inputs;
         if (intake->anew && left == intake->count - 1) {
-            restart(model, state);
+            restart(model, state, sample);
         }
         if (intake->anew && left >= model->predictor.n_samples) {
-            remember(model, state);
-        } else if (!take(model, state, left == 0)) {
+            remember(model, state, sample);
+        } else if (!take(model, state, sample, left == 0)) {
             return false;
         }
     }
@@ -252,10 +252,10 @@ static bool take_all(const SlideModel *model, SlideState *state, const SlideInta
 }
 
 static bool hold(const SlideModel *model, SlideState *state) {
-    set_sample(model, prehistory(model, state), model->sample);
-    restart(model, state);
+    set_sample(model, prehistory(model, state), model->taken);
+    restart(model, state, model->taken);
     for (uint64_t left = model->predictor.n_settling; left > 0; --left) {
-        if (!advance(model, state, left == 1)) {
+        if (!advance(model, state, model->taken, left == 1)) {
             return false;
         }
     }
@@ -266,7 +266,7 @@ bool slide_stream_hold(const SlideModel *model, SlideState *state) {
     bool done;
     if (state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
         recall(model, state);
-        sample(model, state, model->memory_length, NULL);
+        sample_past(model, state, model->memory_length, NULL);
         const SlideIntake intake = {model->memory_length, .anew = true};
         done = take_all(model, state, &intake);
         *state->history.count = 0;
@@ -296,13 +296,13 @@ static bool step_of(const SlideModel *model, SlideState *state, double length) {
 
 /* The most frequent step, of one sample; until all is found, it changes nothing that counts. */
 static bool step_once(const SlideModel *model, SlideState *state) {
-    set_sample(model, state->inputs, model->sample);
-    if (!see(model, state) || !predict(model, state, *state->samples.count)) {
+    set_sample(model, state->inputs, model->taken);
+    if (!see(model, state, model->taken) || !predict(model, state, *state->samples.count)) {
         return false;
     }
     keep(model, state, model->step);
     model->predictor.family->accept(&model->predictor, &state->predictor);
-    remember(model, state);
+    remember(model, state, model->taken);
     accept_outputs(model, state);
     slide_history_append(&model->history, &state->history, model->step, state->inputs, false);
     state->head->filled += 1;

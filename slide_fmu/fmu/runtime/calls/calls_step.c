@@ -20,17 +20,18 @@ static const double SHORTEST_DIRECTOR = 1e-6;
 
 /* An angle needs a direction. The file names inputs for people only: here they are references. */
 static bool has_direction(const SlideInstance *instance, const double *inputs, const char *which) {
-    size_t cosine = slide_without_direction(&instance->model, inputs, SHORTEST_DIRECTOR);
-    if (cosine == instance->model.n_inputs) {
-        return true;
+    const SlideModel *model = &instance->model;
+    for (uint32_t i = 0; i < model->n_inputs; ++i) {
+        if (model->cosine[i] && !(hypot(inputs[i], inputs[i + 1]) >= SHORTEST_DIRECTOR)) {
+            slide_report(instance, SLIDE_ERROR,
+                         "%s with value references %u and %u = %g, %g, which gives no direction; "
+                         "expected cosine and sine of an angle, not both zero (length at least "
+                         "%g): set both and step again; nothing was changed",
+                         which, i, i + 1, inputs[i], inputs[i + 1], SHORTEST_DIRECTOR);
+            return false;
+        }
     }
-    slide_report(instance, SLIDE_ERROR,
-                 "%s with value references %u and %u = %g, %g, which gives no direction; "
-                 "expected cosine and sine of an angle, not both zero (length at least %g): set "
-                 "both and step again; nothing was changed",
-                 which, (unsigned)cosine, (unsigned)cosine + 1, inputs[cosine],
-                 inputs[cosine + 1], SHORTEST_DIRECTOR);
-    return false;
+    return true;
 }
 
 static bool have_direction(const SlideInstance *instance) {

@@ -207,8 +207,8 @@ static SlideStatus check_values(const SlideInstance *instance, uint32_t referenc
                                     "the former values are kept",
                                     reference, values[0], instance->has_more ? "to 2" : "or 1");
     }
-    for (size_t i = 0; i < variable.size; ++i) {
-        if (!slide_input_usable(&instance->model, variable.index, values[i])) {
+    for (size_t i = 0; i < variable.size; ++i) { /* finite as the networks see them */
+        if (!isfinite((float)slide_scaled(&instance->model, variable.index, values[i]))) {
             return slide_report(instance, SLIDE_DISCARD,
                                 "input with value reference %u = %g; expected a finite number "
                                 "near the input's range; the former values are kept",

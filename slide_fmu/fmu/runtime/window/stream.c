@@ -43,19 +43,6 @@ void slide_state_reset(const SlideModel *model, SlideState *state) {
     }
 }
 
-bool slide_input_usable(const SlideModel *model, size_t input, double value) {
-    return isfinite(value) && isfinite((float)slide_scaled(model, input, value));
-}
-
-size_t slide_without_direction(const SlideModel *model, const double *inputs, double shortest) {
-    for (size_t i = 0; i < model->n_inputs; ++i) {
-        if (model->cosine[i] && !(hypot(inputs[i], inputs[i + 1]) >= shortest)) {
-            return i;
-        }
-    }
-    return model->n_inputs;
-}
-
 /* Before the first step: the inputs until then. */
 static const double *prehistory(const SlideModel *model, const SlideState *state) {
     if (state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {

@@ -57,13 +57,6 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
 /* Back to the state after placing: no steps, inputs at their start values. */
 void slide_state_reset(const SlideModel *model, SlideState *state);
 
-/* Is this a value that the network can take in: finite, also after scaling? */
-bool slide_input_usable(const SlideModel *model, size_t input, double value);
-
-/* The first input that is the cosine of an angle and, with its sine, shorter than that: it gives
- * no direction. n_inputs where there is none. */
-size_t slide_without_direction(const SlideModel *model, const double *inputs, double shortest);
-
 /* No communication step yet? */
 bool slide_stream_fresh(const SlideState *state);
 

@@ -99,9 +99,9 @@ static void run_network(Parts *parts, float value) {
 }
 
 static bool see(Parts *parts, double value, uint64_t sample) {
-    parts->model.sample[0] = value;
+    parts->model.taken[0] = value;
     return slide_network_see(&parts->model.predictor, &parts->state.predictor, sample,
-                             parts->model.sample, parts->state.samples.ring);
+                             parts->model.taken, parts->state.samples.ring);
 }
 
 static bool step(Parts *parts, double part, bool reads) {

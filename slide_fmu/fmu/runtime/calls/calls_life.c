@@ -1,6 +1,5 @@
 /* From instantiation to the end. */
 #include "calls.h"
-#include "derivative.h"
 #include "resource.h"
 
 #include <math.h>

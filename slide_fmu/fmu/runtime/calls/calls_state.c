@@ -131,7 +131,8 @@ static bool is_intact(const SlideInstance *instance, const unsigned char *bytes)
     size_t counter = (size_t)((const char *)state->history.count - (const char *)state->head);
     uint64_t steps[2];
     memcpy(steps, block + counter, sizeof steps);
-    return known_mode && steps[0] < LARGEST_COUNT && steps[1] < LARGEST_COUNT && isfinite(slide_clock_time(&head.clock)) &&
+    return known_mode && steps[0] < LARGEST_COUNT && steps[1] < LARGEST_COUNT &&
+           isfinite(slide_clock_time(&head.clock)) &&
            header.checksum == slide_crc32(block, instance->state.size);
 }
 

@@ -24,9 +24,10 @@ static double *row_at(const Replay *replay, size_t age) {
 static void put_earlier(const Replay *replay) {
     const SlideModel *model = replay->model;
     const SlideSamples *samples = &replay->state->samples;
-    for (size_t age = replay->intake.count; age < (size_t)model->memory_length + SLIDE_BEFORE;
-         ++age) {
-        const double *before = slide_samples_at(&model->samples, samples, *samples->count - 1 - age);
+    const uint64_t newest = *samples->count - 1;
+    const size_t end = (size_t)model->memory_length + SLIDE_BEFORE;
+    for (size_t age = replay->intake.count; age < end; ++age) {
+        const double *before = slide_samples_at(&model->samples, samples, newest - age);
         for (size_t i = 0; i < model->n_inputs; ++i) {
             row_at(replay, age)[i] = replay->intake.settled
                                          ? slide_scaled(model, i, replay->state->inputs[i])
@@ -57,25 +58,24 @@ static const double *evaluate(const Replay *replay, const SlideNetwork *network,
     return network->family->run_exact(network, exact, &run);
 }
 
-/* Squares of estimates that the step did not move, or that the map bounds, are those of the state;
- * beyond its samples, where all are the same, one stands for all. */
+/* Squares of estimates that the step did not move, or that the map bounds, are those of the
+ * state. */
 static void estimate(const Replay *replay, double *errors) {
     const SlideModel *model = replay->model;
     const SlideEstimator *estimator = &model->estimator;
     const uint64_t newest = *replay->state->samples.count - 1;
     const size_t n_outputs = model->n_outputs;
-    const uint32_t n_moved = replay->intake.count;
-    const bool settled = replay->intake.settled;
-    const double *values = NULL;
+    const uint32_t n_moved = replay->intake.settled ? estimator->positions : replay->intake.count;
     memset(errors, 0, n_outputs * sizeof *errors);
     for (uint32_t age = 0; age < estimator->positions; ++age) {
-        if (age < n_moved || (age == n_moved && settled)) {
+        const double *values = NULL;
+        if (age < n_moved) {
             values = evaluate(replay, &estimator->network, &replay->scratch->estimator, age);
         }
         for (size_t i = 0; i < n_outputs; ++i) {
             double square =
                 *slide_estimate_square(estimator, &replay->state->estimate, i, newest - age);
-            if ((age < n_moved || settled) && square < estimator->largest) {
+            if (values != NULL && square < estimator->largest) {
                 double mean = estimator->n_means > 0 ? values[i] : 0;
                 square = slide_squared_error(estimator, mean, values[estimator->n_means + i]);
             }

@@ -27,9 +27,9 @@ typedef struct {
     double *steps;   /* [capacity][1 + n_inputs]: length in s, physical inputs */
 } SlideHistory;
 
-/* For n_samples samples of the past; a sample step of them holds 32 steps at most, held ones longer
- * than 1/32 of it, of a first-order hold any two after each other longer than 1/16. There is room
- * for n_samples + 1 more, so that a communication step which appends as many and is then taken back
+/* For n_samples samples of the past; a sample step of them holds 32 steps at most, held ones
+ * longer than 1/32 of it, of a first-order hold any two after each other longer than 1/16. There
+ * is room for n_samples + 1 more: a communication step that appends as many and is then taken back
  * has written over nothing that these samples depend on. */
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
                                       bool first_order, const bool *cosine);

@@ -50,7 +50,6 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideAren
     slide_estimator_place(&model->estimator, payload, arena);
     shape_past(model, payload);
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
-    model->sample = slide_place(arena, payload->n_inputs, sizeof(double));
     model->taken = slide_place(arena, (size_t)model->memory_length + SLIDE_BEFORE,
                                  payload->n_inputs * sizeof(double));
     model->candidate = slide_place(arena, payload->n_outputs, sizeof(double));

@@ -23,9 +23,8 @@ typedef struct {
     SlideSamplesShape samples;
     SlideHistoryShape history;
     double *inputs;    /* scratch [n_inputs]: a sample, in physical units */
-    double *sample;    /* scratch [n_inputs]: the same, scaled */
-    double *taken;     /* scratch [memory_length + SLIDE_BEFORE][n_inputs]: those of a step, scaled,
-                          newest first */
+    double *taken;     /* scratch [memory_length + SLIDE_BEFORE][n_inputs]: samples that a step
+                          takes in and those before, scaled, newest first */
     double *candidate; /* scratch [n_outputs]: a result before it is accepted */
     const SlideKernel *kernel;
     char guid[48];

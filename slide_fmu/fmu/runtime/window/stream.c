@@ -43,29 +43,12 @@ void slide_state_reset(const SlideModel *model, SlideState *state) {
     }
 }
 
-bool slide_input_usable(const SlideModel *model, size_t input, double value) {
-    return isfinite(value) && isfinite((float)slide_scaled(model, input, value));
-}
-
-size_t slide_without_direction(const SlideModel *model, const double *inputs, double shortest) {
-    for (size_t i = 0; i < model->n_inputs; ++i) {
-        if (model->cosine[i] && !(hypot(inputs[i], inputs[i + 1]) >= shortest)) {
-            return i;
-        }
-    }
-    return model->n_inputs;
-}
-
 /* Before the first step: the inputs until then. */
 static const double *prehistory(const SlideModel *model, const SlideState *state) {
-    switch (state->head->prehistory) {
-    case SLIDE_FIRST_HELD:
-        return state->inputs;
-    case SLIDE_INITIAL_HELD:
-        return state->initial;
-    default:
+    if (state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
         return state->window + (size_t)(model->memory_length - 1) * model->n_inputs;
     }
+    return state->head->prehistory == SLIDE_FIRST_HELD ? state->inputs : state->initial;
 }
 
 bool slide_stream_fresh(const SlideState *state) { return *state->history.count == 0; }
@@ -98,16 +81,16 @@ static const double *newest_sample(const SlideModel *model, const SlideState *st
     return slide_samples_at(&model->samples, &state->samples, *state->samples.count - 1);
 }
 
-/* The predictor looks at model->sample, the next one. */
-static bool see(const SlideModel *model, SlideState *state) {
-    return slide_network_see(&model->predictor, &state->predictor, *state->samples.count,
-                             model->sample, newest_sample(model, state));
+/* The predictor looks at the next sample. */
+static bool see(const SlideModel *model, SlideState *state, const double *sample) {
+    return slide_network_see(&model->predictor, &state->predictor, *state->samples.count, sample,
+                             newest_sample(model, state));
 }
 
-/* The predictor goes on by model->sample. Layers are evaluated at the last one of a step only. */
-static bool advance(const SlideModel *model, SlideState *state, bool last) {
+/* The predictor goes on by a sample. Layers are evaluated at the last one of a step only. */
+static bool advance(const SlideModel *model, SlideState *state, const double *sample, bool last) {
     const bool evaluated = last || slide_is_recurrent(model->predictor.family);
-    if (!see(model, state) || (evaluated && !predict(model, state, *state->samples.count))) {
+    if (!see(model, state, sample) || (evaluated && !predict(model, state, *state->samples.count))) {
         return false;
     }
     if (evaluated) {
@@ -117,15 +100,15 @@ static bool advance(const SlideModel *model, SlideState *state, bool last) {
 }
 
 /* A sample that is out of range leaves its number, once it is counted. */
-static void watch_range(const SlideModel *model, SlideState *state) {
-    if (!slide_in_range(model->sample, model->n_inputs, model->cosine)) {
+static void watch_range(const SlideModel *model, SlideState *state, const double *sample) {
+    if (!slide_in_range(sample, model->n_inputs, model->cosine)) {
         state->head->strayed = *state->samples.count;
     }
 }
 
-static void remember(const SlideModel *model, SlideState *state) {
-    slide_samples_append(&model->samples, &state->samples, model->sample);
-    watch_range(model, state);
+static void remember(const SlideModel *model, SlideState *state, const double *sample) {
+    slide_samples_append(&model->samples, &state->samples, sample);
+    watch_range(model, state, sample);
 }
 
 /* A step begins: keep what its derivatives need of the state before it. The derivatives of the
@@ -147,10 +130,10 @@ static void keep(const SlideModel *model, SlideState *state, double length) {
     slide_history_begin(&model->history, &state->history);
 }
 
-static bool take(const SlideModel *model, SlideState *state, bool last) {
-    bool good = advance(model, state, last);
+static bool take(const SlideModel *model, SlideState *state, const double *sample, bool last) {
+    bool good = advance(model, state, sample, last);
     if (good) {
-        remember(model, state);
+        remember(model, state, sample);
     }
     return good;
 }
@@ -160,14 +143,14 @@ static void accept_outputs(const SlideModel *model, SlideState *state) {
     state->head->current = 1;
 }
 
-/* Forget all samples; the present one counts for all. */
-static void restart(const SlideModel *model, SlideState *state) {
-    slide_samples_fill(&model->samples, &state->samples, model->sample);
-    slide_network_restart(&model->predictor, &state->predictor, model->sample,
+/* Forget all samples; this one counts for all. */
+static void restart(const SlideModel *model, SlideState *state, const double *sample) {
+    slide_samples_fill(&model->samples, &state->samples, sample);
+    slide_network_restart(&model->predictor, &state->predictor, sample,
                           newest_sample(model, state));
     slide_estimate_restart(&model->estimator, &state->estimate);
     state->head->strayed = 0;
-    watch_range(model, state);
+    watch_range(model, state, sample);
 }
 
 /* What is known of the inputs before the first step becomes the history. */
@@ -181,24 +164,34 @@ static void recall(const SlideModel *model, SlideState *state) {
     }
 }
 
-/* The step becomes the newest of the history, part by part. */
-static void append(const SlideModel *model, SlideState *state, const SlideStepInputs *inputs) {
-    for (uint32_t part = 0; part < inputs->parts.count; ++part) {
-        slide_step_part(&model->history, inputs, part, model->inputs);
-        slide_history_append(&model->history, &state->history,
-                             slide_part_length(&inputs->parts, part), model->inputs, part > 0);
+/* The step becomes the newest of the history. Beyond the samples that any result depends on, one
+ * part of a step whose inputs move stands for all. */
+static void append(const SlideModel *model, SlideState *state) {
+    const double length = state->head->last_length;
+    if (state->head->moved) {
+        const SlideMovingStep step = {length, state->inputs, state->before.rates, model->step,
+                                      model->memory_length + 1};
+        slide_append_moving(&model->history, &state->history, &step, model->inputs);
+    } else {
+        slide_history_append(&model->history, &state->history, length, state->inputs, false);
     }
 }
 
-/* All samples that the networks see, up to the end of the newest step of the history. */
-static SlideIntake sample_anew(const SlideModel *model, SlideState *state) {
+/* The newest samples up to the end of the newest step of the history; from: NULL, or the inputs
+ * that move evenly over so many samples to those of this step. */
+static void sample_past(const SlideModel *model, const SlideState *state, uint32_t count,
+                        const double *from) {
+    const double *to = slide_history_newest(&model->history, &state->history);
     SlideReader reader = slide_history_reader(&model->history, &state->history);
-    for (uint32_t left = model->memory_length; left-- > 0;) {
-        double begin = -((double)left + 1) * model->step, end = -(double)left * model->step;
-        slide_history_sample(&reader, begin, end, model->inputs);
+    for (uint32_t left = count; left-- > 0;) {
+        if (from != NULL) {
+            slide_history_between(&model->history, from, to, (double)left / count, model->inputs);
+        } else {
+            double begin = -((double)left + 1) * model->step, end = -(double)left * model->step;
+            slide_history_sample(&reader, begin, end, model->inputs);
+        }
         set_sample(model, model->inputs, model->taken + left * model->n_inputs);
     }
-    return (SlideIntake){.count = model->memory_length, .anew = true};
 }
 
 /* Samples one h apart that a step takes in; 0: it takes all anew. */
@@ -208,51 +201,37 @@ static uint32_t count_whole(const SlideModel *model, double length) {
     return whole ? (uint32_t)count : 0;
 }
 
-/* Beyond the samples that any result depends on, one part stands for all. */
-static SlideStepInputs inputs_of_step(const SlideModel *model, const SlideState *state) {
-    const SlideHistoryShape *shape = &model->history;
-    const double length = state->head->last_length;
-    const double *from = shape->first_order ? slide_stream_reached(model, state) : NULL;
-    if (!state->head->moved) {
-        return (SlideStepInputs){from, state->inputs, NULL, {1, length, 0, 1}};
-    }
-    return (SlideStepInputs){from, state->inputs, state->before.rates,
-                             slide_parts(shape, length, model->step, model->memory_length + 1)};
-}
-
 SlideIntake slide_stream_take_in(const SlideModel *model, SlideState *state) {
     const bool first = slide_stream_fresh(state);
     const bool settled = first && state->head->prehistory == SLIDE_FIRST_HELD;
     const bool held = settled && !state->head->moved; /* slide_stream_hold took in one sample */
     const uint32_t n_whole = count_whole(model, state->head->last_length);
-    const SlideStepInputs inputs = inputs_of_step(model, state);
-    SlideIntake intake = {held && n_whole > 0 ? n_whole - 1 : n_whole, false, settled};
-    for (uint32_t left = 0; left < intake.count; ++left) {
-        slide_step_sample(&model->history, &inputs, intake.count, left, model->inputs);
-        set_sample(model, model->inputs, model->taken + left * model->n_inputs);
+    const double *from = slide_stream_reached(model, state);
+    SlideIntake intake = {n_whole, n_whole == 0 && !held, settled};
+    if (intake.anew) {
+        intake.count = model->memory_length;
+    } else if (held && n_whole > 0) {
+        intake.count = n_whole - 1;
     }
     if (first && !held) {
         recall(model, state);
     }
-    append(model, state, &inputs);
-    if (n_whole == 0 && !held) {
-        intake = sample_anew(model, state);
-        intake.settled = settled;
-    }
+    append(model, state); /* a step of whole samples is joined to none under a first-order hold */
+    sample_past(model, state, intake.count,
+                model->history.first_order && !intake.anew ? from : NULL);
     return intake;
 }
 
 /* The predictor goes on by what a step takes in; it sees its own part of what is taken in anew. */
 static bool take_all(const SlideModel *model, SlideState *state, const SlideIntake *intake) {
     for (uint32_t left = intake->count; left-- > 0;) {
-        memcpy(model->sample, model->taken + left * model->n_inputs,
-               model->n_inputs * sizeof(double));
+        const double *sample = model->taken + left * model->n_inputs;
         if (intake->anew && left == intake->count - 1) {
-            restart(model, state);
+            restart(model, state, sample);
         }
         if (intake->anew && left >= model->predictor.n_samples) {
-            remember(model, state);
-        } else if (!take(model, state, left == 0)) {
+            remember(model, state, sample);
+        } else if (!take(model, state, sample, left == 0)) {
             return false;
         }
     }
@@ -260,10 +239,10 @@ static bool take_all(const SlideModel *model, SlideState *state, const SlideInta
 }
 
 static bool hold(const SlideModel *model, SlideState *state) {
-    set_sample(model, prehistory(model, state), model->sample);
-    restart(model, state);
+    set_sample(model, prehistory(model, state), model->taken);
+    restart(model, state, model->taken);
     for (uint64_t left = model->predictor.n_settling; left > 0; --left) {
-        if (!advance(model, state, left == 1)) {
+        if (!advance(model, state, model->taken, left == 1)) {
             return false;
         }
     }
@@ -274,7 +253,8 @@ bool slide_stream_hold(const SlideModel *model, SlideState *state) {
     bool done;
     if (state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
         recall(model, state);
-        const SlideIntake intake = sample_anew(model, state);
+        sample_past(model, state, model->memory_length, NULL);
+        const SlideIntake intake = {model->memory_length, .anew = true};
         done = take_all(model, state, &intake);
         *state->history.count = 0;
     } else {
@@ -303,13 +283,13 @@ static bool step_of(const SlideModel *model, SlideState *state, double length) {
 
 /* The most frequent step, of one sample; until all is found, it changes nothing that counts. */
 static bool step_once(const SlideModel *model, SlideState *state) {
-    set_sample(model, state->inputs, model->sample);
-    if (!see(model, state) || !predict(model, state, *state->samples.count)) {
+    set_sample(model, state->inputs, model->taken);
+    if (!see(model, state, model->taken) || !predict(model, state, *state->samples.count)) {
         return false;
     }
     keep(model, state, model->step);
     model->predictor.family->accept(&model->predictor, &state->predictor);
-    remember(model, state);
+    remember(model, state, model->taken);
     accept_outputs(model, state);
     slide_history_append(&model->history, &state->history, model->step, state->inputs, false);
     state->head->filled += 1;

@@ -19,19 +19,18 @@ typedef struct {
     double filled;    /* samples of the inputs that were set in this run; whole unless steps were
                          no multiples of h */
     uint64_t strayed; /* number of the sample after the newest one that was out of range; or 0 */
-    uint32_t mode;    /* SlideMode of instance.h */
-    uint32_t current; /* outputs belong to the present state */
-    uint32_t prehistory; /* SlidePrehistory */
-    uint32_t moving;  /* the inputs of the next step have derivatives that are not all zero */
-    uint32_t moved;   /* those of the last step had */
-    uint32_t unused;
+    double prehistory;  /* SlidePrehistory, a variable */
     double last_length; /* s, of the last step; 0 before the first */
+    uint32_t mode;      /* SlideMode of instance.h */
+    uint32_t current;   /* outputs belong to the present state */
+    uint32_t moving;    /* the inputs of the next step have derivatives that are not all zero */
+    uint32_t moved;     /* those of the last step had */
 } SlideHead;
 
 /* What the last step began with: by it and by the history of before, derivatives do it again. */
 typedef struct {
-    double *given, *rates;  /* [n_inputs], the inputs as they were set; of a step whose inputs moved,
-                               their derivatives */
+    double *given, *rates;  /* [n_inputs], the inputs as they were set; of a step whose inputs
+                               moved, their derivatives */
     SlideNetworkState predictor; /* of recurrent networks */
 } SlideBeforeStep;
 
@@ -58,13 +57,6 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
 /* Back to the state after placing: no steps, inputs at their start values. */
 void slide_state_reset(const SlideModel *model, SlideState *state);
 
-/* Is this a value that the network can take in: finite, also after scaling? */
-bool slide_input_usable(const SlideModel *model, size_t input, double value);
-
-/* The first input that is the cosine of an angle and, with its sine, shorter than that: it gives no
- * direction. n_inputs where there is none. */
-size_t slide_without_direction(const SlideModel *model, const double *inputs, double shortest);
-
 /* No communication step yet? */
 bool slide_stream_fresh(const SlideState *state);
 
@@ -79,7 +71,7 @@ bool slide_stream_hold(const SlideModel *model, SlideState *state);
 typedef struct {
     uint32_t count; /* the newest so many of model->taken */
     bool anew;
-    bool settled; /* its inputs count as held for ever before, which goes beyond what is taken in */
+    bool settled; /* what was before are its inputs, held for ever */
 } SlideIntake;
 
 /* The step that begins now, of state->head->last_length under state->inputs, becomes the newest of
@@ -92,12 +84,12 @@ SlideIntake slide_stream_take_in(const SlideModel *model, SlideState *state);
  * nothing has changed. */
 bool slide_stream_step(const SlideModel *model, SlideState *state, double length);
 
-/* Do the inputs behind the outputs lie in their ranges, and what the estimator sees, where there is
- * one, in those of its training? Brings the error estimates up to the present state. */
+/* Do the inputs behind the outputs lie in their ranges, and what the estimator sees, where there
+ * is one, in those of its training? Brings the error estimates up to the present state. */
 bool slide_stream_in_range(const SlideModel *model, SlideState *state);
 
-/* The outputs [n_block][n_outputs] of the newest samples as the network sees them now, oldest first,
- * scaled; after the first step or slide_stream_hold. They stay valid until the next call. */
+/* The outputs [n_block][n_outputs] of the newest samples as the network sees them now, oldest
+ * first, scaled; after the first step or slide_stream_hold. Valid until the next call. */
 const float *slide_stream_block(const SlideModel *model, const SlideState *state);
 
 /* Bring the error estimates up to the present state; only with an estimator, after the first step

@@ -7,7 +7,19 @@ from typing import Any
 
 from slide_fmu.recipe.recipe import Recipe
 
-TINY = """
+LINEAR_NETWORK = """[[data.excitation]]
+kind = "held_random"
+weight = 1.0
+
+[network]
+family = "feed_forward"
+hidden = []
+bias = false
+"""
+"""One kind of excitation and a network without hidden layers, which a linear system needs."""
+
+TINY = (
+    """
 name = "tiny"
 description = "strongly damped oscillator"
 
@@ -27,21 +39,16 @@ burn_in = 0.25
 train = 4
 validation = 2
 
-[[data.excitation]]
-kind = "held_random"
-weight = 1.0
-
-[network]
-family = "feed_forward"
-hidden = []
-bias = false
-
+"""
+    + LINEAR_NETWORK
+    + """
 [training]
 steps = 40
 batch = 32
 learning_rate = 3e-3
 validate_every = 10
 """
+)
 
 ESTIMATOR: dict[str, Any] = {
     "resolution": 1e-6,

@@ -7,6 +7,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
+from mbs_models.plants.checks import finite_vector
 from mbs_models.plants.driven_plant import DrivenPlant
 from mbs_models.plants.solver import ExplicitPlant
 from slide_fmu.core.signals import FloatArray
@@ -102,17 +103,3 @@ class PlantSystem(System, Generic[M]):
         """Return a copy of inputs, shape (n_inputs,), which must be finite."""
         names = ", ".join(signal.name for signal in self.inputs)
         return finite_vector(f"{what} {names}", inputs, len(self._last_input))
-
-
-def finite_vector(name: str, values: FloatArray, size: int) -> FloatArray:
-    """Return a copy of a vector that must hold ``size`` finite numbers.
-
-    Raises:
-        ValueError: the vector, which the message names, has another shape, or is not finite.
-    """
-    vector = np.array(values, dtype=np.float64)
-    if vector.shape != (size,) or not np.isfinite(vector).all():
-        raise ValueError(
-            f"{name} = {vector} of shape {vector.shape}; expected finite numbers, shape ({size},)"
-        )
-    return vector

@@ -41,7 +41,9 @@ class ExplicitPlant:
         self.mbs: Any = mbs
         self._container = container
         self._solver: Any = exu.MainSolverExplicit()
-        self._settings = _explicit_settings(step, substeps)
+        self._settings = _silent_settings(step, substeps)
+        self._settings.timeIntegration.solverType = exu.DynamicSolverType.RK67
+        self._settings.timeIntegration.explicit.computeEndOfStepAccelerations = False
 
     def set_state(self, coordinates: FloatArray, velocities: FloatArray) -> None:
         """Continue from coordinates q and velocities q', shape (n,) each, in SI units."""
@@ -64,11 +66,7 @@ class ExplicitPlant:
         """
         if not self._solver.SolveSystem(self.mbs, self._settings):
             raise SimulationError(f"exudyn stopped: {self._solver.GetErrorString()}")
-        data = self.mbs.systemData
-        coordinates, velocities = data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
-        if not (np.isfinite(coordinates).all() and np.isfinite(velocities).all()):
-            raise SimulationError(_diverged(coordinates, velocities))
-        self.set_state(coordinates, velocities)
+        self.set_state(*_reached(self.mbs))
 
     def linearize(self, coordinates: FloatArray, velocities: FloatArray) -> Linearization:
         """Linearize at a state in SI units, shape (n,) each; the current state stays as it is."""
@@ -79,14 +77,6 @@ class ExplicitPlant:
         finally:
             self.set_state(*kept)
         return Linearization(mass, damping, stiffness, np.zeros((0, len(mass))))
-
-
-def _explicit_settings(step: float, substeps: int) -> exu.SimulationSettings:
-    """Return settings of a silent explicit solver run over one sample step."""
-    settings = _silent_settings(step, substeps)
-    settings.timeIntegration.solverType = exu.DynamicSolverType.RK67
-    settings.timeIntegration.explicit.computeEndOfStepAccelerations = False
-    return settings
 
 
 @dataclass(frozen=True)
@@ -139,7 +129,7 @@ class ImplicitPlant:
         mbs: exu.MainSystem,
         step: float,
         settings: ImplicitSettings,
-        before_substep: Callable[[float], None] | None = None,
+        before_substep: Callable[[float], None] = lambda time: None,
     ) -> None:
         """Take over an assembled system with its container, at rest where it was assembled."""
         self.mbs: Any = mbs
@@ -176,8 +166,9 @@ class ImplicitPlant:
         """
         # a run that fails is not running: the next step starts anew from the state before
         was_running, self._running = self._running, False
-        if was_running:
-            self._start_anew_in_time()
+        if was_running:  # it goes on from t = 0
+            self._solver.it.currentTime = 0.0
+            self.mbs.systemData.SetTime(0.0, _CURRENT)
         else:
             self._start()
         if not self._solver.SolveSteps(self.mbs, self._settings):
@@ -185,11 +176,7 @@ class ImplicitPlant:
                 f"exudyn stopped within one sample step: {self._solver.GetErrorString()!r}. "
                 "Use more substeps, a shorter step, or inputs within the range of the system"
             )
-        data = self.mbs.systemData
-        coordinates, velocities = data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
-        if not (np.isfinite(coordinates).all() and np.isfinite(velocities).all()):
-            raise SimulationError(_diverged(coordinates, velocities))
-        self._coordinates, self._velocities = coordinates, velocities
+        self._coordinates, self._velocities = _reached(self.mbs)
         self._running = True
 
     def linearize(self, coordinates: FloatArray, velocities: FloatArray) -> Linearization:
@@ -214,31 +201,29 @@ class ImplicitPlant:
         if not self._solver.InitializeSolver(self.mbs, self._settings):
             raise SimulationError(f"exudyn did not start: {self._solver.GetErrorString()!r}")
 
-    def _start_anew_in_time(self) -> None:
-        """Let the solver run go on from t = 0."""
-        self._solver.it.currentTime = 0.0
-        self.mbs.systemData.SetTime(0.0, _CURRENT)
-
     def _to_initial(self, coordinates: FloatArray, velocities: FloatArray) -> None:
         """Make a state exudyn's initial one, with the parameters of the start of a step."""
         self.mbs.systemData.SetODE2Coordinates(coordinates, _INITIAL)
         self.mbs.systemData.SetODE2Coordinates_t(velocities, _INITIAL)
-        if self.before_substep is not None:
-            self.before_substep(0.0)
+        self.before_substep(0.0)
 
     def _prepare_substep(self, mbs: Any, time: float) -> bool:
         """Answer exudyn, which calls this before a substep with the time at its end."""
-        if self.before_substep is not None:
-            self.before_substep(time)
+        self.before_substep(time)
         return True
 
 
-def _diverged(coordinates: FloatArray, velocities: FloatArray) -> str:
-    return (
-        f"the motion diverged within one sample step: q = {coordinates}, q' = {velocities}; "
-        "expected finite values. Use more substeps, a shorter step, or inputs within the range "
-        "of the system"
-    )
+def _reached(mbs: Any) -> tuple[FloatArray, FloatArray]:
+    """Return coordinates and velocities at the end of a solver run, which must be finite."""
+    coordinates = mbs.systemData.GetODE2Coordinates()
+    velocities = mbs.systemData.GetODE2Coordinates_t()
+    if not (np.isfinite(coordinates).all() and np.isfinite(velocities).all()):
+        raise SimulationError(
+            f"the motion diverged within one sample step: q = {coordinates}, q' = {velocities}; "
+            "expected finite values. Use more substeps, a shorter step, or inputs within the "
+            "range of the system"
+        )
+    return coordinates, velocities
 
 
 def _implicit_settings(step: float, chosen: ImplicitSettings) -> exu.SimulationSettings:

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from mbs_models.plants.cubic_spring import expect_positive
+from mbs_models.plants.checks import expect_positive
 from mbs_models.plants.plant_system import PlantSystem
 from mbs_models.slider_crank.slider_crank_plant import CRANK_LENGTH, Mechanism, SliderCrankPlant
 from slide_fmu.core.signals import Angle, FloatArray, Signal

@@ -26,9 +26,7 @@ from exudyn.itemInterface import (
     RigidBody2D,
 )
 
-from mbs_models.plants.cubic_spring import (
-    add_marker,
-    add_mass,
+from mbs_models.plants.checks import (
     expect,
     expect_not_negative,
     expect_positive,
@@ -36,6 +34,7 @@ from mbs_models.plants.cubic_spring import (
 )
 from mbs_models.plants.driven_plant import DrivenPlant
 from mbs_models.plants.solver import ImplicitPlant, ImplicitSettings
+from mbs_models.plants.spring_masses import add_marker, add_mass
 from slide_fmu.core.signals import FloatArray
 
 CRANK_LENGTH, CRANK_MASS = 0.5, 2.0

@@ -15,8 +15,7 @@ import numpy as np
 from fmpy.fmi1 import FMICallException
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.importer import Reader, Slave, open_slave
-from slide_fmu.fmu.description.reading import read_description
+from slide_fmu.cosim.importer import Reader, Slave, open_slave, read_description
 
 
 class CoSimulationError(RuntimeError):

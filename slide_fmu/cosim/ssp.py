@@ -8,8 +8,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from slide_fmu.core.files import write_zip
+from slide_fmu.cosim.importer import read_description
 from slide_fmu.fmu.description.fmi2 import document
-from slide_fmu.fmu.description.reading import read_description
 
 STRUCTURE = "SystemStructure.ssd"
 DESCRIPTION = "http://ssp-standard.org/SSP1/SystemStructureDescription"

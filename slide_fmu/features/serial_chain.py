@@ -134,15 +134,8 @@ class SerialChain:
         """Give force in N and moment in N m about the base origin, of the chain ON its base.
 
         Weight and inertia forces of all links, in base axes: at rest it is the weight. It is
-        minus what holds the base in place.
-
-        Args:
-            q: joint angles in rad, shape (..., n).
-            dq: their rates in rad/s, shape (..., n).
-            ddq: their second derivatives in rad/s^2, shape (..., n).
-
-        Returns:
-            Force and moment, shape (..., 6).
+        minus what holds the base in place. Joint angles in rad, their rates in rad/s and second
+        derivatives in rad/s^2, (..., n) each, give force and moment, (..., 6).
         """
         forces, moments, _ = self._link_wrenches(q, dq, ddq)
         return -np.concatenate([forces.sum(axis=-2), moments.sum(axis=-2)], axis=-1)
@@ -158,12 +151,9 @@ class SerialChain:
     def base_inertia(self, q: FloatArray) -> FloatArray:
         """Give mass, first moment and inertia of the chain about the base origin, base axes.
 
-        Args:
-            q: joint angles in rad, shape (..., n).
-
-        Returns:
-            Shape (..., 10): mass in kg; mass times centre of mass (3) in kg m; entries xx, yy,
-            zz, xy, xz, yz of the inertia tensor in kg m^2 (xy is minus the integral of x y).
+        Joint angles q in rad, (..., n), give (..., 10): mass in kg; mass times centre of mass (3)
+        in kg m; entries xx, yy, zz, xy, xz, yz of the inertia tensor in kg m^2 (xy is minus the
+        integral of x y).
         """
         frames = self.forward_kinematics(q)
         centres = self._centres(frames)
@@ -179,14 +169,8 @@ class SerialChain:
     def base_momentum(self, q: FloatArray, dq: FloatArray) -> FloatArray:
         """Give the momenta in N s and N m s of the chain about the base origin, base axes.
 
-        The linear momentum comes first.
-
-        Args:
-            q: joint angles in rad, shape (..., n).
-            dq: their rates in rad/s, shape (..., n).
-
-        Returns:
-            Shape (..., 6).
+        Joint angles q in rad and their rates in rad/s, (..., n), give (..., 6), the linear
+        momentum first.
         """
         frames = self.forward_kinematics(q)
         motion = _Motion(self._angles("dq", dq), np.zeros(q.shape), frames, np.zeros(3))

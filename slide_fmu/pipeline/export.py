@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slide_fmu.core.progress import Stages
-from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
+from slide_fmu.fmu.export import MODULE_FILES, export_fmu, read_fmu, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion
-from slide_fmu.python_fmu.torch_files import SUFFIXES, is_module
 
 if TYPE_CHECKING:
     from slide_fmu.pipeline.job import Job
@@ -65,7 +64,7 @@ def export(request: Request, bar: Stages) -> Path:
         StageError: the recipe was not trained.
         ValueError: an option is missing, or means nothing for this source.
     """
-    if request.python or is_module(request.source):
+    if request.python or request.source.suffix in MODULE_FILES:
         return _export_module(request)
     if request.source.suffix == ".toml":
         return _export_recipe(request, bar)
@@ -151,9 +150,9 @@ def _require_module_export(request: Request) -> None:
     from slide_fmu.python_fmu.torch_export import ModuleError
 
     source = request.source
-    if not is_module(source):
+    if source.suffix not in MODULE_FILES:
         raise ModuleError(
-            f"{source}: the python backend takes a torch module, {' or '.join(SUFFIXES)}; the "
+            f"{source}: the python backend takes a torch module, {' or '.join(MODULE_FILES)}; the "
             "native one runs what slide-fmu trains: leave out --backend python"
         )
     if not request.python:

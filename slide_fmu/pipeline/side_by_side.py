@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, cosines_of
+from slide_fmu.cosim.importer import read_description
 from slide_fmu.cosim.ssp import write_comparison
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
-from slide_fmu.fmu.description.reading import read_description
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.python_fmu.input_source import write_input_source

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from slide_fmu.python_fmu.writer import write_python_fmu
-from slide_fmu.systems.loading import Parameter, load_system
+from slide_fmu.systems.base import Parameter
+from slide_fmu.systems.loading import load_system
 
 _SCRIPT = '''"""Reference FMU: names its system, which the Python environment must offer."""
 

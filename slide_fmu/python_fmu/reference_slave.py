@@ -14,10 +14,10 @@ from pythonfmu import Boolean, Real
 from pythonfmu.enums import Fmi2Status
 
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
-from slide_fmu.python_fmu.slave import Slave
+from slide_fmu.python_fmu.slave import Slave, stored
 from slide_fmu.python_fmu.torch_window import Clock
-from slide_fmu.systems.base import SimulationError, State
-from slide_fmu.systems.loading import Parameter, load_system
+from slide_fmu.systems.base import Parameter, SimulationError, State
+from slide_fmu.systems.loading import load_system
 
 FROM_STATE = "start_from_state"
 """FMI parameter: start from the ``initial_...`` parameters instead of at rest."""
@@ -56,24 +56,20 @@ class SystemSlave(Slave):
     def _register(self) -> None:
         """Declare the variables: inputs, outputs, then the parameters of the initial state."""
         for index, signal in enumerate(self.system.inputs):
-            access = _access(signal.description, self.input_values, index)
-            self.add(Real, signal.name, "input", "continuous", **access)
+            access = stored(self.input_values, index)
+            self.add(
+                Real, signal.name, "input", "continuous", description=signal.description, **access
+            )
         for index, signal in enumerate(self.system.outputs):
-            access = {
-                "description": signal.description,
-                "getter": lambda index=index: self._outputs()[index],
-            }
-            self.add(Real, signal.name, "output", "continuous", **access)
-        access = {
-            "description": "start from the initial_ parameters instead of at rest",
-            "getter": lambda: self.from_state,
-            "setter": lambda value: setattr(self, "from_state", value),
-        }
-        self.add(Boolean, FROM_STATE, "parameter", "fixed", **access)
+            text, getter = signal.description, lambda index=index: self._outputs()[index]
+            self.add(Real, signal.name, "output", "continuous", description=text, getter=getter)
+        text = "start from the initial_ parameters instead of at rest"
+        access = stored(vars(self), "from_state")
+        self.add(Boolean, FROM_STATE, "parameter", "fixed", description=text, **access)
         for part, values in self.initial.items():
             for index in range(len(values)):
-                access = _access("SI units", values, index)
-                self.add(Real, f"initial_{part}[{index}]", "parameter", "fixed", **access)
+                name, access = f"initial_{part}[{index}]", stored(values, index)
+                self.add(Real, name, "parameter", "fixed", description="SI units", **access)
 
     def exit_initialization_mode(self) -> None:
         """Put the system into its initial state."""
@@ -116,12 +112,3 @@ class SystemSlave(Slave):
     def described(self) -> Sequence[Signal]:
         """Give inputs and outputs of the system."""
         return (*self.system.inputs, *self.system.outputs)
-
-
-def _access(text: str, values: FloatArray, index: int) -> dict[str, Any]:
-    """Describe a real variable that is stored in ``values[index]``, and how it is got and set."""
-    return {
-        "description": text,
-        "getter": lambda: values[index],
-        "setter": lambda value: values.__setitem__(index, value),
-    }

@@ -10,6 +10,9 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, Signal, Trajectory
 from slide_fmu.features.serial_chain import SerialChain
 
+Parameter = float | int | str | bool
+"""Value of a parameter of a reference system, as TOML and JSON know it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Linearization:
@@ -105,6 +108,10 @@ class System(abc.ABC):
 
 class SimulationError(RuntimeError):
     """A reference system could not be simulated."""
+
+
+class LoadError(ValueError):
+    """A reference system could not be made from its name and parameters."""
 
 
 def simulate(system: System, inputs: FloatArray, initial: State) -> Trajectory:

@@ -6,11 +6,8 @@ from collections.abc import Callable, Mapping
 from typing import cast
 
 from slide_fmu.core.signals import check_inputs
-from slide_fmu.systems.base import System
-from slide_fmu.systems.naming import LoadError, Parameter, imported
-from slide_fmu.systems.python_class import system_of_class
-
-__all__ = ["KINDS", "LoadError", "Parameter", "load_picture", "load_system"]
+from slide_fmu.systems.base import LoadError, Parameter, System
+from slide_fmu.systems.python_class import imported, system_of_class
 
 Maker = Callable[[str, Mapping[str, Parameter]], System]
 """Makes a system from its model and its parameters; raises ``LoadError`` where it cannot."""

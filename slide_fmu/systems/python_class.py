@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
 from collections.abc import Mapping
+from types import ModuleType
 from typing import cast
 
-from slide_fmu.systems.base import System
-from slide_fmu.systems.naming import LoadError, Parameter, imported
+from slide_fmu.systems.base import LoadError, Parameter, System
 
 
 def system_of_class(model: str, parameters: Mapping[str, Parameter]) -> System:
@@ -56,3 +57,23 @@ def _find_class(model: str) -> type[System]:
 def _is_system(item: object) -> bool:
     """Whether it is a class of systems that can be made."""
     return inspect.isclass(item) and issubclass(item, System) and not inspect.isabstract(item)
+
+
+def imported(what: str, module_name: str) -> ModuleType:
+    """Import a module that a recipe names.
+
+    Args:
+        what: what names it, for the message.
+        module_name: dotted name of the module.
+
+    Raises:
+        LoadError: the module, or what it needs, is not installed here.
+    """
+    try:
+        return importlib.import_module(module_name)
+    except ImportError as error:
+        raise LoadError(
+            f"{what}: module {module_name!r} cannot be imported ({error}); expected an "
+            "installed module, or one in a folder on PYTHONPATH: check the name, or install what "
+            "it needs (the extra 'train' brings exudyn)"
+        ) from error

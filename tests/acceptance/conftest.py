@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from slide_fmu.cli import app
+from tests.recipes import LINEAR_NETWORK
 
 SMALL_DUFFING = """
 name = "small_duffing"
@@ -129,7 +130,8 @@ learning_rate = 5e-3
 validate_every = 50
 """
 
-SMALL_LINEAR = """
+SMALL_LINEAR = (
+    """
 name = "small_linear"
 description = "Linear oscillator, small enough for a test"
 
@@ -149,15 +151,9 @@ burn_in = 3.0
 train = 8
 validation = 2
 
-[[data.excitation]]
-kind = "held_random"
-weight = 1.0
-
-[network]
-family = "feed_forward"
-hidden = []
-bias = false
-
+"""
+    + LINEAR_NETWORK
+    + """
 [training]
 steps = 1200
 batch = 256
@@ -165,6 +161,7 @@ learning_rate = 1e-2
 precision = "float64"
 validate_every = 300
 """
+)
 
 
 @dataclass(frozen=True)

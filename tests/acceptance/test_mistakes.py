@@ -17,8 +17,8 @@ from slide_fmu.core.window import Window
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fmu.export import read_fmu, read_member
-from slide_fmu.network.state_space import StateSpace
 from slide_fmu.network.state_space.cell import Cell
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.pipeline.job import Job, open_job, provenance, versions
 from slide_fmu.pipeline.stability import STABILITY_PICTURE
 from slide_fmu.recipe.systems import recipe_system

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import fmpy
@@ -10,8 +9,8 @@ import pytest
 
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import Loaded, Native
-from tests.fmu.samples import Shape, random_surrogate, sum_surrogate
+from tests.fmu.native import Load, Loaded, Native
+from tests.fmu.samples import TWO_MASSES, Shape, random_surrogate, sum_surrogate
 from tests.libraries import build_libraries
 
 
@@ -21,7 +20,7 @@ def _binaries() -> None:
 
 
 @pytest.fixture
-def load(tmp_path: Path) -> Callable[[Surrogate], Loaded]:
+def load(tmp_path: Path) -> Load:
     """Export and unpack a surrogate."""
 
     def loaded(surrogate: Surrogate) -> Loaded:
@@ -33,7 +32,7 @@ def load(tmp_path: Path) -> Callable[[Surrogate], Loaded]:
 
 
 @pytest.fixture
-def summing(load: Callable[[Surrogate], Loaded]) -> Native:
+def summing(load: Load) -> Native:
     """A window of 4, y = sum, whose window holds zeros after one step."""
     native = load(sum_surrogate()).instance().start()
     native.step(0.0)
@@ -41,6 +40,22 @@ def summing(load: Callable[[Surrogate], Loaded]) -> Native:
 
 
 @pytest.fixture
-def rich(load: Callable[[Surrogate], Loaded]) -> Loaded:
+def rich(load: Load) -> Loaded:
     shape = Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3)
     return load(random_surrogate(shape))
+
+
+@pytest.fixture
+def surrogate() -> Surrogate:
+    """Two inputs, two outputs and an estimator, for tests of FMU files."""
+    return random_surrogate(TWO_MASSES)
+
+
+@pytest.fixture
+def fmu(surrogate: Surrogate, tmp_path: Path) -> Path:
+    """An FMU of FMI 2.0 that holds all that an archive can hold."""
+    pages = {"index.html": b"<p>card</p>", "figures/error.svg": b"<svg/>"}
+    provenance = {"seed": 3, "recipe": "größer"}
+    return export_fmu(
+        surrogate, tmp_path / "new" / "m.fmu", provenance=provenance, documentation=pages
+    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -166,3 +167,7 @@ def outputs_of_steps(native: Native, rows: FloatArray, length: float) -> FloatAr
         assert native.do_step(native.time(), length * STEP) == OK, native.messages
         outputs.append(native.get(2, 2))
     return np.array(outputs)
+
+
+Load = Callable[[Surrogate], Loaded]
+"""The fixture ``load``: exports and unpacks a surrogate."""

@@ -18,10 +18,9 @@ from slide_fmu.features.director import Director
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.network.base import Float32Array, Network
-from slide_fmu.network.feed_forward import FeedForward, Layer
-from slide_fmu.network.state_space import StateSpace
-from slide_fmu.network.state_space.cell import GATED, Cell
-from slide_fmu.network.state_space.roles import Roles
+from slide_fmu.network.feed_forward.network import FeedForward, Layer
+from slide_fmu.network.state_space.cell import GATED, Cell, Roles
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -66,6 +65,10 @@ class Shape:
     seed: int = 0
     hold: Hold = "zero_order"
     cell: CellShape | None = None
+
+
+TWO_MASSES = Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3, name="two_masses")
+"""Two inputs, two outputs and an estimator, for tests of FMU files."""
 
 
 def random_chain(n: int, seed: int) -> SerialChain:
@@ -118,8 +121,7 @@ def random_features(shape: Shape, seed: int) -> FeatureMap:
     return FeatureMap(
         features,
         (*(int(i) for i in chosen), *turn),
-        np.array([*mean, 0, 0]),
-        np.array([*np.maximum(spread, 1e-3), scale, scale]),
+        Affine.of_channels([*mean, 0, 0], [*np.maximum(spread, 1e-3), scale, scale]),
     )
 
 

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 import numpy as np
 import pytest
 
 from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
-from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import OK, Loaded, Native
+from tests.fmu.native import OK, Load, Native
 from tests.fmu.plain import Resampling
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 from tests.marks import essential
-
-Load = Callable[[Surrogate], Loaded]
 
 ESTIMATE_TOLERANCE = 3e-4
 """Relative; ten to the power of a float32 sum over the window."""

@@ -23,9 +23,8 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.description.variables import IN_RANGE, PREHISTORY_KNOWN
-from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.callers import Caller, Fmi2, Fmi3
-from tests.fmu.native import ERROR, OK, Loaded
+from tests.fmu.native import ERROR, OK, Load, Loaded
 from tests.fmu.plain_fmu import INITIALIZATION, STEPPING, TERMINATED, PlainFmu, Plan
 from tests.fmu.samples import STEP, Shape, random_surrogate
 from tests.fmu.test_any_step import ESTIMATE_TOLERANCE, FORGETFUL
@@ -420,9 +419,7 @@ class Sequences(RuleBasedStateMachine):
 
 
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
-def test_any_sequence_of_calls_gives_what_the_plain_fmu_gives(
-    load: Callable[[Surrogate], Loaded], shape: Shape
-) -> None:
+def test_any_sequence_of_calls_gives_what_the_plain_fmu_gives(load: Load, shape: Shape) -> None:
     loaded = load(random_surrogate(shape))
     run_state_machine_as_test(
         lambda: Sequences(loaded), settings=settings(max_examples=40, stateful_step_count=50)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,15 +14,13 @@ import pytest
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.base import BEFORE
 from slide_fmu.fmu.description.fmi2 import fmu_variables
-from slide_fmu.network.feed_forward import FeedForward
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.gradient import jacobian
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import DISCARD, ERROR, OK, Loaded, Native
+from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded, Native
 from tests.fmu.plain import five_point_slope, plain_features, plain_layers, plain_pair
 from tests.fmu.samples import SEEN, STEP, CellShape, Shape, random_surrogate
-
-Load = Callable[[Surrogate], Loaded]
 
 SINGLE = 2e-5
 """Of single precision, relative to the largest derivative of an input sample."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
 from typing import get_args
 
 import numpy as np
@@ -14,11 +13,9 @@ from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import Angle, FloatArray, Hold, Signal
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import DISCARD, ERROR, OK, Loaded, outputs_of_steps
+from tests.fmu.native import DISCARD, ERROR, OK, Load, outputs_of_steps
 from tests.fmu.plain import Resampling
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
-
-Load = Callable[[Surrogate], Loaded]
 
 ALLOWED = 4 * OUTPUT_TOLERANCE * 8
 LAYERS = Shape(n_inputs=2, features="director", hold="first_order", positions=3)

@@ -5,21 +5,18 @@ from __future__ import annotations
 import ctypes
 import math
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
-from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import DISCARD, ERROR, OK, Loaded
+from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded
 from tests.fmu.native3 import NO, Native3, instance_of, with_separator
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 from tests.fmu.standards import functions
 from tests.fmu.test_derivatives import derivatives
 
-Load = Callable[[Surrogate], Loaded]
 SHAPES = [
     Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3),
     Shape(n_inputs=2, positions=3, hold="first_order", cell=CellShape(9, 17)),

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
-from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import ERROR, OK, Loaded
+from tests.fmu.native import ERROR, OK, Load, Loaded
 from tests.fmu.native3 import instance_of
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 from tests.fmu.test_any_step import LASTING, both_holds, drawn
 
-Load = Callable[[Surrogate], Loaded]
 SHAPES = {
     "layers": Shape(n_inputs=2, n_outputs=2, positions=3, differences=1),
     "cell": Shape(n_inputs=2, n_outputs=2, positions=3, cell=LASTING),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,14 +13,13 @@ import pytest
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.surrogate_variables import block_size, fmu_variables
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import DISCARD, ERROR, OK, Loaded
+from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded
 from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 from tests.fmu.test_any_step import FORGETFUL, LASTING, drawn
 
-Load = Callable[[Surrogate], Loaded]
 SHAPES = {
     "block": Shape(n_inputs=2, n_outputs=3, n_out=5, positions=2),
     "linear": Shape(n_inputs=2, n_outputs=2, hidden=(), skip=True),

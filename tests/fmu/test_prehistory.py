@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -13,11 +12,9 @@ from slide_fmu.core.signals import Hold
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.description.variables import PREHISTORY_KNOWN
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import DISCARD, ERROR, OK, Loaded, Native, outputs_of_steps
+from tests.fmu.native import DISCARD, ERROR, OK, Load, Native, outputs_of_steps
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.fmu.test_derivatives import derivatives
-
-Load = Callable[[Surrogate], Loaded]
 
 SHAPES = {
     "layers": Shape(n_inputs=2, n_outputs=2, differences=2, positions=3),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -14,11 +13,9 @@ from slide_fmu.core.scaling import Affine
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.description.variables import IN_RANGE
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import OK, Loaded
+from tests.fmu.native import OK, Load, Loaded
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 from tests.strategies import all_shapes, records
-
-Load = Callable[[Surrogate], Loaded]
 
 WIDE = Affine.of_channels([0.5], [3.0])
 """Of one input: its range is -2.5 to 3.5."""

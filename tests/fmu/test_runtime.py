@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 from pathlib import Path
 
 import fmpy
@@ -13,9 +12,9 @@ import pytest
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.check import ERROR_TOLERANCE, OUTPUT_TOLERANCE
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import Loaded
+from tests.fmu.native import Load
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 
 SHAPES = [
@@ -131,7 +130,7 @@ def test_linear_network_of_integers_gives_exact_sums(tmp_path: Path) -> None:
     np.testing.assert_array_equal(_simulate(path, surrogate, inputs)["y"], expected)
 
 
-def test_estimate_of_a_huge_exponent_stays_finite(load: Callable[[Surrogate], Loaded]) -> None:
+def test_estimate_of_a_huge_exponent_stays_finite(load: Load) -> None:
     """Far out of range the estimate saturates at the largest error that the map knows."""
     surrogate = random_surrogate(Shape(activation="identity", positions=2))
     native = load(surrogate).instance().start()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import fmpy
@@ -12,9 +11,8 @@ import pytest
 from slide_fmu.fmu.description.fmi2 import guid_of
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.fmu.libraries.build import WARNINGS, include_flags
-from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.driver import build_program, host_compilers, required_sanitizer, run_compiler
-from tests.fmu.native import Loaded
+from tests.fmu.native import Load, Loaded
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 from tests.fmu.small_shapes import CELLS, DIRECTOR, GATED, SMALL
 
@@ -35,8 +33,6 @@ ALLOWED_GROWTH = 1 << 20
 """Bytes of resident memory, of 9000 lives: a leak of 120 bytes in each would be more."""
 
 INSTRUMENTED = ["-fsanitize=thread", "-g"]
-
-Load = Callable[[Surrogate], Loaded]
 
 
 def _unpacked(fmu: Path, folder: Path) -> Loaded:

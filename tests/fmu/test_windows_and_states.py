@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
-from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import ERROR, OK, Loaded, Native
+from tests.fmu.native import ERROR, OK, Load, Loaded, Native
 from tests.fmu.samples import Shape, random_surrogate, sum_surrogate
-
-Load = Callable[[Surrogate], Loaded]
 
 
 def test_window_takes_the_input_that_is_set_before_each_step(summing: Native) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import pickle
-from typing import Any
 
 import numpy as np
 import pytest
@@ -226,35 +225,6 @@ def test_authors_gains_are_stable_and_different() -> None:
     set_points = moves(1, 4)
     ours, theirs = (response(Robot6R(authors_gains=flag), set_points) for flag in (False, True))
     assert 1e-3 < error(theirs, ours) < 1.0
-
-
-@pytest.mark.parametrize(
-    ("parameter", "value"),
-    [
-        ("socket", "rubber"),
-        ("step", 0.0),
-        ("substeps", 0),
-        ("substeps", 1.5),
-        ("tool_length", float("nan")),
-        ("deviation_limit", -1.0),
-    ],
-)
-def test_bad_parameters_are_named(parameter: str, value: Any) -> None:
-    arguments: dict[str, Any] = {parameter: value}
-    with pytest.raises(ValueError, match=parameter.removesuffix("_limit")):
-        Robot6R(**arguments)
-
-
-@pytest.mark.parametrize("bad", [np.full(6, np.nan), np.zeros(5)])
-def test_bad_inputs_and_states_are_named(bad: FloatArray) -> None:
-    system = Robot6R()
-    with pytest.raises(ValueError, match="input joint_1, joint_2"):
-        system.advance(bad)
-    with pytest.raises(ValueError, match="held input"):
-        system.rest_state(bad)
-    state = system.get_state()
-    with pytest.raises(ValueError, match="last_input"):
-        system.set_state(State(state.coordinates, state.velocities, bad))
 
 
 def test_impossible_motions_are_an_error_and_not_the_end() -> None:

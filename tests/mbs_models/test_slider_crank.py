@@ -297,38 +297,6 @@ def test_signals() -> None:
     assert (system.step, hold_of(system.inputs)) == (STEP, "first_order")
 
 
-@pytest.mark.parametrize(
-    ("parameter", "value"),
-    [
-        ("proportional", -1.0),
-        ("differential", float("nan")),
-        ("bending_stiffness", 0.0),
-        ("elements", 5),
-        ("elements", 0),
-        ("elements", 2.5),
-        ("step", 0.0),
-        ("substeps", 0),
-        ("speed_limit", 0.0),
-        ("deflection_limit", -1.0),
-    ],
-)
-def test_bad_parameters_are_named(parameter: str, value: float) -> None:
-    arguments: dict[str, Any] = {parameter: value}
-    with pytest.raises(ValueError, match=parameter.removesuffix("_limit")):
-        SliderCrank(**arguments)
-
-
-@pytest.mark.parametrize("bad", [np.zeros(2), np.array([1e-9, 0.0]), np.array([np.nan, 0.0])])
-def test_bad_directors_are_named(bad: FloatArray) -> None:
-    system = fast()
-    with pytest.raises(ValueError, match="director_x, director_y"):
-        system.advance(bad)
-    with pytest.raises(ValueError, match="director_x, director_y"):
-        system.rest_state(bad)
-    with pytest.raises(ValueError, match="coordinates"):
-        system.set_state(State(np.zeros(3), np.zeros(3), np.ones(2)))
-
-
 def test_a_failure_is_an_error_and_not_the_end() -> None:
     system = SliderCrank(elements=4, substeps=1)
     wild = director(0.0), director(3.0)

@@ -9,35 +9,23 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import random
-import shutil
-import subprocess
 import sys
-import tempfile
 import time
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
 from tests.mutation.mutants import Mutant, c_mutants
+from tests.mutation.planted import plant_all
 from tests.mutation.python_mutants import python_mutants
+from tests.mutation.trials import copies, outcome
 
-ROOT = Path(__file__).parents[2]
 RUNTIME = "slide_fmu/fmu/runtime"
 PATIENCE = 4.0
 """A mutant whose tests take so many times as long as those of the sources hangs: it is killed."""
-
-BUILD = """
-from slide_fmu.fmu.libraries import build
-name = next(name for name in build.TARGETS if name.startswith("x86_64-linux"))
-build._build_library(name, build.TARGETS[name])
-(build.BINARIES / build.STAMP).write_text(build.digest())  # the other platforms are not run here
-"""
 
 
 @dataclass(frozen=True)
@@ -53,7 +41,7 @@ MODULES = {
     "validation": Module(
         ("slide_fmu/validation/validate.py", "slide_fmu/validation/comparison.py"),
         ("tests/validation/test_compare.py", "tests/validation/test_figures.py",
-         "tests/validation/test_validation.py"),
+         "tests/validation/test_validation.py", "tests/validation/test_worker_processes.py"),
     ),
     "sizing": Module(("slide_fmu/memory/sizing.py",), ("tests/memory/test_sizing.py",)),
     "stability": Module(("slide_fmu/memory/stability.py",), ("tests/memory/test_stability.py",)),
@@ -91,43 +79,6 @@ def mutants_of(source: str, text: str) -> list[tuple[str, Mutant]]:
     """All mutants of a source, with its path below the root."""
     make = c_mutants if source.endswith(".c") else python_mutants
     return [(source, mutant) for mutant in make(text)]
-
-
-@contextmanager
-def copies(count: int) -> Iterator[list[Path]]:
-    """Copies of the repository as it is here, with the compiled libraries."""
-    listed = subprocess.run(
-        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
-        cwd=ROOT, capture_output=True, check=True, text=True,
-    ).stdout  # fmt: skip
-    names = [name for name in listed.split("\0") if name and (ROOT / name).is_file()]
-    names += [str(p.relative_to(ROOT)) for p in (ROOT / "slide_fmu/fmu/binaries").rglob("*.*")]
-    with tempfile.TemporaryDirectory() as folder:
-        places = [Path(folder) / f"copy {k}" for k in range(count)]
-        for place in places:
-            for name in names:
-                (place / name).parent.mkdir(parents=True, exist_ok=True)
-                shutil.copy(ROOT / name, place / name)
-        yield places
-
-
-def outcome(place: Path, module: Module, limit: float) -> str:
-    """How the tests of a module end in a copy: "passed", "failed", or "hung" after a time in s."""
-    environment = {**os.environ, "PYTHONPATH": str(place), "PYTHONDONTWRITEBYTECODE": "1"}
-    commands = [["-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *module.tests]]
-    if any(source.endswith(".c") for source in module.sources):
-        commands.insert(0, ["-c", BUILD])
-    try:
-        passed = all(
-            subprocess.run(
-                [sys.executable, *command], cwd=place, env=environment, timeout=limit,
-                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False,
-            ).returncode == 0
-            for command in commands
-        )  # fmt: skip
-    except subprocess.TimeoutExpired:
-        return "hung"
-    return "passed" if passed else "failed"
 
 
 def label(source: str, mutant: Mutant) -> str:
@@ -168,7 +119,7 @@ def measure(module: Module, places: list[Path], seconds: float, choice: tuple[An
     found = [mutant for source, text in texts.items() for mutant in mutants_of(source, text)]
     tried = sample_of(found, *choice)
     begin = time.monotonic()
-    if outcome(places[0], module, 600.0) != "passed":
+    if outcome(places[0], module.sources, module.tests, 600.0) != "passed":
         raise RuntimeError(f"{' '.join(module.tests)} fail on the sources as they are; mend them")
     patience = PATIENCE * (time.monotonic() - begin) + 10
     begin = time.monotonic()
@@ -181,7 +132,7 @@ def measure(module: Module, places: list[Path], seconds: float, choice: tuple[An
             return
         place = free.get()
         (place / source).write_text(mutant.text, encoding="utf-8")
-        end = outcome(place, module, patience)
+        end = outcome(place, module.sources, module.tests, patience)
         (place / source).write_text(texts[source], encoding="utf-8")
         free.put(place)
         score.tried += 1
@@ -207,7 +158,12 @@ def main() -> None:
     parser.add_argument("--only", choices=MODULES, action="append", help="one module of all")
     parser.add_argument("--again", metavar="FILE", help="only the survivors in these scores")
     parser.add_argument("--workers", type=int, default=2, help="mutants that are tried at once")
+    parser.add_argument(
+        "--planted", action="store_true", help="the faults that once no test saw, and those alone"
+    )
     task = parser.parse_args()
+    if task.planted:
+        sys.exit(plant_all())
     former = None if task.again is None else json.loads(Path(task.again).read_text("utf-8"))
     scores: dict[str, Score] = {}
     with copies(task.workers) as places:

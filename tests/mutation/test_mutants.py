@@ -8,7 +8,8 @@ import pytest
 
 from tests.mutation.mutants import c_mutants
 from tests.mutation.python_mutants import python_mutants
-from tests.mutation.run import MODULES, ROOT, label, mutants_of, sample_of
+from tests.mutation.run import MODULES, label, mutants_of, sample_of
+from tests.mutation.trials import ROOT
 
 PYTHON = '''
 def bounded(value: int = 1 + 1) -> int:

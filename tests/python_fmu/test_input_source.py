@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import fmpy
@@ -16,14 +14,6 @@ from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.python_fmu.input_source import write_input_source
 
 SIGNALS = (Signal("force", "N", 0.0, 1000.0), Signal("angle", "rad", -3.0, 3.0))
-
-
-@pytest.fixture(autouse=True)
-def unchanged_path() -> Iterator[None]:
-    """PythonFMU leaves the folder of every instance on Python's search path."""
-    before = list(sys.path)
-    yield
-    sys.path[:] = before
 
 
 def played(path: Path, steps: list[float], start: float = 0.0) -> FloatArray:

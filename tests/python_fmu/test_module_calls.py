@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,7 @@ from slide_fmu.core.signals import Hold
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.python_fmu.torch_export import export_module
 from tests.fmu.samples import STEP
-from tests.python_fmu.test_module_fmu import (
+from tests.python_fmu.modules import (
     CLOSE,
     IN_RANGE,
     PARAMETERS,
@@ -33,14 +32,6 @@ NO_STEPS = [0.0, -1.0, float("nan"), float("inf"), 1e15]
 NO_POINTS = [-1.0, 1.0, 1e-3, float("nan")]
 """Distances from the present time in h."""
 NO_VALUES = [float("nan"), float("inf"), -float("inf"), 1e300]
-
-
-@pytest.fixture(autouse=True)
-def unchanged_path() -> Iterator[None]:
-    """PythonFMU leaves the folder of every instance on Python's search path."""
-    before = list(sys.path)
-    yield
-    sys.path[:] = before
 
 
 def accepted(call: Callable[..., object], *arguments: object) -> bool:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import re
-import sys
 import zipfile
-from collections.abc import Iterator
 from pathlib import Path
 
 import fmpy
@@ -16,13 +14,12 @@ from fmpy.fmi1 import FMICallException
 from torch import nn
 
 from slide_fmu.core.files import OLDEST
-from slide_fmu.fmu.export import MODULE, FmuError
+from slide_fmu.fmu.export import MODULE, FmuError, read_json
 from slide_fmu.python_fmu.torch_export import ModuleError, export_module
-from slide_fmu.python_fmu.torch_files import module_figures
 from tests.cosim.damage import members_of, packed
 from tests.fmu.samples import STEP
 from tests.limits import largest_file
-from tests.python_fmu.test_module_fmu import invoke, saved, start, surrogate_with
+from tests.python_fmu.modules import invoke, saved, start, surrogate_with
 from tests.python_fmu.test_strange_modules import script
 
 DESCRIPTION = """
@@ -53,14 +50,6 @@ class Sum(nn.Module):
         if window.abs().max() > 1.5:
             raise ValueError("too far")
         return window.sum(1)
-
-
-@pytest.fixture(autouse=True)
-def unchanged_path() -> Iterator[None]:
-    """PythonFMU leaves the folder of every instance on Python's search path."""
-    before = list(sys.path)
-    yield
-    sys.path[:] = before
 
 
 @pytest.fixture
@@ -168,13 +157,13 @@ def test_damaged_facts(content: bytes, message: str, module: Path, tmp_path: Pat
     path.write_bytes(packed({**members_of(path), MODULE: content}))
     assert f"{path}: {MODULE} {message}" in said("info", path)
     with pytest.raises(FmuError, match=message):
-        module_figures(path)
+        read_json(path, MODULE)
 
 
 def test_what_is_no_number_is_null(module: Path, tmp_path: Path) -> None:
     path = exported(module, tmp_path / "m.fmu")
     path.write_bytes(packed({**members_of(path), MODULE: b'{"a": [NaN, -Infinity, 1]}'}))
-    assert module_figures(path) == {"a": [None, None, 1]}
+    assert read_json(path, MODULE) == {"a": [None, None, 1]}
     assert "NaN" not in invoke("info", path).output
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,8 +17,8 @@ from fmpy.validation import validate_fmu
 from slide_fmu.core.files import OLDEST
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.python_fmu.reference import write_reference_fmu
-from slide_fmu.systems.base import State, System, simulate
-from slide_fmu.systems.loading import LoadError, load_system
+from slide_fmu.systems.base import LoadError, State, System, simulate
+from slide_fmu.systems.loading import load_system
 from tests.limits import largest_file
 
 SAME = 1e-12
@@ -29,14 +28,6 @@ MODELS = ["LinearOscillator", "DuffingOscillator", "DuffingBaseMotion"]
 
 def dotted(name: str) -> str:
     return f"mbs_models.oscillators:{name}"
-
-
-@pytest.fixture(autouse=True)
-def unchanged_path() -> Iterator[None]:
-    """PythonFMU leaves the folder of every instance on Python's search path."""
-    before = list(sys.path)
-    yield
-    sys.path[:] = before
 
 
 @contextmanager

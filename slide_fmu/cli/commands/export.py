@@ -45,12 +45,11 @@ def export(
     ] = None,
 ) -> None:
     """Write the FMU of a trained recipe, or an FMU again with this version's runtime."""
-    from slide_fmu.fmu.libraries.platforms import checked_version
     from slide_fmu.pipeline.export import Form, Request
     from slide_fmu.pipeline.export import export as write
 
     with progress_bars() as bar:
-        form = Form(checked_version(fmi), sources)
+        form = Form(3 if fmi == 3 else 2, sources)
         python = backend == Backend.python
         request = Request(source, output, form, python, description, seed, data_seed, runs)
         path = write(request, bar)

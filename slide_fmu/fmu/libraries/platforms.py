@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal, get_args
+from typing import Literal
 
 from slide_fmu.fmu.libraries.build import BINARIES, TARGETS
 from slide_fmu.fmu.libraries.universal import universal_library
@@ -24,18 +24,6 @@ PLATFORMS: Mapping[FmiVersion, Mapping[str, tuple[str, ...]]] = {
 """By standard: folder below ``binaries`` of an FMU, and the compiled libraries that it holds as
 one file. FMI 2.0 (section 2.3) has no folder for Linux on aarch64, and one for macOS, whose
 library is universal; folders of FMI 3.0 (platform tuples) are of one architecture."""
-
-
-def checked_version(version: int) -> FmiVersion:
-    """Give the same number as a version of the standard.
-
-    Raises:
-        ValueError: FMUs of this version cannot be written.
-    """
-    for known in get_args(FmiVersion):
-        if version == known:
-            return known  # type: ignore[no-any-return]
-    raise ValueError(f"FMI {version}; expected 2 or 3")
 
 
 def library_members(name: str, fmi: FmiVersion) -> dict[str, tuple[str, ...]]:

@@ -151,8 +151,7 @@ static int report_kernels(void) {
         report_activation(kernels[i], 4, "gelu");
         report_activation(kernels[i], 5, "cubic");
         report_affine(kernels[i]);
-        report_cell(kernels[i]);
-        report_gated_cell(kernels[i]);
+        report_cells(kernels[i]);
     }
     return 0;
 }

@@ -43,7 +43,7 @@ static bool have_direction(const SlideInstance *instance) {
         return true;
     }
     bool window = state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN;
-    const double *inputs = slide_stream_prehistory(model, state);
+    const double *inputs = slide_stream_reached(model, state);
     bool good = has_direction(instance, inputs, "initial inputs of those");
     for (size_t age = 1; window && good && age < model->memory_length; ++age) {
         good = has_direction(instance, inputs - age * model->n_inputs, "initial window of those");
@@ -87,10 +87,7 @@ static bool begin_hold(SlideInstance *instance) {
     const SlideModel *model = &instance->model;
     SlideState *state = &instance->state;
     const size_t row = model->n_inputs * sizeof(double);
-    memcpy(instance->watcher.from,
-           slide_stream_fresh(state) ? slide_stream_prehistory(model, state)
-                                     : slide_history_newest(&model->history, &state->history),
-           row);
+    memcpy(instance->watcher.from, slide_stream_reached(model, state), row);
     memcpy(instance->watcher.to, state->inputs, row);
     return model->history.first_order;
 }

@@ -15,7 +15,7 @@ static bool write_outputs(const SlideModel *model, const float *block, size_t ou
                           double values[]) {
     bool finite = true;
     const SlideScaling *scaling = &model->output_scaling[output];
-    for (size_t sample = 0; sample < model->n_block; ++sample) {
+    for (size_t sample = 0; sample < model->predictor.n_block; ++sample) {
         values[sample] = block[sample * model->n_outputs + output] * scaling->scale +
                          scaling->offset;
         finite = finite && isfinite(values[sample]);
@@ -67,7 +67,8 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
         values[0] = part_filled(state, (double)model->estimator.memory_length);
         break;
     case SLIDE_TRUNCATION_ERROR:
-        values[0] = state->predictor.cells.errors[i] * model->output_scaling[i].scale;
+        values[0] = model->predictor.family->truncation_errors(&state->predictor)[i] *
+                    model->output_scaling[i].scale;
         break;
     case SLIDE_IN_RANGE:
         values[0] = slide_stream_in_range(model, state);

@@ -30,9 +30,9 @@ static bool exists(const SlideInstance *instance, const Kind *kind) {
     case WHEN_ESTIMATOR:
         return model->estimator.positions > 0;
     case WHEN_STATE_SPACE:
-        return model->predictor.family->recurrent;
+        return slide_is_recurrent(model->predictor.family);
     case WHEN_SEVERAL_SAMPLES:
-        return model->n_block > 1;
+        return model->predictor.n_block > 1;
     default:
         return true;
     }
@@ -57,7 +57,7 @@ SlideVariable slide_variable(const SlideInstance *instance, uint32_t reference) 
     }
     const Kind *kind = &KINDS[number];
     const size_t sizes[] = {[SIZE_SCALAR] = 1,
-                            [SIZE_BLOCK] = instance->model.n_block,
+                            [SIZE_BLOCK] = instance->model.predictor.n_block,
                             [SIZE_SAMPLED] = instance->model.memory_length};
     return (SlideVariable){(SlideVariableKind)number, index, sizes[kind->size], kind->type,
                            kind->causality == CAUSALITY_PARAMETER,

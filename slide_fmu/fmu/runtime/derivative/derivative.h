@@ -3,7 +3,8 @@
  * hold: reached at its end), all that was before it staying as it was. Before the first step, and after
  * it, inputs count as held for ever, unless the prehistory is known.
  *
- * The last step is done twice more, in double precision, with inputs a little to either side. */
+ * The last step is done twice more, in double precision, with inputs a little to either side: by the
+ * same functions it is taken back, becomes the newest of the history, and takes in its samples. */
 #ifndef SLIDE_DERIVATIVE_H
 #define SLIDE_DERIVATIVE_H
 
@@ -22,8 +23,8 @@ void slide_derivative_place(SlideDerivativeScratch *scratch, const SlideModel *m
 
 /* Derivative in the direction that the scratch holds, into its slopes, in physical units. The
  * outputs must be those of the present state: after a step or slide_stream_hold; if estimates are
- * wanted, these too: after slide_stream_estimate. */
-void slide_directional_derivative(const SlideModel *model, const SlideState *state,
+ * wanted, these too: after slide_stream_estimate. Changes nothing that later steps give. */
+void slide_directional_derivative(const SlideModel *model, SlideState *state,
                                   const SlideDerivativeScratch *scratch, bool estimates);
 
 #endif

@@ -6,9 +6,7 @@
 
 typedef struct {
     SlideExact predictor, estimator;
-    double *samples;            /* [memory_length + SLIDE_BEFORE][n_inputs], scaled, newest first */
-    double *given, *from;       /* [n_inputs], of the step, in physical units */
-    double *sample;             /* [n_inputs], in physical units */
+    double *inputs;             /* [n_inputs], as they are set now */
     double *results[2];         /* [3][n_outputs] on either side: SlideDerivatives, scaled */
     double *direction;          /* [n_inputs], one at a time */
     double *slopes;             /* [3][n_outputs], the derivatives in that direction */

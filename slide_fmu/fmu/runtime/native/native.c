@@ -26,7 +26,7 @@ static void place(SlideNative *native, const SlidePayload *payload, SlideArena *
     native->n_values = view->n_values;
     native->before = slide_place(arena, SLIDE_BEFORE * payload->n_inputs, sizeof(double));
     slide_network_place(&native->network, view, view->n_values, arena);
-    slide_network_state_place(&native->state, &native->network, arena);
+    native->network.family->place_state(&native->state, &native->network, arena);
 }
 
 static bool build(SlideNative *native, const SlidePayload *payload) {
@@ -74,7 +74,7 @@ void slide_native_close(SlideNative *native) {
 
 int slide_native_layers(const SlideNative *native, const float *const *rows, size_t count,
                         float *values) {
-    return slide_batch_layers(&native->network.layers.stack, native->kernel, rows, count,
+    return slide_batch_layers(&native->network.of.layers.stack, native->kernel, rows, count,
                               native->n_values, values)
                ? 0
                : 1;

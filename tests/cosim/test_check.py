@@ -1,0 +1,75 @@
+"""Files that are no FMUs, or damaged ones, and what reading and checking them says."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import fmpy
+import pytest
+
+from slide_fmu.cosim.check import check_fmu
+from slide_fmu.fmu.export import FmuError, export_fmu, read_fmu
+from tests.cosim.damage import members_of, packed
+from tests.fmu.samples import TWO_MASSES, random_surrogate
+from tests.libraries import build_libraries
+
+
+@pytest.fixture
+def fmu(tmp_path: Path) -> Path:
+    build_libraries()
+    return export_fmu(random_surrogate(TWO_MASSES), tmp_path / "m.fmu")
+
+
+def _changed(fmu: Path, replaced: dict[str, bytes | None]) -> Path:
+    """A copy with members replaced, or left out when None."""
+    members = {**members_of(fmu), **replaced}
+    copy = fmu.with_name("changed.fmu")
+    copy.write_bytes(packed({name: data for name, data in members.items() if data is not None}))
+    return copy
+
+
+def test_file_that_is_no_fmu_is_refused(fmu: Path, tmp_path: Path) -> None:
+    text = tmp_path / "text.fmu"
+    text.write_text("hello")
+    data = fmu.read_bytes()
+    cut, flipped = tmp_path / "cut.fmu", tmp_path / "flipped.fmu"
+    cut.write_bytes(data[: len(data) // 2])
+    with zipfile.ZipFile(fmu) as archive:
+        at = archive.getinfo("resources/surrogate.slide").header_offset + 200
+    flipped.write_bytes(data[:at] + bytes([data[at] ^ 0xFF]) + data[at + 1 :])
+    foreign = _changed(fmu, {"resources/surrogate.slide": None})
+    for path in (text, cut, flipped, foreign):
+        with pytest.raises(FmuError):
+            read_fmu(path)
+        assert len(check_fmu(path)) == 1
+    with pytest.raises(FmuError, match="not made by slide-fmu"):
+        read_fmu(foreign)
+    assert "No such file" in check_fmu(tmp_path / "absent.fmu")[0]
+
+
+def test_check_names_the_faults_of_a_damaged_fmu(fmu: Path) -> None:
+    description = "modelDescription.xml"
+    xml = members_of(fmu)[description]
+    faults: list[tuple[dict[str, bytes | None], str]] = [
+        ({"binaries/win64/two_masses.dll": None}, "two_masses.dll is missing"),
+        ({description: xml.replace(b'guid="slide', b'guid="other')}, "GUID other"),
+        (
+            {description: xml.replace(b'name="u0"', b'name="u7"')},
+            "variables are not those of this version of slide-fmu. The first: variable 'u7' with "
+            "value reference 0, input, Real in N; expected 'u0' with value reference 0, input",
+        ),
+        (
+            {description: xml.replace(b'valueReference="1000000"', b'valueReference="2"')},
+            "1 of 12 variables are not those of this version",
+        ),
+        ({description: xml.replace(b"</ModelVariables>", b"")}, description),
+        ({description: None}, description),
+        ({"resources/surrogate.slide": b"SLIDEFMU"}, "surrogate file"),
+        ({"binaries/linux64/two_masses.so": b"no library"}, "native library failed"),
+    ]
+    for replaced, expected in faults:
+        if "linux64" in next(iter(replaced)) and fmpy.platform != "linux64":
+            continue
+        problems = check_fmu(_changed(fmu, replaced))
+        assert any(expected in problem for problem in problems), (expected, problems)

@@ -1,0 +1,75 @@
+"""The finer model of a recipe has the signals and geometry of the model of the data."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from slide_fmu.pipeline.preparation import check_recipe
+from slide_fmu.pipeline.side_by_side import write_reference
+from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.recipe.systems import reference_system
+from slide_fmu.systems.base import LoadError, simulate
+from tests.recipes import tiny_recipe
+from tests.validation.measured import FINER
+
+
+def test_exported_reference_is_the_one_that_is_measured_against(tmp_path: Path) -> None:
+    from slide_fmu.cosim.run import run_fmu, unpacked
+
+    path = write_reference(FINER, tmp_path / "reference.fmu")
+    system = reference_system(FINER)
+    force = np.random.default_rng(0).uniform(-1000, 1000, 40)
+    expected = simulate(system, force[:, None], system.rest_state(force[:1])).outputs
+    with unpacked(path) as files:
+        names = [system.inputs[0].name], [system.outputs[0].name]
+        found = run_fmu(files, {names[0][0]: force}, names[1])
+    assert found.values == pytest.approx(expected, abs=1e-12)
+
+
+def reference_refused(**system: Any) -> str:
+    """What is said about a reference, before data and before a validation."""
+    recipe = tiny_recipe(system=system)
+    with pytest.raises(RecipeError) as caught:
+        reference_system(recipe)
+    for other in (check_recipe, lambda recipe: write_reference(recipe, Path("never.fmu"))):
+        with pytest.raises(RecipeError, match=re.escape(str(caught.value))):
+            other(recipe)
+    return str(caught.value)
+
+
+def test_reference_with_other_signals_is_refused() -> None:
+    said = reference_refused(reference={"force_limit": 1.0})
+    assert "recipe 'tiny': system.reference = {'force_limit': 1.0} changes the inputs to [" in said
+    assert "expected, as with system.parameters, [('force', 'N', -2000.0, 2000.0)]: " in said
+    said = reference_refused(reference={"position_limit": 9.0})
+    assert "changes the outputs to [('position', 'm', -9.0, 9.0)]; expected, as with" in said
+    with pytest.raises(LoadError, match=r"unknown parameters \['substep'\]"):
+        reference_system(tiny_recipe(system={"reference": {"substep": 3}}))
+
+
+def test_reference_with_another_tool_is_refused() -> None:
+    """Its outputs have the same names, units and ranges, but they are about another point."""
+    move = {"kind": "point_to_point", "weight": 1.0}
+    model = {"model": "mbs_models.robot_6r:Robot6R", "parameters": {"tool_length": 0.1}}
+    data = {"excitation": [move]}
+    robot = tiny_recipe(system=model, data=data)
+    robot.system.parameters.pop("damping")
+    robot.system.reference["authors_gains"] = True
+    assert reference_system(robot).chain is not None
+    robot.system.reference["tool_length"] = 0.2
+    with pytest.raises(RecipeError, match=r"changes the geometry of the serial chain to .*0\.2\]"):
+        reference_system(robot)
+
+
+@pytest.mark.parametrize("table", ["parameters", "reference"])
+def test_recipe_with_a_step_of_its_own_for_the_system_is_refused(table: str) -> None:
+    said = reference_refused(**{table: {"step": 1.0}})
+    assert said == (
+        f"recipe 'tiny': system.{table}.step = 1.0; expected no step there: samples are "
+        "window.step = 0.015625 s apart; remove it"
+    )

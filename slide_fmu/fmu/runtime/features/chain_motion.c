@@ -256,7 +256,7 @@ static void *place_chain(const SlideFeaturesView *view, SlideArena *arena) {
         const Numbers of = numbers_of(numbers, n);
         *chain = (Chain){write_baseline, n, 0, of.gravity, of.tool, links, sectors, joints};
 #if !defined(SLIDE_ONE_KERNEL)
-        const SlideKernel *kernel = slide_kernel_choose();
+        const SlideKernel *kernel = slide_kernel(0);
         chain->write = kernel == &slide_kernel_avx512 ? write_avx512
                        : kernel == &slide_kernel_avx2 ? write_avx2
                                                       : write_baseline;

@@ -1,6 +1,6 @@
-#include "chain_motion.h"
-
+/* Motion of a serial chain and its loads on the base (slide_fmu/features/serial_chain.py). */
 #include "chain_body.h"
+#include "feature_set.h"
 #include "kernel.h"
 
 #define SYMMETRY 1e-9 /* largest difference of an inertia and its transpose, over its diagonal */

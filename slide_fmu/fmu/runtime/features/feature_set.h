@@ -42,6 +42,10 @@ struct SlideFeatureSet {
     void (*write)(const SlideFeatures *features, const double *input, const double *before);
 };
 
+extern const SlideFeatureSet slide_differences;
+extern const SlideFeatureSet slide_director;
+extern const SlideFeatureSet slide_chain_motion;
+
 /* Check features in a file and describe them. */
 void slide_features_read(SlideFeaturesView *view, uint32_t n_inputs, SlideCursor *cursor);
 

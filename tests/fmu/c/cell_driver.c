@@ -224,7 +224,7 @@ static double take(Alone *alone, const SlidePayload *payload, int first, int las
             input[age] = (input_at(k - age) - offset) / scale;
         }
         slide_network_see(&alone->network, &alone->state, 0, input, input + 1);
-        value = family->evaluate(&alone->network, slide_kernel_choose(), &alone->state, 0)[0];
+        value = family->evaluate(&alone->network, slide_kernel(0), &alone->state, 0)[0];
         family->accept(&alone->network, &alone->state);
     }
     return value;

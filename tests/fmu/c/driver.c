@@ -143,15 +143,14 @@ static void report_affine(const SlideKernel *kernel) {
 }
 
 static int report_kernels(void) {
-    const SlideKernel *kernels[SLIDE_KERNELS];
-    const size_t count = slide_kernels(kernels);
-    for (size_t i = 0; i < count; ++i) {
-        report_activation(kernels[i], 2, "elu");
-        report_activation(kernels[i], 3, "tanh");
-        report_activation(kernels[i], 4, "gelu");
-        report_activation(kernels[i], 5, "cubic");
-        report_affine(kernels[i]);
-        report_cells(kernels[i]);
+    const SlideKernel *kernel;
+    for (size_t i = 0; (kernel = slide_kernel(i)) != NULL; ++i) {
+        report_activation(kernel, 2, "elu");
+        report_activation(kernel, 3, "tanh");
+        report_activation(kernel, 4, "gelu");
+        report_activation(kernel, 5, "cubic");
+        report_affine(kernel);
+        report_cells(kernel);
     }
     return 0;
 }

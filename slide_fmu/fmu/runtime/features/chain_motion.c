@@ -1,7 +1,6 @@
 /* Motion of a serial chain and its loads on the base (slide_fmu/features/serial_chain.py). */
-#include "feature_set.h"
-
 #include "chain_body.h"
+#include "feature_set.h"
 #include "kernel.h"
 
 #define SYMMETRY 1e-9 /* largest difference of an inertia and its transpose, over its diagonal */
@@ -28,13 +27,13 @@ typedef struct {
     const double *gravity; /* [3] */
     const double *tool;    /* [3], in the last link's frame */
     Link *links;
-    SlideTwo *sectors; /* of angle.h */
+    Two *sectors; /* of chain_angle.h */
     Joint *joints;     /* scratch */
 } Chain;
 
 /* On the quadratic B-spline through four set points. */
 INLINE void set_joints(const Chain *chain, const double *input, const double *before) {
-    const SlideTwo *sectors = chain->sectors;
+    const Two *sectors = chain->sectors;
     Joint *joints = chain->joints;
     const size_t n = chain->n_joints;
     const double *u0 = input, *u1 = before, *u2 = before + n, *u3 = before + 2 * n;
@@ -45,7 +44,7 @@ INLINE void set_joints(const Chain *chain, const double *input, const double *be
         const Two change = after - between;
         joints[i].rate = both(link->rate) * change;
         joints[i].acceleration = both(link->acceleration) * (change - (between - first));
-        joints[i].turned = slide_cosine_sine(sectors, angle);
+        joints[i].turned = turn_by(sectors, angle);
     }
 }
 
@@ -60,7 +59,7 @@ INLINE void store(const Two *v, double *newest) {
 INLINE void store_wrench(const Chain *chain, Body *body, const Turn *turn, double *signals) {
     const double *g = chain->gravity;
     double *turned_change = signals + TURNED_WRENCH_CHANGE + chain->n_joints;
-    Two *force = body->first.acceleration, *moment = body->moment, *first = body->first.value;
+    Two *force = body->force, *moment = body->moment, *first = body->first;
     const Turn back = {both(turn->c[0]), both(-turn->s[0])};
     turn_vector(force, Z, *turn);
     turn_vector(moment, Z, *turn);
@@ -87,14 +86,14 @@ INLINE void store_loads(Body *body, double *after_rates) {
     double *inertia = after_rates + TURNED_INERTIA;
     double *momentum = after_rates + TURNED_MOMENTUM;
     Two angular[3]; /* r x m v */
-    store(body->first.value, inertia);
+    store(body->first, inertia);
     for (int i = X; i <= Z; ++i) {
         const int p = (i + 1) % 3, q = (i + 2) % 3;
         angular[i] = body->flow[q][p] - body->flow[p][q];
         inertia[3 + i] = body->square[p][0] + body->square[q][0];
         inertia[8 - i] = -body->mixed[i][0];
     }
-    store(body->first.rate, momentum);
+    store(body->momentum, momentum);
     store(angular, momentum + 3);
 }
 
@@ -116,7 +115,7 @@ INLINE void write_signals(const SlideFeatures *features, const double *input,
     Body body = {0};
     set_joints(chain, input, before);
     store_joints(chain, signals);
-    SlideCosineSine *turned = &chain->joints[0].turned;
+    Turn *turned = &chain->joints[0].turned;
     const Turn first = *turned;
     turned->c = both(1), turned->s = both(0);
     for (int i = X; i <= Z; ++i) {
@@ -211,7 +210,7 @@ static Body body_of(double mass, const double *centre, const double *inertia) {
     Body body = {0};
     for (int i = X; i <= Z; ++i) {
         const int p = (i + 1) % 3, q = (i + 2) % 3;
-        body.first.value[i] = both(mass * centre[i]);
+        body.first[i] = both(mass * centre[i]);
         body.square[i] = both(half_trace - inertia[4 * i] + mass * centre[i] * centre[i]);
         body.mixed[i] = both(mass * centre[p] * centre[q] - inertia[3 * p + q]);
     }
@@ -224,7 +223,7 @@ static void fill_masses(Link *link, const Numbers *chain, size_t i, double furth
     Body alone = body_of(chain->masses[i], chain->centres + 3 * i, chain->inertias + 9 * i);
     turn_masses(&alone, X, (Turn){both(link->cos_alpha), both(link->sin_alpha)});
     shift_masses(&alone, link);
-    store(alone.first.value, link->first);
+    store(alone.first, link->first);
     store(alone.square, link->square);
     store(alone.mixed, link->mixed);
     link->first[X] += all * link->a;
@@ -235,7 +234,7 @@ static void fill_masses(Link *link, const Numbers *chain, size_t i, double furth
 }
 
 static void fill_chain(Chain *chain, const Numbers *numbers) {
-    slide_fill_sectors(chain->sectors);
+    fill_sectors(chain->sectors);
     for (size_t i = chain->n_joints; i-- > 0;) {
         fill_joint(&chain->links[i], numbers, i);
         fill_masses(&chain->links[i], numbers, i, chain->mass);
@@ -248,7 +247,7 @@ static void *place_chain(const SlideFeaturesView *view, SlideArena *arena) {
     Chain *chain = slide_place(arena, 1, sizeof *chain);
     double *numbers = slide_place(arena, n_numbers, sizeof *numbers);
     Link *links = slide_place(arena, n, sizeof *links);
-    SlideTwo *sectors = slide_place(arena, SLIDE_SECTORS, sizeof *sectors);
+    Two *sectors = slide_place(arena, SECTORS, sizeof *sectors);
     Joint *joints = slide_place(arena, n, sizeof *joints);
     if (chain != NULL) {
         for (size_t i = 0; i < n_numbers; ++i) {
@@ -257,7 +256,7 @@ static void *place_chain(const SlideFeaturesView *view, SlideArena *arena) {
         const Numbers of = numbers_of(numbers, n);
         *chain = (Chain){write_baseline, n, 0, of.gravity, of.tool, links, sectors, joints};
 #if !defined(SLIDE_ONE_KERNEL)
-        const SlideKernel *kernel = slide_kernel_choose();
+        const SlideKernel *kernel = slide_kernel(0);
         chain->write = kernel == &slide_kernel_avx512 ? write_avx512
                        : kernel == &slide_kernel_avx2 ? write_avx2
                                                       : write_baseline;

@@ -74,12 +74,7 @@ extern const SlideKernel slide_kernel_baseline; /* x86-64-v2; NEON on aarch64 */
 extern const SlideKernel slide_kernel_avx2;     /* x86-64-v3: with AVX2 and FMA */
 extern const SlideKernel slide_kernel_avx512;   /* x86-64-v4: with AVX-512 F, DQ, BW and VL too */
 
-enum { SLIDE_KERNELS = 3 };
-
-/* The kernels that processor and operating system support, the fastest first; their number. */
-size_t slide_kernels(const SlideKernel *kernels[SLIDE_KERNELS]);
-
-/* The fastest of them. */
-const SlideKernel *slide_kernel_choose(void);
+/* The kernels that processor and operating system support, the fastest first; then NULL. */
+const SlideKernel *slide_kernel(size_t index);
 
 #endif

@@ -17,8 +17,8 @@ struct SlideNative {
 };
 
 const char *slide_native_kernel(size_t index) {
-    const SlideKernel *kernels[SLIDE_KERNELS];
-    return index < slide_kernels(kernels) ? kernels[index]->name : NULL;
+    const SlideKernel *kernel = slide_kernel(index);
+    return kernel == NULL ? NULL : kernel->name;
 }
 
 static void place(SlideNative *native, const SlidePayload *payload, SlideArena *arena) {
@@ -46,15 +46,14 @@ SlideNative *slide_native_open(const unsigned char *data, size_t size, size_t ke
                                char *message, size_t message_size) {
     SlideMessage why = {"out of memory"};
     SlidePayload payload;
-    const SlideKernel *kernels[SLIDE_KERNELS];
     SlideNative *native = calloc(1, sizeof *native);
     bool good = native != NULL && slide_payload_read(&payload, data, size, &why);
-    if (good && kernel >= slide_kernels(kernels)) {
+    if (good && slide_kernel(kernel) == NULL) {
         good = slide_say(&why, "kernel %u; expected one that this processor supports",
                          (unsigned)kernel);
     }
     if (good) {
-        native->kernel = kernels[kernel];
+        native->kernel = slide_kernel(kernel);
         good = build(native, &payload) || slide_say(&why, "out of memory");
     }
     if (!good) {

@@ -129,7 +129,7 @@ def test_subcommands_that_run_fmus_name_the_damaged_file(tmp_path: Path, subcomm
     members, path = members_of(LINEAR), tmp_path / "damaged.fmu"
     path.write_bytes(packed({**members, "modelDescription.xml": b"<"}))
     (said,) = _refusals(path, "no XML", [_runners(tmp_path)[subcommand]]).values()
-    assert f"{path} is not an FMU that can be read: ".replace(" ", "") in "".join(said.split())
+    assert f"{path} is not an FMU that can be read: " in said
 
 
 def test_the_reader_raises_one_kind_of_error(tmp_path: Path) -> None:
@@ -158,4 +158,4 @@ def test_the_reader_raises_one_kind_of_error(tmp_path: Path) -> None:
 def test_what_is_said(tmp_path: Path, name: str, content: bytes, message: str) -> None:
     path = tmp_path / "damaged.fmu"
     path.write_bytes(packed({**_members(tmp_path, 2), name: content}))
-    assert message in _refusals(path, name)["check"].replace("\n", " ")
+    assert message in _refusals(path, name)["check"]

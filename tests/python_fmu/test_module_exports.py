@@ -76,7 +76,7 @@ def said(*arguments: object) -> str:
     result = invoke(*arguments)
     assert result.exit_code == 1
     assert isinstance(result.exception, SystemExit), result.exception
-    return " ".join(result.output.split())
+    return result.output
 
 
 @pytest.mark.parametrize(

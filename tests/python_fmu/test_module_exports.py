@@ -20,28 +20,16 @@ from slide_fmu.python_fmu.torch_files import module_figures
 from tests.cosim.damage import members_of, packed
 from tests.fmu.samples import STEP
 from tests.limits import largest_file
-from tests.python_fmu.modules import invoke, saved, start, surrogate_with
-from tests.python_fmu.test_strange_modules import script
+from tests.python_fmu.modules import (
+    invoke,
+    saved,
+    script,
+    small_description,
+    start,
+    surrogate_with,
+)
 
-DESCRIPTION = """
-name = "small"
-
-[window]
-step = 0.01
-n_in = 4
-
-[[inputs]]
-name = "u"
-unit = "N"
-low = -1000.0
-high = 1000.0
-
-[[outputs]]
-name = "y"
-unit = "m"
-low = -1.0
-high = 1.0
-"""
+DESCRIPTION = small_description("small", 1000.0, ("y",))
 
 
 class Sum(nn.Module):

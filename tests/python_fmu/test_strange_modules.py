@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,32 +10,9 @@ import torch
 from torch import nn
 
 from slide_fmu.python_fmu.torch_export import ModuleError, export_module
+from tests.python_fmu.modules import save_exported, script, small_description
 
-DESCRIPTION = """
-name = "strange"
-
-[window]
-step = 0.01
-n_in = 4
-
-[[inputs]]
-name = "u"
-unit = "N"
-low = -1.0
-high = 1.0
-
-[[outputs]]
-name = "y"
-unit = "m"
-low = -1.0
-high = 1.0
-
-[[outputs]]
-name = "z"
-unit = "m"
-low = -1.0
-high = 1.0
-"""
+DESCRIPTION = small_description("strange", 1.0, ("y", "z"))
 
 
 class WithValues(nn.Module):
@@ -141,16 +117,6 @@ class WithParameter(nn.Module):
 class WithTwoArguments(nn.Module):
     def forward(self, window: torch.Tensor, time: torch.Tensor) -> torch.Tensor:
         return window[:, :2, 0] + time
-
-
-def script(module: nn.Module, path: Path) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)
-        torch.jit.save(torch.jit.script(module), path)
-
-
-def save_exported(module: nn.Module, path: Path) -> None:
-    torch.export.save(torch.export.export(module, (torch.zeros(1, 4, 1),)), path)
 
 
 def refusal(module: Path, folder: Path) -> str:

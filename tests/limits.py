@@ -1,10 +1,14 @@
-"""Limits of the machine, made small."""
+"""Limits of the machine made small, and how long a program may take."""
 
 from __future__ import annotations
 
 import resource
 from collections.abc import Iterator
 from contextlib import contextmanager
+
+HANGS = 900.0
+"""Time in s after which a program of a test is taken to hang; far more than any takes on a machine
+that is busy."""
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.acceptance.conftest import Finished
+from tests.limits import HANGS
 
 TRAINING = ("torch", "exudyn", "zarr")
 """The packages of the extra ``train``."""
@@ -29,7 +30,7 @@ def call(
 ) -> subprocess.CompletedProcess[str]:
     """Call the console script where packages are missing."""
     command = [sys.executable, "-c", WITHOUT, " ".join(missing), *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=120)
+    return subprocess.run(command, capture_output=True, text=True, timeout=HANGS)
 
 
 def test_check_and_info_and_export_need_no_training_packages(duffing: Finished) -> None:

@@ -226,7 +226,7 @@ def side_by_side_3(of_fmi_3: Path) -> Path:
     path = of_fmi_3.with_suffix(".ssp")
     result = invoke("ssp", of_fmi_3, "-o", path, "--duration", COMPARED["duffing"].duration)
     assert result.exit_code == 0
-    said = " ".join(result.output.split())
+    said = result.output
     assert "remark: the surrogate is an FMU of FMI 3.0" in said
     return path
 
@@ -306,5 +306,5 @@ def test_ssp_of_fmus_that_do_not_fit_is_refused_with_the_names(
         write_ssp(tmp_path / "loop.ssp", "loop", {"controller": controller}, wrong)
     foreign = invoke("ssp", controller, "-o", tmp_path / "x.ssp")
     assert foreign.exit_code == 1
-    assert "not made by slide-fmu" in foreign.output.replace("\n", " ")
+    assert "not made by slide-fmu" in foreign.output
     assert list(tmp_path.iterdir()) == []

@@ -211,7 +211,7 @@ def test_mistake_in_a_recipe_is_answered_with_a_remedy(
     recipe.write_text(SMALL_DUFFING.replace(old, new), encoding="utf-8")
     result = invoke(subcommand, recipe, "--runs", duffing.runs)
     assert result.exit_code == 1
-    assert re.search(message, " ".join(result.output.split()))
+    assert re.search(message, result.output)
     assert "Traceback" not in result.output
 
 
@@ -234,5 +234,5 @@ def test_subcommand_refuses_a_file_that_is_no_fmu(
     more = ("-o", tmp_path / "out.fmu") if subcommand == "export" else ()
     result = invoke(subcommand, path, *more)
     assert result.exit_code == 1
-    assert "bad.fmu" in "".join(result.output.split())
+    assert str(path) in result.output
     assert not (tmp_path / "out.fmu").exists()

@@ -20,11 +20,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from figures_out import write_figures
+from figures_out import measure_and_write
 from seeds import ESTIMATE_SPANS
 from unseen import Motion, scored, unseen_motions
 
-from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.measures import moving_rms, relative_deviation
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.core.signals import FloatArray
@@ -193,11 +192,7 @@ def main() -> None:
     parser.add_argument("--trajectories", type=int, help="the recipe's if not given")
     parser.add_argument("--duration", type=float, help="in s; the recipe's if not given")
     parser.add_argument("--seed", type=int, default=ESTIMATE_SPANS, help="of the motions")
-    parser.add_argument("--json", default="-")
-    arguments = parser.parse_args()
-    with progress_bars() as bar:
-        figures = measure(arguments, bar)
-    write_figures(figures, arguments.json)
+    measure_and_write(parser, measure)
 
 
 if __name__ == "__main__":

@@ -15,9 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from figures_out import write_figures
+from figures_out import measure_and_write
 
-from slide_fmu.cli.console import progress_bars
 from slide_fmu.cli.options import UNSEEN_SEED
 from slide_fmu.core.measures import rms
 from slide_fmu.core.progress import Stages
@@ -79,11 +78,7 @@ def main() -> None:
     parser.add_argument("fmu", type=Path)
     parser.add_argument("--simulations", type=int, default=512)
     parser.add_argument("--seed", type=int, default=UNSEEN_SEED, help="of the simulations")
-    parser.add_argument("--json", default="-")
-    arguments = parser.parse_args()
-    with progress_bars() as bar:
-        figures = measure(arguments, bar)
-    write_figures(figures, arguments.json)
+    measure_and_write(parser, measure)
 
 
 if __name__ == "__main__":

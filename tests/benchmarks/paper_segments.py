@@ -25,11 +25,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from figures_out import write_figures
+from figures_out import measure_and_write
 from seeds import PAPER_SEGMENTS
 from unseen import Motion, unseen_motions
 
-from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
@@ -225,11 +224,7 @@ def main() -> None:
         "--amplitude", type=float, nargs=2, default=(1.0, 1.0), metavar=("LOW", "HIGH")
     )
     parser.add_argument("--through-fmu", action="store_true", help="run the FMU itself")
-    parser.add_argument("--json", default="-")
-    arguments = parser.parse_args()
-    with progress_bars() as bar:
-        figures = measure(arguments, bar)
-    write_figures(figures, arguments.json)
+    measure_and_write(parser, measure)
 
 
 if __name__ == "__main__":

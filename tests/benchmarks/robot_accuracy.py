@@ -18,13 +18,11 @@ from __future__ import annotations
 
 import argparse
 import itertools
-import json
-import sys
 import time
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+from figures_out import write_figures
 
 from mbs_models.robot_6r.puma_560 import JOINTS, LIMITS
 from mbs_models.robot_6r.robot_6r import Robot6R
@@ -139,11 +137,7 @@ def main() -> None:
     result = variants(arguments.seeds)
     if arguments.redundant:
         result["redundant"] = redundant(arguments.seeds)
-    text = json.dumps(result, indent=1)
-    if arguments.json == "-":
-        sys.stdout.write(text + "\n")
-    else:
-        Path(arguments.json).write_text(text + "\n", encoding="utf-8")
+    write_figures(result, arguments.json)
 
 
 if __name__ == "__main__":

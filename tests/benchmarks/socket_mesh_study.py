@@ -12,12 +12,10 @@ and the lowest internal frequency. ``kept`` is the file of the package.
 from __future__ import annotations
 
 import argparse
-import json
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+from figures_out import write_figures
 from scipy.linalg import eigh
 
 from mbs_models.robot_6r.socket import FLANGE, Socket, SocketMesh
@@ -70,11 +68,7 @@ def main() -> None:
     parser.add_argument("--json", default="-")
     parser.add_argument("--sizes", type=float, nargs="+", default=[0.05, 0.02, 0.012, 0.008])
     arguments = parser.parse_args()
-    text = json.dumps(study(arguments.sizes), indent=1)
-    if arguments.json == "-":
-        sys.stdout.write(text + "\n")
-    else:
-        Path(arguments.json).write_text(text + "\n", encoding="utf-8")
+    write_figures(study(arguments.sizes), arguments.json)
 
 
 if __name__ == "__main__":

@@ -29,14 +29,13 @@ from typing import Any
 
 import numpy as np
 import torch
-from figures_out import write_figures
+from figures_out import measure_and_write
 from pydantic import ValidationError
 from seeds import STRUCTURES
 from studies import Trained, positive, simulated_seconds, surrogate_only, trained
 from timing import Part, TimedSurrogate, part_times
 from unseen import Motion, scored, unseen_motions
 
-from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.measures import rms
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.draws import TEST, Stream
@@ -195,11 +194,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=positive, default=5, help="of the timing")
     parser.add_argument("--runs", type=Path, default=Path("runs"))
     parser.add_argument("--workers", type=positive, default=1, help="trainings at the same time")
-    parser.add_argument("--json", default="-")
-    arguments = parser.parse_args()
-    with progress_bars() as bar:
-        found = study(arguments, bar)
-    write_figures(found, arguments.json)
+    measure_and_write(parser, study)
 
 
 if __name__ == "__main__":

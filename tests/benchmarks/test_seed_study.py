@@ -23,7 +23,7 @@ def arguments(folder: Path, train: list[int] | None) -> argparse.Namespace:
     )  # fmt: skip
 
 
-def test_learning_curve(tmp_path: Path) -> None:
+def test_learning_curve_has_a_study_for_each_number_of_trajectories(tmp_path: Path) -> None:
     """One study for each number of trajectories, the smallest first, on the same data."""
     build_libraries()
     found = studies(arguments(tmp_path, [3, 2]), no_stages)

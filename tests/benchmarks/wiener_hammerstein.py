@@ -20,9 +20,8 @@ from typing import Any
 import h5py
 import numpy as np
 import torch
-from figures_out import write_figures
+from figures_out import measure_and_write
 
-from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.measures import rms
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.core.signals import FloatArray
@@ -152,11 +151,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="the first of them")
     parser.add_argument("--order", type=int, default=6)
     parser.add_argument("--hidden", type=int, default=16)
-    parser.add_argument("--json", default="-")
-    arguments = parser.parse_args()
-    with progress_bars() as bar:
-        figures = study(arguments, bar)
-    write_figures(figures, arguments.json)
+    measure_and_write(parser, study)
 
 
 if __name__ == "__main__":

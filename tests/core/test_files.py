@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from slide_fmu.core.files import write_whole, write_zip
-from tests.limits import largest_file
+from tests.limits import HANGS, largest_file
 
 
 def test_a_file_that_cannot_be_written_stays_as_it_was(tmp_path: Path) -> None:
@@ -51,7 +51,7 @@ def test_nothing_is_left_where_a_program_is_ended(tmp_path: Path) -> None:
         while len(list(tmp_path.iterdir())) < 2 and program.poll() is None:
             time.sleep(1e-4)
         program.terminate()
-        assert program.wait(60) == -signal.SIGTERM
+        assert program.wait(HANGS) == -signal.SIGTERM
     assert list(tmp_path.iterdir()) == [path]
 
 

@@ -10,7 +10,7 @@ import pytest
 from slide_fmu.core.measures import moving_rms, relative_deviation, rms
 
 
-def test_rms_per_channel() -> None:
+def test_rms_is_that_of_each_channel() -> None:
     values = np.array([[3.0, 1.0], [4.0, -1.0]])
     assert rms(values) == pytest.approx([math.sqrt(12.5), 1.0])
     assert rms(np.stack([values, values])) == pytest.approx([math.sqrt(12.5), 1.0])

@@ -24,7 +24,7 @@ def test_affine_inverts(scaling: Affine, values: list[float]) -> None:
     assert np.all(np.abs(again - physical) <= ROUNDING * size)
 
 
-def test_affine_of_an_example() -> None:
+def test_affine_is_right_in_an_example_by_hand() -> None:
     scaling = Affine.of_channels([1.0, 10.0], [2.0, 5.0])
     assert scaling.apply(np.array([[3.0, 0.0]])).tolist() == [[1.0, -2.0]]
     assert scaling.invert(np.array([[1.0, -2.0]])).tolist() == [[3.0, 0.0]]
@@ -43,7 +43,7 @@ def test_log_error_inverts(scaling: LogError, eps: float) -> None:
     assert scaling.apply(scaling.invert(np.array(eps))) == pytest.approx(eps, abs=1e-9)
 
 
-def test_log_error_of_an_example() -> None:
+def test_log_error_is_right_in_an_example_by_hand() -> None:
     scaling = LogError(-4.0, -2.0)
     assert scaling.apply(np.array([1e-4, 1e-3, 1e-2])) == pytest.approx([-1.0, 0.0, 1.0])
 

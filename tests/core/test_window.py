@@ -15,7 +15,7 @@ from slide_fmu.core.window import MAX_WINDOW, Window
 from tests.strategies import windows
 
 
-def test_the_law_in_one_example() -> None:
+def test_index_law_is_right_in_an_example_by_hand() -> None:
     """n_in = 4, n_out = 2, s = 3: inputs u[3..6] give outputs y[6], y[7]."""
     window = Window(0.1, 4, 2)
     assert window.input_indices(np.array([3])).tolist() == [[3, 4, 5, 6]]

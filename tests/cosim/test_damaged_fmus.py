@@ -86,18 +86,18 @@ def _check_all(folder: Path, damages: Iterable[tuple[str, bytes]]) -> None:
 
 
 @pytest.mark.extended
-def test_damaged_archives_and_surrogates(tmp_path: Path) -> None:
+def test_damaged_archive_or_surrogate_is_refused_in_words(tmp_path: Path) -> None:
     _check_all(tmp_path, named_damages(_members(tmp_path, 2)))
 
 
 @both_standards
-def test_damaged_model_descriptions(tmp_path: Path, fmi: FmiVersion) -> None:
+def test_damaged_model_description_is_refused_in_words(tmp_path: Path, fmi: FmiVersion) -> None:
     _check_all(tmp_path, description_damages(_members(tmp_path, fmi)))
 
 
 @pytest.mark.extended
 @both_standards
-def test_random_damages(tmp_path: Path, fmi: FmiVersion) -> None:
+def test_random_damage_is_refused_in_words_or_harmless(tmp_path: Path, fmi: FmiVersion) -> None:
     members, path = _members(tmp_path, fmi), tmp_path / "damaged.fmu"
     refused = 0
     for seed in range(SEEDS):
@@ -129,7 +129,7 @@ def test_subcommands_that_run_fmus_name_the_damaged_file(tmp_path: Path, subcomm
     members, path = members_of(LINEAR), tmp_path / "damaged.fmu"
     path.write_bytes(packed({**members, "modelDescription.xml": b"<"}))
     (said,) = _refusals(path, "no XML", [_runners(tmp_path)[subcommand]]).values()
-    assert f"{path} is not an FMU that can be read: ".replace(" ", "") in "".join(said.split())
+    assert f"{path} is not an FMU that can be read: " in said
 
 
 def test_the_reader_raises_one_kind_of_error(tmp_path: Path) -> None:
@@ -155,7 +155,9 @@ def test_the_reader_raises_one_kind_of_error(tmp_path: Path) -> None:
         ("resources/provenance.json", b'{"a": "\\ud800"}', "provenance.json is no JSON"),
     ],
 )
-def test_what_is_said(tmp_path: Path, name: str, content: bytes, message: str) -> None:
+def test_message_names_what_is_damaged(
+    tmp_path: Path, name: str, content: bytes, message: str
+) -> None:
     path = tmp_path / "damaged.fmu"
     path.write_bytes(packed({**_members(tmp_path, 2), name: content}))
-    assert message in _refusals(path, name)["check"].replace("\n", " ")
+    assert message in _refusals(path, name)["check"]

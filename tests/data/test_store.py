@@ -156,7 +156,7 @@ def test_half_made_store_is_made_again(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("make", [Path.mkdir, Path.touch], ids=["folder", "file"])
-def test_something_else_is_refused(tmp_path: Path, make: Any) -> None:
+def test_place_that_holds_something_else_is_refused(tmp_path: Path, make: Any) -> None:
     path = tmp_path / "data.zarr"
     make(path)
     with pytest.raises(StoreError, match="is not a trajectory store; remove it"):
@@ -199,7 +199,9 @@ def test_missing_files_of_a_store_are_reported(store: Path) -> None:
 
 
 @pytest.mark.parametrize("estimating", [False, True])
-def test_store_of_an_earlier_version(store: Path, estimating: bool) -> None:
+def test_store_of_an_earlier_version_is_refused_where_it_differs(
+    store: Path, estimating: bool
+) -> None:
     """It named the numbers of trajectories, and drew those of estimators in another order."""
     group = zarr.open_group(store, mode="r+")
     fingerprint = dict(group.attrs["fingerprint"])

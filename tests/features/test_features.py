@@ -190,7 +190,7 @@ def test_signals_have_names() -> None:
         MOTION.indices(("rates", "rate"))
 
 
-def test_the_highest_role() -> None:
+def test_highest_role_is_that_of_all_parts() -> None:
     assert Roles((0, 3), (1,), turn=(5, 4)).highest() == 5
     assert Roles((), ()).highest() == -1
 

@@ -37,7 +37,7 @@ def pinocchio_model(pin: Any) -> tuple[Any, Any]:
     return model, constant
 
 
-def test_agrees_with_pinocchio() -> None:
+def test_serial_chain_agrees_with_pinocchio() -> None:
     pin = pytest.importorskip("pinocchio")
     model, constant = pinocchio_model(pin)
     data = model.createData()
@@ -103,7 +103,7 @@ def test_turning_the_first_joint_alone_shows_the_inertia() -> None:
     assert inertia[0] == pytest.approx(np.sum(ARM.masses))
 
 
-def test_pendulum() -> None:
+def test_one_link_is_the_pendulum_of_textbooks() -> None:
     """One link in the vertical plane: what every textbook says."""
     m, length, inertia, g = 2.0, 0.7, 0.3, 9.81
     pendulum = SerialChain(
@@ -126,7 +126,7 @@ def test_pendulum() -> None:
     assert pendulum.tool_position(q) == pytest.approx([*(length * along), 0.0])
 
 
-def test_any_batch_shape() -> None:
+def test_batch_of_any_shape_gives_what_single_poses_give() -> None:
     q, dq, ddq = motion((4, 3), 5)
     frames = ARM.forward_kinematics(q)
     assert frames.positions.shape == (4, 3, 7, 3)

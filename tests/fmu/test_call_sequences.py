@@ -23,11 +23,11 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.description.variables import IN_RANGE, PREHISTORY_KNOWN
+from tests.fmu.any_step import ESTIMATE_TOLERANCE, FORGETFUL
 from tests.fmu.callers import Caller, Fmi2, Fmi3
 from tests.fmu.native import ERROR, OK, Load, Loaded
 from tests.fmu.plain_fmu import INITIALIZATION, STEPPING, TERMINATED, PlainFmu, Plan
 from tests.fmu.samples import STEP, Shape, random_surrogate
-from tests.fmu.test_any_step import ESTIMATE_TOLERANCE, FORGETFUL
 
 CUBIC = replace(FORGETFUL, activation="cubic")
 SHAPES = {

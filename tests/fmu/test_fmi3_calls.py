@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
+from tests.fmu.derivatives import derivatives
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded
 from tests.fmu.native3 import NO, Native3, instance_of, with_separator
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 from tests.fmu.standards import functions
-from tests.fmu.test_derivatives import derivatives
 
 SHAPES = [
     Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3),

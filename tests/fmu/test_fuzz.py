@@ -12,6 +12,7 @@ import pytest
 
 from tests.fmu.driver import required_sanitizer
 from tests.fmu.fuzz import CORPUS, LONGEST, build_target
+from tests.limits import HANGS
 
 pytestmark = pytest.mark.extended
 
@@ -33,7 +34,7 @@ def _run(target: Path, runs: int, files: list[Path]) -> int:
     """Executions; a failure shows what the sanitizers said, and the input."""
     current = target.with_name("current")
     command = [target, "1", str(runs), current, *files]
-    result = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
+    result = subprocess.run(command, capture_output=True, text=True, check=False, timeout=HANGS)
     assert result.returncode == 0, f"{result.stderr}\ninput: {current.read_bytes().hex()}"
     return int(result.stdout)
 

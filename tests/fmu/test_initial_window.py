@@ -14,12 +14,12 @@ from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.description.variables import PREHISTORY_KNOWN
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.any_step import ESTIMATE_TOLERANCE, FORGETFUL, both_holds
 from tests.fmu.future import future
 from tests.fmu.native import DISCARD, ERROR, OK, Load
 from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.plain import Resampling
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
-from tests.fmu.test_any_step import ESTIMATE_TOLERANCE, FORGETFUL, both_holds
 
 SHAPES = {
     "layers": Shape(n_inputs=2, n_outputs=2, differences=2, positions=3),

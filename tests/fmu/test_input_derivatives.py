@@ -13,10 +13,7 @@ from fmpy.fmi2 import FMU2Slave
 from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
-from tests.fmu.native import DISCARD, ERROR, OK, WARNING, Load, Loaded, Native
-from tests.fmu.plain import Resampling, five_point_slope
-from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
-from tests.fmu.test_any_step import (
+from tests.fmu.any_step import (
     ESTIMATE_TOLERANCE,
     FORGETFUL,
     LASTING,
@@ -26,7 +23,10 @@ from tests.fmu.test_any_step import (
     both_holds,
     drawn,
 )
-from tests.fmu.test_derivatives import ROUNDED, derivative, inputs_for, surrogate_of
+from tests.fmu.derivatives import ROUNDED, derivative, inputs_for, surrogate_of
+from tests.fmu.native import DISCARD, ERROR, OK, WARNING, Load, Loaded, Native
+from tests.fmu.plain import Resampling, five_point_slope
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 from tests.marks import essential
 
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
+from tests.fmu.any_step import LASTING, both_holds, drawn
 from tests.fmu.native import ERROR, OK, Load, Loaded
 from tests.fmu.native3 import instance_of
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
-from tests.fmu.test_any_step import LASTING, both_holds, drawn
 
 SHAPES = {
     "layers": Shape(n_inputs=2, n_outputs=2, positions=3, differences=1),

@@ -15,10 +15,10 @@ from slide_fmu.fmu.description.surrogate_variables import block_size, fmu_variab
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.any_step import FORGETFUL, LASTING, drawn
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded
 from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
-from tests.fmu.test_any_step import FORGETFUL, LASTING, drawn
 
 SHAPES = {
     "block": Shape(n_inputs=2, n_outputs=3, n_out=5, positions=2),

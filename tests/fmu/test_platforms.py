@@ -28,6 +28,7 @@ from slide_fmu.fmu.libraries.platforms import FmiVersion, library_members
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.driver import run_compiler
 from tests.fmu.samples import CellShape, Shape, random_surrogate
+from tests.limits import HANGS
 
 pytestmark = pytest.mark.extended
 
@@ -168,7 +169,7 @@ def _run(
         capture_output=True,
         text=True,
         check=False,
-        timeout=300,
+        timeout=HANGS,
         env=environment,
     )
     assert result.returncode == 0, result.stderr + result.stdout

@@ -19,6 +19,7 @@ from tests.fmu.driver import build_driver, required_sanitizer
 from tests.fmu.native import Load
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.fmu.small_shapes import CELLS, DIRECTOR, GATED, ONE_SAMPLE, RAMP, ROLES, SMALL
+from tests.limits import HANGS
 
 pytestmark = pytest.mark.extended
 
@@ -35,7 +36,7 @@ def driver(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def _run(driver: Path, *arguments: str) -> list[str]:
     result = subprocess.run(
-        [driver, *arguments], capture_output=True, text=True, check=False, timeout=120
+        [driver, *arguments], capture_output=True, text=True, check=False, timeout=HANGS
     )
     assert result.returncode == 0, result.stderr
     return result.stdout.splitlines()

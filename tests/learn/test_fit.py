@@ -92,7 +92,7 @@ def test_learnt_matrix_is_the_exact_one(fit: Fit) -> None:
     assert figures["max_above_diagonal_relative"] < SMALL_ERROR
 
 
-def test_torch_is_numpy(fit: Fit, folder: Path) -> None:
+def test_torch_module_gives_what_numpy_gives(fit: Fit, folder: Path) -> None:
     """The best weights of the checkpoint, in float64, on unseen windows."""
     (checkpoint,) = (folder / "checkpoints").glob("surrogate-*.pt")
     surrogate, window = fit.surrogate, fit.surrogate.window
@@ -147,7 +147,7 @@ def test_both_forms_of_the_network_fit(folder: Path, tmp_path: Path, time_invari
     assert surrogate.network.n_samples == (41 if time_invariant else 48)
 
 
-def test_scalings() -> None:
+def test_scalings_are_those_of_ranges_and_standard_deviations() -> None:
     signals = (Signal("a", "N", -2.0, 6.0), Signal("b", "m", 0.0, 1.0))
     scaling = range_scaling(signals)
     assert scaling.apply(np.array([[-2.0, 0.0], [6.0, 1.0]])).tolist() == [[-1, -1], [1, 1]]

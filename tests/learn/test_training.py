@@ -52,11 +52,12 @@ def test_killed_training_ends_with_the_weights_of_an_unbroken_one(
 ) -> None:
     checkpoint, weights = tmp_path / "c.pt", tmp_path / "weights.pt"
     command = [sys.executable, regression.__file__, str(checkpoint), str(weights)]
-    kill_after = random.Random().choice([60, 80, 100])
+    moments = random.Random(0)
+    kill_after = moments.choice([60, 80, 100])
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         reached = next(int(line) for line in process.stdout if int(line) >= kill_after)
-        time.sleep(random.Random().uniform(0.0, 0.2))  # up to one interval of checkpoints
+        time.sleep(moments.uniform(0.0, 0.2))  # up to one interval of checkpoints
         process.send_signal(signal.SIGKILL)
     assert process.returncode == -signal.SIGKILL
     assert not weights.exists()

@@ -66,7 +66,7 @@ def window(
     recipe.write_text(RECIPE.format(proportional=proportional, **motion), encoding="utf-8")
     result = CliRunner().invoke(app, ["window", str(recipe), "--json", str(figures)])
     found = json.loads(figures.read_text(encoding="utf-8"))
-    return result.exit_code, " ".join(result.output.split()), found
+    return result.exit_code, result.output, found
 
 
 @pytest.mark.extended

@@ -65,7 +65,7 @@ def rates(z: FloatArray, force: FloatArray) -> FloatArray:
     return np.concatenate([v, (spring_forces(x) - damping @ v + force) / M])
 
 
-def test_agrees_with_another_integrator() -> None:
+def test_mass_chain_agrees_with_another_integrator() -> None:
     system, start, inputs = MassChain(), random_state(), inputs_of(120)
     z = np.concatenate([start.coordinates, start.velocities])
     expected = [z[list(OBSERVED)]]
@@ -104,7 +104,7 @@ def test_linear_chain_is_the_exact_response_to_held_forces() -> None:
     assert deviation(simulate(system, inputs, start).outputs, np.array(expected)) < 1e-8
 
 
-def test_substeps() -> None:
+def test_substeps_converge_with_the_sixth_order() -> None:
     def run(substeps: int) -> FloatArray:
         return simulate(MassChain(substeps=substeps), inputs_of(400), random_state()).outputs
 
@@ -130,7 +130,7 @@ def test_without_damping_the_energy_stays() -> None:
 
 @pytest.mark.parametrize("forces", [(250, 250), (-250, 250), (1e-3, 0), (0, 0), (0, -5e4)])
 @pytest.mark.parametrize("alpha", [ALPHA, 0.0])
-def test_rest_state(forces: tuple[float, float], alpha: float) -> None:
+def test_rest_state_balances_the_forces(forces: tuple[float, float], alpha: float) -> None:
     system, held = MassChain(alpha=alpha), np.array(forces, dtype=np.float64)
     x = system.rest_state(held).coordinates
     s = STRETCH @ x
@@ -141,7 +141,7 @@ def test_rest_state(forces: tuple[float, float], alpha: float) -> None:
         assert np.max(np.abs(outputs - x[list(OBSERVED)])) < 1e-12
 
 
-def test_linearization() -> None:
+def test_linearization_is_the_analytic_one() -> None:
     system = MassChain()
     system.set_state(random_state(2))
     at = random_state(3)
@@ -154,7 +154,7 @@ def test_linearization() -> None:
     assert np.array_equal(system.get_state().coordinates, random_state(2).coordinates)
 
 
-def test_modes() -> None:
+def test_modes_are_those_in_closed_form() -> None:
     modes = spectrum(MassChain().linearize(MassChain().rest_state(np.zeros(2))), 1e-3).modes
     # the eigenvalues of STRETCH^T STRETCH are known: 4 sin^2(j pi / 14)
     share = 4.0 * np.sin(np.arange(1, 7) * np.pi / 14.0) ** 2
@@ -206,7 +206,7 @@ def test_harmonic_forces_of_the_recipe_have_one_response(frequency: float, phase
     assert remaining_difference(inputs, 0, WINDOW) < FORGOTTEN
 
 
-def test_stronger_harmonic_forces_have_several() -> None:
+def test_stronger_harmonic_forces_have_several_responses() -> None:
     inputs = harmonic(1.0, 54.0, np.pi, 1600)
     assert max(remaining_difference(inputs, seed, 1200) for seed in range(4)) > 0.1
 
@@ -241,7 +241,7 @@ def test_random_states_fill_their_range() -> None:
     assert np.all((speeds > 1.9) & (speeds <= 2.0))
 
 
-def test_signals() -> None:
+def test_signals_are_those_of_the_mass_chain() -> None:
     system = MassChain(force_limit=10.0, alpha=0.0, step=0.02)
     assert [s.name for s in system.inputs] == ["force_1", "force_4"]
     assert [s.name for s in system.outputs] == ["position_2", "position_4", "position_6"]

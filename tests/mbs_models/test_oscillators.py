@@ -86,7 +86,7 @@ def test_duffing_agrees_with_another_integrator(system: System) -> None:
     assert deviation(found, np.array(expected)) < 1e-8
 
 
-def test_sixfold_order_of_the_substeps() -> None:
+def test_substeps_converge_with_the_sixth_order() -> None:
     def run(substeps: int) -> FloatArray:
         system = DuffingOscillator(substeps=substeps)
         return simulate(system, inputs_of(system, 50), state(0.5, 0.0)).outputs
@@ -109,7 +109,7 @@ def test_duffing_without_damping_keeps_its_energy() -> None:
 
 
 @pytest.mark.parametrize("force", [-1000.0, -1.0, 0.0, 1e-3, 300.0, 5000.0])
-def test_static_deflection_of_the_duffing(force: float) -> None:
+def test_duffing_at_rest_solves_the_cubic_equation(force: float) -> None:
     system = DuffingOscillator(damping=80.0)
     x = system.rest_state(np.array([force])).coordinates[0]
     assert K * x + ALPHA * K * x**3 == pytest.approx(force, rel=1e-12, abs=1e-12)
@@ -127,7 +127,7 @@ def test_rest_state_stays_where_it_is(make: type[System]) -> None:
 
 
 @pytest.mark.parametrize("make", ALL)
-def test_linearization(make: type[System]) -> None:
+def test_linearization_is_the_analytic_one(make: type[System]) -> None:
     system = make()
     system.set_state(state(0.2, 1.0))
     found = system.linearize(state(0.7, 3.0, 0.1))

@@ -147,7 +147,7 @@ def test_linearization_is_the_answer_to_a_small_push(kind: str) -> None:
     assert np.linalg.norm(end[:n]) < np.linalg.norm(push)
 
 
-def test_linearization_of_a_moving_arm() -> None:
+def test_linearization_of_a_moving_arm_is_that_of_its_torques() -> None:
     system = Robot6R()
     state = moving_state(system)
     state.velocities[:FLANGE] = 0.0
@@ -167,7 +167,7 @@ def test_linearization_of_a_moving_arm() -> None:
     assert found.mass[0, 0] == pytest.approx(total, rel=1e-3)
 
 
-def test_decay_times() -> None:
+def test_robot_forgets_within_a_second() -> None:
     """The slowest motion forgets 99 % within a second, as the paper's truncation needs."""
     system = Robot6R()
     for seed in range(5):
@@ -193,7 +193,7 @@ def test_continuing_and_pickling_equal_one_go(kind: str) -> None:
     assert error(simulate(other, set_points[21:], middle).outputs[1:], on) < 1e-5
 
 
-def test_random_states() -> None:
+def test_random_states_fill_their_range() -> None:
     system, first = Robot6R(), np.full(JOINTS, 0.2)
     states = [system.random_state(np.random.default_rng(seed)) for seed in range(40)]
     poses = np.array([state.coordinates[-JOINTS:] for state in states])
@@ -209,7 +209,7 @@ def test_random_states() -> None:
     assert 1e-5 < np.max(off[:3]) < 5e-3
 
 
-def test_signals() -> None:
+def test_signals_are_those_of_the_robot() -> None:
     system = Robot6R(rotation=True, deviation_limit=0.02, step=0.02)
     assert [signal.name for signal in system.inputs] == [f"joint_{i}" for i in range(1, 7)]
     assert [signal.high for signal in system.inputs] == pytest.approx(LIMITS)

@@ -165,7 +165,7 @@ def test_the_length_of_the_director_does_not_matter() -> None:
     assert np.max(np.abs(same - simulate(fast(), inputs, start).outputs)) < 1e-12
 
 
-def test_a_slow_pole_of_a_soft_drive() -> None:
+def test_soft_drive_has_a_slow_pole() -> None:
     system = fast(proportional=10.0, differential=100.0)
     rest = system.rest_state(director(0.5))
     rates = [m.eigenvalue for m in spectrum(system.linearize(rest), 0.01).modes]
@@ -183,7 +183,7 @@ def test_a_slow_pole_of_a_soft_drive() -> None:
     assert rate == pytest.approx(rates[0].real, rel=5e-3)
 
 
-def test_poles_of_the_free_crank() -> None:
+def test_poles_of_the_free_crank_are_those_of_the_paper() -> None:
     system = SliderCrank(proportional=0.0, differential=0.0)
     slowest, next_ones = [], []
     for angle in np.linspace(0.0, math.pi, 9):
@@ -196,7 +196,7 @@ def test_poles_of_the_free_crank() -> None:
     assert min(next_ones) > 39.0
 
 
-def test_linearization() -> None:
+def test_linearization_leaves_the_motion_and_shows_the_drive() -> None:
     system = SliderCrank()
     simulate(system, directors(swing(20)), system.rest_state(director(0.0)))
     expected = [system.advance(row)[0] for row in directors(swing(40)[20:])]
@@ -232,7 +232,7 @@ def test_rest_is_an_equilibrium() -> None:
     assert crank_angle(system.get_state()) == pytest.approx(2.5, abs=1e-10)
 
 
-def test_random_states() -> None:
+def test_random_states_fill_their_range() -> None:
     system = SliderCrank(speed_limit=5.0)
     found = [system.random_state(np.random.default_rng(seed)) for seed in range(300)]
     speeds = np.array([s.velocities[2] for s in found])
@@ -257,7 +257,7 @@ def test_interrupted_and_pickled_motions_go_on() -> None:
         assert np.std(rest - whole[21:]) < INTERRUPTED * np.std(whole)
 
 
-def test_second_order_in_time() -> None:
+def test_substeps_converge_with_the_second_order() -> None:
     def run(substeps: int) -> FloatArray:
         system = SliderCrank(elements=4, substeps=substeps)
         inputs = directors(swing(96))
@@ -272,7 +272,7 @@ def test_second_order_in_time() -> None:
 @pytest.mark.parametrize(
     ("elements", "substeps", "bound"), [(10, 20, 3e-4), (6, 10, 1e-3), (6, 4, 5e-3)]
 )
-def test_settings(elements: int, substeps: int, bound: float) -> None:
+def test_settings_keep_their_error(elements: int, substeps: int, bound: float) -> None:
     inputs = directors(swing(128))
     exact, found = (
         simulate(system, inputs, system.rest_state(director(0.0))).outputs[32:, 0]
@@ -284,7 +284,7 @@ def test_settings(elements: int, substeps: int, bound: float) -> None:
     assert np.std(found - exact) < bound * np.std(exact)
 
 
-def test_signals() -> None:
+def test_signals_are_those_of_the_slider_crank() -> None:
     system = SliderCrank(deflection_limit=0.2)
     assert [(s.name, s.unit, s.low, s.high) for s in system.inputs] == [
         ("director_x", "1", -1.0, 1.0),

@@ -38,7 +38,7 @@ def test_changed_file_is_refused(tmp_path: Path) -> None:
         Socket.read(changed)
 
 
-def test_writing_and_reading(tmp_path: Path) -> None:
+def test_socket_that_is_written_is_read_again(tmp_path: Path) -> None:
     path = tmp_path / "socket.json"
     SOCKET.write(path)
     again = Socket.read(path)
@@ -46,7 +46,7 @@ def test_writing_and_reading(tmp_path: Path) -> None:
     assert again.mesh == SOCKET.mesh
 
 
-def test_wrong_shapes_are_named() -> None:
+def test_matrix_of_another_shape_is_named() -> None:
     with pytest.raises(ValueError, match="weight of shape"):
         dataclasses.replace(SOCKET, weight=np.zeros((6, 3)))
 
@@ -57,7 +57,7 @@ def test_the_mesh_is_symmetric_but_for_a_little() -> None:
     assert np.max(np.abs(found - cleaned) / np.outer(scale, scale)) < 1e-3
 
 
-def test_beam_theory() -> None:
+def test_socket_is_as_soft_as_its_beam() -> None:
     """A hollow beam with solid ends, which turn little: by a Timoshenko beam of the same parts."""
     mesh = SocketMesh()
     inner = mesh.radius - mesh.wall
@@ -83,7 +83,7 @@ def test_beam_theory() -> None:
     assert found[np.ix_(pick, pick)] == pytest.approx(flexibility, rel=0.06, abs=1e-12)
 
 
-def test_mass_and_weight() -> None:
+def test_socket_carries_its_mass_and_weight() -> None:
     mesh = SocketMesh()
     inner = mesh.radius - mesh.wall
     hollow = mesh.length - mesh.top - mesh.bottom
@@ -98,7 +98,7 @@ def test_mass_and_weight() -> None:
     assert np.min(frequencies) > 2.0 * np.pi * 700.0
 
 
-def test_flange_rotations() -> None:
+def test_rotations_of_the_flange_are_those_of_scipy() -> None:
     rng = np.random.default_rng(0)
     for _ in range(20):
         euler, theta = rng.uniform(-0.1, 0.1, 3), rng.uniform(-0.03, 0.03, 3)

@@ -161,6 +161,30 @@ def test_longer_measured_decay_is_a_remark(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("few_motions")
+def test_measured_decay_that_the_window_just_holds_is_no_remark() -> None:
+    recipe = oscillator("LinearOscillator")
+    decay = Decay(np.array([-RATE]), 0.01)
+    found = replace(
+        size_window(recipe, recipe_system(recipe)),
+        linearized=decay,
+        measured=decay,
+        window=Window(decay.worst, 2, 1),  # truncates one step
+    )
+    assert found.window.truncation_time == decay.worst
+    assert (found.problem, found.remark) == (None, None)
+
+
+def test_worst_instant_is_that_of_all_motions(monkeypatch: pytest.MonkeyPatch) -> None:
+    rates = [[-4.0, -5.0], [-2.0, -7.0], [-3.0, -6.0]]
+    along = [Decay(np.array(row), 0.01) for row in rates]
+    monkeypatch.setattr(sizing, "_decay_along_motions", lambda *work: along)
+    monkeypatch.setattr(sizing, "measured_decay", lambda *work: along[0])
+    recipe = oscillator("LinearOscillator")
+    found = size_window(recipe, recipe_system(recipe))
+    assert found.local_worst == pytest.approx(math.log(100) / 2)
+
+
+@pytest.mark.usefixtures("few_motions")
 def test_subcommand_window_prints_the_remark(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -172,7 +196,7 @@ def test_subcommand_window_prints_the_remark(
     place.write_text(TINY, encoding="utf-8")
     result = CliRunner().invoke(app, ["window", str(place), "--json", "-"])
     assert result.exit_code == 0
-    assert f"remark: {longer.remark}" in " ".join(result.output.split())
+    assert f"remark: {longer.remark}" in result.output
     assert json.loads(result.stdout)["remark"] == longer.remark
 
 
@@ -271,6 +295,8 @@ def test_stretch_is_as_long_as_the_window_or_the_decay_whichever_is_longer(
     ]
     assert found.rates == pytest.approx([np.mean(part) for part in parts])
     assert found.remaining_amplitude == 0.01
+    alone = sizing._decay_over_windows(along[:1], Window(step, n_in, 1), 2)
+    assert alone.rates == pytest.approx(found.rates[: len(alone.rates)])
 
 
 @pytest.mark.parametrize(
@@ -279,7 +305,7 @@ def test_stretch_is_as_long_as_the_window_or_the_decay_whichever_is_longer(
         (8.0, 50.0, 920, [116] * 40),  # ten windows of 92; three decays of 1.151 s are 115.1 steps
         (8.0, 4.0, 133, [116] * 40),  # the recipe's own duration is shorter
         (16.0, 4.0, 133, [92] * 40),  # three decays of 0.576 s are shorter than the window
-        (0.2, 4.0, 133, [4606] * 4),  # 46 s: four pairs are enough, though 20 000 samples are less
+        (0.1, 4.0, 133, [9211] * 4),  # 92 s: four pairs at least, though 20 000 samples hold two
         (0.6, 4.0, 133, [1536] * 13),  # 15.35 s: as many pairs as 20 000 samples hold
     ],
 )
@@ -301,6 +327,7 @@ def test_motions_are_as_many_and_as_long_as_window_and_decay_ask(
     original, draw = sizing._decay_along_motions, sizing.draw
 
     def draw_and_note(recipe: Recipe, system: Any, stream: Any, index: int) -> Any:
+        assert stream.factors == (1.0, 1.0)  # the recipe's own amplitude
         drawn_for.append(stream.duration / 0.03)
         return draw(recipe, system, stream, index)
 

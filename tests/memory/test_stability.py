@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import tomllib
 from dataclasses import replace
@@ -14,8 +15,10 @@ import pytest
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import Signal
 from slide_fmu.core.window import Window
+from slide_fmu.data.draws import STABILITY, Stream, draw
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.memory import stability
 from slide_fmu.memory.stability import (
     NEWEST,
     RECORDS,
@@ -105,6 +108,54 @@ def test_random_network_that_contracts_passes(seed: int, shape: CellShape) -> No
     assert all(test.differences.shape == (RECORDS,) for test in tests)
     assert all(test.pair.shape == (2, RECIPE.window.n_in, 1) for test in tests)
     require_stability(tests, RECIPE, "nowhere.png")
+
+
+def test_growth_and_differences_are_those_of_explicit_loops() -> None:
+    """32 records of three windows: one to begin with, one in which two runs meet, and a third."""
+    pole, gain, n = 0.97, 0.3, RECIPE.window.n_in
+    scale, gaps = SYSTEM.inputs[0].high, []
+    stream = Stream(STABILITY, RECIPE.data.seed, (1.0, 1.0), 3 * n * RECIPE.window.step)
+    records = [draw(RECIPE, SYSTEM, stream, k).inputs[-3 * n :, 0] / scale for k in range(32)]
+
+    def run(inputs: np.ndarray, state: float) -> list[float]:
+        """x -> pole x + gain u, y = x; the output is that of the new state."""
+        states = []
+        for value in inputs:
+            state = pole * state + gain * value
+            states.append(state)
+        return states
+
+    runs = [run(record, 0.0) for record in records]
+    own = [states[n : 2 * n] for states in runs]
+    for k, record in enumerate(records):
+        other = run(record[n : 2 * n], runs[k - 1][n - 1])
+        last = [one - two for one, two in zip(own[k], other, strict=True)][-8:]
+        gaps.append(math.sqrt(sum(gap**2 for gap in last) / 8) / np.std(own))
+    mean = np.mean(runs)
+    largest = np.max(np.abs(np.array(runs) - mean))
+    first, second = examine(scalar_cell(pole, gain))[:2]
+    assert first.differences == pytest.approx(gaps, rel=1e-3)
+    assert first.growth == pytest.approx(1.0)
+    deviations = 2 * np.array(runs) - mean  # twice the amplitude, about the mean of the first
+    assert second.growth == pytest.approx(np.max(np.abs(deviations)) / (2 * largest), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("factor", "growth", "gaps", "limit"),
+    [
+        (1.0, 10.0, [0.02, 0.0, 0.0], None),  # at the limits of growth and of the worst pair
+        (1.0, 10.01, [0.0, 0.0, 0.0], "at most 10 times"),
+        (1.0, 1.0, [0.021, 0.0, 0.0], "at most 0.02"),
+        (2.0, 1.0, [0.0, 0.5, 9.0], None),  # beyond the range the median pair counts
+        (2.0, 1.0, [0.0, 0.51, 0.6], "at most 0.5"),
+    ],
+)
+def test_limit_is_allowed_and_more_is_not(
+    factor: float, growth: float, gaps: list[float], limit: str | None
+) -> None:
+    found = stability._problem(factor, growth, np.array(gaps), RECIPE)
+    assert (found is None) == (limit is None)
+    assert found is None or found.endswith(limit or "")
 
 
 def test_linear_network_grows_as_its_inputs_do() -> None:
@@ -320,6 +371,12 @@ def test_stability_figures_are_plain_numbers() -> None:
     assert all(row["passed"] and row["largest_difference"] >= row["median_difference"] >= 0
                for row in fine)  # fmt: skip
     assert all(not row["passed"] and row["growth"] is None for row in wild)
+
+
+def test_stability_figures_are_those_of_the_median_and_of_the_worst_pair() -> None:
+    test = AmplitudeTest(2.0, 1.5, np.array([0.25, 0.0, 4.0]), np.zeros((2, 1, 1)), None)
+    (found,) = stability_figures((test,))
+    assert (found["median_difference"], found["largest_difference"]) == (0.25, 4.0)
 
 
 def test_stability_check_gives_the_same_twice() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 
 import fmpy
@@ -108,3 +109,25 @@ def start(path: Path, folder: Path, *parameters: float) -> FMU2Slave:
     slave.setReal(PARAMETERS[: len(parameters)], parameters)
     slave.exitInitializationMode()
     return slave
+
+
+def script(module: nn.Module, path: Path) -> None:
+    """Write a module as TorchScript."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        torch.jit.save(torch.jit.script(module), path)
+
+
+def save_exported(module: nn.Module, path: Path) -> None:
+    """Write a module that takes four samples of one input as ``torch.export`` does."""
+    torch.export.save(torch.export.export(module, (torch.zeros(1, 4, 1),)), path)
+
+
+def small_description(name: str, largest: float, outputs: Sequence[str]) -> str:
+    """The file that describes a module of one input, which has a range, and of four samples."""
+    signals = [("inputs", "u", "N", largest), *(("outputs", y, "m", 1.0) for y in outputs)]
+    lines = [f'name = "{name}"', "[window]", "step = 0.01", "n_in = 4"]
+    for kind, signal, unit, high in signals:
+        lines += [f"[[{kind}]]", f'name = "{signal}"', f'unit = "{unit}"']
+        lines += [f"low = {-high}", f"high = {high}"]
+    return "\n".join(lines)

@@ -19,18 +19,18 @@ def test_backend_refuses_what_it_cannot_make(tmp_path: Path) -> None:
     module, description = saved(surrogate_with("zero_order"), tmp_path, ".pt")
     refused = invoke("export", module, "-o", tmp_path / "m.fmu")
     assert refused.exit_code == 1
-    assert "add --backend python" in refused.output.replace("\n", " ")
+    assert "add --backend python" in refused.output
     other = invoke("export", tmp_path / "recipe.toml", "--backend", "python")
     assert other.exit_code == 1
-    assert "takes a torch module" in other.output.replace("\n", " ")
+    assert "takes a torch module" in other.output
     about = ("--backend", "python", "--description", description, "-o", tmp_path / "m.fmu")
     for form in (("--fmi", 3), ("--source",)):
         native = invoke("export", module, *about, *form)
         assert native.exit_code == 1
-        assert "which are for native FMUs" in native.output.replace("\n", " ")
+        assert "which are for native FMUs" in native.output
     without = invoke("export", module, "--backend", "python", "-o", tmp_path / "m.fmu")
     assert without.exit_code == 1
-    assert "--description" in without.output.replace("\n", " ")
+    assert "--description" in without.output
 
 
 @pytest.mark.parametrize(

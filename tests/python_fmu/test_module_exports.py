@@ -19,28 +19,16 @@ from slide_fmu.python_fmu.torch_export import ModuleError, export_module
 from tests.cosim.damage import members_of, packed
 from tests.fmu.samples import STEP
 from tests.limits import largest_file
-from tests.python_fmu.modules import invoke, saved, start, surrogate_with
-from tests.python_fmu.test_strange_modules import script
+from tests.python_fmu.modules import (
+    invoke,
+    saved,
+    script,
+    small_description,
+    start,
+    surrogate_with,
+)
 
-DESCRIPTION = """
-name = "small"
-
-[window]
-step = 0.01
-n_in = 4
-
-[[inputs]]
-name = "u"
-unit = "N"
-low = -1000.0
-high = 1000.0
-
-[[outputs]]
-name = "y"
-unit = "m"
-low = -1.0
-high = 1.0
-"""
+DESCRIPTION = small_description("small", 1000.0, ("y",))
 
 
 class Sum(nn.Module):
@@ -75,7 +63,7 @@ def said(*arguments: object) -> str:
     result = invoke(*arguments)
     assert result.exit_code == 1
     assert isinstance(result.exception, SystemExit), result.exception
-    return " ".join(result.output.split())
+    return result.output
 
 
 @pytest.mark.parametrize(
@@ -92,7 +80,7 @@ def test_names_hide_nothing(name: str, module: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["class", "None", "__name__", "1st", "größe", "", "a" * 101])
-def test_names_that_no_class_can_have(name: str, module: Path, tmp_path: Path) -> None:
+def test_name_that_no_class_can_have_is_refused(name: str, module: Path, tmp_path: Path) -> None:
     with pytest.raises(ModuleError, match=r"toml: name = .*: expected at most 100 letters"):
         exported(module, tmp_path / "m.fmu", name=f'"{name}"')
     assert not (tmp_path / "m.fmu").exists()
@@ -115,7 +103,7 @@ def test_an_fmu_that_cannot_be_written_stays_as_it_was(module: Path, tmp_path: P
     assert set(tmp_path.iterdir()) == files
 
 
-def test_a_folder_is_no_fmu(module: Path, tmp_path: Path) -> None:
+def test_folder_is_no_place_for_an_fmu(module: Path, tmp_path: Path) -> None:
     folder = tmp_path / "d.fmu"
     folder.mkdir()
     about = ("--backend", "python", "--description", module.with_name("signals.toml"))
@@ -152,7 +140,9 @@ def test_subcommand_for_native_fmus_refuses_one_that_carries_a_module(
         (b"[" * 100_000, "is no JSON"),
     ],
 )
-def test_damaged_facts(content: bytes, message: str, module: Path, tmp_path: Path) -> None:
+def test_damaged_facts_of_a_module_are_refused(
+    content: bytes, message: str, module: Path, tmp_path: Path
+) -> None:
     path = exported(module, tmp_path / "m.fmu")
     path.write_bytes(packed({**members_of(path), MODULE: content}))
     assert f"{path}: {MODULE} {message}" in said("info", path)
@@ -174,21 +164,21 @@ def test_what_is_no_number_is_null(module: Path, tmp_path: Path) -> None:
         ({"low": "0.0", "high": "5e-324"}, r"signal 'u': range \[0.0, 5e-324\] N"),
     ],
 )
-def test_ranges_that_cannot_be_scaled(
+def test_range_that_cannot_be_scaled_is_refused(
     changes: dict[str, str], message: str, module: Path, tmp_path: Path
 ) -> None:
     with pytest.raises(ModuleError, match=f"signals.toml: inputs.0: {message}.* offset and scale"):
         exported(module, tmp_path / "m.fmu", **changes)
 
 
-def test_a_description_in_another_encoding(module: Path, tmp_path: Path) -> None:
+def test_description_in_another_encoding_is_refused(module: Path, tmp_path: Path) -> None:
     description = tmp_path / "latin.toml"
     description.write_bytes(DESCRIPTION.replace("small", "groß").encode("latin-1"))
     with pytest.raises(ModuleError, match=f"^{description}: not valid TOML: 'utf-8' codec"):
         export_module(module, description, tmp_path / "m.fmu")
 
 
-def test_a_module_that_fails_before_the_first_step(
+def test_module_that_fails_before_the_first_step_is_reported(
     module: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     slave = start(exported(module, tmp_path / "m.fmu"), tmp_path / "a")

@@ -172,7 +172,7 @@ def test_input_that_is_not_a_number_is_refused(tmp_path: Path) -> None:
             slave.doStep(0.0, 0.03)
 
 
-def test_several_instances_of_several_fmus(tmp_path: Path) -> None:
+def test_instances_of_several_fmus_do_not_disturb_each_other(tmp_path: Path) -> None:
     """Needs the spare references that ``SystemSlave`` keeps for PythonFMU."""
     paths = [write_reference_fmu(dotted(name), {}, tmp_path / f"{name}.fmu") for name in MODELS]
     for _ in range(3):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,32 +10,9 @@ import torch
 from torch import nn
 
 from slide_fmu.python_fmu.torch_export import ModuleError, export_module
+from tests.python_fmu.modules import save_exported, script, small_description
 
-DESCRIPTION = """
-name = "strange"
-
-[window]
-step = 0.01
-n_in = 4
-
-[[inputs]]
-name = "u"
-unit = "N"
-low = -1.0
-high = 1.0
-
-[[outputs]]
-name = "y"
-unit = "m"
-low = -1.0
-high = 1.0
-
-[[outputs]]
-name = "z"
-unit = "m"
-low = -1.0
-high = 1.0
-"""
+DESCRIPTION = small_description("strange", 1.0, ("y", "z"))
 
 
 class WithValues(nn.Module):
@@ -143,16 +119,6 @@ class WithTwoArguments(nn.Module):
         return window[:, :2, 0] + time
 
 
-def script(module: nn.Module, path: Path) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)
-        torch.jit.save(torch.jit.script(module), path)
-
-
-def save_exported(module: nn.Module, path: Path) -> None:
-    torch.export.save(torch.export.export(module, (torch.zeros(1, 4, 1),)), path)
-
-
 def refusal(module: Path, folder: Path) -> str:
     """What is said about a file; no FMU is left."""
     description = folder / "signals.toml"
@@ -184,7 +150,7 @@ BOTH = [(script, ".pt"), (save_exported, ".pt2")]
     ],
     ids=lambda value: type(value).__name__ if isinstance(value, nn.Module) else "",
 )
-def test_modules_that_give_no_outputs(
+def test_module_that_gives_no_outputs_is_refused(
     module: nn.Module,
     message: str,
     save: Callable[[nn.Module, Path], None],
@@ -220,21 +186,21 @@ def test_outputs_may_be_parameters(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("module", [WithTwoArguments(), WithValues(2, torch.float64)])
-def test_modules_that_take_something_else(module: nn.Module, tmp_path: Path) -> None:
+def test_module_that_takes_something_else_is_refused(module: nn.Module, tmp_path: Path) -> None:
     path = tmp_path / "strange.pt"  # torch.export refuses to export these
     script(module, path)
     assert "takes no float32 tensor of shape (1, 4, 1) on the CPU" in refusal(path, tmp_path)
 
 
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="no CUDA device")
-def test_scripted_modules_come_to_the_cpu(tmp_path: Path) -> None:
+def test_scripted_module_comes_to_the_cpu(tmp_path: Path) -> None:
     path, description = tmp_path / "fine.pt", tmp_path / "signals.toml"
     script(WithValues(2).to("cuda"), path)
     description.write_text(DESCRIPTION, encoding="utf-8")
     export_module(path, description, tmp_path / "fine.fmu")
 
 
-def test_modules_on_other_devices(tmp_path: Path) -> None:
+def test_module_on_another_device_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "strange.pt2"
     module = WithValues(2).to("meta")
     exported = torch.export.export(module, (torch.zeros(1, 4, 1, device="meta"),))
@@ -244,7 +210,7 @@ def test_modules_on_other_devices(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("suffix", [".pt", ".pt2"])
 @pytest.mark.parametrize("content", ["text", "weights", "nothing"])
-def test_files_that_are_no_modules(content: str, suffix: str, tmp_path: Path) -> None:
+def test_file_that_is_no_module_is_refused(content: str, suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"strange{suffix}"
     if content == "weights":
         torch.save(WithValues(2).state_dict(), path)

@@ -24,7 +24,7 @@ def test_recipe_of_the_project_loads(path: Path) -> None:
     assert Recipe.model_validate_json(recipe.model_dump_json()) == recipe
 
 
-def test_there_are_recipes() -> None:
+def test_recipes_of_the_project_are_found() -> None:
     assert {"duffing", "linear"} <= {path.stem for path in TRAINING.glob("*.toml")}
 
 

@@ -11,7 +11,7 @@ from slide_fmu.systems.base import LoadError, Parameter, System
 from slide_fmu.systems.loading import KINDS, load_system
 
 
-def test_load_by_name_with_parameters() -> None:
+def test_system_is_loaded_by_name_with_its_parameters() -> None:
     system = load_system("mbs_models.oscillators:DuffingOscillator", {"step": 0.01, "mass": 2})
     assert isinstance(system, DuffingOscillator)
     assert system.step == 0.01
@@ -32,7 +32,9 @@ def test_load_by_name_with_parameters() -> None:
         ("mbs_models.oscillators:LinearOscillator", {"mass": "one"}, "mass"),
     ],
 )
-def test_mistakes_are_named(model: str, parameters: dict[str, float], message: str) -> None:
+def test_mistake_in_a_name_or_parameter_is_named(
+    model: str, parameters: dict[str, float], message: str
+) -> None:
     with pytest.raises(LoadError, match=message):
         load_system(model, parameters)
 

@@ -165,7 +165,7 @@ def test_steps_follow_the_averaged_matrix() -> None:
 
 
 @pytest.mark.parametrize(("rate", "after"), [(0.5, 0.5 * RECOVERY), (0.9, 1.0), (1.0, 1.0)])
-def test_rate_recovers(rate: float, after: float) -> None:
+def test_learning_rate_recovers_up_to_the_first_one(rate: float, after: float) -> None:
     """Relative to the first one, which it never exceeds."""
     found = stretches(replace(start(), rate=rate * RATE), 1)[-1]
     assert len(found.history) == 1

@@ -23,7 +23,7 @@ def numbered(trajectories: int, samples: int) -> tuple[torch.Tensor, torch.Tenso
 
 
 @given(st.integers(1, 4), st.integers(1, 60), st.integers(0, 50), st.integers(1, 40))
-def test_segments_of_a_trajectory(
+def test_segments_hold_every_sample_of_a_trajectory_once(
     trajectories: int, samples: int, burn_in: int, scored: int
 ) -> None:
     assume(burn_in < samples)

@@ -61,7 +61,7 @@ class EstimatorModule(torch.nn.Module):
             and eps.
         positions: number of evaluations that one RMS is made of, each one sample later; with 1
             the network sees the whole window.
-        log_error: map between eps and relative errors (paper, eq. logmapping).
+        log_error: map between eps and relative errors.
         n_outputs: number of outputs.
     """
 
@@ -300,7 +300,7 @@ def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:
 
 
 def block_errors(window: Window, errors: FloatArray, span: int) -> FloatArray:
-    """Return the RMSE over the span that ends at each sample (paper, eq. errors_estimator).
+    """Return the RMSE over the span that ends at each sample (paper).
 
     Errors and result have the shape (n_trajectories, N + 1, n_outputs). Entries are zero where the
     span goes back before the first sample whose error counts, that of n_in - n_out + 1 inputs.

@@ -66,6 +66,8 @@ ANGLES: tuple[Angle | None, ...] = (None, "cosine", "sine")
 """Places in both are the numbers in the file."""
 
 INPUT_ROW = struct.Struct("<dddII")
+InputRow = tuple[float, float, float, Hold, Angle | None]
+"""Offset, scale, start, hold and angle of an input."""
 
 
 class PayloadError(ValueError):
@@ -201,10 +203,7 @@ def _decode_sections(reader: Reader) -> tuple[Any, ...]:
     return name, window, inputs, outputs, input_scaling, output_scaling, network, estimator
 
 
-def _decode_input_rows(
-    section: Reader, n_inputs: int
-) -> list[tuple[float, float, float, Hold, Angle | None]]:
-    """Offset, scale, start, hold and angle of every input."""
+def _decode_input_rows(section: Reader, n_inputs: int) -> list[InputRow]:
     rows = []
     for row in INPUT_ROW.iter_unpack(section.take(INPUT_ROW.size * n_inputs)):
         for what, number, words in (("hold", row[3], HOLDS), ("angle", row[4], ANGLES)):
@@ -216,7 +215,7 @@ def _decode_input_rows(
 
 
 def _signals(
-    text: str, rows: list[tuple[float, float, float, Hold, Angle | None]]
+    text: str, rows: list[InputRow]
 ) -> tuple[str, tuple[Signal, ...], tuple[Signal, ...]]:
     """The name and the signals, by META and by the rows of the inputs."""
     try:

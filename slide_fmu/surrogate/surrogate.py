@@ -14,7 +14,7 @@ from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray, Hold, Signal, cosines_of, hold_of
 from slide_fmu.core.window import Window
 from slide_fmu.features.base import BEFORE
-from slide_fmu.network.base import BATCH, Network, Stepper
+from slide_fmu.network.base import BATCH, Network, Stepper, batches
 from slide_fmu.surrogate.checks import check_signals, check_starts, checked_inputs
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.payload import decode, encode
@@ -148,8 +148,8 @@ class Surrogate:
         padded = np.concatenate([prehistory, checked])
         starts = np.arange(blocks) * n_out
         parts = [
-            self.predict_windows(padded[self.window.input_indices(part)])
-            for part in _batches(starts)
+            self.predict_windows(padded[self.window.input_indices(starts[some])])
+            for some in batches(blocks, BATCH)
         ]
         return np.concatenate(parts).reshape(blocks * n_out, -1)[lead:]
 
@@ -341,7 +341,3 @@ def _inside_throughout(inside: NDArray[np.bool_], count: int) -> NDArray[np.bool
     samples = np.arange(len(inside))
     strayed = np.maximum.accumulate(np.where(inside, -count, samples))
     return np.asarray(samples - strayed >= count)
-
-
-def _batches(starts: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    return [starts[first : first + BATCH] for first in range(0, len(starts), BATCH)]

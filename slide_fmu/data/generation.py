@@ -67,14 +67,10 @@ class _Worker(threading.local):
 _worker = _Worker()
 
 
-def _recipe_and_system(text: str) -> tuple[Recipe, System]:
+def _generate_one(text: str, path: str, split: str, index: int) -> None:
     if _worker.made is None or _worker.made[0] != text:
         recipe = Recipe.model_validate_json(text)
         _worker.made = text, recipe, recipe_system(recipe)
-    return _worker.made[1:]
-
-
-def _generate_one(text: str, path: str, split: str, index: int) -> None:
-    recipe, system = _recipe_and_system(text)
+    _, recipe, system = _worker.made
     drawn = draw(recipe, system, split_stream(recipe, split, index), index)
     write_trajectory(Path(path), split, index, simulate_draw(system, drawn), drawn.kind)

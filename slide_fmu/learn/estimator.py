@@ -75,11 +75,8 @@ class EstimatorModule(torch.nn.Module):
     def forward(self, windows: torch.Tensor) -> torch.Tensor:
         """Map stretches of features to eps at the ends of all whole windows in them.
 
-        Args:
-            windows: features, shape (B, n_samples + positions - 1 + n, n_features).
-
-        Returns:
-            eps, shape (B, (n + 1) * n_outputs), flattened sample by sample.
+        Features (B, n_samples + positions - 1 + n, n_features) give eps (B, (n + 1) * n_outputs),
+        flattened sample by sample.
         """
         views = windows.unfold(1, self.network.n_samples, 1).transpose(2, 3)
         values = self.network.values_of(self.network.seen(views).flatten(0, 1))

@@ -246,16 +246,6 @@ class Surrogate:
         """Write the surrogate file."""
         path.write_bytes(self.to_bytes())
 
-    @staticmethod
-    def load(path: Path) -> Surrogate:
-        """Read a surrogate file.
-
-        Raises:
-            PayloadError: the file is damaged or of another version.
-            OSError: the file cannot be read.
-        """
-        return Surrogate.from_bytes(path.read_bytes())
-
 
 class Stream:
     """A Stream evaluates a surrogate step by step: newest output only, as the FMU does. Final."""

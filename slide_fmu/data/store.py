@@ -90,14 +90,10 @@ def open_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) ->
         _group(path, "r+").attrs["fingerprint"] = both
     for split in SPLITS:
         with _damage_reported(path, split):
-            _make_room(_group(path, "r+"), split, recipe.count(split))
-
-
-def _make_room(group: Any, split: str, count: int) -> None:
-    for name in ("inputs", "outputs", "kinds", "done"):
-        array = group[f"{split}/{name}"]
-        if array.shape[0] < count:
-            array.resize((count, *array.shape[1:]))
+            for name in ("inputs", "outputs", "kinds", "done"):
+                array = _group(path, "r+")[f"{split}/{name}"]
+                if array.shape[0] < recipe.count(split):
+                    array.resize((recipe.count(split), *array.shape[1:]))
 
 
 def _create_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) -> None:

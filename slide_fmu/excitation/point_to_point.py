@@ -149,7 +149,8 @@ class PointToPoint(Kind):
     def moves(self, signals: tuple[Signal, ...], until: float, rng: np.random.Generator) -> Moves:
         """Draw moves that cover the time from 0 to ``until`` in s, at amplitude factor 1."""
         position = self._target(signals, rng)
-        positions, rows, clock = [position], [], 0.0
+        positions, clock = [position], 0.0
+        rows: list[tuple[float, float, float]] = []
         while not rows or clock <= until:
             position = np.where(
                 self._moving(len(signals), rng), self._target(signals, rng), position
@@ -162,7 +163,8 @@ class PointToPoint(Kind):
             rows.append((clock, duration, ramp))
             rest = rng.random() < self.dwell
             clock += duration + (rng.uniform(*self.dwell_duration) if rest else 0.0)
-        return Moves(*np.array(rows).T, np.array(positions))
+        start, durations, ramps = np.array(rows).T
+        return Moves(start, durations, ramps, np.array(positions))
 
     def _target(self, signals: tuple[Signal, ...], rng: np.random.Generator) -> FloatArray:
         low, high = _ends(signals)

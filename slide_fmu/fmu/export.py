@@ -116,7 +116,7 @@ def load(path: str | Path) -> Surrogate:
     with path.open("rb") as file:
         beginning = file.read(len(MAGIC))
     if beginning == MAGIC:
-        return Surrogate.load(path)
+        return Surrogate.from_bytes(path.read_bytes())
     if zipfile.is_zipfile(path):
         return read_fmu(path)[0]
     raise FmuError(

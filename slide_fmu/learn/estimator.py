@@ -61,7 +61,7 @@ class EstimatorModule(torch.nn.Module):
             and eps.
         positions: number of evaluations that one RMS is made of, each one sample later; with 1
             the network sees the whole window.
-        log_error: map between eps and relative errors (paper, eq. logmapping).
+        log_error: map between eps and relative errors.
         n_outputs: number of outputs.
     """
 
@@ -75,11 +75,8 @@ class EstimatorModule(torch.nn.Module):
     def forward(self, windows: torch.Tensor) -> torch.Tensor:
         """Map stretches of features to eps at the ends of all whole windows in them.
 
-        Args:
-            windows: features, shape (B, n_samples + positions - 1 + n, n_features).
-
-        Returns:
-            eps, shape (B, (n + 1) * n_outputs), flattened sample by sample.
+        Features (B, n_samples + positions - 1 + n, n_features) give eps (B, (n + 1) * n_outputs),
+        flattened sample by sample.
         """
         views = windows.unfold(1, self.network.n_samples, 1).transpose(2, 3)
         values = self.network.values_of(self.network.seen(views).flatten(0, 1))
@@ -300,7 +297,7 @@ def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:
 
 
 def block_errors(window: Window, errors: FloatArray, span: int) -> FloatArray:
-    """Return the RMSE over the span that ends at each sample (paper, eq. errors_estimator).
+    """Return the RMSE over the span that ends at each sample (paper).
 
     Errors and result have the shape (n_trajectories, N + 1, n_outputs). Entries are zero where the
     span goes back before the first sample whose error counts, that of n_in - n_out + 1 inputs.

@@ -16,7 +16,7 @@ from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.training import History, block_mean_square, train
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.network.activations import ACTIVATIONS
-from slide_fmu.network.base import Float32Array, Network
+from slide_fmu.network.base import Network
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.recipe.learning import FeedForwardRecipe, TrainingRecipe
 
@@ -110,7 +110,8 @@ class FeedForwardModule(torch.nn.Module):
             ValueError: a weight is not finite.
         """
         names = [self.recipe.activation] * (len(self.linear) - 1) + ["identity"]
-        state = {name: _array(tensor) for name, tensor in self.state_dict().items()}
+        tensors = self.state_dict().items()
+        state = {key: t.to("cpu", torch.float32).numpy().copy() for key, t in tensors}
         layers = []
         for index, name in enumerate(names):
             weights = state[f"linear.{index}.weight"]
@@ -119,10 +120,6 @@ class FeedForwardModule(torch.nn.Module):
         return FeedForward(
             tuple(layers), self.n_samples, self.features, state.get("skip.weight"), self.ages
         )
-
-
-def _array(tensor: torch.Tensor) -> Float32Array:
-    return np.asarray(tensor.detach().to("cpu", torch.float32).numpy()).copy()
 
 
 def fit_feed_forward(

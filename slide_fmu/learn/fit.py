@@ -126,9 +126,7 @@ def _fit_network(
         *(_content(split) for split in splits),
         str(eigenvalues),
         *(values.tolist() for s in (input_scaling, output_scaling) for values in vars(s).values()),
-        recipe.window.model_dump(mode="json"),
-        recipe.network.model_dump(mode="json"),
-        recipe.training.model_dump(mode="json"),
+        recipe.model_dump(mode="json", include={"window", "network", "training"}),
     )
     training, validation, *beyond = (scaled(split) for split in splits)
     checkpoint = checkpoints / f"surrogate-{key}.pt"

@@ -54,7 +54,7 @@ class Objective:
 
 
 MEAN_SQUARE = Objective(lambda values, targets: (values - targets).square().mean(), math.sqrt)
-"""The objective is the mean squared error, reported as RMSE (paper, eq. MSE)."""
+"""The objective is the mean squared error, reported as RMSE (paper)."""
 
 
 def block_mean_square(n_out: int, newest_weight: float) -> Objective:

@@ -38,7 +38,7 @@ class Decay:
 
     @property
     def mean(self) -> float:
-        """The mean rate has this decay time in s (paper, eq. eigenValuesSum)."""
+        """The mean rate has this decay time in s."""
         return time_to_decay(float(np.mean(self.rates)), self.remaining_amplitude)
 
     @property
@@ -53,7 +53,8 @@ def decay_along(
     """Compute the rates of the slowest mode at states in equal distances along a motion.
 
     What was there at the motion's start decays with the mean of these rates, by exp(Re(v) h) from
-    state to state (paper, eq. eigenValuesSum). So a mode may grow for a moment.
+    state to state (paper, section "Spatial 6R manipulator on a flexible socket"). So a mode may
+    grow for a moment.
 
     Raises:
         UnstableModeError: the mode grows in the mean; the message names the rates.
@@ -153,7 +154,7 @@ def measured_decay(
 def recommend_window(decay_time: float, step: float, n_out: int) -> Window:
     """Return the shortest window whose truncated part (n_in - n_out) h holds the decay time in s.
 
-    This is the paper's condition on the window (eq. truncated_time), with equality allowed.
+    This is the paper's condition on the window, with equality allowed.
 
     Raises:
         ValueError: the decay time is infinite or negative.

@@ -48,7 +48,7 @@ class Mode:
 
     @property
     def damping_ratio(self) -> float:
-        """The damping ratio is D = -Re(v) / |v| (paper, eq. decay), 1 for an overdamped mode."""
+        """The damping ratio is D = -Re(v) / |v|, 1 for an overdamped mode."""
         return -self.eigenvalue.real / abs(self.eigenvalue)
 
 
@@ -75,7 +75,7 @@ class Spectrum:
 
 
 def time_to_decay(rate: float, remaining_amplitude: float) -> float:
-    """Return the time t_d = ln(A_rel) / Re(v) in s for a rate in 1/s (paper, eq. dampingTimes).
+    """Return the time t_d = ln(A_rel) / Re(v) in s for a rate in 1/s.
 
     It is infinite for a rate that is not negative.
 
@@ -106,7 +106,7 @@ def nullspace(constraints: FloatArray, rank_tolerance: float = 1e-10) -> FloatAr
 def spectrum(
     linearization: Linearization, remaining_amplitude: float = 0.01, uncertainty: float = 1e-10
 ) -> Spectrum:
-    """Compute the modes of a system linearized at one state (paper, eq. linearized2).
+    """Compute the modes of a system linearized at one state.
 
     They are those in the directions that its constraints leave free; initial effects decay to the
     remaining amplitude A_rel. The uncertainty of the stiffness, relative to its norm, comes from

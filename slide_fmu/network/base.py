@@ -21,6 +21,11 @@ BATCH = 4096
 """Windows evaluated at once: bounds the memory of a long prediction."""
 
 
+def batches(count: int, size: int) -> list[slice]:
+    """Give slices of at most ``size`` of so many rows, at least one in each."""
+    return [slice(first, first + max(1, size)) for first in range(0, count, max(1, size))]
+
+
 class Network(abc.ABC):
     """A pure function from a sequence of scaled inputs to scaled values. Interface.
 

@@ -14,7 +14,7 @@ from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray, Hold, Signal, cosines_of, hold_of
 from slide_fmu.core.window import Window
 from slide_fmu.features.base import BEFORE
-from slide_fmu.network.base import BATCH, Network, Stepper
+from slide_fmu.network.base import BATCH, Network, Stepper, batches
 from slide_fmu.surrogate.checks import check_signals, check_starts, checked_inputs
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.payload import decode, encode
@@ -148,8 +148,8 @@ class Surrogate:
         padded = np.concatenate([prehistory, checked])
         starts = np.arange(blocks) * n_out
         parts = [
-            self.predict_windows(padded[self.window.input_indices(part)])
-            for part in _batches(starts)
+            self.predict_windows(padded[self.window.input_indices(starts[some])])
+            for some in batches(blocks, BATCH)
         ]
         return np.concatenate(parts).reshape(blocks * n_out, -1)[lead:]
 
@@ -168,16 +168,9 @@ class Surrogate:
         return np.asarray(self.predict_newest_batch(checked_inputs(inputs, self.inputs)[None])[0])
 
     def predict_newest_batch(self, inputs: NDArray[Any]) -> FloatArray:
-        """Predict many records of the same length as ``predict_newest`` does.
+        """Predict many records of the same length by ``predict_newest``.
 
-        Args:
-            inputs: shape (B, N, n_inputs), N >= 1, in the inputs' units.
-
-        Returns:
-            Outputs at samples 1 .. N of each, shape (B, N, n_outputs).
-
-        Raises:
-            ValueError: as for ``predict``.
+        Inputs of the shape (B, N, n_inputs) give outputs (B, N, n_outputs).
         """
         checked = checked_inputs(inputs, self.inputs, "records, ")
         values = self.network.stream(self.input_scaling.apply(checked))
@@ -205,18 +198,12 @@ class Surrogate:
         return np.asarray(np.sqrt(views.mean(axis=-1)) * self.output_scaling.scale)
 
     def inputs_in_range(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
-        """Say at each sample whether the inputs behind the outputs lie in their ranges.
+        """Say at each sample whether inputs behind the outputs are known: (N, n_inputs) to (N,).
 
-        The last ``network.memory_length`` inputs lie in their ranges; of an angle, the length of
-        cosine and sine is about 1. With an estimator, its features of the samples that an
-        estimate depends on lie in their ranges too.
-
-        Args:
-            inputs: shape (N, n_inputs), N >= 1, in the inputs' units; the first counts as held
-                for ever before.
-
-        Returns:
-            Shape (N,).
+        The last ``network.memory_length`` inputs must lie in their ranges, the first counting as
+        held for ever before; of an angle, the length of cosine and sine must be about 1. With an
+        estimator, its features of the samples that an estimate depends on must lie in their
+        ranges too.
 
         Raises:
             ValueError: as for ``predict``.
@@ -259,16 +246,6 @@ class Surrogate:
         """Write the surrogate file."""
         path.write_bytes(self.to_bytes())
 
-    @staticmethod
-    def load(path: Path) -> Surrogate:
-        """Read a surrogate file.
-
-        Raises:
-            PayloadError: the file is damaged or of another version.
-            OSError: the file cannot be read.
-        """
-        return Surrogate.from_bytes(path.read_bytes())
-
 
 class Stream:
     """A Stream evaluates a surrogate step by step: newest output only, as the FMU does. Final."""
@@ -295,7 +272,7 @@ class Stream:
             ValueError: wrong number of inputs or values that are not finite.
         """
         surrogate = self.surrogate
-        row = checked_inputs(np.asarray(inputs, dtype=np.float64)[None, :], surrogate.inputs)[0]
+        row = checked_inputs(np.asarray(inputs)[None, :], surrogate.inputs)[0]
         scaled = surrogate.input_scaling.apply(row)
         values = self._predictor.step(scaled)[-len(surrogate.outputs) :]
         estimates, known = self._estimate(scaled)
@@ -341,7 +318,3 @@ def _inside_throughout(inside: NDArray[np.bool_], count: int) -> NDArray[np.bool
     samples = np.arange(len(inside))
     strayed = np.maximum.accumulate(np.where(inside, -count, samples))
     return np.asarray(samples - strayed >= count)
-
-
-def _batches(starts: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    return [starts[first : first + BATCH] for first in range(0, len(starts), BATCH)]

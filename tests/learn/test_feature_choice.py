@@ -160,7 +160,7 @@ def test_differences_of_an_input_that_never_changes_are_refused(
     inputs[:, :, still] = held + rounding * inputs[:, :, still]
     with pytest.raises(ValueError, match=STILL.format(name, still)):
         chosen(("inputs", name), inputs)
-    assert chosen(("inputs",), inputs).scale.tolist() == [1.0, 1.0]
+    assert chosen(("inputs",), inputs).scaling.scale.tolist() == [1.0, 1.0]
 
 
 @pytest.mark.parametrize("name", ["turn", "turn_change"])

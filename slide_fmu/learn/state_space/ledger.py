@@ -80,17 +80,14 @@ class Ledger:
         while done < iterations and not state.finished:
             state = advance(state)
             done += 1
-            self._keep(name, done, state)
+            values = {field.name: getattr(state, field.name) for field in fields(state)}
+            self._runs[name] = {"iterations": done, "state": values}
+            if time.monotonic() - self._written > STORE_EVERY:
+                self._write()
             self.show(state.best_error)
         self._write()
         self._best = min(self._best, state.best_error)  # also of a run that had been done before
         return state
-
-    def _keep(self, name: str, iterations: int, state: Any) -> None:
-        values = {field.name: getattr(state, field.name) for field in fields(state)}
-        self._runs[name] = {"iterations": iterations, "state": values}
-        if time.monotonic() - self._written > STORE_EVERY:
-            self._write()
 
     def _write(self) -> None:
         write_checkpoint(self._path, self._runs)

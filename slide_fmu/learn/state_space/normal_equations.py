@@ -118,7 +118,10 @@ class _Sensitivities:
         cell, inputs = equations.cell, equations.inputs
         self._shape, self._equations, self._inputs = shape, equations, inputs
         self._a, self._e = cell.a.contiguous(), cell.e.contiguous()
-        self._arguments = self._direct_arguments()
+        # what the columns of W see apart from the states: [f, 1], in LPV units [s, 1]
+        seen = inputs.schedule if shape.gated else inputs.drive
+        one = seen.new_ones(*seen.shape[:2], 1)
+        self._arguments = torch.cat([seen, one], 2) if shape.bias else seen
         batch = inputs.drive.shape[1]
         self.state = cell.a.new_zeros(batch, shape.n_states)
         self.values = cell.a.new_zeros(batch, shape.n_states, shape.n_dynamic)
@@ -132,12 +135,6 @@ class _Sensitivities:
         frames = torch.eye(2, dtype=turn.dtype, device=turn.device).expand(*turn.shape, 2)
         matrices: torch.Tensor = turned(frames, turn[:, :, None], 1, torch).mT
         return matrices
-
-    def _direct_arguments(self) -> torch.Tensor:
-        """Return what the columns of W see apart from the states: [f, 1], in LPV units [s, 1]."""
-        seen = self._inputs.schedule if self._shape.gated else self._inputs.drive
-        one = seen.new_ones(*seen.shape[:2], 1)
-        return torch.cat([seen, one], 2) if self._shape.bias else seen
 
     def advance(self, k: int) -> None:
         """Take in sample k."""

@@ -13,7 +13,7 @@ from slide_fmu.core.window import Window
 from slide_fmu.features.base import BEFORE
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.activations import ACTIVATIONS
-from slide_fmu.network.base import BATCH, Float32Array, Network, Stepper
+from slide_fmu.network.base import BATCH, Float32Array, Network, Stepper, batches
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,9 +129,9 @@ class FeedForward(Network):
     def _slide_over(self, padded: Float32Array) -> Float32Array:
         """Values at the end of every window of features: (N + n_samples - 1, q) to (N, p)."""
         count, columns = len(padded) - self.n_samples + 1, np.arange(self.n_samples)
-        starts = [np.arange(s, min(s + BATCH, count)) for s in range(0, count, BATCH)]
-        parts = [self.evaluate_features(padded[s[:, None] + columns]) for s in starts]
-        return np.concatenate(parts)
+        starts = np.arange(count)[:, None]
+        cut = (padded[starts[some] + columns] for some in batches(count, BATCH))
+        return np.concatenate([self.evaluate_features(windows) for windows in cut])
 
     def stepper(self) -> SlidingWindow:
         return SlidingWindow(self)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from slide_fmu.core.window import Window, checked_batch
 from slide_fmu.features.base import BEFORE
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.base import Float32Array, Network, Stepper
+from slide_fmu.network.base import Float32Array, Network, Stepper, batches
 from slide_fmu.network.state_space.cell import Cell, Roles, check_cell
 from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
 
@@ -107,10 +107,9 @@ class StateSpace(Network):
         The oldest of them has seen n_samples - n_out + 1 inputs.
         """
         checked_batch("sequences", sequences, (self.n_samples, self.n_channels))
-        rows = max(1, CHUNK // self.n_samples)
         parts = [
-            self.run(self.features.along(sequences[first : first + rows]))[0][:, -n_out:]
-            for first in range(0, len(sequences), rows)
+            self.run(self.features.along(sequences[some]))[0][:, -n_out:]
+            for some in batches(len(sequences), CHUNK // self.n_samples)
         ]
         return np.concatenate(parts)
 
@@ -129,11 +128,8 @@ class StateSpace(Network):
 
         Records as for ``stream`` give values and truncation errors, (B, N, n_values) each.
         """
-        rows = max(1, CHUNK // (records.shape[1] + 2 * self.n_samples))
-        parts = [
-            self._ping_pong(records[first : first + rows])
-            for first in range(0, len(records), rows)
-        ]
+        size = CHUNK // (records.shape[1] + 2 * self.n_samples)
+        parts = [self._ping_pong(records[some]) for some in batches(len(records), size)]
         values, errors = zip(*parts, strict=True)
         return np.concatenate(values), np.concatenate(errors)
 

@@ -134,7 +134,7 @@ class NumpySurrogate(Fmi2Slave):
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
-        self.surrogate = Surrogate.load(Path(self.resources) / FILE)
+        self.surrogate = Surrogate.from_bytes((Path(self.resources) / FILE).read_bytes())
         surrogate = self.surrogate
         self.u = surrogate.starts
         self.y = np.zeros(len(surrogate.outputs))

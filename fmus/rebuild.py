@@ -1,8 +1,8 @@
 """Build released FMUs again without training: ``python fmus/rebuild.py fmus/duffing/duffing.fmu``.
 
-Each FMU is replaced by one with the same surrogate, provenance and measured figures, and with the
-runtime of this version; its card and ``side_by_side.png`` beside it are written again too. To
-train and to measure again: ``make release NAME=duffing``.
+Each FMU is replaced by one with the same surrogate, provenance, measured figures and report, and
+with the runtime of this version; its card is written again too. To train and to measure again:
+``make release NAME=duffing``.
 """
 
 from __future__ import annotations

@@ -6,10 +6,8 @@ from pathlib import Path
 
 from slide_fmu.core.files import write_whole
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
-from slide_fmu.pipeline.run import PICTURE
 from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.validation.model_card import variable_table
-from slide_fmu.validation.pictures import with_palette, with_small_pictures
 
 PAGE, CARD = "index.html", "README.md"
 HEADING = "| variable |"
@@ -17,11 +15,10 @@ HEADING = "| variable |"
 
 
 def rebuild(fmu: Path) -> Path:
-    """Write a released FMU again in its place, with its model card and the pictures beside it.
+    """Write a released FMU again in its place, with the model card beside it.
 
-    Surrogate, provenance and measured figures stay as they are. Model description and libraries
-    are those of this version. The report inside keeps its text; its pictures become smaller, and
-    so does ``side_by_side.png`` beside the FMU. The card (``README.md``) stays too, but lists the
+    Surrogate, provenance, measured figures and report stay as they are. Model description and
+    libraries are those of this version. The card (``README.md``) stays too, but lists the
     variables that the FMU has now.
 
     Raises:
@@ -37,13 +34,10 @@ def rebuild(fmu: Path) -> Path:
             f"{fmu} carries no {'report' if measured else 'measured figures'}; expected an FMU "
             "that slide-fmu run has finished: run its recipe"
         )
-    place, picture = fmu.with_name(CARD), fmu.with_name(PICTURE)
+    place = fmu.with_name(CARD)
     text = _with_variables(place.read_text(encoding="utf-8"), variable_table(surrogate), place)
-    smaller = with_small_pictures(page.decode("utf-8")).encode("utf-8")
-    export_fmu(surrogate, fmu, provenance=found, documentation={PAGE: smaller})
+    export_fmu(surrogate, fmu, provenance=found, documentation={PAGE: page})
     write_whole(place, text.encode("utf-8"))
-    if picture.exists():
-        write_whole(picture, with_palette(picture.read_bytes()))
     return fmu
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from fmus.rebuild import rebuild
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
-from slide_fmu.pipeline.rebuild import rebuild
 from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.validation.model_card import variable_table
 

@@ -38,13 +38,11 @@ class SpringMasses:
     ends at a second wall, x_(n+1) = 0, or is free there, f_(n+1) = 0.
 
     Attributes:
-        mass: m in kg, positive.
-        stiffness: k in N/m, positive.
-        damping: d in N s/m, not negative.
+        mass, stiffness: m in kg and k in N/m, positive.
+        damping, drag: d and c in N s/m, not negative; c is that of each mass against the ground.
         alpha: cubic share of the springs in 1/m^2, not negative.
         step: sample step h in s, positive.
         substeps: integration steps per sample step, at least 1.
-        drag: c in N s/m, not negative; a damper between each mass and the ground.
         count: number n of masses.
         loaded: indices of the masses that carry a force F_i, which is an input.
         second_wall: whether the row ends at a second wall.

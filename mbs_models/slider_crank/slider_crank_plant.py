@@ -55,16 +55,8 @@ and rod stretched along x."""
 class Mechanism:
     """A mechanism holds the numbers of a slider-crank with a flexible rod in the plane.
 
-    It has no gravity and no friction.
-
-    Attributes:
-        proportional: P of the drive in N m/rad, not negative.
-        differential: D of the drive in N m s/rad, not negative.
-        bending_stiffness: E I of the rod in N m^2, positive.
-        elements: number of finite elements of the rod; it is even, so that a node is in the
-            rod's middle.
-        step: sample step h in s, positive.
-        substeps: integration steps per sample step, at least 1.
+    It has no gravity and no friction. The numbers are the arguments of ``SliderCrank``; that of
+    the elements is even, so that a node is in the rod's middle.
 
     Raises:
         ValueError: a value is out of its range.

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -53,7 +53,8 @@ def export(
         Backend, typer.Option(help="Run in C, or in Python, as torch modules do.")
     ] = Backend.native,
     description: Annotated[
-        Path | None, typer.Option("--description", help="Read here what a torch module is.")
+        Path | None,
+        typer.Option("--description", help="Read what the torch module is from this TOML file."),
     ] = None,
     json_path: JsonOption = None,
     seed: TrainingSeedOption = None,
@@ -64,13 +65,13 @@ def export(
     ] = None,
 ) -> None:
     """Write the FMU of a trained recipe, or an FMU again with this version's runtime."""
-    from slide_fmu.pipeline.export import Form, Request
+    from slide_fmu.pipeline.export import Request
     from slide_fmu.pipeline.export import export as write
 
     with progress_bars() as bar:
-        form = Form(3 if fmi == 3 else 2, sources)
-        python = backend == Backend.python
-        request = Request(source, output, form, python, description, seed, data_seed, runs)
+        version: Literal[2, 3] = 3 if fmi == 3 else 2
+        python, seeds = backend == Backend.python, (seed, data_seed)
+        request = Request(source, output, version, sources, python, description, *seeds, runs)
         path = write(request, bar)
         write_json(json_path, {"fmu": str(path)})
     console.print(f"FMU     {path}")

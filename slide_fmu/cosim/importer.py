@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
-import numpy as np
 from fmpy import fmi2, fmi3
 from fmpy.model_description import ModelDescription
 
@@ -73,19 +72,18 @@ class Reader:
     """
 
     def __init__(self, references: Sequence[int], types: Sequence[str]) -> None:
-        booleans = [name == "Boolean" for name in types]
-        self._reals = [r for r, boolean in zip(references, booleans, strict=True) if not boolean]
-        self._booleans = [r for r, boolean in zip(references, booleans, strict=True) if boolean]
-        # places of all reals, then all Booleans, in the order that is asked for
-        self._order = np.argsort(np.argsort(booleans, kind="stable"), kind="stable").tolist()
+        self._boolean = [name == "Boolean" for name in types]
+        kinds = list(zip(references, self._boolean, strict=True))
+        self._reals = [reference for reference, boolean in kinds if not boolean]
+        self._booleans = [reference for reference, boolean in kinds if boolean]
 
     def __call__(self, slave: Slave) -> list[float]:
         """Get the values in the order of the references; those of a Boolean are 0 or 1."""
         if not self._booleans:  # nothing but the call: its time is measured
             return slave.get_real(self._reals)
-        found = slave.get_real(self._reals) if self._reals else []
-        found += map(float, slave.get_boolean(self._booleans))
-        return [found[place] for place in self._order]
+        reals = iter(slave.get_real(self._reals) if self._reals else [])
+        booleans = map(float, slave.get_boolean(self._booleans))
+        return [next(booleans if boolean else reals) for boolean in self._boolean]
 
 
 @contextmanager

@@ -6,7 +6,7 @@ packages of the training and of the figures.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from slide_fmu.core.progress import Stages
@@ -18,21 +18,14 @@ RUNS = Path("runs")
 
 
 @dataclass(frozen=True)
-class Form:
-    """A form is the standard's version of an FMU, and whether it has C sources."""
-
-    fmi: FmiVersion = 2
-    sources: bool = False
-
-
-@dataclass(frozen=True)
 class Request:
     """A request says what is to become an FMU; an option is None where nothing was said about it.
 
     Attributes:
         source: recipe that was trained, FMU, or torch module.
         path: the FMU to write; a recipe's has a place of its own in its run folder.
-        form: which FMU is written.
+        fmi: version of the standard.
+        sources: whether C sources are written too.
         python: whether an FMU that needs Python was asked for.
         description: TOML file about a torch module.
         training_seed: seed of a trained recipe's training.
@@ -41,13 +34,14 @@ class Request:
     """
 
     source: Path
-    path: Path | None = None
-    form: Form = field(default_factory=Form)
-    python: bool = False
-    description: Path | None = None
-    training_seed: int | None = None
-    data_seed: int | None = None
-    runs: Path | None = None
+    path: Path | None
+    fmi: FmiVersion
+    sources: bool
+    python: bool
+    description: Path | None
+    training_seed: int | None
+    data_seed: int | None
+    runs: Path | None
 
 
 def export(request: Request, bar: Stages) -> Path:
@@ -68,7 +62,7 @@ def export(request: Request, bar: Stages) -> Path:
     _refuse_options_of_recipes(request)
     if request.path is None:
         raise ValueError("export of an FMU: where to? give the FMU to write with -o PATH")
-    return _export_again(request.source, request.path, request.form)
+    return _export_again(request.source, request.path, request)
 
 
 def _export_recipe(request: Request, bar: Stages) -> Path:
@@ -85,27 +79,26 @@ def _export_recipe(request: Request, bar: Stages) -> Path:
     surrogate, origin = trained.surrogate, provenance(job, trained.versions)
     examine_stability(job, surrogate)
     finished = job.folder.fmu(job.recipe)
-    path, form = request.path or finished, request.form
+    path = request.path or finished
     if finished.exists():
         other, found = read_fmu(finished)
         same = {key: value for key, value in (found or {}).items() if key in origin} == origin
         if same and other.to_bytes() == surrogate.to_bytes():
-            return _export_again(finished, path, form)
-    return export_fmu(surrogate, path, fmi=form.fmi, sources=form.sources, provenance=origin)
+            return _export_again(finished, path, request)
+    return export_fmu(surrogate, path, fmi=request.fmi, sources=request.sources, provenance=origin)
 
 
-def _export_again(source: Path, path: Path, form: Form) -> Path:
+def _export_again(source: Path, path: Path, request: Request) -> Path:
     """Write the surrogate of an FMU as FMU of either standard, with this version's runtime."""
     surrogate, found = read_fmu(source)
     page = read_member(source, "documentation/index.html")
-    documentation = {} if page is None else {"index.html": page}
     return export_fmu(
         surrogate,
         path,
-        fmi=form.fmi,
-        sources=form.sources,
+        fmi=request.fmi,
+        sources=request.sources,
         provenance=found,
-        documentation=documentation,
+        documentation={} if page is None else {"index.html": page},
     )
 
 
@@ -125,7 +118,7 @@ def _export_module(request: Request) -> Path:
             "trains, and nothing else: add --backend python for an FMU that needs Python where it "
             "runs"
         )
-    if request.form != Form():
+    if request.fmi != 2 or request.sources:
         raise ModuleError(
             f"{request.source}: the python backend writes the module as it is, as FMI 2.0; leave "
             "out --fmi 3 and --source, which are for native FMUs"

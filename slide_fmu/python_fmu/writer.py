@@ -84,7 +84,10 @@ def complete(root: Element, signals: Sequence[Signal], capabilities: Mapping[str
     root.insert(list(root).index(slave) + 1, unit_definitions({s.unit for s in signals}))
     by_name = {variable.get("name"): variable for variable in _child(root, "ModelVariables")}
     for signal in signals:
-        _set_range(_child(by_name[signal.name], "Real"), signal)
+        real = _child(by_name[signal.name], "Real")
+        real.attrib.update(unit=signal.unit, min=repr(signal.low), max=repr(signal.high))
+        if "start" in real.attrib:
+            real.set("start", repr(signal.start_value))  # with all digits, so within the range
     structure = _child(root, "ModelStructure")
     unknowns = SubElement(structure, "InitialUnknowns")
     for unknown in _child(structure, "Outputs"):
@@ -97,10 +100,3 @@ def _child(parent: Element, tag: str) -> Element:
     if found is None:
         raise RuntimeError(f"model description: no {tag} in {parent.tag}; expected PythonFMU 0.7")
     return found
-
-
-def _set_range(real: Element, signal: Signal) -> None:
-    """Set unit, range and, of an input, start of a signal on its ``Real`` element."""
-    real.attrib.update(unit=signal.unit, min=repr(signal.low), max=repr(signal.high))
-    if "start" in real.attrib:
-        real.set("start", repr(signal.start_value))  # with all digits, so within the range

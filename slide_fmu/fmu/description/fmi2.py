@@ -62,16 +62,8 @@ def model_description(surrogate: Surrogate, guid: str, sources: Sequence[str] = 
         ValueError: two variables would have the same name.
     """
     variables = fmu_variables(surrogate)
-    root = ElementTree.Element(
-        "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=surrogate.name,
-        guid=guid,
-        description=summary(surrogate),
-        generationTool="slide-fmu",
-        variableNamingConvention="flat",
-        numberOfEventIndicators="0",
-    )
+    root = root_element(surrogate, "2.0", guid=guid)
+    root.set("numberOfEventIndicators", "0")
     slave = ElementTree.SubElement(
         root, "CoSimulation", {"modelIdentifier": surrogate.name, **CAPABILITIES}
     )
@@ -85,14 +77,19 @@ def model_description(surrogate: Surrogate, guid: str, sources: Sequence[str] = 
     return document(root)
 
 
-def summary(surrogate: Surrogate) -> str:
-    """Say what the FMU is, in one sentence."""
-    window = surrogate.window
-    return (
-        "SLIDE surrogate: a network that needs the last "
-        f"{surrogate.network.memory_length} samples of the inputs, {window.step:g} s apart, and "
-        "gives the outputs one step later"
-    )
+def root_element(surrogate: Surrogate, version: str, **identity: str) -> ElementTree.Element:
+    """Begin the document of a version of the standard; the identity has another name in each."""
+    attributes = {
+        "fmiVersion": version,
+        "modelName": surrogate.name,
+        **identity,
+        "description": "SLIDE surrogate: a network that needs the last "
+        f"{surrogate.network.memory_length} samples of the inputs, {surrogate.window.step:g} s "
+        "apart, and gives the outputs one step later",
+        "generationTool": "slide-fmu",
+        "variableNamingConvention": "flat",
+    }
+    return ElementTree.Element("fmiModelDescription", attributes)
 
 
 def add_context(

@@ -49,7 +49,6 @@ class _OscillatorSystem(PlantSystem[SpringMassPlant]):
         return self._coordinates.copy()
 
     def linearize(self, state: State) -> Linearization:
-        """Return M, D, K at a state (1 x 1 each, no constraints); the current state stays."""
         if self._moves:
             self._model().set_base(float(state.last_input[0]), 0.0)
         return super().linearize(state)

@@ -30,8 +30,8 @@ M = TypeVar("M", bound=Model)
 class PlantSystem(System, Generic[M]):
     """A plant system is a system that exudyn integrates. Interface: never instantiated.
 
-    The exudyn system is built on first use and left out when pickled; a copy goes on from the
-    same state. Subclasses set ``step``, ``inputs`` and ``outputs``.
+    States are in SI units. The exudyn system is built on first use and left out when pickled; a
+    copy goes on from the same state. Subclasses set ``step``, ``inputs`` and ``outputs``.
     """
 
     def __init__(self, n_coordinates: int, n_inputs: int) -> None:
@@ -59,11 +59,6 @@ class PlantSystem(System, Generic[M]):
         return self._built
 
     def set_state(self, state: State) -> None:
-        """Continue from this state with the next ``advance``.
-
-        Raises:
-            ValueError: a value is missing or not finite.
-        """
         size = len(self._coordinates)
         self._coordinates = finite_vector("state coordinates", state.coordinates, size)
         self._velocities = finite_vector("state velocities", state.velocities, size)
@@ -73,19 +68,9 @@ class PlantSystem(System, Generic[M]):
             self._built.plant.set_state(self._coordinates, self._velocities)
 
     def get_state(self) -> State:
-        """Return a copy of the current state: coordinates, velocities, last input, in SI units."""
         return State(self._coordinates.copy(), self._velocities.copy(), self._last_input.copy())
 
     def advance(self, inputs: FloatArray) -> FloatArray:
-        """Go on by one sample step and return the new outputs in their units, (n_outputs,).
-
-        Args:
-            inputs: inputs in their units, shape (n_inputs,).
-
-        Raises:
-            SimulationError: the motion diverged, or the solver did not converge.
-            ValueError: the input has a wrong shape or is not finite.
-        """
         values = self._finite_inputs("input", inputs)
         model = self._model()
         self._apply(model, values)
@@ -96,7 +81,6 @@ class PlantSystem(System, Generic[M]):
         return self.output()
 
     def linearize(self, state: State) -> Linearization:
-        """Linearize to M, D, K and G at a state in SI units; the current state stays."""
         return self._model().plant.linearize(state.coordinates, state.velocities)
 
     def _finite_inputs(self, what: str, inputs: FloatArray) -> FloatArray:

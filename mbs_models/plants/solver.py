@@ -8,7 +8,6 @@ use the time within the step (a first-order hold does).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import exudyn as exu
@@ -21,6 +20,9 @@ _INITIAL = exu.ConfigurationType.Initial
 _CURRENT = exu.ConfigurationType.Current
 _SMALLEST_SUBSTEP = 1.0 / 64.0
 """exudyn may reduce a substep to this part of it where Newton's method fails."""
+_RELATIVE_TOLERANCE, _ABSOLUTE_TOLERANCE = 1e-4, 1e-6
+"""Newton's residual must fall below these, the first relative to the first residual of the step.
+If the second one were too small, rounding would keep Newton's method from reaching it at rest."""
 
 
 class ExplicitPlant:
@@ -79,31 +81,6 @@ class ExplicitPlant:
         return Linearization(mass, damping, stiffness, np.zeros((0, len(mass))))
 
 
-@dataclass(frozen=True)
-class ImplicitSettings:
-    """These settings say how an implicit integration works.
-
-    Attributes:
-        substeps: integration steps per sample step.
-        relative_tolerance: tolerance of Newton's residual, relative to the first one of the step.
-        absolute_tolerance: tolerance of Newton's residual; where it is too small, rounding keeps
-            Newton's method from reaching it at rest.
-        spectral_radius: spectral radius at infinity, in [0, 1], of the generalized-alpha method
-            (Chung and Hulbert, 1993) with constraints on positions (index 3); the smaller, the
-            more it damps frequencies that it cannot resolve. None for the trapezoidal rule with
-            constraints on velocities (index 2): it damps nothing, and the constraints on
-            positions drift with time.
-        sparse: whether matrices are factorized as sparse ones; dense ones are as fast up to about
-            100 coordinates.
-    """
-
-    substeps: int
-    relative_tolerance: float = 1e-4
-    absolute_tolerance: float = 1e-6
-    spectral_radius: float | None = 0.9
-    sparse: bool = False
-
-
 class ImplicitPlant:
     """An implicit plant is an exudyn system with constraints, integrated with fixed substeps.
 
@@ -128,15 +105,27 @@ class ImplicitPlant:
         container: exu.SystemContainer,
         mbs: exu.MainSystem,
         step: float,
-        settings: ImplicitSettings,
-        before_substep: Callable[[float], None] = lambda time: None,
+        substeps: int,
+        spectral_radius: float | None = 0.9,
     ) -> None:
-        """Take over an assembled system with its container, at rest where it was assembled."""
+        """Take over an assembled system with its container, at rest where it was assembled.
+
+        Args:
+            container: the system's container.
+            mbs: the system.
+            step: sample step h in s.
+            substeps: integration steps per sample step.
+            spectral_radius: spectral radius at infinity, in [0, 1], of the generalized-alpha
+                method (Chung and Hulbert, 1993) with constraints on positions (index 3); the
+                smaller, the more it damps frequencies that it cannot resolve. None for the
+                trapezoidal rule with constraints on velocities (index 2): it damps nothing, and
+                the constraints on positions drift with time.
+        """
         self.mbs: Any = mbs
-        self.before_substep = before_substep
+        self.before_substep: Callable[[float], None] = lambda time: None
         self._container = container
         self._solver: Any = exu.MainSolverImplicitSecondOrder()
-        self._settings = _implicit_settings(step, settings)
+        self._settings = _implicit_settings(step, substeps, spectral_radius)
         size = mbs.systemData.ODE2Size()
         self.set_state(np.zeros(size), np.zeros(size))
         mbs.SetPreStepUserFunction(self._prepare_substep)
@@ -226,22 +215,24 @@ def _reached(mbs: Any) -> tuple[FloatArray, FloatArray]:
     return coordinates, velocities
 
 
-def _implicit_settings(step: float, chosen: ImplicitSettings) -> exu.SimulationSettings:
+def _implicit_settings(
+    step: float, substeps: int, spectral_radius: float | None
+) -> exu.SimulationSettings:
     """Return settings of a silent implicit solver run over one sample step."""
-    settings = _silent_settings(step, chosen.substeps)
+    settings = _silent_settings(step, substeps)
     integration = settings.timeIntegration
     integration.adaptiveStep = True
-    integration.minimumStepSize = _SMALLEST_SUBSTEP * step / chosen.substeps
+    integration.minimumStepSize = _SMALLEST_SUBSTEP * step / substeps
     integration.newton.useModifiedNewton = True
-    integration.newton.relativeTolerance = chosen.relative_tolerance
-    integration.newton.absoluteTolerance = chosen.absolute_tolerance
-    trapezoidal = chosen.spectral_radius is None
+    integration.newton.relativeTolerance = _RELATIVE_TOLERANCE
+    integration.newton.absoluteTolerance = _ABSOLUTE_TOLERANCE
+    trapezoidal = spectral_radius is None
     integration.generalizedAlpha.useNewmark = trapezoidal
     integration.generalizedAlpha.useIndex2Constraints = trapezoidal
-    if chosen.spectral_radius is not None:
-        integration.generalizedAlpha.spectralRadius = chosen.spectral_radius
-    solvers = exu.LinearSolverType
-    settings.linearSolver.solverType = solvers.EigenSparse if chosen.sparse else solvers.EXUdense
+    if spectral_radius is not None:
+        integration.generalizedAlpha.spectralRadius = spectral_radius
+    # dense matrices are as fast as sparse ones up to about 100 coordinates
+    settings.linearSolver.solverType = exu.LinearSolverType.EXUdense
     return settings
 
 

@@ -30,7 +30,7 @@ from exudyn.itemInterface import (
 
 from mbs_models.plants.checks import expect_positive, expect_substeps
 from mbs_models.plants.driven_plant import DrivenPlant
-from mbs_models.plants.solver import ImplicitPlant, ImplicitSettings
+from mbs_models.plants.solver import ImplicitPlant
 from mbs_models.robot_6r.puma_560 import JOINTS
 from mbs_models.robot_6r.socket import FLANGE, Socket
 from mbs_models.robot_6r.socket_spring import SocketSpring
@@ -112,8 +112,9 @@ class ManipulatorPlant:
         self._substep = manipulator.step / manipulator.substeps
         gains = manipulator.proportional, manipulator.differential
         self._gains = list(zip(*(gain.tolist() for gain in gains), strict=True))
-        settings = ImplicitSettings(manipulator.substeps, spectral_radius=None)
-        self._solver = ImplicitPlant(container, self._mbs, manipulator.step, settings)
+        self._solver = ImplicitPlant(
+            container, self._mbs, manipulator.step, manipulator.substeps, spectral_radius=None
+        )
         self.plant = DrivenPlant(self._solver, manipulator.step, JOINTS, self._set_forces)
         if not manipulator.exact:
             self._solver.before_substep = self._before_substep

@@ -33,7 +33,7 @@ from mbs_models.plants.checks import (
     expect_substeps,
 )
 from mbs_models.plants.driven_plant import DrivenPlant
-from mbs_models.plants.solver import ImplicitPlant, ImplicitSettings
+from mbs_models.plants.solver import ImplicitPlant
 from mbs_models.plants.spring_masses import add_marker, add_mass
 from slide_fmu.core.signals import FloatArray
 
@@ -163,8 +163,7 @@ class SliderCrankPlant:
             )
         )
         self._mbs.Assemble()
-        settings = ImplicitSettings(mechanism.substeps)
-        plant = ImplicitPlant(container, self._mbs, mechanism.step, settings)
+        plant = ImplicitPlant(container, self._mbs, mechanism.step, mechanism.substeps)
         self.plant = DrivenPlant(plant, mechanism.step, 1, self._set_drive)
 
     def _add_crank(self) -> tuple[Any, Any]:

@@ -112,7 +112,7 @@ def open_slave(
     with chdir(Path.cwd()):  # fmpy stays in its folder when loading fails
         if description.fmiVersion.startswith("3."):
             slave = fmi3.FMU3Slave(**arguments)
-            slave.instantiate(logMessage=_logger3(messages))
+            slave.instantiate(logMessage=_logger(messages))
         else:
             slave = fmi2.FMU2Slave(**arguments)
             slave.instantiate(callbacks=_callbacks2(messages))
@@ -128,23 +128,20 @@ def _callbacks2(messages: list[str]) -> Any:
     fmpy's own proxy for printf-like messages is left alone: it serves one logger per process, and
     would outlive this one. Messages without arguments need it only for their doubled signs.
     """
-
-    def log(_environment: Any, _name: Any, status: int, _category: Any, message: Any) -> None:
-        if status > fmi2.fmi2OK and message:
-            messages.append(message.decode("utf-8", "replace").replace("%%", "%"))
-
     callbacks = fmi2.fmi2CallbackFunctions()
-    callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(log)
+    callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(_logger(messages))
     callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
     callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
     return callbacks
 
 
-def _logger3(messages: list[str]) -> Any:
-    """Make a callback of FMI 3.0 that keeps what the FMU logs."""
+def _logger(messages: list[str]) -> Callable[..., None]:
+    """Make a callback, of either standard, that keeps what the FMU logs as warning or worse."""
 
-    def log(_environment: Any, status: int, _category: Any, message: Any) -> None:
-        if status > fmi3.fmi3OK and message:
-            messages.append(message.decode("utf-8", "replace"))
+    def log(*arguments: Any) -> None:
+        *caller, status, _category, message = arguments
+        if status > fmi2.fmi2OK and message:
+            text = message.decode("utf-8", "replace")
+            messages.append(text.replace("%%", "%") if len(caller) == 2 else text)
 
     return log

@@ -133,7 +133,7 @@ def run_fmu(
     parameters: Mapping[str, float | bool] | None = None,
     step: float | None = None,
 ) -> Run:
-    """Run a fresh instance of an FMU; inputs are held over each communication step.
+    """Run a fresh instance of an FMU; inputs have a zero-order hold over each step.
 
     Args:
         fmu: the unpacked FMU.

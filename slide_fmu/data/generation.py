@@ -12,7 +12,7 @@ from pathlib import Path
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.data.draws import draw, probe, simulate_draw, split_stream
-from slide_fmu.data.store import Layout, missing_trajectories, open_store, write_trajectory
+from slide_fmu.data.store import missing_trajectories, open_store, write_trajectory
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.base import System
@@ -29,9 +29,9 @@ def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress)
         SimulationError: the system could not be simulated; trajectories in the store stay there.
     """
     system = recipe_system(recipe)
-    n_samples = round(recipe.data.duration / recipe.window.step)
-    layout = Layout(n_samples, len(system.inputs), len(system.outputs))
-    open_store(path, recipe, layout, probe(recipe, system))
+    count = round(recipe.data.duration / recipe.window.step)
+    shapes = {"inputs": (count, len(system.inputs)), "outputs": (count + 1, len(system.outputs))}
+    open_store(path, recipe, shapes, probe(recipe, system))
     counts = {split: recipe.count(split) for split in SPLITS}
     jobs = [
         (split, index)

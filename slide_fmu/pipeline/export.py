@@ -8,14 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import MODULE_FILES, export_fmu, read_fmu, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion
-
-if TYPE_CHECKING:
-    from slide_fmu.pipeline.job import Job
 
 RUNS = Path("runs")
 """Where trained recipes lie if nothing else is said."""
@@ -66,54 +62,40 @@ def export(request: Request, bar: Stages) -> Path:
     """
     if request.python or request.source.suffix in MODULE_FILES:
         return _export_module(request)
+    _refuse(request, "torch modules", {"--description": request.description})
     if request.source.suffix == ".toml":
         return _export_recipe(request, bar)
-    _refuse_options_of("torch modules", request)
-    _refuse_options_of("trained recipes", request)
+    _refuse_options_of_recipes(request)
     if request.path is None:
         raise ValueError("export of an FMU: where to? give the FMU to write with -o PATH")
-    return export_again(request.source, request.path, request.form)
+    return _export_again(request.source, request.path, request.form)
 
 
 def _export_recipe(request: Request, bar: Stages) -> Path:
-    from slide_fmu.pipeline.job import open_job
-
-    _refuse_options_of("torch modules", request)
-    runs = request.runs or RUNS
-    job = open_job(request.source, runs, bar, request.training_seed, request.data_seed)
-    return export_recipe(job, request.path, request.form)
-
-
-def export_recipe(job: Job, path: Path | None, form: Form) -> Path:
     """Write the FMU of a trained recipe to a path, or to its place in the run folder if None.
 
     An FMU of the same surrogate that ``run`` has finished keeps its report and measured error.
-
-    Raises:
-        StageError: nothing was trained.
     """
-    from slide_fmu.pipeline.job import provenance
-    from slide_fmu.pipeline.stability import examine_stability
+    from slide_fmu.pipeline.job import open_job, provenance
+    from slide_fmu.pipeline.stages import examine_stability
 
+    seeds = request.training_seed, request.data_seed
+    job = open_job(request.source, request.runs or RUNS, bar, *seeds)
     trained = job.folder.load_surrogate(job.recipe)
     surrogate, origin = trained.surrogate, provenance(job, trained.versions)
     examine_stability(job, surrogate)
     finished = job.folder.fmu(job.recipe)
-    path = path or finished
+    path, form = request.path or finished, request.form
     if finished.exists():
         other, found = read_fmu(finished)
         same = {key: value for key, value in (found or {}).items() if key in origin} == origin
         if same and other.to_bytes() == surrogate.to_bytes():
-            return export_again(finished, path, form)
+            return _export_again(finished, path, form)
     return export_fmu(surrogate, path, fmi=form.fmi, sources=form.sources, provenance=origin)
 
 
-def export_again(source: Path, path: Path, form: Form) -> Path:
-    """Write the surrogate of an FMU as FMU of either standard, with this version's runtime.
-
-    Raises:
-        FmuError: the source is no FMU of slide-fmu.
-    """
+def _export_again(source: Path, path: Path, form: Form) -> Path:
+    """Write the surrogate of an FMU as FMU of either standard, with this version's runtime."""
     surrogate, found = read_fmu(source)
     page = read_member(source, "documentation/index.html")
     documentation = {} if page is None else {"index.html": page}
@@ -131,8 +113,24 @@ def _export_module(request: Request) -> Path:
     """Write a torch module as FMU that needs Python where it runs."""
     from slide_fmu.python_fmu.torch_export import ModuleError, export_module
 
-    _require_module_export(request)
-    _refuse_options_of("trained recipes", request)
+    if request.source.suffix not in MODULE_FILES:
+        raise ModuleError(
+            f"{request.source}: the python backend takes a torch module, "
+            f"{' or '.join(MODULE_FILES)}; the native one runs what slide-fmu trains: leave out "
+            "--backend python"
+        )
+    if not request.python:
+        raise ModuleError(
+            f"{request.source} is a torch module; the native runtime runs exactly what slide-fmu "
+            "trains, and nothing else: add --backend python for an FMU that needs Python where it "
+            "runs"
+        )
+    if request.form != Form():
+        raise ModuleError(
+            f"{request.source}: the python backend writes the module as it is, as FMI 2.0; leave "
+            "out --fmi 3 and --source, which are for native FMUs"
+        )
+    _refuse_options_of_recipes(request)
     if request.description is None or request.path is None:
         raise ModuleError(
             f"{request.source}: what are its signals, and where to? give --description "
@@ -141,38 +139,13 @@ def _export_module(request: Request) -> Path:
     return export_module(request.source, request.description, request.path)
 
 
-def _require_module_export(request: Request) -> None:
-    """Refuse what the python backend cannot make, and torch modules without it.
-
-    Raises:
-        ModuleError: the message has what was asked for, and the remedy.
-    """
-    from slide_fmu.python_fmu.torch_export import ModuleError
-
-    source = request.source
-    if source.suffix not in MODULE_FILES:
-        raise ModuleError(
-            f"{source}: the python backend takes a torch module, {' or '.join(MODULE_FILES)}; the "
-            "native one runs what slide-fmu trains: leave out --backend python"
-        )
-    if not request.python:
-        raise ModuleError(
-            f"{source} is a torch module; the native runtime runs exactly what slide-fmu trains, "
-            "and nothing else: add --backend python for an FMU that needs Python where it runs"
-        )
-    if request.form != Form():
-        raise ModuleError(
-            f"{source}: the python backend writes the module as it is, as FMI 2.0; leave out "
-            "--fmi 3 and --source, which are for native FMUs"
-        )
+def _refuse_options_of_recipes(request: Request) -> None:
+    seeds = {"--seed": request.training_seed, "--data-seed": request.data_seed}
+    _refuse(request, "trained recipes", {**seeds, "--runs": request.runs})
 
 
-def _refuse_options_of(others: str, request: Request) -> None:
+def _refuse(request: Request, others: str, options: dict[str, object]) -> None:
     """Refuse options that are about sources of another kind than that of the request."""
-    options: dict[str, object] = {"--description": request.description}
-    if others == "trained recipes":
-        seeds = {"--seed": request.training_seed, "--data-seed": request.data_seed}
-        options = {**seeds, "--runs": request.runs}
     given = [f"{name} {value}" for name, value in options.items() if value is not None]
     if given:
         raise ValueError(

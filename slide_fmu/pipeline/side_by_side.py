@@ -14,7 +14,7 @@ from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.python_fmu.input_source import write_input_source
-from slide_fmu.python_fmu.reference import write_reference_fmu
+from slide_fmu.python_fmu.reference_slave import write_reference_fmu
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import reference_parameters, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate

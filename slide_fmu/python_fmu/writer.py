@@ -15,7 +15,7 @@ from pythonfmu import FmuBuilder
 
 from slide_fmu.core.files import write_zip
 from slide_fmu.core.signals import Signal
-from slide_fmu.core.units import BASE_UNITS
+from slide_fmu.fmu.description.fmi2 import unit_definitions
 
 
 def write_python_fmu(
@@ -81,12 +81,7 @@ def complete(root: Element, signals: Sequence[Signal], capabilities: Mapping[str
     root.attrib.pop("generationDateAndTime", None)
     slave = _child(root, "CoSimulation")
     slave.attrib.update(capabilities)
-    units = Element("UnitDefinitions")
-    for name in sorted({signal.unit for signal in signals}):
-        unit = SubElement(units, "Unit", name=name)
-        if name in BASE_UNITS:
-            SubElement(unit, "BaseUnit", BASE_UNITS[name])
-    root.insert(list(root).index(slave) + 1, units)
+    root.insert(list(root).index(slave) + 1, unit_definitions({s.unit for s in signals}))
     by_name = {variable.get("name"): variable for variable in _child(root, "ModelVariables")}
     for signal in signals:
         _set_range(_child(by_name[signal.name], "Real"), signal)

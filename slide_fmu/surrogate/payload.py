@@ -43,7 +43,7 @@ import struct
 import zlib
 from collections.abc import Callable
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -52,12 +52,12 @@ from slide_fmu.core.scaling import Affine, LogError
 from slide_fmu.core.signals import Angle, Hold, Signal
 from slide_fmu.core.window import Window
 from slide_fmu.features.director import Director
+from slide_fmu.network.base import Network
 from slide_fmu.network.bytes import decode_network, encode_network
-from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 
-if TYPE_CHECKING:
-    from slide_fmu.surrogate.surrogate import Surrogate
+Made = TypeVar("Made")
 
 MAGIC = b"SLIDEFMU"
 VERSION = 5
@@ -72,30 +72,37 @@ class PayloadError(ValueError):
     """A surrogate file is damaged, of another version, or not a surrogate file."""
 
 
-def encode(surrogate: Surrogate) -> bytes:
-    """Write the bytes of a surrogate file; the same surrogate gives the same bytes."""
-    window, scaling = surrogate.window, surrogate.output_scaling
-    sizes = len(surrogate.inputs), len(surrogate.outputs)
+def encode(
+    name: str,
+    window: Window,
+    inputs: tuple[Signal, ...],
+    outputs: tuple[Signal, ...],
+    input_scaling: Affine,
+    output_scaling: Affine,
+    network: Network,
+    estimator: ErrorEstimator | None,
+) -> bytes:
+    """Write the bytes of a surrogate file from the fields of ``Surrogate``; they decide all."""
+    sizes = window.n_in, window.n_out, len(inputs), len(outputs)
+    rows = np.stack([output_scaling.offset, output_scaling.scale], 1)
     body = MAGIC + struct.pack("<I", VERSION)
-    body += _section(
-        b"WIND", struct.pack("<dIIII", window.step, window.n_in, window.n_out, *sizes)
-    )
-    body += _section(b"SCIN", _input_rows(surrogate.inputs, surrogate.input_scaling))
-    body += _section(b"SCOU", np.stack([scaling.offset, scaling.scale], 1).astype("<f8").tobytes())
-    body += _section(b"PRED", encode_network(surrogate.network))
-    if surrogate.estimator is not None:
-        body += _section(b"ESTI", _encode_estimator(surrogate.estimator))
+    body += _section(b"WIND", struct.pack("<dIIII", window.step, *sizes))
+    body += _section(b"SCIN", _input_rows(inputs, input_scaling))
+    body += _section(b"SCOU", rows.astype("<f8").tobytes())
+    body += _section(b"PRED", encode_network(network))
+    if estimator is not None:
+        body += _section(b"ESTI", _encode_estimator(estimator))
     metadata = {
-        "name": surrogate.name,
-        "inputs": [_row(signal) for signal in surrogate.inputs],
-        "outputs": [_row(signal) for signal in surrogate.outputs],
+        "name": name,
+        "inputs": [_row(signal) for signal in inputs],
+        "outputs": [_row(signal) for signal in outputs],
     }
     text = json.dumps(metadata, sort_keys=True, ensure_ascii=False).encode("utf-8")
     body += _section(b"META", text + b" " * (-len(text) % 4))
     return body + struct.pack("<I", zlib.crc32(body))
 
 
-def decode(data: bytes, make: Callable[..., Surrogate]) -> Surrogate:
+def decode(data: bytes, make: Callable[..., Made]) -> Made:
     """Read a surrogate file.
 
     Args:

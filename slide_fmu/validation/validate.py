@@ -17,8 +17,7 @@ from slide_fmu.core.signals import hold_of
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.data.pool import process_pool
-from slide_fmu.python_fmu.reference import write_reference_fmu
-from slide_fmu.python_fmu.reference_slave import FROM_STATE
+from slide_fmu.python_fmu.reference_slave import FROM_STATE, write_reference_fmu
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system, reference_parameters, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate

@@ -10,8 +10,8 @@ import pytest
 
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.feed_forward import FeedForward
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
 from tests.fmu.future import future
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate

@@ -13,7 +13,7 @@ import pytest
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.surrogate_variables import block_size, fmu_variables
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded
 from tests.fmu.native3 import Native3, instance_of

@@ -8,7 +8,7 @@ loops. Directional derivatives are those of the step before (``runtime/derivativ
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from xml.etree import ElementTree
 
 from slide_fmu.core.units import BASE_UNITS
@@ -99,16 +99,22 @@ def add_context(
     root: ElementTree.Element, variables: Sequence[Variable], surrogate: Surrogate
 ) -> None:
     """Add units, log categories and the default experiment, which are alike in both standards."""
-    definitions = ElementTree.SubElement(root, "UnitDefinitions")
-    for name in sorted({variable.unit for variable in variables if variable.unit}):
-        unit = ElementTree.SubElement(definitions, "Unit", name=name)
-        if name in BASE_UNITS:
-            ElementTree.SubElement(unit, "BaseUnit", BASE_UNITS[name])
+    root.append(unit_definitions({variable.unit for variable in variables if variable.unit}))
     categories = ElementTree.SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():
         ElementTree.SubElement(categories, "Category", name=name, description=text)
     step = repr(surrogate.window.step)
     ElementTree.SubElement(root, "DefaultExperiment", startTime="0", stepSize=step)
+
+
+def unit_definitions(names: Iterable[str]) -> ElementTree.Element:
+    """Declare units, which are alike in both standards; those that are not SI by name alone."""
+    definitions = ElementTree.Element("UnitDefinitions")
+    for name in sorted(names):
+        unit = ElementTree.SubElement(definitions, "Unit", name=name)
+        if name in BASE_UNITS:
+            ElementTree.SubElement(unit, "BaseUnit", BASE_UNITS[name])
+    return definitions
 
 
 def common_attributes(variable: Variable) -> dict[str, str]:

@@ -75,7 +75,7 @@ class FeedForward(Network):
             raise ValueError("feed-forward network without layers; expected at least one")
         if n_samples < 1:
             raise ValueError(f"network on {n_samples} samples; expected at least one")
-        check_ages(ages, n_samples)
+        _check_ages(ages, n_samples)
         width = n_first = (len(ages) or n_samples) * features.n_signals
         for index, layer in enumerate(layers):
             if layer.weights.shape[1] != width:
@@ -165,12 +165,8 @@ class FeedForward(Network):
         return count + (0 if self.skip is None else self.skip.size)
 
 
-def check_ages(ages: tuple[int, ...], n_samples: int) -> None:
-    """Reject ages of samples that do not fall from n_samples - 1.
-
-    Raises:
-        ValueError: with the ages.
-    """
+def _check_ages(ages: tuple[int, ...], n_samples: int) -> None:
+    """Reject ages of samples that do not fall from n_samples - 1."""
     falling = all(older > newer for older, newer in itertools.pairwise(ages))
     if ages and not (falling and ages[0] == n_samples - 1 and ages[-1] >= 0):
         raise ValueError(

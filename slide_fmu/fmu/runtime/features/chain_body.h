@@ -5,8 +5,6 @@
 
 #include "angle.h"
 
-#include <stdbool.h>
-
 /* As in the kernels, products and sums are fused where the processor can. GCC has no such
  * pragma. */
 #ifdef __clang__
@@ -23,7 +21,6 @@ typedef struct {
      * from the frame before it, turned with the joint. */
     double first[3];            /* kg m; moment of mass */
     double square[3], mixed[3]; /* kg m^2; integrals of xx, yy, zz and of yz, xz, xy */
-    double skew[3];             /* kg m^2; axis of the part of the inertia that is skew, if any */
 } Link;
 
 /* A joint at the end and at the begin of the step. */
@@ -47,7 +44,6 @@ typedef struct {
     Two square[3], mixed[3]; /* of m r r': xx, yy, zz and yz, xz, xy */
     Two flow[3][3];          /* m v r': [component of v][component of r] */
     Two moment[3];           /* m r x dv/dt */
-    Moving skew;             /* of Link */
     Two tool[3];             /* its place */
 } Body;
 
@@ -165,22 +161,8 @@ INLINE void spin(Body *body, const Joint *joint) {
     spin_vector(&body->first, joint);
 }
 
-INLINE void turn_moving(Moving *v, int axis, Turn turn) {
-    turn_vector(v->value, axis, turn);
-    turn_vector(v->rate, axis, turn);
-    turn_vector(v->acceleration, axis, turn);
-}
-
-/* The skew part of inertias, where there is any, goes along. */
-INLINE void pass_skew(const Link *link, const Joint *joint, Turn twist, Moving *skew) {
-    turn_moving(skew, X, twist);
-    add_to(skew->value, link->skew);
-    turn_moving(skew, Z, joint->turned);
-    spin_vector(skew, joint);
-}
-
 /* One link and the joint that moves it. */
-INLINE void pass(const Link *link, const Joint *joint, bool skew, Body *body) {
+INLINE void pass(const Link *link, const Joint *joint, Body *body) {
     const Turn twist = {both(link->cos_alpha), both(link->sin_alpha)};
     turn_masses(body, X, twist);
     turn_motion(body, X, twist);
@@ -190,9 +172,6 @@ INLINE void pass(const Link *link, const Joint *joint, bool skew, Body *body) {
     turn_masses(body, Z, joint->turned);
     turn_motion(body, Z, joint->turned);
     spin(body, joint);
-    if (skew) {
-        pass_skew(link, joint, twist, &body->skew);
-    }
 }
 
 #endif

@@ -12,8 +12,8 @@ static void write_log(const SlideLogger *logger, const char *instance, SlideStat
     callback(logger->environment, (fmi3Status)status, category, text);
 }
 
-/* At each sample the outputs are there, and but for the last one, inputs may be set for the rest of
- * the step. */
+/* At each sample the outputs are there, and but for the last one, inputs may be set for the rest
+ * of the step. */
 static bool show(const SlideWatcher *watcher, double time, bool last, double *until) {
     fmi3IntermediateUpdateCallback callback = (fmi3IntermediateUpdateCallback)watcher->callback;
     fmi3Boolean ends = fmi3False, may_end = watcher->may_end && !last;

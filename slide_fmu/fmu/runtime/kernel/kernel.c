@@ -166,24 +166,9 @@ static void cubic(float *values, size_t count) {
 }
 
 static void activate(uint32_t activation, float *values, size_t count) {
-    switch (activation) {
-    case 1:
-        relu(values, count);
-        break;
-    case 2:
-        elu(values, count);
-        break;
-    case 3:
-        tanh_each(values, count);
-        break;
-    case 4:
-        gelu(values, count);
-        break;
-    case 5:
-        cubic(values, count);
-        break;
-    default:
-        break;
+    static void (*const functions[])(float *, size_t) = {NULL, relu, elu, tanh_each, gelu, cubic};
+    if (activation > 0) {
+        functions[activation](values, count);
     }
 }
 

@@ -27,7 +27,7 @@ size_t slide_history_steps_size(const SlideHistoryShape *shape) {
 void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape,
                          SlideArena *arena) {
     history->count = slide_place(arena, 2, sizeof *history->count);
-    history->before = slide_place(arena, 1, step_size(shape));
+    history->before = slide_place(arena, 2, step_size(shape));
     history->steps = slide_place(arena, (size_t)shape->capacity, step_size(shape));
 }
 
@@ -61,13 +61,17 @@ void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history,
 }
 
 void slide_history_begin(const SlideHistoryShape *shape, SlideHistory *history) {
-    history->count[1] = *history->count;
-    memcpy(history->before, step_at(shape, history, *history->count - 1), step_size(shape));
+    const uint64_t count = history->count[1] = history->count[0];
+    memcpy(history->before, step_at(shape, history, count - 1), step_size(shape));
+    memcpy(history->before + 1 + shape->n_inputs, step_at(shape, history, count),
+           step_size(shape));
 }
 
 void slide_history_go_back(const SlideHistoryShape *shape, SlideHistory *history) {
-    *history->count = history->count[1];
-    memcpy(step_at(shape, history, *history->count - 1), history->before, step_size(shape));
+    const uint64_t count = history->count[0] = history->count[1];
+    memcpy(step_at(shape, history, count - 1), history->before, step_size(shape));
+    memcpy(step_at(shape, history, count), history->before + 1 + shape->n_inputs,
+           step_size(shape));
 }
 
 /* Turned back from its end, which is exact. */

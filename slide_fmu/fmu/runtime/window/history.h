@@ -23,7 +23,7 @@ typedef struct {
 typedef struct {
     uint64_t *count; /* [2]: steps so far, joined ones once, the newest in slot
                         (count - 1) % capacity; and those before the last communication step */
-    double *before;  /* [1 + n_inputs], the newest step before the last communication step */
+    double *before;  /* [2][1 + n_inputs], the newest step before it, and the place after that */
     double *steps;   /* [capacity][1 + n_inputs]: length in s, physical inputs */
 } SlideHistory;
 
@@ -44,8 +44,8 @@ void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape, 
 void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
                           const double *inputs, bool goes_on);
 
-/* A communication step begins: slide_history_go_back takes back all that is appended from here
- * on. */
+/* A communication step begins: slide_history_go_back takes back all that is appended from here on.
+ * What one step changes is then as it was, to the bit. */
 void slide_history_begin(const SlideHistoryShape *shape, SlideHistory *history);
 void slide_history_go_back(const SlideHistoryShape *shape, SlideHistory *history);
 

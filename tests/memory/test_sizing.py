@@ -279,7 +279,8 @@ RATES = np.array([-1.0, -9.0, -1.0, -9.0, -5.0, -5.0, -5.0, -5.0])
         (1, 0.231, 2),  # 3.99 samples
         (1, 0.1, 5),  # 9.2 samples
         (8, 0.231, 4),
-        (9, 0.231, 5),  # a part of a stretch counts as a whole one
+        (9, 0.231, 5),  # a part of an instant counts as a whole one
+        (5, 0.231, 3),  # so that eight instants hold two stretches, not three
     ],
 )
 def test_stretch_is_as_long_as_the_window_or_the_decay_whichever_is_longer(

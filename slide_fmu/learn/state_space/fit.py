@@ -1,8 +1,4 @@
-"""A state-space network is fitted here: its size is chosen, its multi-start run, its best frozen.
-
-The class of models is the nonlinear state space of system identification (Paduart et al., 2010);
-the cell's equations stand in ``slide_fmu.network``.
-"""
+"""A state-space network is fitted here: its size is chosen, its multi-start run, the best kept."""
 
 from __future__ import annotations
 

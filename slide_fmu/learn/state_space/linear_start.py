@@ -91,8 +91,6 @@ def states_shown(responses: torch.Tensor) -> int:
 def realize(responses: torch.Tensor, n_states: int) -> LinearModel:
     """Realize impulse responses, (taps, p, q), as a linear model of ``n_states``.
 
-    The method is that of Ho and Kalman (1966) and of Juang and Pappa (1985).
-
     Raises:
         ValueError: the order is higher than the responses can show.
     """

@@ -64,15 +64,14 @@ def _require_same_signals(recipe: Recipe, made: System, reference: System) -> No
 
 def _interface(system: System) -> dict[str, object]:
     """Return what the surrogate of a system relies on, by its name in messages."""
-    geometry = ("a", "d", "alpha", "tool") if system.chain is not None else ()
     return {
         "inputs": [(s.name, s.unit, s.low, s.high) for s in system.inputs],
         "outputs": [(s.name, s.unit, s.low, s.high) for s in system.outputs],
         "hold and angle of the inputs": [(s.hold, s.angle) for s in system.inputs],
         # the outputs may be about lengths, twists and tool point
-        "geometry of the serial chain": {
-            name: getattr(system.chain, name).tolist() for name in geometry
-        },
+        "geometry of the serial chain": None
+        if system.chain is None
+        else {name: getattr(system.chain, name).tolist() for name in ("a", "d", "alpha", "tool")},
     }
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from mbs_models.plants.plant_system import PlantSystem
 from mbs_models.plants.spring_masses import SpringMasses, SpringMassPlant
-from slide_fmu.core.signals import FloatArray, Signal, hold_of
+from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.systems.base import Linearization, State
 
 
@@ -28,11 +28,7 @@ class _OscillatorSystem(PlantSystem[SpringMassPlant]):
         self.step = oscillator.step
         self.inputs, self.outputs = (signal,), (position,)
         self._oscillator = oscillator
-
-    @property
-    def _moves(self) -> bool:
-        """Whether the input is the motion of the base."""
-        return hold_of(self.inputs) == "first_order"
+        self._moves = signal.hold == "first_order"  # the input is the motion of the base
 
     def _build(self) -> SpringMassPlant:
         return SpringMassPlant(self._oscillator, moving_base=self._moves)

@@ -13,9 +13,6 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import MODULE_FILES, export_fmu, read_fmu, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 
-RUNS = Path("runs")
-"""Where trained recipes lie if nothing else is said."""
-
 
 @dataclass(frozen=True)
 class Request:
@@ -30,7 +27,7 @@ class Request:
         description: TOML file about a torch module.
         training_seed: seed of a trained recipe's training.
         data_seed: seed of its data.
-        runs: folder that holds the work on recipes.
+        runs: folder that holds the work on recipes; ``runs`` if None.
     """
 
     source: Path
@@ -74,7 +71,7 @@ def _export_recipe(request: Request, bar: Stages) -> Path:
     from slide_fmu.pipeline.stages import examine_stability
 
     seeds = request.training_seed, request.data_seed
-    job = open_job(request.source, request.runs or RUNS, bar, *seeds)
+    job = open_job(request.source, request.runs or Path("runs"), bar, *seeds)
     trained = job.folder.load_surrogate(job.recipe)
     surrogate, origin = trained.surrogate, provenance(job, trained.versions)
     examine_stability(job, surrogate)

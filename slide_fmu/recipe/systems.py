@@ -6,7 +6,6 @@ What the recipe's networks see of their inputs is found here too, without data.
 from __future__ import annotations
 
 from slide_fmu.core.scaling import Affine, range_scaling
-from slide_fmu.core.signals import Signal
 from slide_fmu.features.base import Features, Offered
 from slide_fmu.features.sets import feature_set as set_of_names
 from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
@@ -53,33 +52,27 @@ def _drivable(system: System, recipe: Recipe) -> System:
 
 def _require_same_signals(recipe: Recipe, made: System, reference: System) -> None:
     """Refuse a reference with other signals, or with outputs that mean something else."""
-    for what, found, wanted in (
-        ("inputs", _ranges(reference.inputs), _ranges(made.inputs)),
-        ("outputs", _ranges(reference.outputs), _ranges(made.outputs)),
-        ("hold and angle of the inputs", _meanings(reference.inputs), _meanings(made.inputs)),
-        ("geometry of the serial chain", _geometry(reference), _geometry(made)),
-    ):
-        if found != wanted:
+    wanted = _interface(made)
+    for what, found in _interface(reference).items():
+        if found != wanted[what]:
             raise RecipeError(
                 f"recipe {recipe.name!r}: system.reference = {recipe.system.reference} changes "
-                f"the {what} to {found}; expected, as with system.parameters, {wanted}: leave out "
-                "what changes that, or give it in system.parameters too"
+                f"the {what} to {found}; expected, as with system.parameters, {wanted[what]}: "
+                "leave out what changes that, or give it in system.parameters too"
             )
 
 
-def _ranges(signals: tuple[Signal, ...]) -> list[tuple[str, str, float, float]]:
-    return [(signal.name, signal.unit, signal.low, signal.high) for signal in signals]
-
-
-def _meanings(signals: tuple[Signal, ...]) -> list[tuple[str, str | None]]:
-    return [(signal.hold, signal.angle) for signal in signals]
-
-
-def _geometry(system: System) -> dict[str, list[float]] | None:
-    """Return lengths, twists and tool point of the chain that the outputs may be about."""
-    if system.chain is None:
-        return None
-    return {name: getattr(system.chain, name).tolist() for name in ("a", "d", "alpha", "tool")}
+def _interface(system: System) -> dict[str, object]:
+    """Return what the surrogate of a system relies on, by its name in messages."""
+    return {
+        "inputs": [(s.name, s.unit, s.low, s.high) for s in system.inputs],
+        "outputs": [(s.name, s.unit, s.low, s.high) for s in system.outputs],
+        "hold and angle of the inputs": [(s.hold, s.angle) for s in system.inputs],
+        # the outputs may be about lengths, twists and tool point
+        "geometry of the serial chain": None
+        if system.chain is None
+        else {name: getattr(system.chain, name).tolist() for name in ("a", "d", "alpha", "tool")},
+    }
 
 
 def system_parameters(recipe: Recipe) -> dict[str, float | int | str | bool]:

@@ -50,12 +50,11 @@ def load_picture(name: str) -> Callable[[System], bytes]:
     Raises:
         LoadError: the module cannot be imported, or has no such function.
     """
-    module_name, _, function = name.partition(":")
-    module = imported(f"picture {name!r}", module_name)
+    module, function = imported(f"picture {name!r}", name)
     found = getattr(module, function, None)
     if not callable(found):
         raise LoadError(
-            f"picture {name!r}: {module_name!r} has no function {function!r}; expected one that "
-            "takes the system and gives the bytes of a PNG file: correct system.picture"
+            f"picture {name!r}: {module.__name__!r} has no function {function!r}; expected one "
+            "that takes the system and gives the bytes of a PNG file: correct system.picture"
         )
     return cast(Callable[[System], bytes], found)

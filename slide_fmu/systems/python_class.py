@@ -37,19 +37,18 @@ def system_of_class(model: str, parameters: Mapping[str, Parameter]) -> System:
 
 def _find_class(model: str) -> type[System]:
     """Import the class that a dotted name means."""
-    module_name, colon, class_name = model.partition(":")
-    if not (module_name and colon and class_name):
+    if not all(model.partition(":")):
         raise LoadError(
             f"system {model!r}; expected 'package.module:Class', for example "
             "'mbs_models.oscillators:DuffingOscillator'"
         )
-    module = imported(f"system {model!r}", module_name)
+    module, class_name = imported(f"system {model!r}", model)
     found = getattr(module, class_name, None)
     if not _is_system(found):
         offered = sorted(name for name, item in vars(module).items() if _is_system(item))
         raise LoadError(
-            f"system {model!r}: {class_name!r} is not a reference system in {module_name!r}; "
-            f"expected one of {offered}"
+            f"system {model!r}: {class_name!r} is not a reference system in "
+            f"{module.__name__!r}; expected one of {offered}"
         )
     return cast(type[System], found)
 
@@ -59,18 +58,16 @@ def _is_system(item: object) -> bool:
     return inspect.isclass(item) and issubclass(item, System) and not inspect.isabstract(item)
 
 
-def imported(what: str, module_name: str) -> ModuleType:
-    """Import a module that a recipe names.
-
-    Args:
-        what: what names it, for the message.
-        module_name: dotted name of the module.
+def imported(what: str, name: str) -> tuple[ModuleType, str]:
+    """Import the module in ``"package.module:Name"``, and give it with the name behind the colon.
 
     Raises:
-        LoadError: the module, or what it needs, is not installed here.
+        LoadError: the module, or what it needs, is not installed here; the message begins with
+            what names it.
     """
+    module_name, _, wanted = name.partition(":")
     try:
-        return importlib.import_module(module_name)
+        return importlib.import_module(module_name), wanted
     except ImportError as error:
         raise LoadError(
             f"{what}: module {module_name!r} cannot be imported ({error}); expected an "

@@ -1,11 +1,11 @@
-/* Reader of a surrogate file. The byte contract and the writer are slide_fmu/surrogate/payload.py; both
- * readers reject the same files, except that this one skips the metadata. */
+/* Reader of a surrogate file. The byte contract and the writer are slide_fmu/surrogate/payload.py;
+ * both readers reject the same files, except that this one skips the metadata. */
 #ifndef SLIDE_PAYLOAD_H
 #define SLIDE_PAYLOAD_H
 
 #include "network.h"
 
-/* Bytes of a channel's numbers; what an input is of an angle, the sine in the row after its cosine. */
+/* Bytes of a channel's numbers; what an input is of an angle, the sine next to its cosine. */
 enum { SLIDE_INPUT_ROW = 32, SLIDE_OUTPUT_ROW = 16 };
 typedef enum { SLIDE_NO_ANGLE, SLIDE_COSINE, SLIDE_SINE } SlideAngle;
 

@@ -55,8 +55,8 @@ static bool stream_step(SlideInstance *instance, double length) {
     }
     if (!slide_stream_step(&instance->model, state, length)) {
         slide_report(instance, SLIDE_ERROR,
-                     "the outputs at %.9g s are not finite; set inputs within their ranges and step "
-                     "again; nothing was changed",
+                     "the outputs at %.9g s are not finite; set inputs within their ranges and "
+                     "step again; nothing was changed",
                      slide_clock_time(&state->head->clock) + length);
         return false;
     }

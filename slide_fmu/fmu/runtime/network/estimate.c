@@ -90,11 +90,12 @@ static void evaluate(const SlideEstimator *estimator, const SlideKernel *kernel,
                      SlideEstimate *estimate, uint64_t sample) {
     const SlideNetwork *network = &estimator->network;
     const float *values = network->family->evaluate(network, kernel, &estimate->network, sample);
-    bool known = in_range(estimator);
+    const bool known = in_range(estimator);
     for (size_t i = 0; i < estimator->n_outputs; ++i) {
         double mean = estimator->n_means > 0 ? values[i] : 0;
         double square = slide_squared_error(estimator, mean, values[estimator->n_means + i]);
-        *slide_estimate_square(estimator, estimate, i, sample) = known ? square : estimator->largest;
+        square = known ? square : estimator->largest;
+        *slide_estimate_square(estimator, estimate, i, sample) = square;
     }
 }
 

@@ -43,7 +43,7 @@ void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel 
                              SlideEstimate *estimate);
 
 /* The squared error, relative to the output's scale, of an expected error over the standard
- * deviation and an eps: at most the largest that the map knows, which what is not finite counts as. */
+ * deviation and an eps: at most the largest that the map knows, also of what is not finite. */
 double slide_squared_error(const SlideEstimator *estimator, double mean, double eps);
 
 /* The square of an output at one of the newest samples that are known. */

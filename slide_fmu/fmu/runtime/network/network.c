@@ -21,8 +21,8 @@ static const SlideFamily *take_family(SlideCursor *cursor) {
                 "its recipe or its float32 FMU",
                 (unsigned)number);
     slide_check(cursor, false,
-                "surrogate file: network of kind %u; expected one of the kinds that this version of "
-                "slide-fmu writes",
+                "surrogate file: network of kind %u; expected one of the kinds that this version "
+                "of slide-fmu writes",
                 (unsigned)number);
     return NULL;
 }
@@ -46,8 +46,8 @@ void slide_network_place(SlideNetwork *network, const SlideNetworkView *view, ui
     network->family->place(network, view, n_kept, arena);
 }
 
-void slide_network_restart(const SlideNetwork *network, SlideNetworkState *state, const double *input,
-                           const double *before) {
+void slide_network_restart(const SlideNetwork *network, SlideNetworkState *state,
+                           const double *input, const double *before) {
     slide_features_write(&network->seen, input, before, network->features);
     network->family->restart(network, state);
 }
@@ -61,8 +61,8 @@ bool slide_network_see(const SlideNetwork *network, SlideNetworkState *state, ui
     return finite;
 }
 
-void slide_network_see_anyhow(const SlideNetwork *network, SlideNetworkState *state, uint64_t sample,
-                              const double *input, const double *before) {
+void slide_network_see_anyhow(const SlideNetwork *network, SlideNetworkState *state,
+                              uint64_t sample, const double *input, const double *before) {
     if (!slide_network_see(network, state, sample, input, before)) {
         for (size_t i = 0; i < network->seen.count; ++i) {
             network->features[i] = NAN;

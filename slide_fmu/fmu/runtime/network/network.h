@@ -76,8 +76,8 @@ struct SlideFamily {
                                const SlideExactRun *run);
 
     /* Of recurrent families, which must evaluate every sample, and measure the influence of those
-     * that were forgotten: these truncation errors [n_values]; and room for what derivatives need of
-     * the state before a step, and keeping it. NULL of others. */
+     * that were forgotten: these truncation errors [n_values]; and room for what derivatives need
+     * of the state before a step, and keeping it. NULL of others. */
     const float *(*truncation_errors)(const SlideNetworkState *state);
     void (*place_before)(SlideNetworkState *before, const SlideNetwork *network,
                          SlideArena *arena);
@@ -97,8 +97,8 @@ void slide_network_place(SlideNetwork *network, const SlideNetworkView *view, ui
 /* Forget all; the present input, scaled [n_inputs], counts for all before the next, as do those
  * before it [SLIDE_BEFORE][n_inputs], newest first. What is not finite shows when the next is
  * seen. */
-void slide_network_restart(const SlideNetwork *network, SlideNetworkState *state, const double *input,
-                           const double *before);
+void slide_network_restart(const SlideNetwork *network, SlideNetworkState *state,
+                           const double *input, const double *before);
 
 /* Look at a sample by its number. False when a feature is not finite; then nothing has changed. */
 bool slide_network_see(const SlideNetwork *network, SlideNetworkState *state, uint64_t sample,
@@ -106,7 +106,7 @@ bool slide_network_see(const SlideNetwork *network, SlideNetworkState *state, ui
 
 /* The same when the evaluation goes on in any case: features that are not finite show as values
  * that are not numbers, whatever the network does to them. */
-void slide_network_see_anyhow(const SlideNetwork *network, SlideNetworkState *state, uint64_t sample,
-                              const double *input, const double *before);
+void slide_network_see_anyhow(const SlideNetwork *network, SlideNetworkState *state,
+                              uint64_t sample, const double *input, const double *before);
 
 #endif

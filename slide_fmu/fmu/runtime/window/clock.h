@@ -13,7 +13,7 @@ typedef struct {
 
 double slide_clock_time(const SlideClock *clock);
 
-/* Is this communication point the present time? Masters compute theirs in floating point; the
+/* Is this communication point the present time? Importers compute theirs in floating point; the
  * slack is smaller than any step, so that a step done twice is noticed. */
 bool slide_clock_is_now(const SlideClock *clock, double point, double sample_step);
 

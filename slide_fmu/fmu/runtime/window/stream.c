@@ -90,7 +90,8 @@ static bool see(const SlideModel *model, SlideState *state, const double *sample
 /* The predictor goes on by a sample. Layers are evaluated at the last one of a step only. */
 static bool advance(const SlideModel *model, SlideState *state, const double *sample, bool last) {
     const bool evaluated = last || slide_is_recurrent(model->predictor.family);
-    if (!see(model, state, sample) || (evaluated && !predict(model, state, *state->samples.count))) {
+    const uint64_t number = *state->samples.count;
+    if (!see(model, state, sample) || (evaluated && !predict(model, state, number))) {
         return false;
     }
     if (evaluated) {

@@ -1,8 +1,8 @@
 """Build released FMUs again without training: ``python fmus/rebuild.py fmus/duffing/duffing.fmu``.
 
-Each FMU is replaced by one with the same surrogate, provenance and measured figures, and with the
-runtime of this version; its card and ``side_by_side.png`` beside it are written again too. To
-train and to measure again: ``make release NAME=duffing``.
+Each FMU is replaced by one with the same surrogate, provenance, measured figures and report, and
+with the runtime of this version; its card is written again too. To train and to measure again:
+``make release NAME=duffing``.
 """
 
 from __future__ import annotations
@@ -10,7 +10,49 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from slide_fmu.pipeline.rebuild import rebuild
+from slide_fmu.core.files import write_whole
+from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
+from slide_fmu.pipeline.run_folder import StageError
+from slide_fmu.validation.model_card import variable_table
+
+PAGE, CARD = "index.html", "README.md"
+HEADING = "| variable |"
+"""How the table of variables begins on a card."""
+
+
+def rebuild(fmu: Path) -> Path:
+    """Write a released FMU again in its place, with the model card beside it.
+
+    Surrogate, provenance, measured figures and report stay as they are. Model description and
+    libraries are those of this version. The card (``README.md``) stays too, but lists the
+    variables that the FMU has now.
+
+    Raises:
+        FmuError: the file is no FMU of slide-fmu, or damaged.
+        StageError: it carries no measured figures or no report, or its card has no table.
+        OSError: a file cannot be read or written, or there is no card.
+    """
+    surrogate, found = read_fmu(fmu)
+    measured = (found or {}).get("measured")
+    page = read_member(fmu, f"documentation/{PAGE}")
+    if measured is None or page is None:
+        raise StageError(
+            f"{fmu} carries no {'report' if measured else 'measured figures'}; expected an FMU "
+            "that slide-fmu run has finished: run its recipe"
+        )
+    place = fmu.with_name(CARD)
+    text = _with_variables(place.read_text(encoding="utf-8"), variable_table(surrogate), place)
+    export_fmu(surrogate, fmu, provenance=found, documentation={PAGE: page})
+    write_whole(place, text.encode("utf-8"))
+    return fmu
+
+
+def _with_variables(text: str, table: str, place: Path) -> str:
+    """Return the card with another table of variables."""
+    before, heading, rest = text.partition(HEADING)
+    if not heading:
+        raise StageError(f"{place} has no table that begins with {HEADING!r}; release again")
+    return before + table + "\n\n" + rest.partition("\n\n")[2]
 
 
 def main() -> None:

@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from slide_fmu.core.signals import Signal
     from slide_fmu.core.window import Window
-    from slide_fmu.fmu.export import FmuError, export_fmu
-    from slide_fmu.fmu.loading import load
+    from slide_fmu.fmu.export import FmuError, export_fmu, load
     from slide_fmu.fmu.native import NativeSurrogate
     from slide_fmu.recipe.reading import load_recipe
     from slide_fmu.recipe.recipe import Recipe, RecipeError
@@ -50,8 +49,7 @@ __all__ = [
 _HOMES = {
     "slide_fmu.core.signals": ("Signal",),
     "slide_fmu.core.window": ("Window",),
-    "slide_fmu.fmu.export": ("FmuError", "export_fmu"),
-    "slide_fmu.fmu.loading": ("load",),
+    "slide_fmu.fmu.export": ("FmuError", "export_fmu", "load"),
     "slide_fmu.fmu.native": ("NativeSurrogate",),
     "slide_fmu.recipe.reading": ("load_recipe",),
     "slide_fmu.recipe.recipe": ("Recipe", "RecipeError"),

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.network.state_space import Roles, StateSpace
+from slide_fmu.network.state_space.cell import Roles
+from slide_fmu.network.state_space.network import StateSpace
 
 
 @dataclass(frozen=True, eq=False)

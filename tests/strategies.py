@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from slide_fmu.core.scaling import Affine, LogError
 from slide_fmu.core.window import Window
 from slide_fmu.network.activations import ACTIVATIONS
-from slide_fmu.network.state_space import CELL_ACTIVATIONS, GATED
-from slide_fmu.network.state_space.roles import Roles
+from slide_fmu.network.state_space.cell import CELL_ACTIVATIONS, GATED, Roles
 from tests.fmu.samples import CellShape, Shape
 
 if TYPE_CHECKING:

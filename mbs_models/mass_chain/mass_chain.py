@@ -10,12 +10,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbs_models.mass_chain.mass_chain_plant import LOADED, MASSES, Chain, MassChainPlant
-from mbs_models.plants.cubic_spring import CubicSpring
-from mbs_models.plants.plant_system import PlantSystem, finite_vector
+from mbs_models.plants.plant_system import PlantSystem
+from mbs_models.plants.spring_masses import SpringMasses, SpringMassPlant
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.systems.base import State
 
+MASSES = 6
+"""The chain has this many masses."""
+LOADED = (0, 3)
+"""The masses with these indices carry an input force."""
 OBSERVED = (1, 3, 5)
 """The positions of the masses with these indices are the outputs."""
 REACH = 1.5
@@ -23,7 +26,7 @@ REACH = 1.5
 limit; random forces reach 1.3 times that deflection."""
 
 
-class MassChain(PlantSystem[MassChainPlant]):
+class MassChain(PlantSystem[SpringMassPlant]):
     """The masses follow m x_i'' + c x_i' + f_i - f_(i+1) = F_i, i = 1 .. 6.
 
     The springs have f_i = k s + alpha k s^3 + d s' with s = x_i - x_(i-1). The forces F_1 and F_4
@@ -57,16 +60,18 @@ class MassChain(PlantSystem[MassChainPlant]):
         force_limit: float = 250.0,
     ) -> None:
         super().__init__(n_coordinates=MASSES, n_inputs=len(LOADED))
-        self._chain = Chain(mass, CubicSpring(stiffness, damping, alpha), drag, step, substeps)
+        self._chain = SpringMasses(
+            mass, stiffness, damping, alpha, step, substeps, drag, MASSES, LOADED, second_wall=True
+        )
         self.step = step
         self.inputs = tuple(_force_signal(index, force_limit) for index in LOADED)
         limit = REACH * float(np.max(self._chain.equilibrium(np.full(len(LOADED), force_limit))))
         self.outputs = tuple(_position_signal(index, limit) for index in OBSERVED)
 
-    def _build(self) -> MassChainPlant:
-        return MassChainPlant(self._chain)
+    def _build(self) -> SpringMassPlant:
+        return SpringMassPlant(self._chain)
 
-    def _apply(self, model: MassChainPlant, inputs: FloatArray) -> None:
+    def _apply(self, model: SpringMassPlant, inputs: FloatArray) -> None:
         model.set_forces(inputs)
 
     def output(self) -> FloatArray:
@@ -86,12 +91,12 @@ class MassChain(PlantSystem[MassChainPlant]):
         Raises:
             ValueError: the forces are not two finite numbers.
         """
-        forces = finite_vector("held input", held_input, len(LOADED))
+        forces = self._finite_inputs("held input", held_input)
         return State(self._chain.equilibrium(forces), np.zeros(MASSES), forces)
 
 
 def _force_signal(index: int, limit: float) -> Signal:
-    meaning = f"force on mass {index + 1}, held over a step"
+    meaning = f"force on mass {index + 1}, with a zero-order hold"
     return Signal(f"force_{index + 1}", "N", -limit, limit, meaning)
 
 

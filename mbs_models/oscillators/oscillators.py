@@ -10,47 +10,41 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbs_models.oscillators.oscillator_plant import Oscillator, OscillatorPlant
-from mbs_models.plants.cubic_spring import CubicSpring
-from mbs_models.plants.plant_system import PlantSystem, finite_vector
-from slide_fmu.core.signals import FloatArray, Signal, hold_of
+from mbs_models.plants.plant_system import PlantSystem
+from mbs_models.plants.spring_masses import SpringMasses, SpringMassPlant
+from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.systems.base import Linearization, State
 
 
-class _OscillatorSystem(PlantSystem[OscillatorPlant]):
+class _OscillatorSystem(PlantSystem[SpringMassPlant]):
     """An oscillator system has one input and one position. Interface: never instantiated."""
 
     _drawn = 1.0, 10.0
     """Random states lie within plus and minus this position in m and this velocity in m/s."""
 
-    def __init__(self, oscillator: Oscillator, signal: Signal, limit: float) -> None:
+    def __init__(self, oscillator: SpringMasses, signal: Signal, limit: float) -> None:
         super().__init__(n_coordinates=1, n_inputs=1)
         position = Signal("position", "m", -limit, limit, "position of the mass")
         self.step = oscillator.step
         self.inputs, self.outputs = (signal,), (position,)
         self._oscillator = oscillator
+        self._moves = signal.hold == "first_order"  # the input is the motion of the base
 
-    @property
-    def _moves(self) -> bool:
-        """Whether the input is the motion of the base."""
-        return hold_of(self.inputs) == "first_order"
+    def _build(self) -> SpringMassPlant:
+        return SpringMassPlant(self._oscillator, moving_base=self._moves)
 
-    def _build(self) -> OscillatorPlant:
-        return OscillatorPlant(self._oscillator, moving_base=self._moves)
-
-    def _apply(self, model: OscillatorPlant, inputs: FloatArray) -> None:
+    def _apply(self, model: SpringMassPlant, inputs: FloatArray) -> None:
         if self._moves:
             rate = (inputs[0] - self._last_input[0]) / self.step
             model.set_base(self._last_input[0], rate)
         else:
-            model.set_force(inputs[0])
+            model.set_forces(inputs)
 
     def output(self) -> FloatArray:
         """Return the position of the mass in m, shape (1,)."""
         return self._coordinates.copy()
 
     def linearize(self, state: State) -> Linearization:
-        """Return M, D, K at a state (1 x 1 each, no constraints); the current state stays."""
         if self._moves:
             self._model().set_base(float(state.last_input[0]), 0.0)
         return super().linearize(state)
@@ -70,10 +64,9 @@ class _OscillatorSystem(PlantSystem[OscillatorPlant]):
         Raises:
             ValueError: the input is not one finite number.
         """
-        held = finite_vector("held input", held_input, 1)
-        if self._moves:
-            return State(held, np.zeros(1), held.copy())
-        return State(np.array([self._oscillator.spring.deflection(held[0])]), np.zeros(1), held)
+        held = self._finite_inputs("held input", held_input)
+        position = held.copy() if self._moves else self._oscillator.equilibrium(held)
+        return State(position, np.zeros(1), held)
 
 
 class LinearOscillator(_OscillatorSystem):
@@ -100,7 +93,7 @@ class LinearOscillator(_OscillatorSystem):
         force_limit: float = 2000.0,
         position_limit: float = 8.0,
     ) -> None:
-        oscillator = Oscillator(mass, CubicSpring(stiffness, damping, 0.0), step, substeps)
+        oscillator = SpringMasses(mass, stiffness, damping, 0.0, step, substeps)
         super().__init__(oscillator, _force_signal(force_limit), position_limit)
 
 
@@ -135,7 +128,7 @@ class DuffingOscillator(_OscillatorSystem):
         force_limit: float = 1000.0,
         position_limit: float = 2.5,
     ) -> None:
-        oscillator = Oscillator(mass, CubicSpring(stiffness, damping, alpha), step, substeps)
+        oscillator = SpringMasses(mass, stiffness, damping, alpha, step, substeps)
         super().__init__(oscillator, _force_signal(force_limit), position_limit)
 
 
@@ -163,11 +156,11 @@ class DuffingBaseMotion(_OscillatorSystem):
         base_limit: float = 0.2,
         position_limit: float = 2.0,
     ) -> None:
-        oscillator = Oscillator(mass, CubicSpring(stiffness, damping, alpha), step, substeps)
+        oscillator = SpringMasses(mass, stiffness, damping, alpha, step, substeps)
         meaning = "position of the base at step end"
         base = Signal("base", "m", -base_limit, base_limit, meaning, hold="first_order")
         super().__init__(oscillator, base, position_limit)
 
 
 def _force_signal(limit: float) -> Signal:
-    return Signal("force", "N", -limit, limit, "force on the mass, held over a step")
+    return Signal("force", "N", -limit, limit, "force on the mass, with a zero-order hold")

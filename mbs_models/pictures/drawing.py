@@ -1,18 +1,12 @@
 """The mechanisms are drawn in motion, at true scale.
 
-python -m mbs_models.pictures.drawing slider_crank OUT.png
-python -m mbs_models.pictures.drawing robot_6r OUT.png
-
-``slide-fmu run`` draws a recipe's system by the function that ``system.picture`` names.
+``slide-fmu run`` draws a recipe's system by the function that ``system.picture`` names, which is
+one of ``slider_crank_picture`` and ``robot_picture``.
 """
 
 from __future__ import annotations
 
-import argparse
-import io
 from collections.abc import Sequence
-from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon, Rectangle
 from scipy.interpolate import CubicSpline
 
-from mbs_models.pictures.robot_drawing import draw_robot, fading, outputs_at
+from mbs_models.pictures.robot_drawing import draw_robot, fading, outputs_at, png
 from mbs_models.robot_6r.robot_6r import Robot6R
 from mbs_models.slider_crank.slider_crank import SliderCrank
 from mbs_models.slider_crank.slider_crank_plant import CRANK_LENGTH, ROD_LENGTH
@@ -39,8 +33,6 @@ POSES = 7
 """This many instants are drawn, the last one in full colour."""
 POSE_STEP = 3
 """Two instants that are drawn are this many samples apart."""
-SEEDS = {"slider_crank": 7, "robot_6r": 189}
-"""The motions of these seeds show much."""
 BEFORE, DURATION = 2.0, 4.0
 """The first part of a motion is left out, the second is drawn; both are in s."""
 
@@ -61,8 +53,8 @@ def motion(system: System, kind: Kind, seed: int) -> list[State]:
     return states[round(BEFORE / system.step) :]
 
 
-def draw_slider_crank(system: SliderCrank, states: Sequence[State], out: Path | BinaryIO) -> None:
-    """Draw crank, bent rod and slider at the last instants of a motion as PNG.
+def draw_slider_crank(system: SliderCrank, states: Sequence[State]) -> bytes:
+    """Draw crank, bent rod and slider at the last instants of a motion, and return the PNG.
 
     The states, at least one, are those at all samples; the system ends in the last one.
     """
@@ -78,8 +70,7 @@ def draw_slider_crank(system: SliderCrank, states: Sequence[State], out: Path | 
     above.set_axis_off()
     time = system.step * np.arange(len(states), dtype=np.float64)
     _draw_history(below, time, 1e3 * deflections, chosen)
-    # without the name of the software: the same picture is the same bytes
-    figure.savefig(out, format="png", dpi=130, metadata={"Software": None})
+    return png(figure)
 
 
 def _draw_ground(ax: Axes) -> None:
@@ -165,38 +156,15 @@ def _draw_history(
     ax.spines[["top", "right"]].set_visible(False)
 
 
-def slider_crank_picture(system: SliderCrank, seed: int = SEEDS["slider_crank"]) -> bytes:
+def slider_crank_picture(system: SliderCrank, seed: int = 7) -> bytes:
     """Draw the slider-crank in a motion that shows much, and return the PNG."""
     ramps = SpeedRamps(kind="speed_ramps", weight=1.0, speed=8.0, acceleration=20.0)
-    buffer = io.BytesIO()
-    draw_slider_crank(system, motion(system, ramps, seed), buffer)
-    return buffer.getvalue()
+    return draw_slider_crank(system, motion(system, ramps, seed))
 
 
-def robot_picture(system: Robot6R, seed: int = SEEDS["robot_6r"]) -> bytes:
+def robot_picture(system: Robot6R, seed: int = 189) -> bytes:
     """Draw the robot in a motion that shows much, and return the PNG."""
     moves = PointToPoint(
         kind="point_to_point", weight=1.0, random_start=False, reach=0.6, keep=0.0
     )
-    buffer = io.BytesIO()
-    draw_robot(system, motion(system, moves, seed), buffer)
-    return buffer.getvalue()
-
-
-def main() -> None:
-    """Run the command line: draw one machine into a file."""
-    parser = argparse.ArgumentParser(description="Draw a mechanism in motion.")
-    parser.add_argument("model", choices=sorted(SEEDS))
-    parser.add_argument("out", type=Path)
-    parser.add_argument("--seed", type=int, help="of the motion")
-    arguments = parser.parse_args()
-    seed = SEEDS[arguments.model] if arguments.seed is None else arguments.seed
-    if arguments.model == "slider_crank":
-        picture = slider_crank_picture(SliderCrank(), seed)
-    else:
-        picture = robot_picture(Robot6R(), seed)
-    arguments.out.write_bytes(picture)
-
-
-if __name__ == "__main__":
-    main()
+    return draw_robot(system, motion(system, moves, seed))

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
-from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -31,11 +30,11 @@ POSES, POSE_STEP = 6, 12
 """This many instants are drawn, this many samples apart."""
 
 
-def draw_robot(system: Robot6R, states: Sequence[State], out: Path | BinaryIO) -> None:
-    """Draw the robot at the last instants of a motion, its tool's path and deviation, as PNG.
+def draw_robot(system: Robot6R, states: Sequence[State]) -> bytes:
+    """Draw the robot at the last instants of a motion, its tool's path and deviation.
 
     The states, at least one, are those at all samples; the system ends in the last one. The
-    bending of the socket is at true scale.
+    bending of the socket is at true scale. The PNG is returned.
     """
     chosen = list(range(len(states) - 1, -1, -POSE_STEP))[:POSES][::-1]
     figure = Figure(figsize=(11, 5.2), layout="constrained")
@@ -52,7 +51,14 @@ def draw_robot(system: Robot6R, states: Sequence[State], out: Path | BinaryIO) -
     scene.set_axis_off()
     scene.margins(0.01)
     _draw_history(history, system, states, chosen)
-    figure.savefig(out, format="png", dpi=130, metadata={"Software": None})
+    return png(figure)
+
+
+def png(figure: Figure) -> bytes:
+    """Return a figure as PNG, without the software's name: the same picture is the same bytes."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=130, metadata={"Software": None})
+    return buffer.getvalue()
 
 
 def fading(count: int, first: float) -> FloatArray:

@@ -1,1 +1,1 @@
-"""The models share what is here: exudyn solvers, systems on a plant, drives, parameter checks."""
+"""The models share what is here: solvers, systems on a plant, spring masses, drives, checks."""

@@ -7,6 +7,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
+from mbs_models.plants.checks import finite_vector
 from mbs_models.plants.driven_plant import DrivenPlant
 from mbs_models.plants.solver import ExplicitPlant
 from slide_fmu.core.signals import FloatArray
@@ -29,8 +30,8 @@ M = TypeVar("M", bound=Model)
 class PlantSystem(System, Generic[M]):
     """A plant system is a system that exudyn integrates. Interface: never instantiated.
 
-    The exudyn system is built on first use and left out when pickled; a copy goes on from the
-    same state. Subclasses set ``step``, ``inputs`` and ``outputs``.
+    States are in SI units. The exudyn system is built on first use and left out when pickled; a
+    copy goes on from the same state. Subclasses set ``step``, ``inputs`` and ``outputs``.
     """
 
     def __init__(self, n_coordinates: int, n_inputs: int) -> None:
@@ -58,11 +59,6 @@ class PlantSystem(System, Generic[M]):
         return self._built
 
     def set_state(self, state: State) -> None:
-        """Continue from this state with the next ``advance``.
-
-        Raises:
-            ValueError: a value is missing or not finite.
-        """
         size = len(self._coordinates)
         self._coordinates = finite_vector("state coordinates", state.coordinates, size)
         self._velocities = finite_vector("state velocities", state.velocities, size)
@@ -72,19 +68,9 @@ class PlantSystem(System, Generic[M]):
             self._built.plant.set_state(self._coordinates, self._velocities)
 
     def get_state(self) -> State:
-        """Return a copy of the current state: coordinates, velocities, last input, in SI units."""
         return State(self._coordinates.copy(), self._velocities.copy(), self._last_input.copy())
 
     def advance(self, inputs: FloatArray) -> FloatArray:
-        """Go on by one sample step and return the new outputs in their units, (n_outputs,).
-
-        Args:
-            inputs: inputs in their units, shape (n_inputs,).
-
-        Raises:
-            SimulationError: the motion diverged, or the solver did not converge.
-            ValueError: the input has a wrong shape or is not finite.
-        """
         values = self._finite_inputs("input", inputs)
         model = self._model()
         self._apply(model, values)
@@ -95,24 +81,9 @@ class PlantSystem(System, Generic[M]):
         return self.output()
 
     def linearize(self, state: State) -> Linearization:
-        """Linearize to M, D, K and G at a state in SI units; the current state stays."""
         return self._model().plant.linearize(state.coordinates, state.velocities)
 
     def _finite_inputs(self, what: str, inputs: FloatArray) -> FloatArray:
         """Return a copy of inputs, shape (n_inputs,), which must be finite."""
         names = ", ".join(signal.name for signal in self.inputs)
         return finite_vector(f"{what} {names}", inputs, len(self._last_input))
-
-
-def finite_vector(name: str, values: FloatArray, size: int) -> FloatArray:
-    """Return a copy of a vector that must hold ``size`` finite numbers.
-
-    Raises:
-        ValueError: the vector, which the message names, has another shape, or is not finite.
-    """
-    vector = np.array(values, dtype=np.float64)
-    if vector.shape != (size,) or not np.isfinite(vector).all():
-        raise ValueError(
-            f"{name} = {vector} of shape {vector.shape}; expected finite numbers, shape ({size},)"
-        )
-    return vector

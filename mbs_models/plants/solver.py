@@ -8,7 +8,6 @@ use the time within the step (a first-order hold does).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import exudyn as exu
@@ -21,6 +20,9 @@ _INITIAL = exu.ConfigurationType.Initial
 _CURRENT = exu.ConfigurationType.Current
 _SMALLEST_SUBSTEP = 1.0 / 64.0
 """exudyn may reduce a substep to this part of it where Newton's method fails."""
+_RELATIVE_TOLERANCE, _ABSOLUTE_TOLERANCE = 1e-4, 1e-6
+"""Newton's residual must fall below these, the first relative to the first residual of the step.
+If the second one were too small, rounding would keep Newton's method from reaching it at rest."""
 
 
 class ExplicitPlant:
@@ -41,7 +43,9 @@ class ExplicitPlant:
         self.mbs: Any = mbs
         self._container = container
         self._solver: Any = exu.MainSolverExplicit()
-        self._settings = _explicit_settings(step, substeps)
+        self._settings = _silent_settings(step, substeps)
+        self._settings.timeIntegration.solverType = exu.DynamicSolverType.RK67
+        self._settings.timeIntegration.explicit.computeEndOfStepAccelerations = False
 
     def set_state(self, coordinates: FloatArray, velocities: FloatArray) -> None:
         """Continue from coordinates q and velocities q', shape (n,) each, in SI units."""
@@ -64,11 +68,7 @@ class ExplicitPlant:
         """
         if not self._solver.SolveSystem(self.mbs, self._settings):
             raise SimulationError(f"exudyn stopped: {self._solver.GetErrorString()}")
-        data = self.mbs.systemData
-        coordinates, velocities = data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
-        if not (np.isfinite(coordinates).all() and np.isfinite(velocities).all()):
-            raise SimulationError(_diverged(coordinates, velocities))
-        self.set_state(coordinates, velocities)
+        self.set_state(*_reached(self.mbs))
 
     def linearize(self, coordinates: FloatArray, velocities: FloatArray) -> Linearization:
         """Linearize at a state in SI units, shape (n,) each; the current state stays as it is."""
@@ -79,39 +79,6 @@ class ExplicitPlant:
         finally:
             self.set_state(*kept)
         return Linearization(mass, damping, stiffness, np.zeros((0, len(mass))))
-
-
-def _explicit_settings(step: float, substeps: int) -> exu.SimulationSettings:
-    """Return settings of a silent explicit solver run over one sample step."""
-    settings = _silent_settings(step, substeps)
-    settings.timeIntegration.solverType = exu.DynamicSolverType.RK67
-    settings.timeIntegration.explicit.computeEndOfStepAccelerations = False
-    return settings
-
-
-@dataclass(frozen=True)
-class ImplicitSettings:
-    """These settings say how an implicit integration works.
-
-    Attributes:
-        substeps: integration steps per sample step.
-        relative_tolerance: tolerance of Newton's residual, relative to the first one of the step.
-        absolute_tolerance: tolerance of Newton's residual; where it is too small, rounding keeps
-            Newton's method from reaching it at rest.
-        spectral_radius: spectral radius at infinity, in [0, 1], of the generalized-alpha method
-            (Chung and Hulbert, 1993) with constraints on positions (index 3); the smaller, the
-            more it damps frequencies that it cannot resolve. None for the trapezoidal rule with
-            constraints on velocities (index 2): it damps nothing, and the constraints on
-            positions drift with time.
-        sparse: whether matrices are factorized as sparse ones; dense ones are as fast up to about
-            100 coordinates.
-    """
-
-    substeps: int
-    relative_tolerance: float = 1e-4
-    absolute_tolerance: float = 1e-6
-    spectral_radius: float | None = 0.9
-    sparse: bool = False
 
 
 class ImplicitPlant:
@@ -138,15 +105,27 @@ class ImplicitPlant:
         container: exu.SystemContainer,
         mbs: exu.MainSystem,
         step: float,
-        settings: ImplicitSettings,
-        before_substep: Callable[[float], None] | None = None,
+        substeps: int,
+        spectral_radius: float | None = 0.9,
     ) -> None:
-        """Take over an assembled system with its container, at rest where it was assembled."""
+        """Take over an assembled system with its container, at rest where it was assembled.
+
+        Args:
+            container: the system's container.
+            mbs: the system.
+            step: sample step h in s.
+            substeps: integration steps per sample step.
+            spectral_radius: spectral radius at infinity, in [0, 1], of the generalized-alpha
+                method (Chung and Hulbert, 1993) with constraints on positions (index 3); the
+                smaller, the more it damps frequencies that it cannot resolve. None for the
+                trapezoidal rule with constraints on velocities (index 2): it damps nothing, and
+                the constraints on positions drift with time.
+        """
         self.mbs: Any = mbs
-        self.before_substep = before_substep
+        self.before_substep: Callable[[float], None] = lambda time: None
         self._container = container
         self._solver: Any = exu.MainSolverImplicitSecondOrder()
-        self._settings = _implicit_settings(step, settings)
+        self._settings = _implicit_settings(step, substeps, spectral_radius)
         size = mbs.systemData.ODE2Size()
         self.set_state(np.zeros(size), np.zeros(size))
         mbs.SetPreStepUserFunction(self._prepare_substep)
@@ -176,8 +155,9 @@ class ImplicitPlant:
         """
         # a run that fails is not running: the next step starts anew from the state before
         was_running, self._running = self._running, False
-        if was_running:
-            self._start_anew_in_time()
+        if was_running:  # it goes on from t = 0
+            self._solver.it.currentTime = 0.0
+            self.mbs.systemData.SetTime(0.0, _CURRENT)
         else:
             self._start()
         if not self._solver.SolveSteps(self.mbs, self._settings):
@@ -185,11 +165,7 @@ class ImplicitPlant:
                 f"exudyn stopped within one sample step: {self._solver.GetErrorString()!r}. "
                 "Use more substeps, a shorter step, or inputs within the range of the system"
             )
-        data = self.mbs.systemData
-        coordinates, velocities = data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
-        if not (np.isfinite(coordinates).all() and np.isfinite(velocities).all()):
-            raise SimulationError(_diverged(coordinates, velocities))
-        self._coordinates, self._velocities = coordinates, velocities
+        self._coordinates, self._velocities = _reached(self.mbs)
         self._running = True
 
     def linearize(self, coordinates: FloatArray, velocities: FloatArray) -> Linearization:
@@ -214,49 +190,49 @@ class ImplicitPlant:
         if not self._solver.InitializeSolver(self.mbs, self._settings):
             raise SimulationError(f"exudyn did not start: {self._solver.GetErrorString()!r}")
 
-    def _start_anew_in_time(self) -> None:
-        """Let the solver run go on from t = 0."""
-        self._solver.it.currentTime = 0.0
-        self.mbs.systemData.SetTime(0.0, _CURRENT)
-
     def _to_initial(self, coordinates: FloatArray, velocities: FloatArray) -> None:
         """Make a state exudyn's initial one, with the parameters of the start of a step."""
         self.mbs.systemData.SetODE2Coordinates(coordinates, _INITIAL)
         self.mbs.systemData.SetODE2Coordinates_t(velocities, _INITIAL)
-        if self.before_substep is not None:
-            self.before_substep(0.0)
+        self.before_substep(0.0)
 
     def _prepare_substep(self, mbs: Any, time: float) -> bool:
         """Answer exudyn, which calls this before a substep with the time at its end."""
-        if self.before_substep is not None:
-            self.before_substep(time)
+        self.before_substep(time)
         return True
 
 
-def _diverged(coordinates: FloatArray, velocities: FloatArray) -> str:
-    return (
-        f"the motion diverged within one sample step: q = {coordinates}, q' = {velocities}; "
-        "expected finite values. Use more substeps, a shorter step, or inputs within the range "
-        "of the system"
-    )
+def _reached(mbs: Any) -> tuple[FloatArray, FloatArray]:
+    """Return coordinates and velocities at the end of a solver run, which must be finite."""
+    coordinates = mbs.systemData.GetODE2Coordinates()
+    velocities = mbs.systemData.GetODE2Coordinates_t()
+    if not (np.isfinite(coordinates).all() and np.isfinite(velocities).all()):
+        raise SimulationError(
+            f"the motion diverged within one sample step: q = {coordinates}, q' = {velocities}; "
+            "expected finite values. Use more substeps, a shorter step, or inputs within the "
+            "range of the system"
+        )
+    return coordinates, velocities
 
 
-def _implicit_settings(step: float, chosen: ImplicitSettings) -> exu.SimulationSettings:
+def _implicit_settings(
+    step: float, substeps: int, spectral_radius: float | None
+) -> exu.SimulationSettings:
     """Return settings of a silent implicit solver run over one sample step."""
-    settings = _silent_settings(step, chosen.substeps)
+    settings = _silent_settings(step, substeps)
     integration = settings.timeIntegration
     integration.adaptiveStep = True
-    integration.minimumStepSize = _SMALLEST_SUBSTEP * step / chosen.substeps
+    integration.minimumStepSize = _SMALLEST_SUBSTEP * step / substeps
     integration.newton.useModifiedNewton = True
-    integration.newton.relativeTolerance = chosen.relative_tolerance
-    integration.newton.absoluteTolerance = chosen.absolute_tolerance
-    trapezoidal = chosen.spectral_radius is None
+    integration.newton.relativeTolerance = _RELATIVE_TOLERANCE
+    integration.newton.absoluteTolerance = _ABSOLUTE_TOLERANCE
+    trapezoidal = spectral_radius is None
     integration.generalizedAlpha.useNewmark = trapezoidal
     integration.generalizedAlpha.useIndex2Constraints = trapezoidal
-    if chosen.spectral_radius is not None:
-        integration.generalizedAlpha.spectralRadius = chosen.spectral_radius
-    solvers = exu.LinearSolverType
-    settings.linearSolver.solverType = solvers.EigenSparse if chosen.sparse else solvers.EXUdense
+    if spectral_radius is not None:
+        integration.generalizedAlpha.spectralRadius = spectral_radius
+    # dense matrices are as fast as sparse ones up to about 100 coordinates
+    settings.linearSolver.solverType = exu.LinearSolverType.EXUdense
     return settings
 
 

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from mbs_models.plants.cubic_spring import expect, expect_positive
+from mbs_models.plants.checks import expect
 from mbs_models.plants.plant_system import PlantSystem
 from mbs_models.robot_6r.flange import euler_of, moment_of, rotation_of, vector_of
 from mbs_models.robot_6r.puma_560 import DAMPING, JOINTS, LIMITS, STIFFNESS, puma_560
-from mbs_models.robot_6r.robot_6r_plant import Drives, Manipulator, ManipulatorPlant
+from mbs_models.robot_6r.robot_6r_plant import Manipulator, ManipulatorPlant
 from mbs_models.robot_6r.socket import FLANGE, Socket
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.features.serial_chain import SerialChain
@@ -92,14 +92,16 @@ class Robot6R(PlantSystem[ManipulatorPlant]):
                 "correct the constructor argument or the recipe's [system.parameters]"
             )
         expect("tool_length", tool_length, math.isfinite(tool_length), "a finite number")
-        expect_positive(step=step)
         whole = (Socket.read() if reduced is None else reduced).symmetric()
         self._socket = whole if socket == "finite_element" else whole.without_modes()
         self.chain = puma_560(np.array([0.0, 0.0, tool_length]))
-        self._drives = _drives(authors_gains)
+        proportional, differential = STIFFNESS.copy(), DAMPING.copy()
+        if authors_gains:
+            proportional[2], differential[2] = 1e4, 400.0
         self._manipulator = Manipulator(
             self.chain,
-            self._drives,
+            proportional,
+            differential,
             self._socket,
             SOCKET_DAMPING,
             step,
@@ -206,19 +208,12 @@ class Robot6R(PlantSystem[ManipulatorPlant]):
         load = self._socket.weight @ self.chain.gravity
         load[:3] += turn @ wrench[:3]
         load[3:FLANGE] += moment_of(theta, turn @ wrench[3:])
-        return desired - torques / self._drives.proportional, self._flexibility @ load
+        return desired - torques / self._manipulator.proportional, self._flexibility @ load
 
     @cached_property
     def _flexibility(self) -> FloatArray:
         """The flexibility is the inverse of the socket's stiffness, in SI units."""
         return np.asarray(np.linalg.inv(self._socket.stiffness))
-
-
-def _drives(authors_gains: bool) -> Drives:
-    proportional, differential = STIFFNESS.copy(), DAMPING.copy()
-    if authors_gains:
-        proportional[2], differential[2] = 1e4, 400.0
-    return Drives(proportional, differential)
 
 
 def _joint_signal(index: int) -> Signal:

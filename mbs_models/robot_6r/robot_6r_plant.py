@@ -28,9 +28,9 @@ from exudyn.itemInterface import (
     ObjectKinematicTree,
 )
 
-from mbs_models.plants.cubic_spring import expect_not_negative, expect_positive, expect_substeps
+from mbs_models.plants.checks import expect_positive, expect_substeps
 from mbs_models.plants.driven_plant import DrivenPlant
-from mbs_models.plants.solver import ImplicitPlant, ImplicitSettings
+from mbs_models.plants.solver import ImplicitPlant
 from mbs_models.robot_6r.puma_560 import JOINTS
 from mbs_models.robot_6r.socket import FLANGE, Socket
 from mbs_models.robot_6r.socket_spring import SocketSpring
@@ -52,35 +52,12 @@ _FLANGE_JOINTS = [
 
 
 @dataclass(frozen=True, eq=False)
-class Drives:
-    """The drives give the torques P (s - q) + D (s' - q') to the joints.
-
-    P is in N m/rad and D in N m s/rad, shape (6,) each.
-
-    Raises:
-        ValueError: a gain is not positive.
-    """
-
-    proportional: FloatArray
-    differential: FloatArray
-
-    def __post_init__(self) -> None:
-        for index in range(JOINTS):
-            expect_positive(
-                **{
-                    f"proportional[{index}]": float(self.proportional[index]),
-                    f"differential[{index}]": float(self.differential[index]),
-                }
-            )
-
-
-@dataclass(frozen=True, eq=False)
 class Manipulator:
-    """A manipulator is an arm with drives on a flexible socket.
+    """A manipulator is an arm on a flexible socket; its drives give P (s - q) + D (s' - q').
 
     Attributes:
         arm: the rigid arm on the flange.
-        drives: its joints' control.
+        proportional, differential: P in N m/rad and D in N m s/rad, shape (6,) each, positive.
         socket: the reduced socket, with internal modes or without.
         damping: stiffness proportional damping of the socket in s.
         step: sample step h in s.
@@ -92,7 +69,8 @@ class Manipulator:
     """
 
     arm: SerialChain
-    drives: Drives
+    proportional: FloatArray
+    differential: FloatArray
     socket: Socket
     damping: float
     step: float
@@ -101,7 +79,6 @@ class Manipulator:
 
     def __post_init__(self) -> None:
         expect_positive(step=self.step)
-        expect_not_negative(socket_damping=self.damping)
         expect_substeps(self.substeps)
 
     @property
@@ -133,12 +110,11 @@ class ManipulatorPlant:
         self._mbs.Assemble()
         self._forces = np.zeros(FLANGE + JOINTS)
         self._substep = manipulator.step / manipulator.substeps
-        gains = manipulator.drives
-        self._gains = list(
-            zip(gains.proportional.tolist(), gains.differential.tolist(), strict=True)
+        gains = manipulator.proportional, manipulator.differential
+        self._gains = list(zip(*(gain.tolist() for gain in gains), strict=True))
+        self._solver = ImplicitPlant(
+            container, self._mbs, manipulator.step, manipulator.substeps, spectral_radius=None
         )
-        settings = ImplicitSettings(manipulator.substeps, spectral_radius=None)
-        self._solver = ImplicitPlant(container, self._mbs, manipulator.step, settings)
         self.plant = DrivenPlant(self._solver, manipulator.step, JOINTS, self._set_forces)
         if not manipulator.exact:
             self._solver.before_substep = self._before_substep
@@ -159,7 +135,7 @@ class ManipulatorPlant:
         exudyn's link frames lie before the twist alpha of the Denavit-Hartenberg parameters, so
         centres and inertias are turned by it.
         """
-        arm, drives = self._manipulator.arm, self._manipulator.drives
+        arm = self._manipulator.arm
         turns, offsets = [np.eye(3)] * (FLANGE + 1), [np.zeros(3)] * (FLANGE + 1)
         centres, inertias = [np.zeros(3)] * FLANGE, [np.zeros((3, 3))] * FLANGE
         for a, d, alpha, centre, inertia in zip(
@@ -182,8 +158,8 @@ class ManipulatorPlant:
             linkCOMs=_VECTORS(centres),
             linkInertiasCOM=_MATRICES(inertias),
             jointForceVector=np.zeros(FLANGE + JOINTS),
-            jointPControlVector=np.concatenate([none, drives.proportional]),
-            jointDControlVector=np.concatenate([none, drives.differential]),
+            jointPControlVector=np.concatenate([none, self._manipulator.proportional]),
+            jointDControlVector=np.concatenate([none, self._manipulator.differential]),
             jointPositionOffsetVector=np.zeros(FLANGE + JOINTS),
             jointVelocityOffsetVector=np.zeros(FLANGE + JOINTS),
         )

@@ -21,6 +21,7 @@ FILE = Path(__file__).parent / "data" / "socket.json"
 """This file holds the reduced socket that comes with the package."""
 FLANGE = 6
 """The flange has this many coordinates: u in m and theta in rad."""
+_MATRICES = ("mass", "stiffness", "weight")
 _BENT, _SHEARED = [3, 4], [0, 1]
 """Bending about x and y has the first two coordinates, shear along x and y the other two."""
 
@@ -110,7 +111,11 @@ class Socket:
 
     def write(self, path: Path) -> None:
         """Write the socket to a JSON file, with a checksum."""
-        content = self._content()
+        content = {
+            "mesh": asdict(self.mesh),
+            "nodes": self.nodes,
+            **{name: getattr(self, name).tolist() for name in _MATRICES},
+        }
         content["checksum"] = _checksum(content)
         path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
@@ -127,20 +132,8 @@ class Socket:
                 f"{path} does not match its checksum: make it again with "
                 "python -m mbs_models.robot_6r.socket_mesh"
             )
-        mass, stiffness, weight = (
-            np.array(content[name], dtype=np.float64) for name in ("mass", "stiffness", "weight")
-        )
-        mesh = SocketMesh(**content["mesh"])
-        return Socket(mesh, mass, stiffness, weight, content["nodes"])
-
-    def _content(self) -> dict[str, Any]:
-        return {
-            "mesh": asdict(self.mesh),
-            "nodes": self.nodes,
-            "mass": self.mass.tolist(),
-            "stiffness": self.stiffness.tolist(),
-            "weight": self.weight.tolist(),
-        }
+        matrices = {name: np.array(content[name], dtype=np.float64) for name in _MATRICES}
+        return Socket(SocketMesh(**content["mesh"]), nodes=content["nodes"], **matrices)
 
 
 def _checksum(content: dict[str, Any]) -> str:

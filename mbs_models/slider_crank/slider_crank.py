@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from mbs_models.plants.cubic_spring import expect_positive
+from mbs_models.plants.checks import expect_positive
 from mbs_models.plants.plant_system import PlantSystem
 from mbs_models.slider_crank.slider_crank_plant import CRANK_LENGTH, Mechanism, SliderCrankPlant
 from slide_fmu.core.signals import Angle, FloatArray, Signal
@@ -18,8 +18,6 @@ from slide_fmu.systems.base import State
 
 _SHORTEST_DIRECTOR = 1e-6
 """A director that is shorter than this has no direction."""
-_DRIVES = 1
-"""The machine has one drive."""
 
 
 class SliderCrank(PlantSystem[SliderCrankPlant]):
@@ -67,7 +65,8 @@ class SliderCrank(PlantSystem[SliderCrankPlant]):
         self._mechanism = Mechanism(
             proportional, differential, bending_stiffness, elements, step, substeps
         )
-        super().__init__(self._mechanism.coordinates + _DRIVES, n_inputs=2)
+        drives = 1
+        super().__init__(self._mechanism.coordinates + drives, n_inputs=2)
         expect_positive(speed_limit=speed_limit)
         self._speed_limit = speed_limit
         self._last_input = director(0.0)

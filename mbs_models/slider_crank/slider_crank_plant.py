@@ -26,16 +26,15 @@ from exudyn.itemInterface import (
     RigidBody2D,
 )
 
-from mbs_models.plants.cubic_spring import (
-    add_marker,
-    add_mass,
+from mbs_models.plants.checks import (
     expect,
     expect_not_negative,
     expect_positive,
     expect_substeps,
 )
 from mbs_models.plants.driven_plant import DrivenPlant
-from mbs_models.plants.solver import ImplicitPlant, ImplicitSettings
+from mbs_models.plants.solver import ImplicitPlant
+from mbs_models.plants.spring_masses import add_marker, add_mass
 from slide_fmu.core.signals import FloatArray
 
 CRANK_LENGTH, CRANK_MASS = 0.5, 2.0
@@ -56,16 +55,8 @@ and rod stretched along x."""
 class Mechanism:
     """A mechanism holds the numbers of a slider-crank with a flexible rod in the plane.
 
-    It has no gravity and no friction.
-
-    Attributes:
-        proportional: P of the drive in N m/rad, not negative.
-        differential: D of the drive in N m s/rad, not negative.
-        bending_stiffness: E I of the rod in N m^2, positive.
-        elements: number of finite elements of the rod; it is even, so that a node is in the
-            rod's middle.
-        step: sample step h in s, positive.
-        substeps: integration steps per sample step, at least 1.
+    It has no gravity and no friction. The numbers are the arguments of ``SliderCrank``; that of
+    the elements is even, so that a node is in the rod's middle.
 
     Raises:
         ValueError: a value is out of its range.
@@ -164,8 +155,7 @@ class SliderCrankPlant:
             )
         )
         self._mbs.Assemble()
-        settings = ImplicitSettings(mechanism.substeps)
-        plant = ImplicitPlant(container, self._mbs, mechanism.step, settings)
+        plant = ImplicitPlant(container, self._mbs, mechanism.step, mechanism.substeps)
         self.plant = DrivenPlant(plant, mechanism.step, 1, self._set_drive)
 
     def _add_crank(self) -> tuple[Any, Any]:

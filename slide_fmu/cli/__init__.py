@@ -1,7 +1,7 @@
 """This room holds the console script ``slide-fmu``: subcommands only, no logic.
 
-``commands`` holds one module for each subcommand, ``app`` the list of them. Nothing here computes
-anything or writes a file, beside the figures that ``--json`` asks for.
+``recipe_commands`` and ``fmu_commands`` hold one function for each subcommand, ``app`` the list of
+them. Nothing here computes anything or writes a file, beside the figures that ``--json`` asks for.
 """
 
 from slide_fmu.cli.app import app, main

@@ -8,8 +8,10 @@ from typing import Annotated
 
 import typer
 
-RecipeArgument = Annotated[Path, typer.Argument(help="Recipe, for example training/duffing.toml.")]
-FmuArgument = Annotated[Path, typer.Argument(help="FMU made by slide-fmu.")]
+RecipeArgument = Annotated[
+    Path, typer.Argument(help="Take this recipe, such as training/duffing.toml.")
+]
+FmuArgument = Annotated[Path, typer.Argument(help="Take this FMU, made by slide-fmu.")]
 
 
 def _writable(path: str | None) -> str | None:
@@ -30,26 +32,32 @@ JsonOption = Annotated[
         callback=_writable,
     ),
 ]
-RunsOption = Annotated[Path, typer.Option("--runs", help="Folder that holds the work.")]
+RunsOption = Annotated[Path, typer.Option("--runs", help="Keep the work in this folder.")]
 WorkersOption = Annotated[
-    int | None, typer.Option("--workers", min=1, help="Processes; one per core if not given.")
+    int | None,
+    typer.Option("--workers", min=1, help="Use this many processes; one per core if not given."),
 ]
-ThreadsOption = Annotated[int, typer.Option("--threads", min=1, help="Threads of the training.")]
+ThreadsOption = Annotated[
+    int, typer.Option("--threads", min=1, help="Train with this many threads.")
+]
 TrajectoriesOption = Annotated[
-    int | None, typer.Option(min=1, help="Unseen trajectories; the recipe's if not given.")
+    int | None,
+    typer.Option(min=1, help="Measure on this many trajectories; the recipe's if not given."),
 ]
 TrainingSeedOption = Annotated[
     int | None,
     typer.Option(
-        "--seed", min=0, max=2**31 - 1, help="Seed of the training; the recipe's if not given."
+        "--seed", min=0, max=2**31 - 1, help="Train with this seed; the recipe's if not given."
     ),
 ]
 DataSeedOption = Annotated[
     int | None,
-    typer.Option("--data-seed", min=0, help="Seed of the data; the recipe's if not given."),
+    typer.Option(
+        "--data-seed", min=0, help="Draw the data with this seed; the recipe's if not given."
+    ),
 ]
 OverwriteOption = Annotated[
-    bool, typer.Option("--overwrite", help="Generate again data made from other values.")
+    bool, typer.Option("--overwrite", help="Generate data again that were made from other values.")
 ]
 UNSEEN_SEED = 20_260_000
 """Default seed of validation trajectories; their stream of seeds is used for nothing else."""

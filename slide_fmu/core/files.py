@@ -18,9 +18,7 @@ OLDEST = (1980, 1, 1, 0, 0, 0)
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file beside its place, then rename it: whatever fails, the old one stays.
 
-    Args:
-        path: the file; its folder is made when it is not there.
-        content: of the file.
+    Its folder is made when it is not there.
 
     Raises:
         OSError: the file cannot be written; it names the path.
@@ -61,14 +59,9 @@ def _removed_at_the_end(staged: Path) -> Iterator[None]:
 
 
 def write_zip(path: Path, members: Mapping[str, bytes]) -> None:
-    """Write a zip archive as a whole; the same members give the same bytes.
+    """Write a zip archive by ``write_whole``; the same members give the same bytes.
 
-    Args:
-        path: the file; its folder is made when it is not there.
-        members: content of the files in it, by their names with ``/``.
-
-    Raises:
-        OSError: the file cannot be written; it names the path.
+    The members are the content of the files in it, by their names with ``/``.
     """
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:

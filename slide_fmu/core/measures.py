@@ -9,28 +9,16 @@ from slide_fmu.core.signals import FloatArray
 
 
 def rms(values: FloatArray) -> FloatArray:
-    """Compute the root mean square over all samples, per channel.
-
-    Args:
-        values: shape (..., n_channels).
-
-    Returns:
-        Shape (n_channels,), in the values' units.
-    """
+    """Compute the root mean square over all samples, (..., n_channels) to (n_channels,)."""
     return np.asarray(np.sqrt(np.mean(values.reshape(-1, values.shape[-1]) ** 2, axis=0)))
 
 
 def moving_rms(errors: FloatArray, length: int) -> FloatArray:
     """Compute the root mean square over the last ``length`` samples, where there are as many.
 
-    The target of the error estimator (paper, section on the error estimation network, with the
-    square that is missing in print): the RMSE over the output window that ends at a sample.
-
-    Args:
-        errors: shape (N, n_channels), N >= length.
-
-    Returns:
-        Shape (N - length + 1, n_channels), in the errors' units.
+    Errors of shape (N, n_channels) give (N - length + 1, n_channels). The RMSE over the output
+    window that ends at a sample is the target of the error estimator (paper, section on the error
+    estimation network, with the square that is missing in print).
     """
     views = np.lib.stride_tricks.sliding_window_view(errors**2, length, axis=0)
     return np.asarray(np.sqrt(views.mean(axis=-1)))
@@ -39,17 +27,10 @@ def moving_rms(errors: FloatArray, length: int) -> FloatArray:
 def relative_deviation(
     estimate: FloatArray, true: FloatArray, resolution: ArrayLike
 ) -> FloatArray:
-    """Compute how far an error estimate is from the true error, relative to the true error.
+    """Compute |estimate - true| / true of errors, all of the same shape and not negative.
 
-    Errors below the resolution count as the resolution, in both.
-
-    Args:
-        estimate: estimated errors, any shape, not negative.
-        true: true errors, same shape.
-        resolution: smallest error that is told apart, same units; broadcast.
-
-    Returns:
-        |estimate - true| / true, same shape.
+    Errors below the resolution, the smallest error that is told apart, count as the resolution in
+    both; it has the same units and is broadcast.
     """
     floor_true = np.maximum(true, resolution)
     return np.asarray(np.abs(np.maximum(estimate, resolution) - floor_true) / floor_true)

@@ -33,9 +33,13 @@ class Affine:
                 f"{self.scale.shape}; expected the same one-dimensional shape"
             )
         if not (np.all(np.isfinite(self.offset)) and np.all(np.isfinite(self.scale))):
-            raise ValueError("affine scaling: offset or scale is not finite")
+            raise ValueError(
+                "affine scaling: offset or scale is not finite; expected finite numbers"
+            )
         if np.any(self.scale <= 0):
-            raise ValueError(f"affine scaling: scale {self.scale.tolist()}; expected positive")
+            raise ValueError(
+                f"affine scaling: scale {self.scale.tolist()}; expected positive numbers"
+            )
 
     @staticmethod
     def of_channels(offset: ArrayLike, scale: ArrayLike) -> Affine:

@@ -101,9 +101,6 @@ def check_inputs(signals: tuple[Signal, ...]) -> None:
     All inputs of a system have the same hold. The sine of an angle follows its cosine, and both
     have the same range about 0: their length on the circle is the end of the range.
 
-    Args:
-        signals: all inputs, in channel order.
-
     Raises:
         ValueError: with the signals, what they are and what was expected.
     """

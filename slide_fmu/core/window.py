@@ -85,23 +85,3 @@ class Window:
     def output_indices(self, starts: NDArray[np.int64]) -> NDArray[np.int64]:
         """Give the output sample indices of windows, shape (len(starts), n_out)."""
         return starts[:, None] + np.arange(self.n_truncated + 1, self.n_in + 1)
-
-    def cut(
-        self, inputs: FloatArray, outputs: FloatArray, starts: NDArray[np.int64]
-    ) -> tuple[FloatArray, FloatArray]:
-        """Cut windows out of one trajectory.
-
-        Args:
-            inputs: shape (N, n_inputs).
-            outputs: shape (N + 1, n_outputs); outputs[k] belongs to time k h.
-            starts: first-sample indices, shape (B,).
-
-        Returns:
-            Input windows (B, n_in, n_inputs) and output windows (B, n_out, n_outputs).
-
-        Raises:
-            IndexError: a window reaches beyond the trajectory.
-        """
-        if np.any(starts < 0):
-            raise IndexError(f"window starts at sample {np.min(starts)}; expected 0 or later")
-        return inputs[self.input_indices(starts)], outputs[self.output_indices(starts)]

@@ -50,12 +50,17 @@ def check_fmu(path: Path) -> list[str]:
     try:
         problems += [f"fmpy: {problem}" for problem in validate_fmu(str(path))]
         description = fmpy.read_model_description(str(path))
-        problems += _missing(path, surrogate, _version(description))
-        problems += _compare_description(path, surrogate, description)
+        fmi: FmiVersion = 3 if description.fmiVersion.startswith("3.") else 2
+        problems += [
+            f"binary {name} is missing; export again"
+            for name in library_members(surrogate.name, fmi)
+            if read_member(path, name) is None
+        ]
+        problems += _compare_description(path, surrogate, description, fmi)
     except Exception as error:  # fmpy raises bare Exception for invalid XML
         problems.append(f"{DESCRIPTION}: {error}")
     if not problems:
-        problems = _compare_run(path, surrogate, description)
+        problems = _compare_run(path, surrogate, description, fmi)
     return problems
 
 
@@ -76,24 +81,11 @@ def _unreadable(path: Path) -> list[str]:
     return []
 
 
-def _version(description: ModelDescription) -> FmiVersion:
-    return 3 if description.fmiVersion.startswith("3.") else 2
-
-
-def _missing(path: Path, surrogate: Surrogate, fmi: FmiVersion) -> list[str]:
-    return [
-        f"binary {name} is missing; export again"
-        for name in library_members(surrogate.name, fmi)
-        if read_member(path, name) is None
-    ]
-
-
 def _compare_description(
-    path: Path, surrogate: Surrogate, description: ModelDescription
+    path: Path, surrogate: Surrogate, description: ModelDescription, fmi: FmiVersion
 ) -> list[str]:
     problems = []
     guid = guid_of(read_member(path, SURROGATE) or b"")
-    fmi = _version(description)
     found_guid = description.guid if fmi == 2 else description.instantiationToken
     if found_guid != guid:
         problems.append(f"GUID {found_guid}; expected {guid}, derived from {SURROGATE}")
@@ -104,12 +96,13 @@ def _compare_description(
             f"model identifier {description.coSimulation.modelIdentifier!r}; "
             f"expected {surrogate.name!r}"
         )
-    return problems + _compare_variables(surrogate, description)
+    return problems + _compare_variables(surrogate, description, fmi)
 
 
-def _compare_variables(surrogate: Surrogate, description: ModelDescription) -> list[str]:
-    """At most one problem: the first variable that differs, and how many do."""
-    fmi = _version(description)
+def _compare_variables(
+    surrogate: Surrogate, description: ModelDescription, fmi: FmiVersion
+) -> list[str]:
+    """Give at most one problem: the first variable that differs, and how many do."""
     types = {"Real": "Real" if fmi == 2 else "Float64", "Boolean": "Boolean"}
     expected = [
         (v.name, v.reference, types[v.type], v.unit, v.causality)
@@ -138,9 +131,10 @@ def _described(variable: tuple[str, int, str, str | None, str] | None) -> str:
     return f"{name!r} with value reference {reference}, {causality}, {type_name} {in_unit}"
 
 
-def _compare_run(path: Path, surrogate: Surrogate, description: ModelDescription) -> list[str]:
+def _compare_run(
+    path: Path, surrogate: Surrogate, description: ModelDescription, fmi: FmiVersion
+) -> list[str]:
     """Run the native library of this platform against numpy, on inputs within their ranges."""
-    fmi = _version(description)
     platform = fmpy.platform if fmi == 2 else fmpy.platform_tuple
     if not any(f"/{platform}/" in name for name in library_members(surrogate.name, fmi)):
         return []

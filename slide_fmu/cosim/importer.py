@@ -1,4 +1,4 @@
-"""One instance of a co-simulation FMU, of FMI 2.0 or FMI 3.0, through fmpy."""
+"""FMUs through fmpy: their model description, and one instance, of FMI 2.0 or FMI 3.0."""
 
 from __future__ import annotations
 
@@ -8,9 +8,27 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
-import numpy as np
 from fmpy import fmi2, fmi3
 from fmpy.model_description import ModelDescription
+
+from slide_fmu.fmu.export import FmuError
+
+
+def read_description(path: Path, validate: bool = True) -> ModelDescription:
+    """Read the model description of an FMU, whoever made it.
+
+    Args:
+        path: the FMU file.
+        validate: also refuse what the standard's schema refuses.
+
+    Raises:
+        FmuError: the file is no FMU, or its model description cannot be read.
+    """
+    try:
+        with path.open("rb") as file:  # fmpy does not close a file that it cannot read
+            return fmpy.read_model_description(file, validate=validate)
+    except Exception as error:  # fmpy raises bare Exception, lxml a SyntaxError, dicts a KeyError
+        raise FmuError(f"{path} is not an FMU that can be read: {error}") from error
 
 
 class Slave:
@@ -54,19 +72,18 @@ class Reader:
     """
 
     def __init__(self, references: Sequence[int], types: Sequence[str]) -> None:
-        booleans = [name == "Boolean" for name in types]
-        self._reals = [r for r, boolean in zip(references, booleans, strict=True) if not boolean]
-        self._booleans = [r for r, boolean in zip(references, booleans, strict=True) if boolean]
-        # places of all reals, then all Booleans, in the order that is asked for
-        self._order = np.argsort(np.argsort(booleans, kind="stable"), kind="stable").tolist()
+        self._boolean = [name == "Boolean" for name in types]
+        kinds = list(zip(references, self._boolean, strict=True))
+        self._reals = [reference for reference, boolean in kinds if not boolean]
+        self._booleans = [reference for reference, boolean in kinds if boolean]
 
     def __call__(self, slave: Slave) -> list[float]:
         """Get the values in the order of the references; those of a Boolean are 0 or 1."""
         if not self._booleans:  # nothing but the call: its time is measured
             return slave.get_real(self._reals)
-        found = slave.get_real(self._reals) if self._reals else []
-        found += map(float, slave.get_boolean(self._booleans))
-        return [found[place] for place in self._order]
+        reals = iter(slave.get_real(self._reals) if self._reals else [])
+        booleans = map(float, slave.get_boolean(self._booleans))
+        return [next(booleans if boolean else reals) for boolean in self._boolean]
 
 
 @contextmanager
@@ -93,7 +110,7 @@ def open_slave(
     with chdir(Path.cwd()):  # fmpy stays in its folder when loading fails
         if description.fmiVersion.startswith("3."):
             slave = fmi3.FMU3Slave(**arguments)
-            slave.instantiate(logMessage=_logger3(messages))
+            slave.instantiate(logMessage=_logger(messages))
         else:
             slave = fmi2.FMU2Slave(**arguments)
             slave.instantiate(callbacks=_callbacks2(messages))
@@ -109,23 +126,20 @@ def _callbacks2(messages: list[str]) -> Any:
     fmpy's own proxy for printf-like messages is left alone: it serves one logger per process, and
     would outlive this one. Messages without arguments need it only for their doubled signs.
     """
-
-    def log(_environment: Any, _name: Any, status: int, _category: Any, message: Any) -> None:
-        if status > fmi2.fmi2OK and message:
-            messages.append(message.decode("utf-8", "replace").replace("%%", "%"))
-
     callbacks = fmi2.fmi2CallbackFunctions()
-    callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(log)
+    callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(_logger(messages))
     callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
     callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
     return callbacks
 
 
-def _logger3(messages: list[str]) -> Any:
-    """Make a callback of FMI 3.0 that keeps what the FMU logs."""
+def _logger(messages: list[str]) -> Callable[..., None]:
+    """Make a callback, of either standard, that keeps what the FMU logs as warning or worse."""
 
-    def log(_environment: Any, status: int, _category: Any, message: Any) -> None:
-        if status > fmi3.fmi3OK and message:
-            messages.append(message.decode("utf-8", "replace"))
+    def log(*arguments: Any) -> None:
+        *caller, status, _category, message = arguments
+        if status > fmi2.fmi2OK and message:
+            text = message.decode("utf-8", "replace")
+            messages.append(text.replace("%%", "%") if len(caller) == 2 else text)
 
     return log

@@ -15,8 +15,7 @@ import numpy as np
 from fmpy.fmi1 import FMICallException
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.importer import Reader, Slave, open_slave
-from slide_fmu.fmu.description.reading import read_description
+from slide_fmu.cosim.importer import Reader, Slave, open_slave, read_description
 
 
 class CoSimulationError(RuntimeError):
@@ -134,7 +133,7 @@ def run_fmu(
     parameters: Mapping[str, float | bool] | None = None,
     step: float | None = None,
 ) -> Run:
-    """Run a fresh instance of an FMU; inputs are held over each communication step.
+    """Run a fresh instance of an FMU; inputs have a zero-order hold over each step.
 
     Args:
         fmu: the unpacked FMU.

@@ -3,27 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 from slide_fmu.core.files import write_zip
+from slide_fmu.cosim.importer import read_description
 from slide_fmu.fmu.description.fmi2 import document
-from slide_fmu.fmu.description.reading import read_description
 
 STRUCTURE = "SystemStructure.ssd"
 DESCRIPTION = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 COMMON = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 
 
-@dataclass(frozen=True)
-class Connection:
-    """A connection between two components.
-
-    Attributes:
-        start: component and its output.
-        end: component and its input.
-    """
+class Connection(NamedTuple):
+    """A connection leads from a component and its output to a component and its input."""
 
     start: tuple[str, str]
     end: tuple[str, str]
@@ -60,36 +54,6 @@ def write_ssp(
     contents = {member: fmu.read_bytes() for member, fmu in members.items()}
     write_zip(path, {STRUCTURE: _structure(name, kinds, connections), **contents})
     return path
-
-
-def write_comparison(
-    path: Path, name: str, inputs: Path, reference: Path, surrogate: Path
-) -> Path:
-    """Write an SSP of a surrogate and its reference on the same inputs.
-
-    Its components are ``inputs``, ``reference`` and ``surrogate``. The system has no connectors of
-    its own: there are importers that reject them.
-
-    Args:
-        path: file to write, ending in ``.ssp``.
-        name: of the system.
-        inputs: FMU whose outputs are the inputs of the others.
-        reference: FMU of the system that the surrogate stands for.
-        surrogate: FMU.
-
-    Returns:
-        The path.
-
-    Raises:
-        FmuError, OSError, ValueError: as for ``write_ssp``.
-    """
-    components = {"inputs": inputs, "reference": reference, "surrogate": surrogate}
-    connections = [
-        Connection(("inputs", signal), (component, signal))
-        for component in ("reference", "surrogate")
-        for signal in _connectors(inputs)
-    ]
-    return write_ssp(path, name, components, connections)
 
 
 _Connectors = Mapping[str, tuple[str, str]]

@@ -12,7 +12,7 @@ from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.window import Window
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.feed_forward import FeedForward, Layer
+from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.surrogate.surrogate import Surrogate
 
 SYNTHETIC = ("robot",)
@@ -38,9 +38,9 @@ def random_record(surrogate: Surrogate, samples: int) -> FloatArray:
 def synthetic_surrogate(name: str) -> Surrogate:
     """Make a surrogate with random weights.
 
-    ``robot`` has as many weights as the three networks 720-180-180-180-60 of the paper's robot
-    (616 thousand) in one network 720-374-374-374-180, ELU: six inputs, three outputs, a window of
-    120 samples and a block of 60.
+    ``robot`` has in one network 720-374-374-374-180, ELU, as many weights (616 thousand) as three
+    networks 720-180-180-180-60, one for each output as for the paper's robot: six inputs, three
+    outputs, a window of 120 samples and a block of 60.
 
     Raises:
         ValueError: there is none of this name.

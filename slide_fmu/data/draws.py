@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Trajectory
-from slide_fmu.excitation.mix import choose_kind, draw_inputs
+from slide_fmu.excitation.mix import choose_kind
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import State, System, simulate
 
@@ -97,8 +97,7 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:
     states of their own, which the burn-in lets decay.
 
     Raises:
-        ValueError: the stream's trajectories hold no sample, or more than fit into memory; or the
-            excitation cannot drive the inputs.
+        ValueError: the stream's trajectories hold no sample, or more than fit into memory.
     """
     step, duration = recipe.window.step, stream.duration
     if not 0.5 < duration / step < MOST_SAMPLES:
@@ -111,16 +110,14 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:
     factor = float(rng.uniform(*stream.factors))
     kind = choose_kind(recipe.data.excitation, rng)
     time = step * np.arange(burn_in + count, dtype=np.float64)
-    excitation = recipe.data.excitation[kind]
-    inputs = draw_inputs(excitation, system.inputs, time, factor, rng)
+    inputs = recipe.data.excitation[kind].inputs(system.inputs, time, factor, rng)
     return Draw(kind, factor, system.random_state(rng, inputs[0]), inputs, burn_in)
 
 
 def probe(recipe: Recipe, system: System) -> FloatArray:
     """Simulate a short motion of the recipe, whose outputs change when the model changes.
 
-    Returns:
-        Outputs in their units, shape (PROBE_SAMPLES + 1, n_outputs).
+    They are in their units, of the shape (PROBE_SAMPLES + 1, n_outputs).
 
     Raises:
         SimulationError: the system could not be simulated.

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import json
 import threading
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import Executor
 from pathlib import Path
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.data.draws import draw, probe, simulate_draw, split_stream
-from slide_fmu.data.store import Layout, missing_trajectories, open_store, write_trajectory
+from slide_fmu.data.pool import in_parallel
+from slide_fmu.data.store import missing_trajectories, open_store, write_trajectory
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.base import System
@@ -29,29 +30,21 @@ def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress)
         SimulationError: the system could not be simulated; trajectories in the store stay there.
     """
     system = recipe_system(recipe)
-    n_samples = round(recipe.data.duration / recipe.window.step)
-    layout = Layout(n_samples, len(system.inputs), len(system.outputs))
-    open_store(path, recipe, layout, probe(recipe, system))
+    count = round(recipe.data.duration / recipe.window.step)
+    shapes = {"inputs": (count, len(system.inputs)), "outputs": (count + 1, len(system.outputs))}
+    open_store(path, recipe, shapes, probe(recipe, system))
     counts = {split: recipe.count(split) for split in SPLITS}
+    # plain JSON crosses to the workers: it pickles on every executor and is cheap to compare
+    text = json.dumps(recipe.model_dump(mode="json"), sort_keys=True)
     jobs = [
-        (split, index)
+        (text, str(path), split, index)
         for split, count in counts.items()
         for index in missing_trajectories(path, split, count)
     ]
     total = sum(counts.values())
-    done = total - len(jobs)
-    progress(done, total)
-    # plain JSON crosses to the workers: it pickles on every executor and is cheap to compare
-    text = json.dumps(recipe.model_dump(mode="json"), sort_keys=True)
-    futures = [executor.submit(_generate_one, text, str(path), *job) for job in jobs]
-    try:
-        for future in as_completed(futures):
-            future.result()
-            done += 1
-            progress(done, total)
-    finally:
-        for future in futures:
-            future.cancel()
+    before = total - len(jobs)
+    progress(before, total)
+    in_parallel(executor, _generate_one, jobs, lambda made: progress(before + made, total))
     return len(jobs)
 
 
@@ -67,14 +60,10 @@ class _Worker(threading.local):
 _worker = _Worker()
 
 
-def _recipe_and_system(text: str) -> tuple[Recipe, System]:
+def _generate_one(text: str, path: str, split: str, index: int) -> None:
     if _worker.made is None or _worker.made[0] != text:
         recipe = Recipe.model_validate_json(text)
         _worker.made = text, recipe, recipe_system(recipe)
-    return _worker.made[1:]
-
-
-def _generate_one(text: str, path: str, split: str, index: int) -> None:
-    recipe, system = _recipe_and_system(text)
+    _, recipe, system = _worker.made
     drawn = draw(recipe, system, split_stream(recipe, split, index), index)
     write_trajectory(Path(path), split, index, simulate_draw(system, drawn), drawn.kind)

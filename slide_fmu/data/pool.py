@@ -5,10 +5,12 @@ from __future__ import annotations
 import multiprocessing
 import os
 import threading
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
+
+Result = TypeVar("Result")
 
 
 @contextmanager
@@ -29,6 +31,27 @@ def process_pool(
         count, mp_context=context, initializer=_start, initargs=(set_up, arguments)
     ) as pool:
         yield pool
+
+
+def in_parallel(
+    pool: Executor,
+    function: Callable[..., Result],
+    jobs: Sequence[tuple[Any, ...]],
+    done: Callable[[int], None],
+) -> list[Result]:
+    """Call a function with the arguments of every job; return the results in the jobs' order.
+
+    ``done`` hears how many are done. Where one raises, those that have not begun are left out.
+    """
+    futures = [pool.submit(function, *job) for job in jobs]
+    try:
+        for count, future in enumerate(as_completed(futures), start=1):
+            future.result()
+            done(count)
+    finally:
+        for future in futures:
+            future.cancel()
+    return [future.result() for future in futures]
 
 
 def _start(set_up: Callable[..., object] | None, arguments: tuple[Any, ...]) -> None:

@@ -50,16 +50,8 @@ class Split:
     kinds: NDArray[np.int64]
 
 
-@dataclass(frozen=True)
-class Layout:
-    """A layout gives the shapes of the store's arrays: N samples, n_inputs and n_outputs.
-
-    A trajectory of N inputs has N + 1 outputs.
-    """
-
-    n_samples: int
-    n_inputs: int
-    n_outputs: int
+Shapes = dict[str, tuple[int, int]]
+"""Shapes of a trajectory's ``inputs``, (N, n_inputs), and ``outputs``, (N + 1, n_outputs)."""
 
 
 def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
@@ -79,7 +71,7 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     return dict(json.loads(json.dumps(fingerprint)))
 
 
-def open_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray) -> None:
+def open_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) -> None:
     """Create the store, or make room at ``path`` for the trajectories that the recipe has more.
 
     A store that has room is not written to. Two programs must not make room at the same moment. A
@@ -90,7 +82,7 @@ def open_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray) ->
             changed.
     """
     if not path.exists():
-        _create_store(path, recipe, layout, probe)
+        _create_store(path, recipe, shapes, probe)
     require_origin(path, recipe, probe)
     found = _attributes(path)["fingerprint"]
     both = {**found, **data_fingerprint(recipe)}
@@ -98,17 +90,13 @@ def open_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray) ->
         _group(path, "r+").attrs["fingerprint"] = both
     for split in SPLITS:
         with _damage_reported(path, split):
-            _make_room(_group(path, "r+"), split, recipe.count(split))
+            for name in ("inputs", "outputs", "kinds", "done"):
+                array = _group(path, "r+")[f"{split}/{name}"]
+                if array.shape[0] < recipe.count(split):
+                    array.resize((recipe.count(split), *array.shape[1:]))
 
 
-def _make_room(group: Any, split: str, count: int) -> None:
-    for name in ("inputs", "outputs", "kinds", "done"):
-        array = group[f"{split}/{name}"]
-        if array.shape[0] < count:
-            array.resize((count, *array.shape[1:]))
-
-
-def _create_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray) -> None:
+def _create_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) -> None:
     """Create a store beside its place, then move it there: a store is whole or not there.
 
     The first of several programs that do so wins; the others use its store.
@@ -118,7 +106,7 @@ def _create_store(path: Path, recipe: Recipe, layout: Layout, probe: FloatArray)
     temporary = path.with_name(f"{path.name}.{number}")
     group = zarr.open_group(temporary, mode="w", attributes=attributes)
     for split in SPLITS:
-        _create_split(group.create_group(split), recipe.count(split), layout)
+        _create_split(group.create_group(split), recipe.count(split), shapes)
     try:
         temporary.rename(path)
     except OSError:
@@ -263,16 +251,11 @@ def _attributes(path: Path) -> dict[str, Any]:
     return attributes
 
 
-def _create_split(group: Any, count: int, layout: Layout) -> None:
+def _create_split(group: Any, count: int, shapes: Shapes) -> None:
     """Create the arrays of a split: not a number where nothing is written, and no flag set."""
-    n_samples = layout.n_samples
-    shapes = {
-        "inputs": (count, n_samples, layout.n_inputs),
-        "outputs": (count, n_samples + 1, layout.n_outputs),
-    }
     for name, shape in shapes.items():
         group.create_array(
-            name, shape=shape, chunks=(1, *shape[1:]), dtype="float64", fill_value=np.nan
+            name, shape=(count, *shape), chunks=(1, *shape), dtype="float64", fill_value=np.nan
         )
     for name in ("kinds", "done"):
         group.create_array(name, shape=(count,), chunks=(1,), dtype="int8", fill_value=0)

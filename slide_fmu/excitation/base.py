@@ -15,29 +15,22 @@ from slide_fmu.core.signals import FloatArray, Signal
 
 
 def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
-    if not 0 <= pair[0] <= pair[1]:
-        raise ValueError("expected two numbers, not negative, the smaller one first")
-    return pair
-
-
-def _ordered_counts(pair: tuple[int, int]) -> tuple[int, int]:
     if pair[0] > pair[1]:
         raise ValueError("expected two numbers, the smaller one first")
     return pair
 
 
+NonNegativeFloat = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 """The value is a finite number above 0."""
+Count = Annotated[int, Field(ge=1)]
 Share = Annotated[float, Field(ge=0, le=1)]
 """The value is a share or a probability, from 0 to 1."""
-Range = Annotated[tuple[float, float], AfterValidator(_ordered)]
+Range = Annotated[tuple[NonNegativeFloat, NonNegativeFloat], AfterValidator(_ordered)]
 """The value is a range: its lower and its upper end, neither of them negative."""
 PositiveRange = Annotated[tuple[PositiveFloat, PositiveFloat], AfterValidator(_ordered)]
 """The value is a range whose ends are both above 0, the lower end first."""
-CountRange = Annotated[
-    tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]],
-    AfterValidator(_ordered_counts),
-]
+CountRange = Annotated[tuple[Count, Count], AfterValidator(_ordered)]
 """The value is a range of whole numbers from 1, and both ends belong to it."""
 
 
@@ -82,7 +75,8 @@ class Kind(BaseModel, abc.ABC):
         Args:
             signals: the inputs in channel order; ``check`` has accepted them.
             time: sample times in s, evenly spaced, shape (N,).
-            factor: amplitude factor; every kind says what it multiplies.
+            factor: amplitude factor; every kind says what it multiplies. Above 1 inputs leave
+                their range, or move faster.
             rng: the only source of randomness.
 
         Returns:

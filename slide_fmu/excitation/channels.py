@@ -28,10 +28,7 @@ class ChannelKind(Kind):
 
     @abc.abstractmethod
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """Draw one normalised channel at times in s, evenly spaced, shape (N,).
-
-        Values of -1 and 1 are the ends of the input's range; the shape is (N,).
-        """
+        """Draw one normalised channel, shape (N,), at times in s, evenly spaced, shape (N,)."""
 
     def inputs(
         self,
@@ -62,7 +59,6 @@ class HeldRandom(ChannelKind):
     samples: CountRange = (1, 1)
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """Draw one normalised channel at the sample times in s, both of shape (N,)."""
         count = len(time)
         lengths = rng.integers(self.samples[0], self.samples[1] + 1, count)
         return np.repeat(rng.uniform(-1, 1, count), lengths)[:count]
@@ -78,7 +74,6 @@ class MovingAverageRandom(ChannelKind):
     coefficients: tuple[float, ...] = Field(min_length=1)
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """Draw one normalised channel at the sample times in s, both of shape (N,)."""
         values = rng.uniform(-1, 1, len(time) + len(self.coefficients) - 1)
         return np.convolve(values, self.coefficients, mode="valid")
 
@@ -90,7 +85,6 @@ class Harmonic(ChannelKind):
     angular_frequency: PositiveRange
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """Draw one normalised channel at the sample times in s, both of shape (N,)."""
         frequency = rng.uniform(*self.angular_frequency)
         return np.asarray(np.sin(frequency * time + rng.uniform(-np.pi, np.pi)))
 
@@ -102,7 +96,6 @@ class Sweep(ChannelKind):
     angular_frequency: PositiveRange
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """Draw one normalised channel at the sample times in s, both of shape (N,)."""
         first, last = self.angular_frequency[:: 1 if rng.random() < 0.5 else -1]
         rate = (last - first) / (time[-1] - time[0] + 1e-12)  # a record may be one sample long
         elapsed = time - time[0]
@@ -125,7 +118,6 @@ class Multisine(ChannelKind):
     components: CountRange = (8, 20)
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """Draw one normalised channel at the sample times in s, both of shape (N,)."""
         count = int(rng.integers(self.components[0], self.components[1] + 1))
         frequency = rng.uniform(*self.angular_frequency, count)
         phase = rng.uniform(-np.pi, np.pi, count)
@@ -140,7 +132,6 @@ class Steps(ChannelKind):
     duration: PositiveRange
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """Draw one normalised channel at the sample times in s, both of shape (N,)."""
         edges = _edges(time, self.duration, rng)
         return rng.uniform(-1, 1, len(edges) + 1)[np.searchsorted(edges, time, side="right")]
 
@@ -157,7 +148,6 @@ class Rest(ChannelKind):
     duration: PositiveRange
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """Draw one normalised channel at the sample times in s, both of shape (N,)."""
         edges = _edges(time, self.duration, rng)
         active = np.searchsorted(edges, time, side="right") % 2 == 0
         return np.where(active, rng.uniform(-1, 1, len(time)), 0.0)

@@ -11,7 +11,6 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.channels import (
     Harmonic,
@@ -38,24 +37,6 @@ Excitation = Annotated[
     Field(discriminator="kind"),
 ]
 """The value is one entry of a recipe's mix; its ``kind`` says which class reads it."""
-
-
-def draw_inputs(
-    kind: Kind,
-    signals: tuple[Signal, ...],
-    time: FloatArray,
-    factor: float,
-    rng: np.random.Generator,
-) -> FloatArray:
-    """Draw one realisation of an excitation by ``Kind.inputs``, after its check of the inputs.
-
-    Above the factor 1 inputs leave their range, or move faster.
-
-    Raises:
-        ValueError: the kind cannot drive these inputs.
-    """
-    kind.check(signals)
-    return kind.inputs(signals, time, factor, rng)
 
 
 def choose_kind(kinds: Sequence[Kind], rng: np.random.Generator) -> int:

@@ -149,26 +149,22 @@ class PointToPoint(Kind):
     def moves(self, signals: tuple[Signal, ...], until: float, rng: np.random.Generator) -> Moves:
         """Draw moves that cover the time from 0 to ``until`` in s, at amplitude factor 1."""
         position = self._target(signals, rng)
-        positions = [position]
-        starts: list[float] = []
-        durations: list[float] = []
-        ramps: list[float] = []
-        clock = 0.0
-        while not starts or clock <= until:
+        positions, clock = [position], 0.0
+        rows: list[tuple[float, float, float]] = []
+        while not rows or clock <= until:
             position = np.where(
                 self._moving(len(signals), rng), self._target(signals, rng), position
             )
             ramp = rng.uniform(*self.ramp)
             duration = self._stretched(rng.uniform(*self.duration), ramp, positions[-1] - position)
-            if not starts and self.random_start:  # so that records do not all begin at rest
+            if not rows and self.random_start:  # so that records do not all begin at rest
                 clock = -rng.uniform(0, duration)
             positions.append(position)
-            starts.append(clock)
-            durations.append(duration)
-            ramps.append(ramp)
+            rows.append((clock, duration, ramp))
             rest = rng.random() < self.dwell
             clock += duration + (rng.uniform(*self.dwell_duration) if rest else 0.0)
-        return Moves(np.array(starts), np.array(durations), np.array(ramps), np.array(positions))
+        start, durations, ramps = np.array(rows).T
+        return Moves(start, durations, ramps, np.array(positions))
 
     def _target(self, signals: tuple[Signal, ...], rng: np.random.Generator) -> FloatArray:
         low, high = _ends(signals)

@@ -6,6 +6,7 @@ for the phases are those of the paper.
 
 from __future__ import annotations
 
+import itertools
 from typing import Literal
 
 import numpy as np
@@ -97,15 +98,11 @@ class SpeedRamps(Kind):
 
 
 def _clipped_sums(start: float, changes: FloatArray, limit: float) -> FloatArray:
-    """Return the running sum of changes, kept within +-limit at every one, shape (N + 1,).
-
-    Each clipped sum starts the next one, so there is no vectorised form.
-    """
-    sums = np.empty(len(changes) + 1)
-    sums[0] = start
-    for k, change in enumerate(changes):
-        sums[k + 1] = min(max(sums[k] + change, -limit), limit)
-    return sums
+    """Return the running sum of changes, kept within +-limit at every one, shape (N + 1,)."""
+    sums = itertools.accumulate(
+        changes, lambda total, change: min(max(total + change, -limit), limit), initial=start
+    )
+    return np.array(list(sums))
 
 
 def _integral(speed: FloatArray, acceleration: FloatArray, step: float) -> FloatArray:

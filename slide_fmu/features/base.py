@@ -101,23 +101,15 @@ class Features(abc.ABC):
     def of(self, inputs: FloatArray) -> FloatArray:
         """Form the signals at every sample that has ``BEFORE`` samples before it.
 
-        Args:
-            inputs: scaled inputs, shape (B, N + BEFORE, n_channels).
-
-        Returns:
-            Shape (B, N, n_signals).
+        Scaled inputs of the shape (B, N + BEFORE, n_channels) give (B, N, n_signals).
         """
 
     @abc.abstractmethod
     def pull_back(self, inputs: FloatArray) -> PullBack:
-        """Prepare the reverse mode of ``of``, in float64.
+        """Prepare the reverse mode of ``of`` at its inputs, in float64.
 
-        Args:
-            inputs: as for ``of``.
-
-        Returns:
-            A function from weights of the signals, shape (B, N, n_signals), to the gradient of
-            their weighted sum with respect to the inputs, shape (B, N + BEFORE, n_channels).
+        Weights of the signals have the shape (B, N, n_signals), the gradient of their weighted sum
+        that of the inputs.
         """
 
     @property
@@ -126,13 +118,9 @@ class Features(abc.ABC):
         return sum(self.blocks.values())
 
     def along(self, sequences: NDArray[Any]) -> FloatArray:
-        """Form the signals along sequences; inputs before a sequence count as equal to its first.
+        """Form the signals along sequences: scaled inputs (B, N, n_channels) to (B, N, n_signals).
 
-        Args:
-            sequences: scaled inputs, shape (B, N, n_channels).
-
-        Returns:
-            Shape (B, N, n_signals).
+        Inputs before a sequence count as equal to its first.
         """
         inputs = np.asarray(sequences, dtype=np.float64)
         return self.of(np.pad(inputs, ((0, 0), (BEFORE, 0), (0, 0)), mode="edge"))

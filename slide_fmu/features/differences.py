@@ -78,10 +78,8 @@ class Differences(Features):
 def add_differences(weights: FloatArray, order: int, gradient: FloatArray) -> None:
     """Add what weights of backward differences give to the gradient of their samples.
 
-    Args:
-        weights: shape (B, N, ...).
-        order: of the differences, 0 to 2.
-        gradient: of the samples, shape (B, N + BEFORE, ...); changed.
+    Differences of the order 0 to 2 have weights (B, N, ...); the gradient, (B, N + BEFORE, ...),
+    is changed.
     """
     for age, factor in enumerate(((1,), (1, -1), (1, -2, 1))[order]):
         last = gradient.shape[1] - age

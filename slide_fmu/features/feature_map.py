@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.base import BEFORE, Features, PullBack
 
@@ -18,19 +19,17 @@ class FeatureMap:
         features: the set.
         chosen: indices of its signals, in the order in which the network takes them; all if not
             given.
-        offset: subtracted from them, shape (len(chosen),); zeros if not given.
-        scale: what they are then divided by, shape (len(chosen),); ones if not given.
+        scaling: of the chosen signals; they stay as they are if not given.
 
     Raises:
-        ValueError: an index is out of range, an offset not finite, or a scale not positive.
+        ValueError: an index is out of range, or the scaling is one of another number of signals.
     """
 
     def __init__(
         self,
         features: Features,
         chosen: tuple[int, ...] | None = None,
-        offset: NDArray[Any] | None = None,
-        scale: NDArray[Any] | None = None,
+        scaling: Affine | None = None,
     ) -> None:
         self.features = features
         self.chosen = tuple(range(features.n_signals)) if chosen is None else chosen
@@ -40,16 +39,12 @@ class FeatureMap:
                 f"{features.n_signals - 1}"
             )
         count = len(self.chosen)
-        self.offset = np.zeros(count) if offset is None else np.asarray(offset, dtype=np.float64)
-        self.scale = np.ones(count) if scale is None else np.asarray(scale, dtype=np.float64)
-        fine = np.all(np.isfinite(self.offset)) and np.all(np.isfinite(self.scale))
-        if self.offset.shape != (count,) or self.scale.shape != (count,) or not fine:
+        self.scaling = Affine(np.zeros(count), np.ones(count)) if scaling is None else scaling
+        if len(self.scaling.scale) != count:
             raise ValueError(
-                f"feature offset of shape {self.offset.shape}, scale of shape "
-                f"{self.scale.shape}; expected {count} finite numbers each"
+                f"scaling of {len(self.scaling.scale)} features; expected that of the {count} "
+                "chosen ones"
             )
-        if not np.all(self.scale > 0):
-            raise ValueError(f"feature scale {self.scale.tolist()}; expected positive numbers")
 
     @property
     def n_channels(self) -> int:
@@ -67,21 +62,17 @@ class FeatureMap:
         Inputs before a sequence count as equal to its first.
         """
         signals = self.features.along(sequences)[:, :, list(self.chosen)]
-        return ((signals - self.offset) / self.scale).astype(np.float32)
+        return np.asarray(self.scaling.apply(signals), dtype=np.float32)
 
     def pull_back(self, sequences: FloatArray) -> PullBack:
-        """Prepare the reverse mode of ``along``, in float64.
+        """Prepare the reverse mode of ``along`` at scaled inputs (B, N, n_channels), in float64.
 
-        Args:
-            sequences: scaled inputs, shape (B, N, n_channels).
-
-        Returns:
-            A function from weights of the features, shape (B, N, n_signals), to the gradient of
-            their weighted sum with respect to the inputs, shape (B, N, n_channels).
+        Weights of the features have the shape (B, N, n_signals), the gradient of their weighted
+        sum that of the inputs.
         """
         padded = np.pad(sequences, ((0, 0), (BEFORE, 0), (0, 0)), mode="edge")
         of_set = self.features.pull_back(padded)
-        chosen = list(zip(self.chosen, self.scale.tolist(), strict=True))
+        chosen = list(zip(self.chosen, self.scaling.scale.tolist(), strict=True))
 
         def pull_back(weights: FloatArray) -> FloatArray:
             signals = np.zeros((*weights.shape[:2], self.features.n_signals))

@@ -13,6 +13,10 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 
+SYMMETRY = 1e-9
+"""Largest difference of an inertia tensor and its transpose, over the sum of the absolute values
+of the two diagonal entries in the same row and column; what rotations round is less."""
+
 
 class Frames(NamedTuple):
     """The frames of a chain in base axes: the base (index 0) and the n link frames.
@@ -45,12 +49,14 @@ class SerialChain:
         alpha: twists in rad, shape (n,).
         masses: in kg, shape (n,).
         centres: centres of mass in link frames in m, shape (n, 3).
-        inertias: tensors about the centres of mass in link axes in kg m^2, shape (n, 3, 3).
+        inertias: tensors about the centres of mass in link axes in kg m^2, shape (n, 3, 3);
+            symmetric.
         gravity: acceleration of gravity in base axes in m/s^2, shape (3,).
         tool: tool point in the last link frame in m, shape (3,).
 
     Raises:
-        ValueError: shapes do not belong together, or a number is not finite.
+        ValueError: shapes do not belong together, a number is not finite, or an inertia tensor
+            is not symmetric.
     """
 
     a: FloatArray
@@ -70,6 +76,19 @@ class SerialChain:
                     f"serial chain: {name} = {value} of shape {value.shape}; "
                     f"expected finite numbers, shape {shape}"
                 )
+        self._require_symmetry()
+
+    def _require_symmetry(self) -> None:
+        """Refuse inertia tensors that are not symmetric, as the C runtime does."""
+        for link, inertia in enumerate(self.inertias.tolist()):
+            for i, j in ((1, 2), (2, 0), (0, 1)):
+                diagonal = abs(inertia[i][i]) + abs(inertia[j][j])
+                if abs(inertia[i][j] - inertia[j][i]) > SYMMETRY * diagonal:
+                    raise ValueError(
+                        f"serial chain: inertias[{link}] has {inertia[i][j]} kg m^2 at {i, j} and "
+                        f"{inertia[j][i]} kg m^2 at {j, i}; expected a symmetric tensor: use the "
+                        "mean of it and its transpose"
+                    )
 
     @property
     def n_joints(self) -> int:
@@ -115,15 +134,8 @@ class SerialChain:
         """Give force in N and moment in N m about the base origin, of the chain ON its base.
 
         Weight and inertia forces of all links, in base axes: at rest it is the weight. It is
-        minus what holds the base in place.
-
-        Args:
-            q: joint angles in rad, shape (..., n).
-            dq: their rates in rad/s, shape (..., n).
-            ddq: their second derivatives in rad/s^2, shape (..., n).
-
-        Returns:
-            Force and moment, shape (..., 6).
+        minus what holds the base in place. Joint angles in rad, their rates in rad/s and second
+        derivatives in rad/s^2, (..., n) each, give force and moment, (..., 6).
         """
         forces, moments, _ = self._link_wrenches(q, dq, ddq)
         return -np.concatenate([forces.sum(axis=-2), moments.sum(axis=-2)], axis=-1)
@@ -139,12 +151,9 @@ class SerialChain:
     def base_inertia(self, q: FloatArray) -> FloatArray:
         """Give mass, first moment and inertia of the chain about the base origin, base axes.
 
-        Args:
-            q: joint angles in rad, shape (..., n).
-
-        Returns:
-            Shape (..., 10): mass in kg; mass times centre of mass (3) in kg m; entries xx, yy,
-            zz, xy, xz, yz of the inertia tensor in kg m^2 (xy is minus the integral of x y).
+        Joint angles q in rad, (..., n), give (..., 10): mass in kg; mass times centre of mass (3)
+        in kg m; entries xx, yy, zz, xy, xz, yz of the inertia tensor in kg m^2 (xy is minus the
+        integral of x y).
         """
         frames = self.forward_kinematics(q)
         centres = self._centres(frames)
@@ -160,14 +169,8 @@ class SerialChain:
     def base_momentum(self, q: FloatArray, dq: FloatArray) -> FloatArray:
         """Give the momenta in N s and N m s of the chain about the base origin, base axes.
 
-        The linear momentum comes first.
-
-        Args:
-            q: joint angles in rad, shape (..., n).
-            dq: their rates in rad/s, shape (..., n).
-
-        Returns:
-            Shape (..., 6).
+        Joint angles q in rad and their rates in rad/s, (..., n), give (..., 6), the linear
+        momentum first.
         """
         frames = self.forward_kinematics(q)
         motion = _Motion(self._angles("dq", dq), np.zeros(q.shape), frames, np.zeros(3))

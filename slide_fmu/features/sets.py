@@ -19,9 +19,8 @@ from __future__ import annotations
 
 import struct
 
-import numpy as np
-
 from slide_fmu.core.byte_reader import Reader, indices_bytes
+from slide_fmu.core.scaling import Affine
 from slide_fmu.features.base import Features, Offered
 from slide_fmu.features.chain_motion import ChainMotion
 from slide_fmu.features.differences import Differences
@@ -36,11 +35,7 @@ LINEAR_NAMES = tuple(name for kind in SETS if kind.linear for name in kind.NAMES
 
 
 def feature_set(names: tuple[str, ...], offered: Offered) -> Features:
-    """Make the set that all names belong to, on the inputs of a system.
-
-    Args:
-        names: of signals, at least one.
-        offered: what the system offers.
+    """Make the set that all names of signals, at least one, belong to, on a system's inputs.
 
     Raises:
         ValueError: names are unknown or of several sets, or the system has not what the set needs.
@@ -62,9 +57,9 @@ def encode_features(features: FeatureMap) -> bytes:
     if type(kind) not in SETS:
         known = [known.__name__ for known in SETS]
         raise TypeError(f"features of type {type(kind).__name__}; expected one of {known}")
-    normalisation = np.concatenate([features.offset, features.scale]).astype("<f8").tobytes()
-    head = struct.pack("<I", kind.NUMBER) + kind.parameters()
-    return head + indices_bytes(features.chosen) + normalisation
+    head = struct.pack("<I", kind.NUMBER) + kind.parameters() + indices_bytes(features.chosen)
+    parts = (features.scaling.offset, features.scaling.scale)
+    return head + b"".join(part.astype("<f8").tobytes() for part in parts)
 
 
 def decode_features(section: Reader, n_inputs: int) -> FeatureMap:
@@ -79,5 +74,5 @@ def decode_features(section: Reader, n_inputs: int) -> FeatureMap:
         raise ValueError(f"features of set {number}; expected one of {list(kinds)}")
     features = kinds[number].read(section, n_inputs)
     chosen = section.indices()
-    offset, scale = section.f64(len(chosen)), section.f64(len(chosen))
-    return FeatureMap(features, chosen, offset, scale)
+    scaling = Affine(section.f64(len(chosen)), section.f64(len(chosen)))
+    return FeatureMap(features, chosen, scaling)

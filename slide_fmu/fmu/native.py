@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import checked_batch
 from slide_fmu.fmu.libraries.build import BINARIES, TARGETS
-from slide_fmu.network.feed_forward import FeedForward
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 
 MESSAGE = 400

@@ -23,8 +23,8 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.store import Split
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.learn.feature_choice import feature_map, require_odd
-from slide_fmu.learn.feed_forward import FeedForwardModule, seeded_generator
+from slide_fmu.learn.feature_choice import choose_features, require_odd
+from slide_fmu.learn.feed_forward import FeedForwardModule
 from slide_fmu.learn.training import History, Objective, train
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.network.base import Float32Array
@@ -61,7 +61,7 @@ class EstimatorModule(torch.nn.Module):
             and eps.
         positions: number of evaluations that one RMS is made of, each one sample later; with 1
             the network sees the whole window.
-        log_error: map between eps and relative errors (paper, eq. logmapping).
+        log_error: map between eps and relative errors.
         n_outputs: number of outputs.
     """
 
@@ -75,11 +75,8 @@ class EstimatorModule(torch.nn.Module):
     def forward(self, windows: torch.Tensor) -> torch.Tensor:
         """Map stretches of features to eps at the ends of all whole windows in them.
 
-        Args:
-            windows: features, shape (B, n_samples + positions - 1 + n, n_features).
-
-        Returns:
-            eps, shape (B, (n + 1) * n_outputs), flattened sample by sample.
+        Features (B, n_samples + positions - 1 + n, n_features) give eps (B, (n + 1) * n_outputs),
+        flattened sample by sample.
         """
         views = windows.unfold(1, self.network.n_samples, 1).transpose(2, 3)
         values = self.network.values_of(self.network.seen(views).flatten(0, 1))
@@ -156,36 +153,24 @@ def fit_estimator(
 ) -> tuple[ErrorEstimator, dict[str, History]]:
     """Train the error estimator of a surrogate, which stays as it is.
 
-    Args:
-        surrogate: the network whose error is learnt.
-        system: the system that the surrogate stands for.
-        splits: trajectories to learn from and to validate by; not those that the surrogate has
-            learnt from, on which its errors are small (paper, "Error Estimation Network").
-        recipe: network and trainings of the estimator.
-        checkpoint: file for the state of an interrupted training; that of the pretraining lies
-            beside it.
-        device: where to train.
-        progress: gives the callback of each stage.
-
-    Returns:
-        The trained estimator, and the history of each stage by its name.
+    It is returned with the history of each stage by its name. The splits are trajectories to learn
+    from and to validate by; not those that the surrogate has learnt from, on which its errors are
+    small (paper, "Error Estimation Network"). The checkpoint is the file for the state of an
+    interrupted training; that of the pretraining lies beside it.
 
     Raises:
         TrainingError: the training diverged, or a checkpoint cannot be read.
         ValueError: the surrogate makes no error above the resolution, or signs shall be flipped
             of features that do not change their sign with the inputs.
     """
-    records, n_outputs = (
-        _records(surrogate, system, splits, recipe, device),
-        len(surrogate.outputs),
-    )
-    log_error, step = records.log_error, surrogate.window.step
+    records = _records(surrogate, system, splits, recipe, device)
+    log_error, step, n_outputs = records.log_error, surrogate.window.step, len(surrogate.outputs)
     n_values = 2 * n_outputs if recipe.network.time_invariant else n_outputs
     network = FeedForwardModule(
         recipe.network, records.n_samples, records.features, n_values, records.ages
     )
     network.to(device, records.inputs[0].dtype)
-    network.initialise(seeded_generator(recipe.training.seed, device))
+    network.initialise(torch.Generator(device).manual_seed(recipe.training.seed))
     histories = {}
     if recipe.pretraining is not None:
         training, validation = records.single_samples(step, recipe)
@@ -235,8 +220,9 @@ class _Records:
         """Return windows whose target is the error at their last sample, for the pretraining."""
         window = Window(step, self.n_samples, 1)
         for inputs, errors in zip(self.inputs, self.errors, strict=True):
-            kept = _pretrained(recipe, len(errors))
-            yield WindowData(inputs[kept].contiguous(), _like(errors[kept], inputs), window)
+            every = range(len(errors))
+            kept = [i for i in every if recipe.pretrained_beyond or not recipe.draws_beyond(i)]
+            yield WindowData(inputs[kept], torch.as_tensor(errors[kept]).to(inputs), window)
 
     def stretches(self, step: float, resolution: float) -> Iterator[WindowData]:
         """Return windows whose targets are eps of the RMSE at all ends of spans in them.
@@ -249,7 +235,7 @@ class _Records:
         window = Window(step, seen + more, more + 1)
         for inputs, blocks in zip(self.inputs, self.blocks, strict=True):
             eps = self.log_error.apply(np.maximum(blocks, resolution))
-            yield WindowData(inputs, _like(eps, inputs), window)
+            yield WindowData(inputs, torch.as_tensor(eps).to(inputs), window)
 
 
 def _records(
@@ -267,7 +253,8 @@ def _records(
     single = np.abs(errors[0][:, window.memory_length :])
     log_error = _log_error(single if time_invariant else blocks[0], recipe.resolution)
     scaled = [surrogate.input_scaling.apply(split.inputs) for split in splits]
-    features = feature_map(recipe.network, system, surrogate.input_scaling, scaled[0])
+    names = recipe.network.feature_names()
+    features = choose_features(names, system, surrogate.input_scaling, scaled[0])
     trainings = (recipe.training, recipe.pretraining)
     if any(training is not None and training.flip_signs for training in trainings):
         require_odd(features)
@@ -275,8 +262,8 @@ def _records(
     ages = tuple(reversed(recipe.lags or ()))
     n_samples = ages[0] + 1 if ages else most
     first = most - n_samples  # no error counts before the surrogate's window is filled
-    like = torch.empty(0, dtype=getattr(torch, recipe.training.precision), device=device)
-    inputs = [_like(features.along(values).astype(np.float64), like) for values in scaled]
+    dtype = getattr(torch, recipe.training.precision)
+    inputs = [torch.as_tensor(features.along(v)).to(device, dtype) for v in scaled]
     return _Records(
         features,
         log_error,
@@ -289,10 +276,6 @@ def _records(
     )
 
 
-def _like(values: FloatArray, tensor: torch.Tensor) -> torch.Tensor:
-    return torch.as_tensor(values, dtype=tensor.dtype).to(tensor.device)
-
-
 def _ranges(features: torch.Tensor) -> Float32Array:
     """Return the least and the largest value of every feature with a margin, (2, n_features)."""
     values = features.flatten(0, 1)
@@ -300,12 +283,6 @@ def _ranges(features: torch.Tensor) -> Float32Array:
     size = values.abs().max(0).values.clamp_min(1.0)
     margin = MARGIN * (largest - least) + ROUNDING * size
     return torch.stack([least - margin, largest + margin]).to("cpu", torch.float32).numpy()
-
-
-def _pretrained(recipe: EstimatorRecipe, trajectories: int) -> list[int]:
-    """List the indices of a split's trajectories that the pretraining learns from."""
-    every = range(trajectories)
-    return [i for i in every if recipe.pretrained_beyond or not recipe.draws_beyond(i)]
 
 
 def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:
@@ -320,7 +297,7 @@ def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:
 
 
 def block_errors(window: Window, errors: FloatArray, span: int) -> FloatArray:
-    """Return the RMSE over the span that ends at each sample (paper, eq. errors_estimator).
+    """Return the RMSE over the span that ends at each sample (paper).
 
     Errors and result have the shape (n_trajectories, N + 1, n_outputs). Entries are zero where the
     span goes back before the first sample whose error counts, that of n_in - n_out + 1 inputs.

@@ -8,9 +8,9 @@ from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.sets import LINEAR_NAMES
-from slide_fmu.network.state_space.roles import Roles
-from slide_fmu.recipe.against_system import feature_set
-from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
+from slide_fmu.network.state_space.cell import Roles
+from slide_fmu.recipe.learning import StateSpaceRecipe
+from slide_fmu.recipe.systems import feature_set
 from slide_fmu.systems.base import System
 
 STILL = 1e-9
@@ -56,7 +56,8 @@ def choose_features(
             )
         scale[part] = np.where(still, 1.0, deviation)
     # files hold the scales in float32: training must see the same numbers
-    return FeatureMap(features, chosen, offset, scale.astype(np.float32).astype(np.float64))
+    rounded = scale.astype(np.float32).astype(np.float64)
+    return FeatureMap(features, chosen, Affine(offset, rounded))
 
 
 def require_odd(features: FeatureMap) -> None:
@@ -85,13 +86,3 @@ def roles_of(network: StateSpaceRecipe, features: FeatureMap) -> Roles:
         return tuple(place[signal] for signal in features.features.indices(names))
 
     return Roles(**{role: indices(names) for role, names in network.roles().items()})
-
-
-def feature_map(
-    network: NetworkTable,
-    system: System,
-    scaling: Affine,
-    inputs: FloatArray,
-) -> FeatureMap:
-    """Build the map to the features that a network's table names; see ``choose_features``."""
-    return choose_features(network.feature_names(), system, scaling, inputs)

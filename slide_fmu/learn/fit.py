@@ -20,8 +20,8 @@ from slide_fmu.core.window import Window
 from slide_fmu.data.draws import probe
 from slide_fmu.data.store import Split, read_split, require_origin
 from slide_fmu.learn.estimator import fit_estimator
-from slide_fmu.learn.family import fit_network, fit_of
-from slide_fmu.learn.feature_choice import feature_map, require_odd
+from slide_fmu.learn.family import FITS
+from slide_fmu.learn.feature_choice import choose_features, require_odd
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.training import History
 from slide_fmu.memory.modes import spectrum
@@ -98,18 +98,19 @@ def _fit_network(
 ) -> tuple[Surrogate, History]:
     """Fit the surrogate without its error estimator; places are the store and the checkpoints."""
     store, checkpoints = places
-    names = ("train", "validation", *(["beyond"] if recipe.data.beyond else []))
-    splits = [read_split(store, name, recipe.count(name)) for name in names]
+    kinds = ("train", "validation", *(["beyond"] if recipe.data.beyond else []))
+    splits = [read_split(store, kind, recipe.count(kind)) for kind in kinds]
     if any(training.flip_signs for training in recipe.trainings()):
         require_symmetry((*system.inputs, *system.outputs))
     require_motion(system.inputs, splits[0].inputs)
     input_scaling = range_scaling(system.inputs)
     output_scaling = standard_deviation_scaling(system.outputs, splits[0])
-    linearized = fit_of(recipe.network).linearized
-    eigenvalues = eigenvalues_at_rest(system) if linearized else None
-    dtype = torch.float64 if linearized else getattr(torch, recipe.training.precision)
+    family = FITS[type(recipe.network)]
+    eigenvalues = eigenvalues_at_rest(system) if family.linearized else None
+    dtype = torch.float64 if family.linearized else getattr(torch, recipe.training.precision)
     scaled_inputs = input_scaling.apply(splits[0].inputs)
-    features = feature_map(recipe.network, system, input_scaling, scaled_inputs)
+    names = recipe.network.feature_names()
+    features = choose_features(names, system, input_scaling, scaled_inputs)
     if recipe.training.flip_signs:
         require_odd(features)
 
@@ -125,15 +126,14 @@ def _fit_network(
         *(_content(split) for split in splits),
         str(eigenvalues),
         *(values.tolist() for s in (input_scaling, output_scaling) for values in vars(s).values()),
-        recipe.window.model_dump(mode="json"),
-        recipe.network.model_dump(mode="json"),
-        recipe.training.model_dump(mode="json"),
+        recipe.model_dump(mode="json", include={"window", "network", "training"}),
     )
     training, validation, *beyond = (scaled(split) for split in splits)
     checkpoint = checkpoints / f"surrogate-{key}.pt"
     more = beyond[0] if beyond else None
     problem = Problem(window, features, training, validation, checkpoint, eigenvalues, more)
-    network, history = fit_network(problem, recipe.network, recipe.training, progress("surrogate"))
+    tables = recipe.network, recipe.training
+    network, history = family.fit(problem, *tables, progress("surrogate"))
     signals = system.inputs, system.outputs
     surrogate = Surrogate(recipe.name, window, *signals, input_scaling, output_scaling, network)
     return surrogate, history
@@ -190,9 +190,9 @@ def standard_deviation_scaling(signals: tuple[Signal, ...], split: Split) -> Aff
     Raises:
         ValueError: an output never moves.
     """
-    middle = np.array([0.5 * (signal.high + signal.low) for signal in signals])
     require_motion(signals, split.outputs)
-    return Affine(middle, split.outputs.reshape(-1, len(signals)).std(axis=0))
+    deviation = split.outputs.reshape(-1, len(signals)).std(axis=0)
+    return Affine(range_scaling(signals).offset, deviation)
 
 
 def _content(split: Split) -> str:

@@ -7,16 +7,18 @@ validation error"); warm-up, cosine decay and decoupled weight decay (AdamW: Los
 
 from __future__ import annotations
 
+import io
 import math
-import os
-import pickle
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from pickle import UnpicklingError
 from typing import Any
 
 import torch
 
+from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Progress
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.recipe.learning import TrainingRecipe
@@ -52,7 +54,7 @@ class Objective:
 
 
 MEAN_SQUARE = Objective(lambda values, targets: (values - targets).square().mean(), math.sqrt)
-"""The objective is the mean squared error, reported as RMSE (paper, eq. MSE)."""
+"""The objective is the mean squared error, reported as RMSE (paper)."""
 
 
 def block_mean_square(n_out: int, newest_weight: float) -> Objective:
@@ -102,7 +104,7 @@ def train(
     progress: Progress,
     objective: Objective = MEAN_SQUARE,
 ) -> History:
-    """Train a model in place; it ends with the weights of the best validation.
+    """Train a model in place to the weights of the best validation, and return the whole course.
 
     A training that was killed goes on from its checkpoint and ends with the same weights as an
     unbroken one: the order of the windows depends on the seed and the number of the step alone.
@@ -116,9 +118,6 @@ def train(
         checkpoint: file that holds the state between validations.
         progress: is called at the start and after every validation.
         objective: what is minimised.
-
-    Returns:
-        The course of the training, all runs since its start together.
 
     Raises:
         TrainingError: the loss or the validation error is not finite, or the checkpoint cannot be
@@ -141,10 +140,15 @@ def train(
         windows, targets = _batch(training, recipe, objective, generator)
         for group in optimizer.param_groups:
             group["lr"] = learning_rate(recipe, step)
-        loss = _optimize(model, optimizer, objective.loss, windows, targets, recipe)
-        if not math.isfinite(loss):
+        optimizer.zero_grad(set_to_none=True)
+        loss = objective.loss(model(windows), targets)
+        torch.autograd.backward(loss)
+        if recipe.gradient_clip is not None:
+            torch.nn.utils.clip_grad_norm_(model.parameters(), recipe.gradient_clip)
+        optimizer.step()
+        loss_sum += float(loss.detach())
+        if not math.isfinite(loss_sum):
             raise TrainingError(_divergence(f"loss at step {step}"))
-        loss_sum += loss
         if (step + 1) % recipe.validate_every == 0 or step + 1 == recipe.steps:
             steps_since = step + 1 - (state["history"][-1][0] if state["history"] else 0)
             error = evaluate(model, validation, objective)
@@ -211,24 +215,6 @@ def _batch(
     return windows, targets
 
 
-def _optimize(
-    model: torch.nn.Module,
-    optimizer: torch.optim.Optimizer,
-    loss_of: Callable[[torch.Tensor, torch.Tensor], torch.Tensor],
-    windows: torch.Tensor,
-    targets: torch.Tensor,
-    recipe: TrainingRecipe,
-) -> float:
-    """Make one step down the gradient and return the loss before it."""
-    optimizer.zero_grad(set_to_none=True)
-    loss = loss_of(model(windows), targets)
-    torch.autograd.backward(loss)
-    if recipe.gradient_clip is not None:
-        torch.nn.utils.clip_grad_norm_(model.parameters(), recipe.gradient_clip)
-    optimizer.step()
-    return float(loss.detach())
-
-
 def _divergence(what: str) -> str:
     return f"training diverged: {what} is not finite; lower training.learning_rate"
 
@@ -244,26 +230,26 @@ def _restore(
     if not checkpoint.exists():
         return {"step": 0, "history": [], "best_error": math.inf, "best": None}
     device = next(model.parameters()).device
-    try:
+    with reading(checkpoint):
         saved: dict[str, Any] = torch.load(checkpoint, map_location=device, weights_only=True)
         model.load_state_dict(saved["model"])
         optimizer.load_state_dict(saved["optimizer"])
-    except (RuntimeError, KeyError, EOFError, pickle.UnpicklingError) as error:
-        raise unreadable(checkpoint, error) from error
-    return {key: saved[key] for key in ("step", "history", "best_error", "best")}
+        return {key: saved[key] for key in ("step", "history", "best_error", "best")}
 
 
-def unreadable(checkpoint: Path, error: Exception) -> TrainingError:
-    """Return the error about a checkpoint that cannot be read, with the remedy."""
-    return TrainingError(
-        f"checkpoint {checkpoint} cannot be read ({error}); remove it to train from the start"
-    )
+@contextmanager
+def reading(checkpoint: Path) -> Iterator[None]:
+    """Turn what a checkpoint that cannot be read raises into a TrainingError with the remedy."""
+    try:
+        yield
+    except (RuntimeError, LookupError, TypeError, ValueError, EOFError, UnpicklingError) as error:
+        raise TrainingError(
+            f"checkpoint {checkpoint} cannot be read ({error}); remove it to train from the start"
+        ) from error
 
 
 def write_checkpoint(checkpoint: Path, content: dict[str, Any]) -> None:
     """Write plain values and tensors as checkpoint; its folder is made where there is none."""
-    checkpoint.parent.mkdir(parents=True, exist_ok=True)
-    # a kill while writing must not cost the checkpoint before: write beside it, then replace it
-    temporary = checkpoint.with_suffix(".new")
-    torch.save(content, temporary)
-    os.replace(temporary, checkpoint)
+    buffer = io.BytesIO()
+    torch.save(content, buffer)
+    write_whole(checkpoint, buffer.getvalue())

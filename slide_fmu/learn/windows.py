@@ -43,9 +43,8 @@ class WindowData:
     def cut(self, numbers: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Cut windows by their numbers, shape (B,), each in 0 .. n_windows - 1.
 
-        Returns:
-            Features, shape (B, n_in, n_features), and targets, shape (B, n_out * n_targets),
-            flattened sample by sample.
+        They are features (B, n_in, n_features), and targets (B, n_out * n_targets), sample by
+        sample.
         """
         per_trajectory = self.inputs.shape[1] - self.window.n_in + 1
         trajectory, start = numbers // per_trajectory, numbers % per_trajectory

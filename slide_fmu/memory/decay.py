@@ -38,7 +38,7 @@ class Decay:
 
     @property
     def mean(self) -> float:
-        """The mean rate has this decay time in s (paper, eq. eigenValuesSum)."""
+        """The mean rate has this decay time in s."""
         return time_to_decay(float(np.mean(self.rates)), self.remaining_amplitude)
 
     @property
@@ -53,7 +53,8 @@ def decay_along(
     """Compute the rates of the slowest mode at states in equal distances along a motion.
 
     What was there at the motion's start decays with the mean of these rates, by exp(Re(v) h) from
-    state to state (paper, eq. eigenValuesSum). So a mode may grow for a moment.
+    state to state (paper, section "Spatial 6R manipulator on a flexible socket"). So a mode may
+    grow for a moment.
 
     Raises:
         UnstableModeError: the mode grows in the mean; the message names the rates.
@@ -85,30 +86,44 @@ def decay_in_stretches(motions: Sequence[Decay], length: int) -> Decay:
     return Decay(means, motions[0].remaining_amplitude)
 
 
-def measured_decay_time(
+def measured_rate(
     system: System,
     inputs: FloatArray,
     first: State,
     second: State,
     remaining_amplitude: float = 0.01,
 ) -> float:
-    """Measure the time in s in which outputs from two initial states under the same inputs meet.
+    """Measure the rate Re(v) in 1/s at which outputs from two states meet under the same inputs.
 
     The energy that the difference still has ahead of it, E(t) = sum over t' >= t of |e(t')|^2,
     falls like exp(2 Re(v) t) without the zero crossings of e itself (backward integration, as for
     the decay of sound in rooms: Schroeder, 1965). A line through log E, from the start until E has
     fallen to the square of the remaining amplitude, gives Re(v). The inputs, shape (N, n_inputs),
-    take about twice the expected decay time. The result is infinite if the outputs have not met
-    after three quarters of the record: it is too short, or the motion depends on its start for
-    good.
+    take about twice the expected decay time. The result is 0 if the outputs have not met after
+    three quarters of the record: it is too short, or the motion depends on its start for good.
 
     Raises:
         ValueError: the outputs never differ, or meet within two samples.
         SimulationError: a motion could not be simulated.
     """
-    return time_to_decay(
-        _measured_rate(system, inputs, first, second, remaining_amplitude), remaining_amplitude
-    )
+    if hold_of(system.inputs) == "first_order":  # both motions see the same input from the start
+        second = State(second.coordinates, second.velocities, first.last_input)
+    ranges = np.array([signal.high - signal.low for signal in system.outputs])
+    one = simulate(system, inputs, first).outputs
+    difference = (one - simulate(system, inputs, second).outputs) / ranges
+    ahead = np.cumsum(np.sum(difference[::-1] ** 2, axis=1))[::-1]
+    if ahead[0] == 0.0:
+        raise ValueError("measured decay: both initial states give the same outputs; expected two")
+    count = int(np.sum(ahead > remaining_amplitude**2 * ahead[0]))
+    if count < 3:
+        raise ValueError(
+            f"measured decay: the outputs meet within {count} samples of {system.step} s; "
+            "expected at least 3: sample the system more finely"
+        )
+    if count > 0.75 * len(ahead):
+        return 0.0
+    time = system.step * np.arange(count)
+    return 0.5 * float(np.polyfit(time, np.log(ahead[:count]), 1)[0])
 
 
 def measured_decay(
@@ -124,7 +139,7 @@ def measured_decay(
     with the rate 0 and has an infinite decay time.
 
     Raises:
-        ValueError: there is no record, or one on which ``measured_decay_time`` is not defined.
+        ValueError: there is no record, or one on which ``measured_rate`` is not defined.
         SimulationError: a motion could not be simulated.
     """
     if not inputs:
@@ -132,14 +147,14 @@ def measured_decay(
     rates = []
     for record in inputs:
         one, other = (system.random_state(rng, record[0]) for _ in range(2))
-        rates.append(_measured_rate(system, record, one, other, remaining_amplitude))
+        rates.append(measured_rate(system, record, one, other, remaining_amplitude))
     return Decay(np.array(rates), remaining_amplitude)
 
 
 def recommend_window(decay_time: float, step: float, n_out: int) -> Window:
     """Return the shortest window whose truncated part (n_in - n_out) h holds the decay time in s.
 
-    This is the paper's condition on the window (eq. truncated_time), with equality allowed.
+    This is the paper's condition on the window, with equality allowed.
 
     Raises:
         ValueError: the decay time is infinite or negative.
@@ -168,34 +183,6 @@ def _needed_samples(decay_time: float, step: float) -> int:
             "that does not decay, so give the system damping"
         )
     return math.ceil(decay_time / step * (1.0 - 1e-12))
-
-
-def _measured_rate(
-    system: System, inputs: FloatArray, first: State, second: State, remaining_amplitude: float
-) -> float:
-    """Return the rate Re(v) in 1/s at which two motions meet; 0 if they do not.
-
-    Raises:
-        ValueError, SimulationError: as of ``measured_decay_time``.
-    """
-    if hold_of(system.inputs) == "first_order":  # both motions see the same input from the start
-        second = State(second.coordinates, second.velocities, first.last_input)
-    ranges = np.array([signal.high - signal.low for signal in system.outputs])
-    one = simulate(system, inputs, first).outputs
-    difference = (one - simulate(system, inputs, second).outputs) / ranges
-    ahead = np.cumsum(np.sum(difference[::-1] ** 2, axis=1))[::-1]
-    if ahead[0] == 0.0:
-        raise ValueError("measured decay: both initial states give the same outputs; expected two")
-    count = int(np.sum(ahead > remaining_amplitude**2 * ahead[0]))
-    if count < 3:
-        raise ValueError(
-            f"measured decay: the outputs meet within {count} samples of {system.step} s; "
-            "expected at least 3: sample the system more finely"
-        )
-    if count > 0.75 * len(ahead):
-        return 0.0
-    time = system.step * np.arange(count)
-    return 0.5 * float(np.polyfit(time, np.log(ahead[:count]), 1)[0])
 
 
 def _refuse_growing_motion(rates: FloatArray) -> None:

@@ -48,7 +48,7 @@ class Mode:
 
     @property
     def damping_ratio(self) -> float:
-        """The damping ratio is D = -Re(v) / |v| (paper, eq. decay), 1 for an overdamped mode."""
+        """The damping ratio is D = -Re(v) / |v|, 1 for an overdamped mode."""
         return -self.eigenvalue.real / abs(self.eigenvalue)
 
 
@@ -75,7 +75,7 @@ class Spectrum:
 
 
 def time_to_decay(rate: float, remaining_amplitude: float) -> float:
-    """Return the time t_d = ln(A_rel) / Re(v) in s for a rate in 1/s (paper, eq. dampingTimes).
+    """Return the time t_d = ln(A_rel) / Re(v) in s for a rate in 1/s.
 
     It is infinite for a rate that is not negative.
 
@@ -106,13 +106,12 @@ def nullspace(constraints: FloatArray, rank_tolerance: float = 1e-10) -> FloatAr
 def spectrum(
     linearization: Linearization, remaining_amplitude: float = 0.01, uncertainty: float = 1e-10
 ) -> Spectrum:
-    """Compute the modes of a linearized system in the directions that its constraints leave free.
+    """Compute the modes of a system linearized at one state.
 
-    Args:
-        linearization: M, D, K, G at one state (paper, eq. linearized2).
-        remaining_amplitude: fraction A_rel to which initial effects decay.
-        uncertainty: uncertainty of the stiffness, relative to its norm, from rounding and
-            numerical differentiation. A mode that this alone would explain is a rigid-body mode.
+    They are those in the directions that its constraints leave free; initial effects decay to the
+    remaining amplitude A_rel. The uncertainty of the stiffness, relative to its norm, comes from
+    rounding and numerical differentiation: a mode that it alone would explain is that of a rigid
+    body.
 
     Raises:
         UnstableModeError: a mode has Re(v) > 0.
@@ -122,7 +121,7 @@ def spectrum(
     _refuse_growth(values)
     one_of_each_pair = values[values.imag >= 0.0].tolist()
     slowest_first = sorted(one_of_each_pair, key=lambda v: (-v.real, v.imag))
-    modes = tuple(Mode(v, _mode_decay_time(v, remaining_amplitude)) for v in slowest_first)
+    modes = tuple(Mode(v, time_to_decay(_rate(v), remaining_amplitude)) for v in slowest_first)
     return Spectrum(modes, tuple(rigid.tolist()), n_instant)
 
 
@@ -137,8 +136,7 @@ def slowest_rate(linearization: Linearization, uncertainty: float = 1e-10) -> fl
         ValueError: as for ``spectrum``.
     """
     values, _, _ = _finite_eigenvalues(linearization, uncertainty)
-    undamped = np.abs(values.real) <= UNSTABLE * np.abs(values)
-    return float(np.max(np.where(undamped, 0.0, values.real), initial=-math.inf))
+    return max((_rate(value) for value in values.tolist()), default=-math.inf)
 
 
 def _finite_eigenvalues(
@@ -173,18 +171,11 @@ def _rigid_limits(
 def _eigenvalues(
     mass: FloatArray, damping: FloatArray, stiffness: FloatArray
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128], int]:
-    """Solve v^2 M + v D + K for its finite eigenvalues.
+    """Return finite v of v^2 M + v D + K, their shapes of unit length, and the number of others.
 
     The linear problem is A z = -v B z for z = [q, q'] with A = [[K, D], [0, -I]] and
     B = [[0, M], [I, 0]]. It is the paper's form with I for M in the second row, so that a singular
     M gives infinite eigenvalues instead of undetermined ones.
-
-    Returns:
-        Finite eigenvalues v in 1/s, shape (n_finite,), their shapes of unit length, shape
-        (n, n_finite), and the number of infinite ones.
-
-    Raises:
-        ValueError: a matrix is not finite, or a coordinate has neither mass nor force.
     """
     for name, matrix in (("mass", mass), ("damping", damping), ("stiffness", stiffness)):
         if not np.isfinite(matrix).all():
@@ -226,7 +217,6 @@ def _refuse_growth(values: NDArray[np.complex128]) -> None:
         )
 
 
-def _mode_decay_time(eigenvalue: complex, remaining_amplitude: float) -> float:
-    """Return the decay time of a mode in s; rounding of an undamped one is no damping."""
-    undamped = abs(eigenvalue.real) <= UNSTABLE * abs(eigenvalue)
-    return time_to_decay(0.0 if undamped else eigenvalue.real, remaining_amplitude)
+def _rate(eigenvalue: complex) -> float:
+    """Return Re(v) in 1/s; rounding of an undamped mode is no damping."""
+    return 0.0 if abs(eigenvalue.real) <= UNSTABLE * abs(eigenvalue) else eigenvalue.real

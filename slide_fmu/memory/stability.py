@@ -17,7 +17,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import STABILITY, Stream, draw
 from slide_fmu.memory.sizing import finite
 from slide_fmu.network.base import Float32Array
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System

@@ -1,6 +1,6 @@
 """This room has the network families in numpy: evaluation, bytes and derivatives.
 
-``families.py`` registers them; each has a package with its network, its byte layout and its
+``bytes.py`` registers them; each has a package with its network, its byte layout and its
 gradient. ``activations.py`` and ``state_space/equations.py`` hold the formulas that numpy here
 and torch in ``learn`` share; torch is imported nowhere in this room. Nothing here is trained (that
 is ``learn``) and nothing has units (that is ``surrogate``).

@@ -1,7 +1,7 @@
 """Networks as data: what is left of a trained network, evaluated with numpy. The interface.
 
 A family is a package beside this module: a final class of ``Network``, its byte layout and its
-gradient, registered in ``families.py``; and its kernel in the C runtime.
+gradient, registered in ``bytes.py``; and its kernel in the C runtime.
 """
 
 from __future__ import annotations
@@ -19,6 +19,11 @@ Float32Array = NDArray[np.float32]
 
 BATCH = 4096
 """Windows evaluated at once: bounds the memory of a long prediction."""
+
+
+def batches(count: int, size: int) -> list[slice]:
+    """Give slices of at most ``size`` of so many rows, at least one in each."""
+    return [slice(first, first + max(1, size)) for first in range(0, count, max(1, size))]
 
 
 class Network(abc.ABC):
@@ -45,37 +50,25 @@ class Network(abc.ABC):
 
     @abc.abstractmethod
     def evaluate(self, sequences: NDArray[Any]) -> Float32Array:
-        """Evaluate a batch of sequences.
+        """Evaluate a batch of sequences: (B, n_samples, n_channels) to (B, n_values).
 
-        Args:
-            sequences: scaled inputs, shape (B, n_samples, n_channels), oldest sample first.
-
-        Returns:
-            Scaled values, shape (B, n_values), float32.
+        Scaled inputs have the oldest sample first; scaled values are float32.
         """
 
     @abc.abstractmethod
     def block(self, sequences: NDArray[Any], n_out: int) -> Float32Array:
-        """Evaluate the output windows of a batch of input windows.
+        """Evaluate the output windows of a batch of input windows, sample by sample.
 
-        Args:
-            sequences: scaled inputs, shape (B, n_in, n_channels), oldest sample first.
-            n_out: samples of an output window, the newest that of ``evaluate``.
-
-        Returns:
-            Scaled values sample by sample, shape (B, n_out, n_outputs), float32.
+        Scaled inputs (B, n_in, n_channels) give scaled values (B, n_out, n_outputs), float32, the
+        newest that of ``evaluate``.
         """
 
     @abc.abstractmethod
     def stream(self, records: NDArray[Any]) -> Float32Array:
         """Evaluate at every sample of long records, as the FMU does.
 
-        Args:
-            records: scaled inputs, shape (B, N, n_channels), N >= 1; the first input of each
-                counts as held for ever before.
-
-        Returns:
-            Scaled values, shape (B, N, n_values), float32.
+        Scaled inputs (B, N, n_channels), N >= 1, give scaled values (B, N, n_values), float32. The
+        first input of each record counts as held for ever before.
         """
 
     @abc.abstractmethod
@@ -114,13 +107,9 @@ class Stepper(abc.ABC):
 
     @abc.abstractmethod
     def step(self, row: NDArray[Any]) -> Float32Array:
-        """Take in one sample.
+        """Take in one sample: scaled inputs (n_channels,) to scaled values (n_values,), float32.
 
-        Args:
-            row: scaled inputs, shape (n_channels,); the first counts as held for ever before.
-
-        Returns:
-            Scaled values, shape (n_values,), float32.
+        The first sample counts as held for ever before.
         """
 
     @property

@@ -1,7 +1,9 @@
-"""The byte contract of a network and its features inside a surrogate file (``payload.py``).
+"""The network families, each registered in one row, and the byte contract of their networks.
 
-Each family writes and reads its own bytes (``feed_forward/bytes.py``, ``state_space/bytes.py``);
-here is the choice of the family. The second reader is the C runtime,
+A family joins with a package beside ``feed_forward`` and ``state_space`` (its final class of
+``Network``, its byte layout, its gradient) and one row of ``FAMILIES``. Its fit joins in
+``slide_fmu.learn.family``, its recipe's tables in ``slide_fmu.recipe.learning``, its C in
+``slide_fmu/fmu/runtime``. The second reader of the bytes is the C runtime,
 ``slide_fmu/fmu/runtime/network/network.c`` with the readers in its table; both reject the same
 bytes. All numbers are little-endian.
 
@@ -32,12 +34,70 @@ Activations: 0 identity, 1 relu, 2 elu, 3 tanh, 4 gelu (the form with tanh), 5 c
 
 from __future__ import annotations
 
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
 from slide_fmu.core.byte_reader import Reader
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.features.base import PullBack
 from slide_fmu.network.base import Network
-from slide_fmu.network.families import FAMILIES, family_of
+from slide_fmu.network.feed_forward.bytes import decode_feed_forward, encode_feed_forward
+from slide_fmu.network.feed_forward.gradient import pull_back_layers
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.bytes import decode_state_space, encode_state_space
+from slide_fmu.network.state_space.gradient import pull_back_cells
+from slide_fmu.network.state_space.network import StateSpace
 
 KIND_FLOAT16 = 3
 """Kind of networks of layers with weights of float16, in files of earlier versions."""
+
+
+@dataclass(frozen=True)
+class Family:
+    """A Family is what the package has to know of a network family.
+
+    Attributes:
+        name: for people.
+        kind: number in surrogate files.
+        network: the final class.
+        encode: the bytes of a network that follow its kind.
+        decode: their reader: of the bytes and the number of input channels.
+        pull_back: reverse mode of ``Network.block`` after its features. It takes the network, the
+            features of input windows in float64, shape (B, n_in, n_features), and n_out; it gives
+            a function from weights of the values, shape (B, n_out, n_outputs), to the gradient of
+            their weighted sum with respect to the features.
+    """
+
+    name: str
+    kind: int
+    network: type[Network]
+    encode: Callable[[Any], bytes]
+    decode: Callable[[Reader, int], Network]
+    pull_back: Callable[[Any, FloatArray, int], PullBack]
+
+
+FAMILIES = (
+    Family(
+        "feed-forward", 1, FeedForward, encode_feed_forward, decode_feed_forward, pull_back_layers
+    ),
+    Family("state space", 2, StateSpace, encode_state_space, decode_state_space, pull_back_cells),
+)
+"""All families."""
+
+
+def family_of(network: Network) -> Family:
+    """Find the family that a network belongs to.
+
+    Raises:
+        TypeError: it belongs to none that is registered.
+    """
+    for family in FAMILIES:
+        if type(network) is family.network:
+            return family
+    names = [family.network.__name__ for family in FAMILIES]
+    raise TypeError(f"network of type {type(network).__name__}; expected one of {names}")
 
 
 def encode_network(network: Network) -> bytes:
@@ -46,15 +106,12 @@ def encode_network(network: Network) -> bytes:
     Raises:
         TypeError: the network belongs to no registered family.
     """
-    return family_of(network).encode(network)
+    family = family_of(network)
+    return struct.pack("<I", family.kind) + family.encode(network)
 
 
 def decode_network(section: Reader, n_inputs: int) -> Network:
-    """Read a network.
-
-    Args:
-        section: bytes that begin with those of a network.
-        n_inputs: number of input channels.
+    """Read a network on so many inputs from bytes that begin with those of one.
 
     Raises:
         ValueError: the bytes are no network on so many inputs.

@@ -6,28 +6,12 @@ packages of the training and of the figures.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slide_fmu.core.progress import Stages
-from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
+from slide_fmu.fmu.export import MODULE_FILES, export_fmu, read_fmu, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion
-from slide_fmu.python_fmu.torch_files import SUFFIXES, is_module
-
-if TYPE_CHECKING:
-    from slide_fmu.pipeline.job import Job
-
-RUNS = Path("runs")
-"""Where trained recipes lie if nothing else is said."""
-
-
-@dataclass(frozen=True)
-class Form:
-    """A form is the standard's version of an FMU, and whether it has C sources."""
-
-    fmi: FmiVersion = 2
-    sources: bool = False
 
 
 @dataclass(frozen=True)
@@ -37,22 +21,24 @@ class Request:
     Attributes:
         source: recipe that was trained, FMU, or torch module.
         path: the FMU to write; a recipe's has a place of its own in its run folder.
-        form: which FMU is written.
+        fmi: version of the standard.
+        sources: whether C sources are written too.
         python: whether an FMU that needs Python was asked for.
         description: TOML file about a torch module.
         training_seed: seed of a trained recipe's training.
         data_seed: seed of its data.
-        runs: folder that holds the work on recipes.
+        runs: folder that holds the work on recipes; ``runs`` if None.
     """
 
     source: Path
-    path: Path | None = None
-    form: Form = field(default_factory=Form)
-    python: bool = False
-    description: Path | None = None
-    training_seed: int | None = None
-    data_seed: int | None = None
-    runs: Path | None = None
+    path: Path | None
+    fmi: FmiVersion
+    sources: bool
+    python: bool
+    description: Path | None
+    training_seed: int | None
+    data_seed: int | None
+    runs: Path | None
 
 
 def export(request: Request, bar: Stages) -> Path:
@@ -65,66 +51,51 @@ def export(request: Request, bar: Stages) -> Path:
         StageError: the recipe was not trained.
         ValueError: an option is missing, or means nothing for this source.
     """
-    if request.python or is_module(request.source):
+    if request.python or request.source.suffix in MODULE_FILES:
         return _export_module(request)
+    _refuse(request, "torch modules", {"--description": request.description})
     if request.source.suffix == ".toml":
         return _export_recipe(request, bar)
-    _refuse_options_of("torch modules", request)
-    _refuse_options_of("trained recipes", request)
+    _refuse_options_of_recipes(request)
     if request.path is None:
         raise ValueError("export of an FMU: where to? give the FMU to write with -o PATH")
-    return export_again(request.source, request.path, request.form)
+    return _export_again(request.source, request.path, request)
 
 
 def _export_recipe(request: Request, bar: Stages) -> Path:
-    from slide_fmu.pipeline.job import open_job
-
-    _refuse_options_of("torch modules", request)
-    runs = request.runs or RUNS
-    job = open_job(request.source, runs, bar, request.training_seed, request.data_seed)
-    return export_recipe(job, request.path, request.form)
-
-
-def export_recipe(job: Job, path: Path | None, form: Form) -> Path:
     """Write the FMU of a trained recipe to a path, or to its place in the run folder if None.
 
     An FMU of the same surrogate that ``run`` has finished keeps its report and measured error.
-
-    Raises:
-        StageError: nothing was trained.
     """
-    from slide_fmu.pipeline.job import provenance
-    from slide_fmu.pipeline.stability import examine_stability
+    from slide_fmu.pipeline.job import open_job, provenance
+    from slide_fmu.pipeline.stages import examine_stability
 
+    seeds = request.training_seed, request.data_seed
+    job = open_job(request.source, request.runs or Path("runs"), bar, *seeds)
     trained = job.folder.load_surrogate(job.recipe)
     surrogate, origin = trained.surrogate, provenance(job, trained.versions)
     examine_stability(job, surrogate)
     finished = job.folder.fmu(job.recipe)
-    path = path or finished
+    path = request.path or finished
     if finished.exists():
         other, found = read_fmu(finished)
         same = {key: value for key, value in (found or {}).items() if key in origin} == origin
         if same and other.to_bytes() == surrogate.to_bytes():
-            return export_again(finished, path, form)
-    return export_fmu(surrogate, path, fmi=form.fmi, sources=form.sources, provenance=origin)
+            return _export_again(finished, path, request)
+    return export_fmu(surrogate, path, fmi=request.fmi, sources=request.sources, provenance=origin)
 
 
-def export_again(source: Path, path: Path, form: Form) -> Path:
-    """Write the surrogate of an FMU as FMU of either standard, with this version's runtime.
-
-    Raises:
-        FmuError: the source is no FMU of slide-fmu.
-    """
+def _export_again(source: Path, path: Path, request: Request) -> Path:
+    """Write the surrogate of an FMU as FMU of either standard, with this version's runtime."""
     surrogate, found = read_fmu(source)
     page = read_member(source, "documentation/index.html")
-    documentation = {} if page is None else {"index.html": page}
     return export_fmu(
         surrogate,
         path,
-        fmi=form.fmi,
-        sources=form.sources,
+        fmi=request.fmi,
+        sources=request.sources,
         provenance=found,
-        documentation=documentation,
+        documentation={} if page is None else {"index.html": page},
     )
 
 
@@ -132,8 +103,24 @@ def _export_module(request: Request) -> Path:
     """Write a torch module as FMU that needs Python where it runs."""
     from slide_fmu.python_fmu.torch_export import ModuleError, export_module
 
-    _require_module_export(request)
-    _refuse_options_of("trained recipes", request)
+    if request.source.suffix not in MODULE_FILES:
+        raise ModuleError(
+            f"{request.source}: the python backend takes a torch module, "
+            f"{' or '.join(MODULE_FILES)}; the native one runs what slide-fmu trains: leave out "
+            "--backend python"
+        )
+    if not request.python:
+        raise ModuleError(
+            f"{request.source} is a torch module; the native runtime runs exactly what slide-fmu "
+            "trains, and nothing else: add --backend python for an FMU that needs Python where it "
+            "runs"
+        )
+    if request.fmi != 2 or request.sources:
+        raise ModuleError(
+            f"{request.source}: the python backend writes the module as it is, as FMI 2.0; leave "
+            "out --fmi 3 and --source, which are for native FMUs"
+        )
+    _refuse_options_of_recipes(request)
     if request.description is None or request.path is None:
         raise ModuleError(
             f"{request.source}: what are its signals, and where to? give --description "
@@ -142,38 +129,13 @@ def _export_module(request: Request) -> Path:
     return export_module(request.source, request.description, request.path)
 
 
-def _require_module_export(request: Request) -> None:
-    """Refuse what the python backend cannot make, and torch modules without it.
-
-    Raises:
-        ModuleError: the message has what was asked for, and the remedy.
-    """
-    from slide_fmu.python_fmu.torch_export import ModuleError
-
-    source = request.source
-    if not is_module(source):
-        raise ModuleError(
-            f"{source}: the python backend takes a torch module, {' or '.join(SUFFIXES)}; the "
-            "native one runs what slide-fmu trains: leave out --backend python"
-        )
-    if not request.python:
-        raise ModuleError(
-            f"{source} is a torch module; the native runtime runs exactly what slide-fmu trains, "
-            "and nothing else: add --backend python for an FMU that needs Python where it runs"
-        )
-    if request.form != Form():
-        raise ModuleError(
-            f"{source}: the python backend writes the module as it is, as FMI 2.0; leave out "
-            "--fmi 3 and --source, which are for native FMUs"
-        )
+def _refuse_options_of_recipes(request: Request) -> None:
+    seeds = {"--seed": request.training_seed, "--data-seed": request.data_seed}
+    _refuse(request, "trained recipes", {**seeds, "--runs": request.runs})
 
 
-def _refuse_options_of(others: str, request: Request) -> None:
+def _refuse(request: Request, others: str, options: dict[str, object]) -> None:
     """Refuse options that are about sources of another kind than that of the request."""
-    options: dict[str, object] = {"--description": request.description}
-    if others == "trained recipes":
-        seeds = {"--seed": request.training_seed, "--data-seed": request.data_seed}
-        options = {**seeds, "--runs": request.runs}
     given = [f"{name} {value}" for name, value in options.items() if value is not None]
     if given:
         raise ValueError(

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from slide_fmu.fmu.export import read_fmu
-from slide_fmu.python_fmu.torch_files import module_figures
+from slide_fmu.fmu.export import MODULE, read_fmu, read_json
 
 
 def describe_fmu(fmu: Path) -> dict[str, Any]:
@@ -16,7 +15,7 @@ def describe_fmu(fmu: Path) -> dict[str, Any]:
         FmuError: the file is no FMU of slide-fmu, or it is damaged.
         OSError: the file cannot be read.
     """
-    module = module_figures(fmu)
+    module = read_json(fmu, MODULE)
     if module:
         return module
     surrogate, provenance = read_fmu(fmu)

@@ -69,11 +69,10 @@ def make_importable(folder: Path) -> None:
 def with_training_seed(recipe: Recipe, seed: int) -> Recipe:
     """Return the recipe with another seed for initialisation and order of windows."""
     values = recipe.model_dump()
-    values["training"]["seed"] = seed
-    if values["estimator"] is not None:
-        values["estimator"]["training"]["seed"] = seed
-        if values["estimator"]["pretraining"] is not None:
-            values["estimator"]["pretraining"]["seed"] = seed
+    estimator = values["estimator"] or {}
+    for table in (values["training"], estimator.get("training"), estimator.get("pretraining")):
+        if table is not None:
+            table["seed"] = seed
     return Recipe.model_validate(values)
 
 

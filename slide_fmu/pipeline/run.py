@@ -11,10 +11,13 @@ from slide_fmu.memory.sizing import Sizing
 from slide_fmu.memory.stability import AmplitudeTest, stability_figures
 from slide_fmu.pipeline.job import Job, provenance
 from slide_fmu.pipeline.measurement import IN_RANGE, tasks, validate_fmu_file
-from slide_fmu.pipeline.preparation import check_window, generate_data
 from slide_fmu.pipeline.run_folder import Trained
-from slide_fmu.pipeline.stability import examine_stability
-from slide_fmu.pipeline.training import train_surrogate
+from slide_fmu.pipeline.stages import (
+    check_window,
+    examine_stability,
+    generate_data,
+    train_surrogate,
+)
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system, reference_system
 from slide_fmu.systems.loading import load_picture
@@ -31,25 +34,6 @@ MECHANISM_PICTURE = "mechanism.png"
 folder finds it on the card."""
 
 
-@dataclass(frozen=True)
-class Choices:
-    """Choices are what may be said about a run beside the recipe.
-
-    Attributes:
-        seed: seed of the unseen trajectories that the FMU is measured on.
-        trajectories: their number; the recipe's if None.
-        workers: processes that make the training trajectories; one per core if None.
-        threads: threads of the training.
-        overwrite: whether data that were made from other values are made again.
-    """
-
-    seed: int
-    trajectories: int | None = None
-    workers: int | None = None
-    threads: int = 1
-    overwrite: bool = False
-
-
 @dataclass(frozen=True, eq=False)
 class Finished:
     """A finished run has an FMU, the page of its report, and the figures of ``report.json``."""
@@ -59,8 +43,23 @@ class Finished:
     figures: dict[str, Any]
 
 
-def run_recipe(job: Job, choices: Choices) -> Finished:
+def run_recipe(
+    job: Job,
+    seed: int,
+    trajectories: int | None,
+    workers: int | None,
+    threads: int,
+    overwrite: bool,
+) -> Finished:
     """Go the whole way with a recipe; what is there from an earlier run is not made again.
+
+    Args:
+        job: the recipe and its run folder.
+        seed: seed of the unseen trajectories that the FMU is measured on.
+        trajectories: their number; the recipe's if None.
+        workers: processes that make the training trajectories; one per core if None.
+        threads: threads of the training.
+        overwrite: whether data that were made from other values are made again.
 
     Raises:
         LoadError, RecipeError: the recipe's systems or networks cannot be made.
@@ -70,20 +69,8 @@ def run_recipe(job: Job, choices: Choices) -> Finished:
         UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
     """
     sizing = check_window(job)
-    generate_data(job, choices.workers, choices.overwrite)
-    train_surrogate(job, choices.threads)
-    return finish(job, sizing, choices.seed, choices.trajectories)
-
-
-def finish(job: Job, sizing: Sizing, seed: int, trajectories: int | None = None) -> Finished:
-    """Export, validate, and write the FMU that carries its report and its measured error.
-
-    The seed is that of the unseen trajectories; their number is the recipe's if None.
-
-    Raises:
-        StageError: nothing was trained.
-        UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
-    """
+    generate_data(job, workers, overwrite)
+    train_surrogate(job, threads)
     recipe, fmu = job.recipe, job.folder.fmu(job.recipe)
     trained = job.folder.load_surrogate(recipe)
     surrogate, origin = trained.surrogate, provenance(job, trained.versions)

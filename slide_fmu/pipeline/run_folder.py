@@ -6,7 +6,7 @@ import hashlib
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -14,9 +14,6 @@ from slide_fmu.core.files import write_whole
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-
-if TYPE_CHECKING:
-    from slide_fmu.learn.training import History
 
 
 class StageError(ValueError):
@@ -72,10 +69,10 @@ class RunFolder:
         self,
         surrogate: Surrogate,
         recipe: Recipe,
-        histories: dict[str, History],
+        histories: dict[str, Any],
         versions: dict[str, str],
     ) -> None:
-        """Keep a trained surrogate, the course of its trainings, and where it comes from."""
+        """Keep a trained surrogate, its ``History`` by training, and where it comes from."""
         data = surrogate.to_bytes()
         record = {
             "surrogate": hashlib.sha256(data).hexdigest(),
@@ -122,9 +119,10 @@ def _same_learning(record: dict[str, Any], recipe: Recipe) -> bool:
 
 def _learnt(recipe: dict[str, Any]) -> dict[str, Any]:
     """Return what a recipe says about learning: not how the result is tested and measured."""
-    learnt = {k: v for k, v in recipe.items() if k not in ("stability", "validation")}
-    untaught = ("reference", "picture")
-    learnt["system"] = {k: v for k, v in recipe["system"].items() if k not in untaught}
+    untaught = ("description", "equations", "stability", "validation")
+    learnt = {k: v for k, v in recipe.items() if k not in untaught}
+    system = recipe["system"].items()
+    learnt["system"] = {k: v for k, v in system if k not in ("reference", "picture")}
     return learnt
 
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, cosines_of
-from slide_fmu.cosim.ssp import write_comparison
+from slide_fmu.cosim.importer import read_description
+from slide_fmu.cosim.ssp import Connection, write_ssp
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
-from slide_fmu.fmu.description.reading import read_description
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.python_fmu.input_source import write_input_source
-from slide_fmu.python_fmu.reference import write_reference_fmu
+from slide_fmu.python_fmu.reference_slave import write_reference_fmu
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import reference_parameters, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -44,8 +44,9 @@ def write_side_by_side(
 ) -> tuple[Path, str | None]:
     """Write an FMU and its reference system, driven by the same unseen inputs, as SSP.
 
-    The inputs are those of the first trajectory of ``validate`` with this seed, led in by its
-    burn-in. Their duration in s, beside the lead-in, is the recipe's if None.
+    Its components are ``inputs``, ``reference`` and ``surrogate``. The inputs are those of the
+    first trajectory of ``validate`` with this seed, led in by its burn-in. Their duration in s,
+    beside the lead-in, is the recipe's if None.
 
     Returns:
         The path, and which importers do not run it although they run others, if there are such.
@@ -65,7 +66,14 @@ def write_side_by_side(
         reference = write_reference(recipe, Path(folder) / "reference.fmu")
         source = Path(folder) / "inputs.fmu"
         write_input_source(surrogate.inputs, surrogate.window.step, inputs, source)
-        write_comparison(path, surrogate.name, source, reference, fmu)
+        # the system has no connectors of its own: there are importers that reject them
+        connections = [
+            Connection(("inputs", signal.name), (component, signal.name))
+            for component in ("reference", "surrogate")
+            for signal in surrogate.inputs
+        ]
+        components = {"inputs": source, "reference": reference, "surrogate": fmu}
+        write_ssp(path, surrogate.name, components, connections)
     return path, FMI_3 if fmi.startswith("3.") else None
 
 

@@ -25,7 +25,7 @@ _SCRIPT = '''"""Recorded inputs; the Python environment must offer slide_fmu."""
 from slide_fmu.python_fmu import input_source
 
 
-class {class_name}(input_source.InputSource):
+class InputSource(input_source.InputSource):
     """Named by the file of inputs beside it."""
 '''
 
@@ -52,9 +52,7 @@ def write_input_source(
     about = json.dumps({"step": step, "signals": [asdict(signal) for signal in signals]})
     record = io.BytesIO()
     np.savez(record, about=np.array(about), inputs=inputs)
-    class_name = "InputSource"
-    script = _SCRIPT.format(class_name=class_name)
-    return write_python_fmu(class_name, script, path, {RECORD: record.getvalue()})
+    return write_python_fmu("InputSource", _SCRIPT, path, {RECORD: record.getvalue()})
 
 
 class InputSource(Slave):

@@ -1,12 +1,14 @@
-"""The inside of a reference FMU: any ``System`` behind the FMI 2.0 interface of PythonFMU.
+"""Reference systems as FMUs: any ``System`` behind the FMI 2.0 interface of PythonFMU.
 
-A reference FMU holds a script with one subclass that names the system; see ``reference.py``.
+They run side by side with their surrogates in any importer.
 """
 
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,13 +16,50 @@ from pythonfmu import Boolean, Real
 from pythonfmu.enums import Fmi2Status
 
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
-from slide_fmu.python_fmu.slave import Slave
+from slide_fmu.python_fmu.slave import Slave, stored
 from slide_fmu.python_fmu.torch_window import Clock
-from slide_fmu.systems.base import SimulationError, State
-from slide_fmu.systems.loading import Parameter, load_system
+from slide_fmu.python_fmu.writer import write_python_fmu
+from slide_fmu.systems.base import Parameter, SimulationError, State
+from slide_fmu.systems.loading import load_system
+
+_SCRIPT = '''"""Reference FMU: names its system, which the Python environment must offer."""
+
+from slide_fmu.python_fmu import reference_slave
+
+
+class {class_name}(reference_slave.SystemSlave):
+    MODEL = {model!r}
+    PARAMETERS = {parameters!r}
+'''
 
 FROM_STATE = "start_from_state"
 """FMI parameter: start from the ``initial_...`` parameters instead of at rest."""
+
+
+def write_reference_fmu(model: str, parameters: Mapping[str, Parameter], path: Path) -> Path:
+    """Write a system as FMI 2.0 co-simulation FMU that runs in a Python environment.
+
+    The FMU holds a small script only; slide_fmu and the system's package are imported from the
+    environment of the importer. It starts at rest under its first inputs, or, with the parameter
+    ``start_from_state``, from ``initial_coordinates[i]`` and ``initial_velocities[i]`` (and
+    ``initial_last_input[i]`` for inputs with a first-order hold).
+
+    Args:
+        model: ``"package.module:Class"`` of a ``System``.
+        parameters: keyword arguments of the class.
+        path: file to write, ending in ``.fmu``.
+
+    Returns:
+        The path written.
+
+    Raises:
+        LoadError: the system cannot be made from model and parameters.
+        ValueError: the path does not end in ``.fmu``.
+    """
+    load_system(model, parameters)
+    class_name = re.sub(r"\W", "_", model.partition(":")[2]) + "Reference"
+    script = _SCRIPT.format(class_name=class_name, model=model, parameters=dict(parameters))
+    return write_python_fmu(class_name, script, Path(path))
 
 
 class SystemSlave(Slave):
@@ -56,24 +95,20 @@ class SystemSlave(Slave):
     def _register(self) -> None:
         """Declare the variables: inputs, outputs, then the parameters of the initial state."""
         for index, signal in enumerate(self.system.inputs):
-            access = _access(signal.description, self.input_values, index)
-            self.add(Real, signal.name, "input", "continuous", **access)
+            access = stored(self.input_values, index)
+            self.add(
+                Real, signal.name, "input", "continuous", description=signal.description, **access
+            )
         for index, signal in enumerate(self.system.outputs):
-            access = {
-                "description": signal.description,
-                "getter": lambda index=index: self._outputs()[index],
-            }
-            self.add(Real, signal.name, "output", "continuous", **access)
-        access = {
-            "description": "start from the initial_ parameters instead of at rest",
-            "getter": lambda: self.from_state,
-            "setter": lambda value: setattr(self, "from_state", value),
-        }
-        self.add(Boolean, FROM_STATE, "parameter", "fixed", **access)
+            text, getter = signal.description, lambda index=index: self._outputs()[index]
+            self.add(Real, signal.name, "output", "continuous", description=text, getter=getter)
+        text = "start from the initial_ parameters instead of at rest"
+        access = stored(vars(self), "from_state")
+        self.add(Boolean, FROM_STATE, "parameter", "fixed", description=text, **access)
         for part, values in self.initial.items():
             for index in range(len(values)):
-                access = _access("SI units", values, index)
-                self.add(Real, f"initial_{part}[{index}]", "parameter", "fixed", **access)
+                name, access = f"initial_{part}[{index}]", stored(values, index)
+                self.add(Real, name, "parameter", "fixed", description="SI units", **access)
 
     def exit_initialization_mode(self) -> None:
         """Put the system into its initial state."""
@@ -116,12 +151,3 @@ class SystemSlave(Slave):
     def described(self) -> Sequence[Signal]:
         """Give inputs and outputs of the system."""
         return (*self.system.inputs, *self.system.outputs)
-
-
-def _access(text: str, values: FloatArray, index: int) -> dict[str, Any]:
-    """Describe a real variable that is stored in ``values[index]``, and how it is got and set."""
-    return {
-        "description": text,
-        "getter": lambda: values[index],
-        "setter": lambda value: values.__setitem__(index, value),
-    }

@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, ClassVar
 from xml.etree.ElementTree import Element
 
@@ -89,6 +90,11 @@ class Slave(Fmi2Slave):  # type: ignore[misc]
         root: Element = super().to_xml(dict(model_options or {}))
         complete(root, self.described(), self.CAPABILITIES)
         return root
+
+
+def stored(values: Any, key: object) -> dict[str, Any]:
+    """Say how a variable is got and set whose value is ``values[key]``."""
+    return {"getter": lambda: values[key], "setter": partial(values.__setitem__, key)}
 
 
 def _keep_module_of(slave_class: type) -> None:

@@ -12,7 +12,6 @@ import json
 import keyword
 import platform
 import tomllib
-from dataclasses import asdict
 from importlib import metadata
 from pathlib import Path, PurePath
 from typing import Annotated, Any
@@ -23,16 +22,12 @@ from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FORMER_HOLDS, Hold, Signal
 from slide_fmu.core.window import MAX_WINDOW
 from slide_fmu.fmu.description.variables import BY_KEY, KINDS
-from slide_fmu.fmu.export import MODULE
-from slide_fmu.python_fmu.torch_files import SUFFIXES
+from slide_fmu.fmu.export import MODULE, MODULE_FILES
 from slide_fmu.python_fmu.writer import write_python_fmu
 from slide_fmu.recipe.learning import PositiveFloat, Table
 from slide_fmu.recipe.reading import mistakes
 
 NEEDED = ("torch", "numpy")
-
-SAID = ("name", "unit", "low", "high", "description", "start")
-"""What a description says of every signal."""
 
 LONGEST_NAME = 100
 """Of an FMU: it becomes part of the names of files."""
@@ -96,11 +91,7 @@ class SignalTable(Table):
         return self
 
     def signal(self) -> Signal:
-        """Give the signal.
-
-        Raises:
-            ValueError: its range or start is none.
-        """
+        """Give the signal; a ValueError says what is wrong with its range or start."""
         return Signal(self.name, self.unit, self.low, self.high, self.description, self.start)
 
     def scaling(self) -> Affine:
@@ -122,10 +113,10 @@ class SignalTable(Table):
 
     def figures(self) -> dict[str, Any]:
         """Give the signal as the slave reads it: nothing is left out."""
-        signal, scaling = self.signal(), self.scaling()
+        scaling = self.scaling()
         return {
-            **{name: value for name, value in asdict(signal).items() if name in SAID},
-            "start": signal.start_value,
+            **self.model_dump(),
+            "start": self.signal().start_value,
             "offset": float(scaling.offset[0]),
             "scale": float(scaling.scale[0]),
         }
@@ -209,7 +200,7 @@ def export_module(module: Path, description: Path, path: Path) -> Path:
     }
     resources = {
         PurePath(MODULE).name: json.dumps(about, indent=2, ensure_ascii=False).encode("utf-8"),
-        SUFFIXES[module.suffix]: module.read_bytes(),
+        MODULE_FILES[module.suffix]: module.read_bytes(),
     }
     slave, parts = _parts()
     script = _SCRIPT.format(slave=slave, name=table.name)
@@ -220,7 +211,7 @@ def export_module(module: Path, description: Path, path: Path) -> Path:
 
 
 def _parts() -> tuple[str, dict[str, bytes]]:
-    """Name of the slave's module in the FMU, and the files that it consists of, by name.
+    """Give the name of the slave's module in the FMU, and its files by name.
 
     Python keeps modules by name: FMUs of different versions in one process need different ones.
     """
@@ -238,12 +229,7 @@ def _parts() -> tuple[str, dict[str, bytes]]:
 
 
 def _read(path: Path) -> ModuleTable:
-    """The description in a file.
-
-    Raises:
-        ModuleError: it is none.
-        OSError: the file cannot be read.
-    """
+    """Read the description in a file; what is wrong with it becomes a ModuleError."""
     try:
         content = tomllib.loads(path.read_bytes().decode("utf-8"))
     except (ValueError, RecursionError) as error:

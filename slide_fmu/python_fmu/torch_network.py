@@ -94,11 +94,7 @@ _READERS = {
 
 
 def _load(folder: Path) -> tuple[Callable[[torch.Tensor], Any], bytes]:
-    """The module of an FMU, ready to be evaluated on the CPU, and the bytes of its file.
-
-    Raises:
-        ValueError: the file holds no such module.
-    """
+    """Read the module of an FMU for the CPU, and give the bytes of its file too."""
     path = next(folder / name for name in _READERS if (folder / name).exists())
     wanted, read = _READERS[path.name]
     try:
@@ -111,11 +107,7 @@ def _load(folder: Path) -> tuple[Callable[[torch.Tensor], Any], bytes]:
 
 
 def _newest(values: object, n_outputs: int) -> FloatArray:
-    """The newest sample of what a module gives, shape (n_outputs,).
-
-    Raises:
-        ValueError: it gives something else than samples of its outputs.
-    """
+    """Give the newest sample of what a module gives, shape (n_outputs,), if it gives samples."""
     if not isinstance(values, torch.Tensor):
         raise ValueError(
             f"the module gives a {type(values).__name__}; expected one tensor: wrap it in a "
@@ -141,6 +133,6 @@ def _newest(values: object, n_outputs: int) -> FloatArray:
 
 
 def _last_line(error: Exception) -> str:
-    """What an error says, without the trace that torch puts before it."""
+    """Say what an error says, without the trace that torch puts before it."""
     lines = [line for line in str(error).strip().splitlines() if line.strip()]
     return f"{type(error).__name__}: {lines[-1].strip() if lines else ''}"

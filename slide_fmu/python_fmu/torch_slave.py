@@ -15,17 +15,16 @@ from __future__ import annotations
 import json
 import math
 import zlib
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from pythonfmu import Boolean, Real
+from pythonfmu import Boolean, Fmi2Causality, Real
 from pythonfmu.enums import Fmi2Status
 
-from slide_fmu.fmu.description.variables import KINDS, PREHISTORY_KNOWN, kind_of
-from slide_fmu.python_fmu.slave import Slave
+from slide_fmu.fmu.description.variables import KINDS, PREHISTORY_KNOWN, REFERENCES_PER_KIND
+from slide_fmu.python_fmu.slave import Slave, stored
 from slide_fmu.python_fmu.torch_network import ModuleNetwork
 from slide_fmu.python_fmu.torch_window import Clock, FloatArray, PastInputs
 
@@ -40,8 +39,6 @@ PLAIN_STATE = ("prehistory_known", "stepping", "outputs", "filled")
 """Attributes of a slave that are saved as they are."""
 
 _Value = TypeVar("_Value", float, bool)
-_Getter = Callable[[], float | bool]
-_Setter = Callable[[float], None]
 
 
 class ModuleSlave(Slave):
@@ -82,7 +79,6 @@ class ModuleSlave(Slave):
             for index, signal in enumerate(tables[kind.per] if kind.in_module_fmus else ()):
                 name = signal.get("name", "")
                 own_text = signal["description"] if kind.name == "{signal}" else ""
-                getter, setter = self._access(kind.key, index)
                 self.add(
                     {"Real": Real, "Boolean": Boolean}[kind.type],
                     kind.name_for(name),
@@ -90,26 +86,18 @@ class ModuleSlave(Slave):
                     kind.variability,
                     kind.reference(index),
                     description=own_text or kind.text.format(signal=name),
-                    getter=getter,
-                    setter=setter,
+                    **self._access(kind.key, index),
                 )
 
-    def _access(self, key: str, index: int) -> tuple[_Getter, _Setter | None]:
+    def _access(self, key: str, index: int) -> dict[str, Any]:
         """Say how the variables of a kind are got and, where they can be, set."""
-        inputs, initial = self.inputs, self.initial
-        access: dict[str, tuple[_Getter, _Setter | None]] = {
-            "INPUT": (partial(inputs.__getitem__, index), partial(inputs.__setitem__, index)),
-            "OUTPUT": (partial(self._output, index), None),
-            "WINDOW_FILLED": (self._window_filled, None),
-            "IN_RANGE": (self._in_range, None),
-            "PREHISTORY_KNOWN": (
-                lambda: self.prehistory_known,
-                partial(setattr, self, "prehistory_known"),
-            ),
-            "INITIAL_INPUT": (
-                partial(initial.__getitem__, index),
-                partial(initial.__setitem__, index),
-            ),
+        access: dict[str, dict[str, Any]] = {
+            "INPUT": stored(self.inputs, index),
+            "OUTPUT": {"getter": lambda: self._present_outputs()[index]},
+            "WINDOW_FILLED": {"getter": self._window_filled},
+            "IN_RANGE": {"getter": self._in_range},
+            "PREHISTORY_KNOWN": stored(vars(self), "prehistory_known"),
+            "INITIAL_INPUT": stored(self.initial, index),
         }
         return access[key]
 
@@ -139,28 +127,21 @@ class ModuleSlave(Slave):
 
     def get_real(self, vrs: Sequence[int]) -> list[float]:
         """Give values of variables; all NaN where one is none or the module gives no outputs."""
-        return self._get(super().get_real, "Real", vrs, math.nan)
+        return self._get(Real, vrs, math.nan)
 
     def get_boolean(self, vrs: Sequence[int]) -> list[bool]:
         """Give values of variables; all are false where one is none."""
-        return self._get(super().get_boolean, "Boolean", vrs, False)
+        return self._get(Boolean, vrs, False)
 
-    def _get(
-        self,
-        get: Callable[[Sequence[int]], list[_Value]],
-        wanted: str,
-        vrs: Sequence[int],
-        none: _Value,
-    ) -> list[_Value]:
+    def _get(self, wanted: type, vrs: Sequence[int], none: _Value) -> list[_Value]:
         try:
             for vr in vrs:
-                found = kind_of(vr) if vr in self.vars else None
-                if found is None or found[0].type != wanted:
+                if not isinstance(self.vars.get(vr), wanted):
                     raise ValueError(
-                        f"value reference {vr} is no variable of type {wanted}; expected those of "
-                        "modelDescription.xml"
+                        f"value reference {vr} is no variable of type {wanted.__name__}; expected "
+                        "those of modelDescription.xml"
                     )
-            return get(vrs)
+            return [type(none)(self.vars[vr].getter()) for vr in vrs]
         except ValueError as error:
             self._refuse_next(str(error))
             return [none] * len(vrs)
@@ -184,22 +165,18 @@ class ModuleSlave(Slave):
 
     def _fault_of(self, reference: int, value: float) -> str | None:
         """Say why a variable cannot have a value now."""
-        kind, index = kind_of(reference) or (None, 0)
-        if (
-            kind is None
-            or reference not in self.vars
-            or kind.causality not in ("input", "parameter")
-        ):
+        variable, index = self.vars.get(reference), reference % REFERENCES_PER_KIND
+        if variable is None or variable.setter is None:
             return (
                 f"value reference {reference} is no input; only inputs, 0 to "
                 f"{len(self.inputs) - 1}, and parameters can be set"
             )
-        if kind.causality == "parameter" and self.stepping:
+        if variable.causality == Fmi2Causality.parameter and self.stepping:
             return (
                 f"value reference {reference} is a parameter; set it before the end of "
                 "initialization mode"
             )
-        if kind.name == PREHISTORY_KNOWN:
+        if variable.name == PREHISTORY_KNOWN:
             fine = value in (0.0, 1.0)
             return None if fine else f"{PREHISTORY_KNOWN} = {value}; expected 0 or 1"
         with np.errstate(over="ignore"):
@@ -256,15 +233,8 @@ class ModuleSlave(Slave):
     def _in_range(self) -> bool:
         return bool(np.all(np.abs(self._scaled(self._window())) <= 1 + RANGE_SLACK))
 
-    def _output(self, index: int) -> float:
-        return self._present_outputs()[index]
-
     def _evaluate(self, window: FloatArray) -> FloatArray:
-        """Give the outputs, shape (n_outputs,), of a window of inputs, shape (n_in, n_inputs).
-
-        Raises:
-            ValueError: the module gives none that are finite numbers.
-        """
+        """Give the outputs, shape (n_outputs,), of a window of inputs, shape (n_in, n_inputs)."""
         signals = self.about["outputs"]
         offset, scale = (np.array([s[key] for s in signals]) for key in ("offset", "scale"))
         return np.asarray(self.network.values(self._scaled(window)) * scale + offset)

@@ -15,7 +15,7 @@ from pythonfmu import FmuBuilder
 
 from slide_fmu.core.files import write_zip
 from slide_fmu.core.signals import Signal
-from slide_fmu.core.units import BASE_UNITS
+from slide_fmu.fmu.description.fmi2 import unit_definitions
 
 
 def write_python_fmu(
@@ -81,15 +81,13 @@ def complete(root: Element, signals: Sequence[Signal], capabilities: Mapping[str
     root.attrib.pop("generationDateAndTime", None)
     slave = _child(root, "CoSimulation")
     slave.attrib.update(capabilities)
-    units = Element("UnitDefinitions")
-    for name in sorted({signal.unit for signal in signals}):
-        unit = SubElement(units, "Unit", name=name)
-        if name in BASE_UNITS:
-            SubElement(unit, "BaseUnit", BASE_UNITS[name])
-    root.insert(list(root).index(slave) + 1, units)
+    root.insert(list(root).index(slave) + 1, unit_definitions({s.unit for s in signals}))
     by_name = {variable.get("name"): variable for variable in _child(root, "ModelVariables")}
     for signal in signals:
-        _set_range(_child(by_name[signal.name], "Real"), signal)
+        real = _child(by_name[signal.name], "Real")
+        real.attrib.update(unit=signal.unit, min=repr(signal.low), max=repr(signal.high))
+        if "start" in real.attrib:
+            real.set("start", repr(signal.start_value))  # with all digits, so within the range
     structure = _child(root, "ModelStructure")
     unknowns = SubElement(structure, "InitialUnknowns")
     for unknown in _child(structure, "Outputs"):
@@ -102,10 +100,3 @@ def _child(parent: Element, tag: str) -> Element:
     if found is None:
         raise RuntimeError(f"model description: no {tag} in {parent.tag}; expected PythonFMU 0.7")
     return found
-
-
-def _set_range(real: Element, signal: Signal) -> None:
-    """Set unit, range and, of an input, start of a signal on its ``Real`` element."""
-    real.attrib.update(unit=signal.unit, min=repr(signal.low), max=repr(signal.high))
-    if "start" in real.attrib:
-        real.set("start", repr(signal.start_value))  # with all digits, so within the range

@@ -103,9 +103,8 @@ class StateSpaceRecipe(Table):
         padding: states that are added to the order for the units' use.
         units: activation. Cubic units suit polynomial springs, but have no bound: they may grow
             without end beyond the trained range. Gated units (LPV units, linear parameter-varying)
-            make the
-            response linear with coefficients that follow scheduling variables: for mechanisms
-                whose inertia depends on their configuration.
+            make the response linear with coefficients that follow scheduling variables: for
+            mechanisms whose inertia depends on their configuration.
         bias: whether there are constant terms; without, the network answers -u with -y: for
             features that change their sign with the inputs, and no readout.
         drive: names of the features in the state input (``slide_fmu.features.base``).

@@ -1,8 +1,14 @@
-"""The reference systems that a recipe names are made here, at the recipe's sample step."""
+"""The reference systems that a recipe names are made here, at the recipe's sample step.
+
+What the recipe's networks see of their inputs is found here too, without data.
+"""
 
 from __future__ import annotations
 
-from slide_fmu.core.signals import Signal
+from slide_fmu.core.scaling import Affine, range_scaling
+from slide_fmu.features.base import Features, Offered
+from slide_fmu.features.sets import feature_set as set_of_names
+from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.systems.base import System
 from slide_fmu.systems.loading import load_system
@@ -46,33 +52,27 @@ def _drivable(system: System, recipe: Recipe) -> System:
 
 def _require_same_signals(recipe: Recipe, made: System, reference: System) -> None:
     """Refuse a reference with other signals, or with outputs that mean something else."""
-    for what, found, wanted in (
-        ("inputs", _ranges(reference.inputs), _ranges(made.inputs)),
-        ("outputs", _ranges(reference.outputs), _ranges(made.outputs)),
-        ("hold and angle of the inputs", _meanings(reference.inputs), _meanings(made.inputs)),
-        ("geometry of the serial chain", _geometry(reference), _geometry(made)),
-    ):
-        if found != wanted:
+    wanted = _interface(made)
+    for what, found in _interface(reference).items():
+        if found != wanted[what]:
             raise RecipeError(
                 f"recipe {recipe.name!r}: system.reference = {recipe.system.reference} changes "
-                f"the {what} to {found}; expected, as with system.parameters, {wanted}: leave out "
-                "what changes that, or give it in system.parameters too"
+                f"the {what} to {found}; expected, as with system.parameters, {wanted[what]}: "
+                "leave out what changes that, or give it in system.parameters too"
             )
 
 
-def _ranges(signals: tuple[Signal, ...]) -> list[tuple[str, str, float, float]]:
-    return [(signal.name, signal.unit, signal.low, signal.high) for signal in signals]
-
-
-def _meanings(signals: tuple[Signal, ...]) -> list[tuple[str, str | None]]:
-    return [(signal.hold, signal.angle) for signal in signals]
-
-
-def _geometry(system: System) -> dict[str, list[float]] | None:
-    """Return lengths, twists and tool point of the chain that the outputs may be about."""
-    if system.chain is None:
-        return None
-    return {name: getattr(system.chain, name).tolist() for name in ("a", "d", "alpha", "tool")}
+def _interface(system: System) -> dict[str, object]:
+    """Return what the surrogate of a system relies on, by its name in messages."""
+    return {
+        "inputs": [(s.name, s.unit, s.low, s.high) for s in system.inputs],
+        "outputs": [(s.name, s.unit, s.low, s.high) for s in system.outputs],
+        "hold and angle of the inputs": [(s.hold, s.angle) for s in system.inputs],
+        # the outputs may be about lengths, twists and tool point
+        "geometry of the serial chain": None
+        if system.chain is None
+        else {name: getattr(system.chain, name).tolist() for name in ("a", "d", "alpha", "tool")},
+    }
 
 
 def system_parameters(recipe: Recipe) -> dict[str, float | int | str | bool]:
@@ -98,3 +98,52 @@ def reference_parameters(recipe: Recipe) -> dict[str, float | int | str | bool]:
         RecipeError: the recipe gives the step as a parameter.
     """
     return {**system_parameters(recipe), **recipe.system.reference}
+
+
+def feature_set(names: tuple[str, ...], system: System, scaling: Affine) -> Features:
+    """Return the set that all names belong to, on the inputs of a system with their scaling.
+
+    Raises:
+        ValueError: names are unknown or of several sets, or the system has not what the set needs.
+    """
+    offered = Offered(system.inputs, scaling, system.step, system.chain)
+    return set_of_names(names, offered)
+
+
+def require_features(recipe: Recipe, system: System) -> None:
+    """Refuse networks that see what the system has not, or turn more states than they have.
+
+    Raises:
+        RecipeError: the message has the table, and what is wrong in it.
+    """
+    tables: dict[str, NetworkTable] = {"network": recipe.network}
+    if recipe.estimator is not None:
+        tables["estimator.network"] = recipe.estimator.network
+    for place, table in tables.items():
+        try:
+            features = feature_set(table.feature_names(), system, range_scaling(system.inputs))
+            if isinstance(table, StateSpaceRecipe) and table.turned_pairs:
+                drives = len(features.indices(table.drive))
+                require_turned_pairs(table.turned_pairs, table.order, drives, len(system.outputs))
+        except ValueError as error:
+            raise RecipeError(f"recipe {recipe.name!r}: {place}: {error}") from error
+
+
+def require_turned_pairs(pairs: int, order: int | str, n_drive: int, n_outputs: int) -> None:
+    """Refuse to turn more pairs of states than there are, or what is no vector.
+
+    The order may be "auto"; ``n_drive`` is the number of signals of the state input.
+
+    Raises:
+        ValueError: the message has the remedy.
+    """
+    if isinstance(order, int) and 2 * pairs > order:
+        raise ValueError(
+            f"network.turned_pairs = {pairs} with an order of {order}; expected two states "
+            "for each pair: set network.order, or turn fewer pairs"
+        )
+    if n_drive % 3 or n_outputs % 3:
+        raise ValueError(
+            f"network.turned_pairs = {pairs} with {n_drive} drives and {n_outputs} outputs; "
+            "expected vectors (x, y, z) of both: set turned_pairs = 0, or choose another drive"
+        )

@@ -1,11 +1,15 @@
-"""What the parts of a surrogate must have in common: checked once, when it is made."""
+"""What the parts of a surrogate must have in common, and what inputs it takes."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from slide_fmu.core.scaling import Affine
-from slide_fmu.core.signals import Signal, check_inputs, cosines_of
+from slide_fmu.core.signals import FloatArray, Signal, check_inputs, cosines_of
 
 START_TOLERANCE = 1e-12
 """How far a start may lie outside offset -+ scale, relative to |offset| + scale: rounding."""
@@ -16,10 +20,7 @@ def check_signals(
 ) -> None:
     """Reject inputs that do not belong together, and angles that are scaled off the circle.
 
-    Args:
-        inputs: in channel order.
-        outputs: in channel order; they have neither hold nor angle.
-        scaling: of the inputs.
+    The scaling is that of the inputs; outputs have neither hold nor angle.
 
     Raises:
         ValueError: with the signal and what was expected of it.
@@ -56,3 +57,35 @@ def check_starts(scaling: Affine, inputs: tuple[Signal, ...]) -> None:
                 f"input {index} starts at {start:g}, but its scaling covers {offset - scale:g} to "
                 f"{offset + scale:g}; scale the input by its range"
             )
+
+
+def checked_inputs(
+    inputs: NDArray[Any], signals: tuple[Signal, ...], leading: str = ""
+) -> FloatArray:
+    """Give inputs in their units as float64, shape (samples, n_inputs).
+
+    ``leading`` names an axis before that of the samples, with a comma.
+
+    Raises:
+        ValueError: wrong number of channels, no samples, or values that are not real and finite.
+    """
+    given = np.asarray(inputs)
+    if given.dtype.kind not in "biuf":  # numpy would drop imaginary parts with a warning
+        raise ValueError(
+            f"inputs of type {given.dtype}; expected real numbers, in the inputs' units"
+        )
+    array = given.astype(np.float64)
+    axes = 3 if leading else 2
+    if array.ndim != axes or array.shape[-1] != len(signals) or array.size == 0:
+        names = [signal.name for signal in signals]
+        raise ValueError(
+            f"inputs of shape {array.shape}; expected ({leading}samples, {len(names)}) for "
+            f"{names}, at least one sample"
+        )
+    if not np.all(np.isfinite(array)):
+        where = tuple(np.argwhere(~np.isfinite(array))[0])
+        raise ValueError(
+            f"input {signals[where[-1]].name!r} at sample {where[-2]} is {array[where]}; "
+            "expected finite values"
+        )
+    return array

@@ -12,7 +12,7 @@ from slide_fmu.core.scaling import LogError
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import MAX_WINDOW
 from slide_fmu.network.base import Float32Array
-from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.feed_forward.network import FeedForward
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,26 +76,19 @@ class ErrorEstimator:
     def along(self, scaled: FloatArray, n_outputs: int) -> FloatArray:
         """Estimate squared errors at every sample of a record, relative to the outputs' scales.
 
-        Args:
-            scaled: inputs, shape (N, n_inputs); the first counts as held for ever before.
-
-        Returns:
-            Shape (N, n_outputs).
+        Scaled inputs (N, n_inputs), of which the first counts as held for ever before, give
+        (N, n_outputs).
         """
         values = self.network.stream(scaled[None])[0].astype(np.float64)
         return self.squares(values, self.network.features.along(scaled[None])[0], n_outputs)
 
     def squares(self, values: FloatArray, newest: Float32Array, n_outputs: int) -> FloatArray:
-        """Form squared errors, relative to the outputs' scales, from what the network gives.
+        """Form squared errors, (N, n_outputs), relative to the outputs' scales.
 
-        Args:
-            values: shape (N, n_outputs) or (N, 2 n_outputs).
-            newest: features of the newest sample that it saw, shape (N, n_features).
-
-        Returns:
-            Shape (N, n_outputs): e^2 (1 + mu^2), with mu = 0 where the network gives eps alone;
-            at most the square of the largest error that the map knows, and that too where the
-            network gives no finite value, or has not seen such features in its training.
+        The values of the network, (N, n_outputs) or (N, 2 n_outputs), give e^2 (1 + mu^2), with
+        mu = 0 where there is eps alone; at most the square of the largest error that the map
+        knows, and that too where a value is not finite, or the training has not seen features as
+        those of the newest sample, (N, n_features).
         """
         eps, mean = values[:, -n_outputs:], values[:, :-n_outputs]
         squares = self.log_error.invert(np.minimum(eps, 1.0)) ** 2

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import checked_batch
 from slide_fmu.features.base import PullBack
-from slide_fmu.network.families import family_of
+from slide_fmu.network.bytes import family_of
 from slide_fmu.surrogate.surrogate import Surrogate
 
 

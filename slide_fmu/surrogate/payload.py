@@ -43,21 +43,22 @@ import struct
 import zlib
 from collections.abc import Callable
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.scaling import Affine, LogError
 from slide_fmu.core.signals import Angle, Hold, Signal
 from slide_fmu.core.window import Window
 from slide_fmu.features.director import Director
+from slide_fmu.network.base import Network
 from slide_fmu.network.bytes import decode_network, encode_network
-from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 
-if TYPE_CHECKING:
-    from slide_fmu.surrogate.surrogate import Surrogate
+Made = TypeVar("Made")
 
 MAGIC = b"SLIDEFMU"
 VERSION = 5
@@ -65,43 +66,50 @@ HOLDS: tuple[Hold, ...] = ("zero_order", "first_order")
 ANGLES: tuple[Angle | None, ...] = (None, "cosine", "sine")
 """Places in both are the numbers in the file."""
 
-INPUT_ROW = struct.Struct("<dddII")
+INPUT_ROW = np.dtype(
+    [("offset", "<f8"), ("scale", "<f8"), ("start", "<f8"), ("hold", "<u4"), ("angle", "<u4")]
+)
 
 
 class PayloadError(ValueError):
     """A surrogate file is damaged, of another version, or not a surrogate file."""
 
 
-def encode(surrogate: Surrogate) -> bytes:
-    """Write the bytes of a surrogate file; the same surrogate gives the same bytes."""
-    window, scaling = surrogate.window, surrogate.output_scaling
-    sizes = len(surrogate.inputs), len(surrogate.outputs)
+def encode(
+    name: str,
+    window: Window,
+    inputs: tuple[Signal, ...],
+    outputs: tuple[Signal, ...],
+    input_scaling: Affine,
+    output_scaling: Affine,
+    network: Network,
+    estimator: ErrorEstimator | None,
+) -> bytes:
+    """Write the bytes of a surrogate file from the fields of ``Surrogate``; they decide all."""
+    sizes = window.n_in, window.n_out, len(inputs), len(outputs)
+    rows = np.stack([output_scaling.offset, output_scaling.scale], 1)
     body = MAGIC + struct.pack("<I", VERSION)
-    body += _section(
-        b"WIND", struct.pack("<dIIII", window.step, window.n_in, window.n_out, *sizes)
-    )
-    body += _section(b"SCIN", _input_rows(surrogate.inputs, surrogate.input_scaling))
-    body += _section(b"SCOU", np.stack([scaling.offset, scaling.scale], 1).astype("<f8").tobytes())
-    body += _section(b"PRED", encode_network(surrogate.network))
-    if surrogate.estimator is not None:
-        body += _section(b"ESTI", _encode_estimator(surrogate.estimator))
+    body += _section(b"WIND", struct.pack("<dIIII", window.step, *sizes))
+    body += _section(b"SCIN", _input_rows(inputs, input_scaling))
+    body += _section(b"SCOU", rows.astype("<f8").tobytes())
+    body += _section(b"PRED", encode_network(network))
+    if estimator is not None:
+        body += _section(b"ESTI", _encode_estimator(estimator))
     metadata = {
-        "name": surrogate.name,
-        "inputs": [_row(signal) for signal in surrogate.inputs],
-        "outputs": [_row(signal) for signal in surrogate.outputs],
+        "name": name,
+        "inputs": [_row(signal) for signal in inputs],
+        "outputs": [_row(signal) for signal in outputs],
     }
     text = json.dumps(metadata, sort_keys=True, ensure_ascii=False).encode("utf-8")
     body += _section(b"META", text + b" " * (-len(text) % 4))
     return body + struct.pack("<I", zlib.crc32(body))
 
 
-def decode(data: bytes, make: Callable[..., Surrogate]) -> Surrogate:
-    """Read a surrogate file.
+def decode(data: bytes, make: Callable[..., Made]) -> Made:
+    """Read the bytes of a surrogate file.
 
-    Args:
-        data: its bytes.
-        make: gives the result from the fields of ``Surrogate``, in their order, and checks that
-            they belong together: ``Surrogate`` itself.
+    ``make`` gives the result from the fields of ``Surrogate``, in their order, and checks that
+    they belong together: it is ``Surrogate`` itself.
 
     Raises:
         PayloadError: with the offset and what was expected there.
@@ -161,11 +169,11 @@ def _row(signal: Signal) -> dict[str, Any]:
 
 
 def _input_rows(inputs: tuple[Signal, ...], scaling: Affine) -> bytes:
-    rows = zip(inputs, scaling.offset.tolist(), scaling.scale.tolist(), strict=True)
-    return b"".join(
-        INPUT_ROW.pack(offset, scale, u.start_value, HOLDS.index(u.hold), ANGLES.index(u.angle))
-        for u, offset, scale in rows
-    )
+    rows = [
+        (offset, scale, u.start_value, HOLDS.index(u.hold), ANGLES.index(u.angle))
+        for u, offset, scale in zip(inputs, scaling.offset, scaling.scale, strict=True)
+    ]
+    return np.array(rows, INPUT_ROW).tobytes()
 
 
 def _decode_sections(reader: Reader) -> tuple[Any, ...]:
@@ -177,8 +185,13 @@ def _decode_sections(reader: Reader) -> tuple[Any, ...]:
     window = Window(step, n_in, n_out)
     if n_inputs < 1 or n_outputs < 1:
         raise ValueError(f"n_inputs {n_inputs}, n_outputs {n_outputs}; expected some of both")
-    rows = _decode_input_rows(reader.section(b"SCIN"), n_inputs)
-    input_scaling = Affine.of_channels([row[0] for row in rows], [row[1] for row in rows])
+    section = reader.section(b"SCIN")
+    rows = np.frombuffer(section.take(INPUT_ROW.itemsize * n_inputs), INPUT_ROW)
+    section.done()
+    for what, words in (("hold", HOLDS), ("angle", ANGLES)):
+        if rows[what].max() >= len(words):
+            raise ValueError(f"{what} {rows[what].max()}; expected less than {len(words)}")
+    input_scaling = Affine(rows["offset"].copy(), rows["scale"].copy())
     section = reader.section(b"SCOU")
     output_scaling = Affine(*section.f64(2 * n_outputs).reshape(n_outputs, 2).T.copy())
     section.done()
@@ -194,22 +207,8 @@ def _decode_sections(reader: Reader) -> tuple[Any, ...]:
     return name, window, inputs, outputs, input_scaling, output_scaling, network, estimator
 
 
-def _decode_input_rows(
-    section: Reader, n_inputs: int
-) -> list[tuple[float, float, float, Hold, Angle | None]]:
-    """Offset, scale, start, hold and angle of every input."""
-    rows = []
-    for row in INPUT_ROW.iter_unpack(section.take(INPUT_ROW.size * n_inputs)):
-        for what, number, words in (("hold", row[3], HOLDS), ("angle", row[4], ANGLES)):
-            if number >= len(words):
-                raise ValueError(f"{what} {number}; expected less than {len(words)}")
-        rows.append((*row[:3], HOLDS[row[3]], ANGLES[row[4]]))
-    section.done()
-    return rows
-
-
 def _signals(
-    text: str, rows: list[tuple[float, float, float, Hold, Angle | None]]
+    text: str, rows: NDArray[np.void]
 ) -> tuple[str, tuple[Signal, ...], tuple[Signal, ...]]:
     """The name and the signals, by META and by the rows of the inputs."""
     try:
@@ -218,8 +217,8 @@ def _signals(
         if len(described) != len(rows):
             raise ValueError(f"{len(described)} inputs; expected {len(rows)}, those of SCIN")
         inputs = tuple(
-            Signal(**signal, hold=hold, angle=angle)
-            for signal, (*_, hold, angle) in zip(described, rows, strict=True)
+            Signal(**signal, hold=HOLDS[row["hold"]], angle=ANGLES[row["angle"]])
+            for signal, row in zip(described, rows, strict=True)
         )
         name, outputs = metadata["name"], tuple(Signal(**row) for row in metadata["outputs"])
         if not isinstance(name, str):
@@ -227,9 +226,9 @@ def _signals(
     except (AttributeError, KeyError, OverflowError, TypeError, ValueError) as error:
         raise ValueError(f"metadata is damaged: {error!r}") from error
     starts = [signal.start_value for signal in inputs]
-    if starts != [row[2] for row in rows]:
+    if starts != rows["start"].tolist():
         raise ValueError(
-            f"by its metadata, inputs start at {starts}; expected {[row[2] for row in rows]}"
+            f"by its metadata, inputs start at {starts}; expected {rows['start'].tolist()}"
         )
     return name, inputs, outputs
 

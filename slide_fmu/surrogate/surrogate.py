@@ -14,8 +14,8 @@ from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray, Hold, Signal, cosines_of, hold_of
 from slide_fmu.core.window import Window
 from slide_fmu.features.base import BEFORE
-from slide_fmu.network.base import BATCH, Network, Stepper
-from slide_fmu.surrogate.checks import check_signals, check_starts
+from slide_fmu.network.base import BATCH, Network, Stepper, batches
+from slide_fmu.surrogate.checks import check_signals, check_starts, checked_inputs
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.payload import decode, encode
 
@@ -114,11 +114,6 @@ class Surrogate:
             return window.n_out
         return estimator.positions
 
-    @property
-    def gives_blocks(self) -> bool:
-        """It is true when one evaluation gives the whole output window, else one sample."""
-        return self.network.n_values != len(self.outputs)
-
     def predict_windows(self, windows: NDArray[Any]) -> FloatArray:
         """Predict the outputs of single windows.
 
@@ -145,7 +140,7 @@ class Surrogate:
         Raises:
             ValueError: wrong number of channels, no samples, or values that are not finite.
         """
-        checked = self._checked(inputs)
+        checked = checked_inputs(inputs, self.inputs)
         n_out, count = self.window.n_out, len(checked)
         blocks = -(-count // n_out)
         lead = blocks * n_out - count
@@ -153,8 +148,8 @@ class Surrogate:
         padded = np.concatenate([prehistory, checked])
         starts = np.arange(blocks) * n_out
         parts = [
-            self.predict_windows(padded[self.window.input_indices(part)])
-            for part in _batches(starts)
+            self.predict_windows(padded[self.window.input_indices(starts[some])])
+            for some in batches(blocks, BATCH)
         ]
         return np.concatenate(parts).reshape(blocks * n_out, -1)[lead:]
 
@@ -170,21 +165,14 @@ class Surrogate:
         Raises:
             ValueError: as for ``predict``.
         """
-        return np.asarray(self.predict_newest_batch(self._checked(inputs)[None])[0])
+        return np.asarray(self.predict_newest_batch(checked_inputs(inputs, self.inputs)[None])[0])
 
     def predict_newest_batch(self, inputs: NDArray[Any]) -> FloatArray:
-        """Predict many records of the same length as ``predict_newest`` does.
+        """Predict many records of the same length by ``predict_newest``.
 
-        Args:
-            inputs: shape (B, N, n_inputs), N >= 1, in the inputs' units.
-
-        Returns:
-            Outputs at samples 1 .. N of each, shape (B, N, n_outputs).
-
-        Raises:
-            ValueError: as for ``predict``.
+        Inputs of the shape (B, N, n_inputs) give outputs (B, N, n_outputs).
         """
-        checked = self._checked(inputs, "records, ")
+        checked = checked_inputs(inputs, self.inputs, "records, ")
         values = self.network.stream(self.input_scaling.apply(checked))
         newest = values[:, :, -len(self.outputs) :].astype(np.float64)
         return self.output_scaling.invert(newest)
@@ -203,30 +191,24 @@ class Surrogate:
         """
         if self.estimator is None:
             raise ValueError(f"surrogate {self.name!r} has no error estimator; train one")
-        estimator, checked = self.estimator, self._checked(inputs)
+        estimator, checked = self.estimator, checked_inputs(inputs, self.inputs)
         squares = estimator.along(self.input_scaling.apply(checked), len(self.outputs))
         squares = np.concatenate([np.repeat(squares[:1], estimator.positions - 1, 0), squares])
         views = np.lib.stride_tricks.sliding_window_view(squares, estimator.positions, axis=0)
         return np.asarray(np.sqrt(views.mean(axis=-1)) * self.output_scaling.scale)
 
     def inputs_in_range(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
-        """Say at each sample whether the inputs behind the outputs lie in their ranges.
+        """Say at each sample whether inputs behind the outputs are known: (N, n_inputs) to (N,).
 
-        The last ``network.memory_length`` inputs lie in their ranges; of an angle, the length of
-        cosine and sine is about 1. With an estimator, its features of the samples that an
-        estimate depends on lie in their ranges too.
-
-        Args:
-            inputs: shape (N, n_inputs), N >= 1, in the inputs' units; the first counts as held
-                for ever before.
-
-        Returns:
-            Shape (N,).
+        The last ``network.memory_length`` inputs must lie in their ranges, the first counting as
+        held for ever before; of an angle, the length of cosine and sine must be about 1. With an
+        estimator, its features of the samples that an estimate depends on must lie in their
+        ranges too.
 
         Raises:
             ValueError: as for ``predict``.
         """
-        scaled = self.input_scaling.apply(self._checked(inputs))
+        scaled = self.input_scaling.apply(checked_inputs(inputs, self.inputs))
         inside = _inside_throughout(self.covers(scaled), self.network.memory_length)
         if self.estimator is not None:
             newest = self.estimator.network.features.along(scaled[None])[0]
@@ -247,32 +229,9 @@ class Surrogate:
         """Start a step-by-step evaluation, as in a co-simulation."""
         return Stream(self)
 
-    def _checked(self, inputs: NDArray[Any], leading: str = "") -> FloatArray:
-        """Inputs of shape (samples, n_inputs), or (records, samples, n_inputs)."""
-        given = np.asarray(inputs)
-        if given.dtype.kind not in "biuf":  # numpy would drop imaginary parts with a warning
-            raise ValueError(
-                f"inputs of type {given.dtype}; expected real numbers, in the inputs' units"
-            )
-        array = given.astype(np.float64)
-        axes = 3 if leading else 2
-        if array.ndim != axes or array.shape[-1] != len(self.inputs) or array.size == 0:
-            names = [signal.name for signal in self.inputs]
-            raise ValueError(
-                f"inputs of shape {array.shape}; expected ({leading}samples, {len(names)}) for "
-                f"{names}, at least one sample"
-            )
-        if not np.all(np.isfinite(array)):
-            where = tuple(np.argwhere(~np.isfinite(array))[0])
-            raise ValueError(
-                f"input {self.inputs[where[-1]].name!r} at sample {where[-2]} is {array[where]}; "
-                "expected finite values"
-            )
-        return array
-
     def to_bytes(self) -> bytes:
         """Write a surrogate file (``payload.py``); the same surrogate gives the same bytes."""
-        return encode(self)
+        return encode(**vars(self))
 
     @staticmethod
     def from_bytes(data: bytes) -> Surrogate:
@@ -286,16 +245,6 @@ class Surrogate:
     def save(self, path: Path) -> None:
         """Write the surrogate file."""
         path.write_bytes(self.to_bytes())
-
-    @staticmethod
-    def load(path: Path) -> Surrogate:
-        """Read a surrogate file.
-
-        Raises:
-            PayloadError: the file is damaged or of another version.
-            OSError: the file cannot be read.
-        """
-        return Surrogate.from_bytes(path.read_bytes())
 
 
 class Stream:
@@ -323,7 +272,7 @@ class Stream:
             ValueError: wrong number of inputs or values that are not finite.
         """
         surrogate = self.surrogate
-        row = surrogate._checked(np.asarray(inputs, dtype=np.float64)[None, :])[0]
+        row = checked_inputs(np.asarray(inputs)[None, :], surrogate.inputs)[0]
         scaled = surrogate.input_scaling.apply(row)
         values = self._predictor.step(scaled)[-len(surrogate.outputs) :]
         estimates, known = self._estimate(scaled)
@@ -369,7 +318,3 @@ def _inside_throughout(inside: NDArray[np.bool_], count: int) -> NDArray[np.bool
     samples = np.arange(len(inside))
     strayed = np.maximum.accumulate(np.where(inside, -count, samples))
     return np.asarray(samples - strayed >= count)
-
-
-def _batches(starts: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    return [starts[first : first + BATCH] for first in range(0, len(starts), BATCH)]

@@ -10,6 +10,9 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, Signal, Trajectory
 from slide_fmu.features.serial_chain import SerialChain
 
+Parameter = float | int | str | bool
+"""Value of a parameter of a reference system, as TOML and JSON know it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Linearization:
@@ -80,11 +83,15 @@ class System(abc.ABC):
 
     @abc.abstractmethod
     def set_state(self, state: State) -> None:
-        """Continue from this state with the next ``advance``."""
+        """Continue from this state with the next ``advance``.
+
+        Raises:
+            ValueError: a value is missing or not finite.
+        """
 
     @abc.abstractmethod
     def get_state(self) -> State:
-        """Give the current state."""
+        """Give a copy of the current state."""
 
     @abc.abstractmethod
     def output(self) -> FloatArray:
@@ -95,16 +102,24 @@ class System(abc.ABC):
         """Go on by one sample step under ``inputs``, shape (n_inputs,); give the new outputs.
 
         Raises:
-            SimulationError: the solver did not converge.
+            SimulationError: the motion diverged, or the solver did not converge.
+            ValueError: the input has a wrong shape or is not finite.
         """
 
     @abc.abstractmethod
     def linearize(self, state: State) -> Linearization:
-        """Linearize the equations of motion at a state (paper, section on decay times)."""
+        """Linearize the equations of motion at a state; the current state stays as it is.
+
+        The paper's section on decay times needs this.
+        """
 
 
 class SimulationError(RuntimeError):
     """A reference system could not be simulated."""
+
+
+class LoadError(ValueError):
+    """A reference system could not be made from its name and parameters."""
 
 
 def simulate(system: System, inputs: FloatArray, initial: State) -> Trajectory:

@@ -6,11 +6,8 @@ from collections.abc import Callable, Mapping
 from typing import cast
 
 from slide_fmu.core.signals import check_inputs
-from slide_fmu.systems.base import System
-from slide_fmu.systems.naming import LoadError, Parameter, imported
-from slide_fmu.systems.python_class import system_of_class
-
-__all__ = ["KINDS", "LoadError", "Parameter", "load_picture", "load_system"]
+from slide_fmu.systems.base import LoadError, Parameter, System
+from slide_fmu.systems.python_class import imported, system_of_class
 
 Maker = Callable[[str, Mapping[str, Parameter]], System]
 """Makes a system from its model and its parameters; raises ``LoadError`` where it cannot."""
@@ -53,12 +50,11 @@ def load_picture(name: str) -> Callable[[System], bytes]:
     Raises:
         LoadError: the module cannot be imported, or has no such function.
     """
-    module_name, _, function = name.partition(":")
-    module = imported(f"picture {name!r}", module_name)
+    module, function = imported(f"picture {name!r}", name)
     found = getattr(module, function, None)
     if not callable(found):
         raise LoadError(
-            f"picture {name!r}: {module_name!r} has no function {function!r}; expected one that "
-            "takes the system and gives the bytes of a PNG file: correct system.picture"
+            f"picture {name!r}: {module.__name__!r} has no function {function!r}; expected one "
+            "that takes the system and gives the bytes of a PNG file: correct system.picture"
         )
     return cast(Callable[[System], bytes], found)

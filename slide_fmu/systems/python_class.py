@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
 from collections.abc import Mapping
+from types import ModuleType
 from typing import cast
 
-from slide_fmu.systems.base import System
-from slide_fmu.systems.naming import LoadError, Parameter, imported
+from slide_fmu.systems.base import LoadError, Parameter, System
 
 
 def system_of_class(model: str, parameters: Mapping[str, Parameter]) -> System:
@@ -36,19 +37,18 @@ def system_of_class(model: str, parameters: Mapping[str, Parameter]) -> System:
 
 def _find_class(model: str) -> type[System]:
     """Import the class that a dotted name means."""
-    module_name, colon, class_name = model.partition(":")
-    if not (module_name and colon and class_name):
+    if not all(model.partition(":")):
         raise LoadError(
             f"system {model!r}; expected 'package.module:Class', for example "
             "'mbs_models.oscillators:DuffingOscillator'"
         )
-    module = imported(f"system {model!r}", module_name)
+    module, class_name = imported(f"system {model!r}", model)
     found = getattr(module, class_name, None)
     if not _is_system(found):
         offered = sorted(name for name, item in vars(module).items() if _is_system(item))
         raise LoadError(
-            f"system {model!r}: {class_name!r} is not a reference system in {module_name!r}; "
-            f"expected one of {offered}"
+            f"system {model!r}: {class_name!r} is not a reference system in "
+            f"{module.__name__!r}; expected one of {offered}"
         )
     return cast(type[System], found)
 
@@ -56,3 +56,21 @@ def _find_class(model: str) -> type[System]:
 def _is_system(item: object) -> bool:
     """Whether it is a class of systems that can be made."""
     return inspect.isclass(item) and issubclass(item, System) and not inspect.isabstract(item)
+
+
+def imported(what: str, name: str) -> tuple[ModuleType, str]:
+    """Import the module in ``"package.module:Name"``, and give it with the name behind the colon.
+
+    Raises:
+        LoadError: the module, or what it needs, is not installed here; the message begins with
+            what names it.
+    """
+    module_name, _, wanted = name.partition(":")
+    try:
+        return importlib.import_module(module_name), wanted
+    except ImportError as error:
+        raise LoadError(
+            f"{what}: module {module_name!r} cannot be imported ({error}); expected an "
+            "installed module, or one in a folder on PYTHONPATH: check the name, or install what "
+            "it needs (the extra 'train' brings exudyn)"
+        ) from error

@@ -122,19 +122,19 @@ class Validation:
     def _output(self, index: int) -> dict[str, Any]:
         signal = self.surrogate.outputs[index]
         reference, error = _joined(self.comparisons)
-        single = [_relative_rmse(c.error, c.reference)[index] for c in self.comparisons]
+        single = [relative_rmse(c.error, c.reference)[index] for c in self.comparisons]
         figures = {
             "name": signal.name,
             "unit": signal.unit,
             "rms_reference": float(rms(reference)[index]),
             "rmse": float(rms(error)[index]),
-            "relative_rmse": float(_relative_rmse(error, reference)[index]),
+            "relative_rmse": float(relative_rmse(error, reference)[index]),
             "max_error": float(np.max(np.abs(error[:, index]))),
             "relative_rmse_of_trajectories": _quantiles(single),
         }
         differences = [c.model - c.reference for c in self.comparisons if c.model is not None]
         if differences:
-            of_model = _relative_rmse(np.concatenate(differences), reference)
+            of_model = relative_rmse(np.concatenate(differences), reference)
             figures["model_relative_rmse"] = float(of_model[index])
         return figures
 
@@ -148,7 +148,7 @@ class Validation:
                     "name": name,
                     "kind": self.recipe.data.excitation[index].kind,
                     "trajectories": len(chosen),
-                    "relative_rmse": _relative_rmse(error, reference).tolist(),
+                    "relative_rmse": relative_rmse(error, reference).tolist(),
                 }
                 rows.append(row)
         return rows
@@ -183,7 +183,7 @@ def _joined(comparisons: Sequence[Comparison]) -> tuple[FloatArray, FloatArray]:
     return reference, np.concatenate([c.error for c in comparisons])
 
 
-def _relative_rmse(error: FloatArray, reference: FloatArray) -> FloatArray:
+def relative_rmse(error: FloatArray, reference: FloatArray) -> FloatArray:
     """Return the RMSE over the RMS of the reference, shape (n_outputs,), of (n, n_outputs) both.
 
     A reference that is zero throughout counts as tiny, so that the figure stays finite.

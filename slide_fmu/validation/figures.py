@@ -13,7 +13,7 @@ from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.mix import names_of
 from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.stability import AmplitudeTest
-from slide_fmu.validation.comparison import Comparison, Validation
+from slide_fmu.validation.comparison import Comparison, Validation, relative_rmse
 from slide_fmu.validation.pictures import with_palette
 
 REFERENCE, SURROGATE, ERROR, ESTIMATE = "#222222", "#1f77b4", "#d62728", "#ff7f0e"
@@ -28,7 +28,9 @@ PLOTTED = 1e6
 
 def side_by_side(validation: Validation, output: int) -> bytes:
     """Draw both FMUs on the median and the worst trajectory, with error and estimate."""
-    ranked = sorted(validation.comparisons, key=lambda c: _relative_error(c, output))
+    ranked = sorted(
+        validation.comparisons, key=lambda c: relative_rmse(c.error, c.reference)[output]
+    )
     chosen = {"median trajectory": ranked[len(ranked) // 2], "worst trajectory": ranked[-1]}
     figure = Figure(figsize=(11, 7.2), layout="constrained")
     axes = figure.subplots(3, 2, sharex="col", height_ratios=(1, 2, 1.3))
@@ -38,7 +40,7 @@ def side_by_side(validation: Validation, output: int) -> bytes:
         shown = _worst_part(comparison, output)
         time = comparison.time[shown]
         upper, middle, lower = axes[:, column]
-        upper.set_title(f"{title} ({kind}), around its largest error")
+        upper.set_title(f"{title} ({kind}),\naround its largest error", fontsize=11)
         _draw_inputs(upper, validation.surrogate.inputs, time, comparison.inputs[shown])
         middle.plot(time, comparison.reference[shown, output], color=REFERENCE, label="reference")
         middle.plot(
@@ -188,11 +190,6 @@ def _draw_inputs(
     units = ", ".join(dict.fromkeys(signal.unit for signal in signals))
     names = f"{signals[0].name} .. {signals[-1].name}" if len(signals) > 1 else signals[0].name
     ax.set_ylabel(f"{names} / {units}")
-
-
-def _relative_error(comparison: Comparison, output: int) -> float:
-    error, reference = comparison.error[:, output], comparison.reference[:, output]
-    return float(np.linalg.norm(error) / max(float(np.linalg.norm(reference)), 1e-300))
 
 
 def _worst_part(comparison: Comparison, output: int) -> slice:

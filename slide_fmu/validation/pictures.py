@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import base64
 import io
-import re
 
 from PIL import Image
 
@@ -44,15 +43,6 @@ def as_webp(picture: bytes) -> bytes:
 def in_page(picture: bytes) -> str:
     """Return a PNG as the address by which a self-contained page shows it."""
     return "data:image/webp;base64," + base64.b64encode(as_webp(picture)).decode("ascii")
-
-
-def with_small_pictures(page: str) -> str:
-    """Return a report's page with all PNG pictures as ``in_page`` has them; its text stays."""
-    return re.sub(
-        r"data:image/png;base64,([A-Za-z0-9+/=]+)",
-        lambda found: in_page(base64.b64decode(found.group(1))),
-        page,
-    )
 
 
 def _few_colours(image: Image.Image) -> Image.Image:

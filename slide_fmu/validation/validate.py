@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import tempfile
 import time
-from concurrent.futures import as_completed
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,9 +15,8 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import hold_of
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
-from slide_fmu.data.pool import process_pool
-from slide_fmu.python_fmu.reference import write_reference_fmu
-from slide_fmu.python_fmu.reference_slave import FROM_STATE
+from slide_fmu.data.pool import in_parallel, process_pool
+from slide_fmu.python_fmu.reference_slave import FROM_STATE, write_reference_fmu
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system, reference_parameters, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -100,27 +98,13 @@ def _measure_all(
     progress(1, count)
     workers = min(workers or os.cpu_count() or 1, count - 1)
     if workers > 1 and seconds * (count - 1) > WORTH_PROCESSES:
-        return found + _measure_by_processes(bench, count, workers, progress)
+        jobs = [(index,) for index in range(1, count)]
+        with process_pool(workers, _set_up, (bench,)) as pool:
+            return found + in_parallel(pool, _measure_here, jobs, lambda n: progress(n + 1, count))
     for index in range(1, count):
         found.append(_measure(bench, models, index))
         progress(index + 1, count)
     return found
-
-
-def _measure_by_processes(
-    bench: _Bench, count: int, workers: int, progress: Progress
-) -> list[Comparison]:
-    """Measure all trajectories but the first, in order."""
-    with process_pool(workers, _set_up, (bench,)) as pool:
-        futures = [pool.submit(_measure_here, index) for index in range(1, count)]
-        try:
-            for done, future in enumerate(as_completed(futures), start=2):
-                future.result()
-                progress(done, count)
-        finally:
-            for future in futures:
-                future.cancel()
-    return [future.result() for future in futures]
 
 
 _here: list[tuple[_Bench, _Models]] = []

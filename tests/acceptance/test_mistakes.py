@@ -17,10 +17,10 @@ from slide_fmu.core.window import Window
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fmu.export import read_fmu, read_member
-from slide_fmu.network.state_space import StateSpace
 from slide_fmu.network.state_space.cell import Cell
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.pipeline.job import Job, open_job, provenance, versions
-from slide_fmu.pipeline.stability import STABILITY_PICTURE
+from slide_fmu.pipeline.stages import STABILITY_PICTURE
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.acceptance.conftest import SMALL_DUFFING, SMALL_LINEAR, Finished, invoke

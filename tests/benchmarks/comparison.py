@@ -27,8 +27,8 @@ from slide_fmu.cosim.bench import Bench, fmu_times
 from slide_fmu.cosim.run import unpacked
 from slide_fmu.cosim.synthetic import SYNTHETIC, Effort, synthetic_surrogate
 from slide_fmu.fmu.export import export_fmu, read_fmu
-from slide_fmu.network.feed_forward import FeedForward
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 
 PARTS = {"kernel": Part.NETWORK, "read": Part.READ_MEMORY, "runtime_step": Part.STEP}

@@ -24,7 +24,7 @@ from exudyn.itemInterface import (
 )
 from exudyn.robotics import Robot, RobotBase, RobotLink
 
-from mbs_models.plants.set_points import SetPoints
+from mbs_models.plants.driven_plant import SetPoints
 from mbs_models.robot_6r.puma_560 import DAMPING, JOINTS, STIFFNESS, puma_560
 from mbs_models.robot_6r.robot_6r import SOCKET_DAMPING
 from mbs_models.robot_6r.socket import SocketMesh

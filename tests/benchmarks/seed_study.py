@@ -40,7 +40,7 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.pipeline.job import open_job, with_training_seed
 from slide_fmu.pipeline.measurement import IN_RANGE, tasks
-from slide_fmu.pipeline.preparation import generate_data
+from slide_fmu.pipeline.stages import generate_data
 from slide_fmu.validation.validate import validate
 
 

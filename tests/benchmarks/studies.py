@@ -9,7 +9,6 @@ import os
 import tempfile
 import time
 from collections.abc import Mapping
-from concurrent.futures import as_completed
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -21,7 +20,7 @@ from figures_out import write_figures
 from numpy.typing import ArrayLike
 
 from slide_fmu.core.progress import Progress, Stages
-from slide_fmu.data.pool import process_pool
+from slide_fmu.data.pool import in_parallel, process_pool
 from slide_fmu.data.store import read_split
 from slide_fmu.learn.fit import fit_surrogate
 from slide_fmu.pipeline.run_folder import RunFolder
@@ -107,16 +106,8 @@ def _train_at_once(
     order = sorted(recipes, key=lambda title: -recipes[title].data.train)
     with process_pool(workers, torch.set_num_threads, (1,)) as pool:
         advance(0, len(order))
-        futures = {
-            pool.submit(_train, recipes[title], folder, no_stages): title for title in order
-        }
-        try:
-            for done, future in enumerate(as_completed(futures), 1):
-                future.result()
-                advance(done, len(order))
-        finally:
-            for future in futures:
-                future.cancel()
+        jobs = [(recipes[title], folder, no_stages) for title in order]
+        in_parallel(pool, _train, jobs, lambda done: advance(done, len(order)))
 
 
 def _train(recipe: Recipe, folder: RunFolder, progress: Stages) -> None:
@@ -139,7 +130,7 @@ def _train(recipe: Recipe, folder: RunFolder, progress: Stages) -> None:
 def _finished(recipe: Recipe, folder: RunFolder) -> Trained:
     kept = _kept(folder, recipe)
     seconds = json.loads(kept.read_text(encoding="utf-8"))["training_cpu_seconds"]
-    return Trained(recipe, Surrogate.load(kept.with_suffix(".slide")), seconds)
+    return Trained(recipe, Surrogate.from_bytes(kept.with_suffix(".slide").read_bytes()), seconds)
 
 
 def _is_kept(folder: RunFolder, recipe: Recipe) -> bool:

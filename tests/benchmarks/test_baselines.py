@@ -18,8 +18,8 @@ from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.cosim.synthetic import Effort
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.build import build_all
-from slide_fmu.network.feed_forward import FeedForward
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
 TIMES = (

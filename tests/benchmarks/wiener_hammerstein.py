@@ -30,7 +30,7 @@ from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space.fit import fit_state_space
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 SAMPLE_RATE = 51_200.0

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.cli import tables
+from slide_fmu.cli import console
+from slide_fmu.cli.app import SUBCOMMANDS
 from slide_fmu.cli.console import Messages
 
 COMMAND = [sys.executable, "-m", "slide_fmu"]
@@ -74,6 +75,21 @@ def test_usage_error_in_a_pipe_is_one_line(tmp_path: Path) -> None:
     assert f"Error: No such option: {option}" in done.stderr.splitlines()
 
 
+@pytest.mark.parametrize("columns", ["40", "300"])
+def test_help_in_a_pipe_has_whole_summaries_whatever_the_terminal(columns: str) -> None:
+    done = subprocess.run(
+        [*COMMAND, "--help"],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=narrow(COLUMNS=columns),
+    )
+    lines = done.stdout[done.stdout.index("Commands:") :].splitlines()[1:]
+    assert [line.split()[0] for line in lines] == [each.__name__ for each in SUBCOMMANDS]
+    for line, subcommand in zip(lines, SUBCOMMANDS, strict=True):
+        assert line.endswith(f"  {subcommand.__doc__}")
+
+
 def test_error_message_on_a_terminal_is_wrapped_to_its_width(tmp_path: Path) -> None:
     master, terminal = pty.openpty()
     try:
@@ -97,9 +113,9 @@ def test_error_message_on_a_terminal_is_wrapped_to_its_width(tmp_path: Path) -> 
 def test_table_and_its_heading_in_a_pipe_are_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "60")
     messages = Messages(file=io.StringIO(), markup=False, highlight=False)
-    monkeypatch.setattr(tables, "console", messages)
+    monkeypatch.setattr(console, "console", messages)
     title = "unseen trajectories beyond the range that the training has seen, " * 4
-    tables.show_validation(FIGURES, title)
+    console.show_validation(FIGURES, title)
     heading, *lines = messages.file.getvalue().splitlines()
     assert heading == f"{title}: 12 trajectories, seed 1"
     (row,) = [line for line in lines if FIGURES["outputs"][0]["name"] in line]

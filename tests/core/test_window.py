@@ -25,19 +25,18 @@ def test_index_law_is_right_in_an_example_by_hand() -> None:
 
 
 @given(windows(), st.integers(0, 30), st.integers(1, 4))
-def test_cut_is_the_explicit_loop(window: Window, extra: int, stride: int) -> None:
+def test_indices_are_those_of_the_explicit_loop(window: Window, extra: int, stride: int) -> None:
     count = window.n_in + extra
-    inputs, outputs = np.arange(count)[:, None] * 1.0, 1000.0 + np.arange(count + 1)[:, None]
     starts = window.starts(count, stride)
-    cut_inputs, cut_outputs = window.cut(inputs, outputs, starts)
-    assert cut_inputs.shape == (len(starts), window.n_in, 1)
-    assert cut_outputs.shape == (len(starts), window.n_out, 1)
+    inputs, outputs = window.input_indices(starts), window.output_indices(starts)
+    assert inputs.shape == (len(starts), window.n_in)
+    assert outputs.shape == (len(starts), window.n_out)
     s, row = 0, 0
     while s + window.n_in <= count:
         for i in range(window.n_in):
-            assert cut_inputs[row, i, 0] == s + i
+            assert inputs[row, i] == s + i
         for j in range(window.n_out):
-            assert cut_outputs[row, j, 0] == 1000 + s + window.n_in - window.n_out + 1 + j
+            assert outputs[row, j] == s + window.n_in - window.n_out + 1 + j
         s, row = s + stride, row + 1
     assert row == len(starts)
 
@@ -66,17 +65,6 @@ def test_stride_n_out_covers_every_sample_once(window: Window, extra: int) -> No
 
 def test_no_window_fits_into_a_shorter_record() -> None:
     assert len(Window(0.1, 4, 2).starts(3)) == 0
-
-
-def test_cut_beyond_the_trajectory_is_an_error() -> None:
-    window, inputs, outputs = Window(0.1, 4, 2), np.zeros((6, 1)), np.zeros((7, 1))
-    window.cut(inputs, outputs, np.array([2]))
-    with pytest.raises(IndexError):
-        window.cut(inputs, outputs, np.array([3]))
-    with pytest.raises(IndexError):
-        window.cut(inputs, outputs, np.array([-1]))
-    with pytest.raises(IndexError, match="starts at sample -2; expected 0 or later"):
-        window.cut(inputs, outputs, np.array([1, -2, 0]))
 
 
 @pytest.mark.parametrize("step", [0.0, -0.1, math.nan, math.inf])

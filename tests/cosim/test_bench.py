@@ -13,7 +13,7 @@ from slide_fmu.cosim.synthetic import synthetic_surrogate
 from slide_fmu.features.differences import Differences
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
-from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.feed_forward.network import FeedForward
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.libraries import build_libraries
 

@@ -15,7 +15,6 @@ import zarr
 
 from slide_fmu.core.signals import Trajectory
 from slide_fmu.data.store import (
-    Layout,
     StoreError,
     data_fingerprint,
     missing_trajectories,
@@ -28,7 +27,7 @@ from slide_fmu.data.store import (
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from tests.recipes import ESTIMATOR, tiny_recipe
 
-LAYOUT = Layout(n_samples=5, n_inputs=2, n_outputs=1)
+SHAPES = {"inputs": (5, 2), "outputs": (6, 1)}
 MOTION = np.array([[0.0], [0.1], [0.3]])
 
 COUNTS = {"train": 4, "validation": 1, "estimator": 1, "estimator_validation": 1}
@@ -57,7 +56,7 @@ def content(path: Path) -> dict[str, bytes]:
 @pytest.fixture
 def store(tmp_path: Path) -> Path:
     path = tmp_path / "data.zarr"
-    open_store(path, RECIPE, LAYOUT, MOTION)
+    open_store(path, RECIPE, SHAPES, MOTION)
     return path
 
 
@@ -107,14 +106,14 @@ def test_opening_again_keeps_what_is_done(store: Path) -> None:
         network={"hidden": [9]},
         window={"n_in": 50},
     )
-    open_store(store, changed_only_in_training, LAYOUT, MOTION)
+    open_store(store, changed_only_in_training, SHAPES, MOTION)
     assert content(store) == before
 
 
 def test_a_reference_of_its_own_belongs_to_no_data(store: Path) -> None:
     """Stores made before recipes had such a table stay valid too."""
     finer = recipe(system={"reference": {"substeps": 24}})
-    open_store(store, finer, LAYOUT, MOTION)
+    open_store(store, finer, SHAPES, MOTION)
     assert "reference" not in data_fingerprint(finer)["system"]
 
 
@@ -140,7 +139,7 @@ def test_other_recipe_is_refused_and_the_store_untouched(
     data = {**COUNTS, **changes.get("data", {})}
     other = recipe(**{**changes, "data": data})
     with pytest.raises(StoreError, match=f"generated from other values: {key}") as caught:
-        open_store(store, other, LAYOUT, MOTION)
+        open_store(store, other, SHAPES, MOTION)
     assert str(store) in str(caught.value)
     assert content(store) == before
 
@@ -151,7 +150,7 @@ def test_half_made_store_is_made_again(tmp_path: Path) -> None:
     name = f"data.zarr.{os.getpid()}.{threading.get_ident()}"  # once had the same numbers
     (tmp_path / name).mkdir()
     (tmp_path / name / "zarr.json").write_text("{")
-    open_store(path, RECIPE, LAYOUT, MOTION)
+    open_store(path, RECIPE, SHAPES, MOTION)
     assert missing_trajectories(path, "train", 4) == [0, 1, 2, 3]
     assert [p.name for p in tmp_path.iterdir()] == ["data.zarr"]
 
@@ -161,7 +160,7 @@ def test_place_that_holds_something_else_is_refused(tmp_path: Path, make: Any) -
     path = tmp_path / "data.zarr"
     make(path)
     with pytest.raises(StoreError, match="is not a trajectory store; remove it"):
-        open_store(path, RECIPE, LAYOUT, MOTION)
+        open_store(path, RECIPE, SHAPES, MOTION)
 
 
 def test_missing_store_is_reported(tmp_path: Path) -> None:
@@ -171,8 +170,8 @@ def test_missing_store_is_reported(tmp_path: Path) -> None:
 
 def test_store_of_a_changed_model_is_refused(store: Path) -> None:
     with pytest.raises(StoreError, match=r"the model has changed since: generate again"):
-        open_store(store, RECIPE, LAYOUT, MOTION * 1.001)
-    open_store(store, RECIPE, LAYOUT, MOTION)
+        open_store(store, RECIPE, SHAPES, MOTION * 1.001)
+    open_store(store, RECIPE, SHAPES, MOTION)
 
 
 def test_damaged_file_is_named(store: Path) -> None:
@@ -193,10 +192,10 @@ def test_missing_files_of_a_store_are_reported(store: Path) -> None:
         read_split(store, "train", 4)
     shutil.rmtree(store / "beyond")
     with pytest.raises(StoreError, match=r"split 'beyond' is damaged.*--overwrite"):
-        open_store(store, RECIPE, LAYOUT, MOTION)
+        open_store(store, RECIPE, SHAPES, MOTION)
     (store / "zarr.json").write_text("{", encoding="utf-8")
     with pytest.raises(StoreError, match="is not a trajectory store; remove it"):
-        open_store(store, RECIPE, LAYOUT, MOTION)
+        open_store(store, RECIPE, SHAPES, MOTION)
 
 
 @pytest.mark.parametrize("estimating", [False, True])
@@ -228,7 +227,7 @@ def test_several_may_create_the_store_at_once(tmp_path: Path) -> None:
         for round_ in range(5):
             folder = path.with_name(f"{round_}") / path.name
             folder.parent.mkdir()
-            made = [pool.submit(open_store, folder, RECIPE, LAYOUT, MOTION) for _ in range(4)]
+            made = [pool.submit(open_store, folder, RECIPE, SHAPES, MOTION) for _ in range(4)]
             for future in made:
                 future.result()
             assert missing_trajectories(folder, "train", 4) == [0, 1, 2, 3]
@@ -238,22 +237,22 @@ def test_several_may_create_the_store_at_once(tmp_path: Path) -> None:
 def test_recipes_with_and_without_estimator_share_a_store(tmp_path: Path) -> None:
     """The first to have one settles what its trajectories are drawn from."""
     path, alone = tmp_path / "data.zarr", surrogate_only(4)
-    open_store(path, alone, LAYOUT, MOTION)
+    open_store(path, alone, SHAPES, MOTION)
     write_trajectory(path, "train", 1, trajectory(1), kind=0)
-    open_store(path, RECIPE, LAYOUT, MOTION)
+    open_store(path, RECIPE, SHAPES, MOTION)
     assert missing_trajectories(path, "train", 4) == [0, 2, 3]
     assert missing_trajectories(path, "estimator", 1) == [0]
-    open_store(path, alone, LAYOUT, MOTION)
+    open_store(path, alone, SHAPES, MOTION)
     require_origin(path, alone, MOTION)
     other = recipe(estimator={**ESTIMATOR, "in_range": 0.25})
     with pytest.raises(StoreError, match=r"estimator\.in_range = 0\.5 there, 0\.25"):
-        open_store(path, other, LAYOUT, MOTION)
+        open_store(path, other, SHAPES, MOTION)
 
 
 def test_a_store_grows_and_gives_the_first_ones(store: Path) -> None:
     for index in range(4):
         write_trajectory(store, "train", index, trajectory(index), kind=0)
-    open_store(store, surrogate_only(6), LAYOUT, MOTION)
+    open_store(store, surrogate_only(6), SHAPES, MOTION)
     assert missing_trajectories(store, "train", 6) == [4, 5]
     assert missing_trajectories(store, "train", 3) == []
     with pytest.raises(StoreError, match="2 of 6 trajectories of split 'train' are missing"):
@@ -261,7 +260,7 @@ def test_a_store_grows_and_gives_the_first_ones(store: Path) -> None:
     with pytest.raises(StoreError, match="9 of 9 trajectories of split 'beyond' are missing"):
         read_split(store, "beyond", 9)
     before = content(store)
-    open_store(store, surrogate_only(2), LAYOUT, MOTION)
+    open_store(store, surrogate_only(2), SHAPES, MOTION)
     assert content(store) == before
     first = read_split(store, "train", 3)
     assert [len(values) for values in (first.inputs, first.outputs, first.kinds)] == [3, 3, 3]
@@ -270,6 +269,6 @@ def test_a_store_grows_and_gives_the_first_ones(store: Path) -> None:
 
 def test_small_outputs_show_a_changed_model_too(tmp_path: Path) -> None:
     path = tmp_path / "data.zarr"
-    open_store(path, RECIPE, LAYOUT, 1e-9 * MOTION)
+    open_store(path, RECIPE, SHAPES, 1e-9 * MOTION)
     with pytest.raises(StoreError, match="the model has changed"):
-        open_store(path, RECIPE, LAYOUT, 1.001e-9 * MOTION)
+        open_store(path, RECIPE, SHAPES, 1.001e-9 * MOTION)

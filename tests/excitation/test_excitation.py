@@ -9,7 +9,7 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.excitation.mix import Excitation, choose_kind, draw_inputs
+from slide_fmu.excitation.mix import Excitation, choose_kind
 
 STEP = 0.01
 TIME = STEP * np.arange(4000)
@@ -59,7 +59,7 @@ def test_drawn_inputs_are_reproducible_and_independent_by_channel(name: str) -> 
 
     def drawn(seed: int) -> FloatArray:
         rng = np.random.default_rng(seed)
-        return draw_inputs(kind_of(name), signals, TIME, 1.0, rng)
+        return kind_of(name).inputs(signals, TIME, 1.0, rng)
 
     inputs = drawn(1)
     assert inputs.shape == (len(TIME), 3)
@@ -73,7 +73,7 @@ def test_drawn_inputs_are_reproducible_and_independent_by_channel(name: str) -> 
 @pytest.mark.parametrize("name", TABLES)
 def test_draws_stay_those_of_released_data(name: str) -> None:
     rng, kind = np.random.default_rng(12), kind_of(name, amplitude=[0.5, 1.0])
-    inputs = draw_inputs(kind, (FORCE, SHIFTED), TIME[:50], 1.3, rng)
+    inputs = kind.inputs((FORCE, SHIFTED), TIME[:50], 1.3, rng)
     assert (inputs[7, 0], inputs[49, 1], rng.random()) == pytest.approx(DRAWN[name], abs=1e-8)
 
 
@@ -84,7 +84,7 @@ def test_values_fill_the_range_times_amplitude_and_factor(name: str, factor: flo
     kind = kind_of(name, amplitude=[0.4, 0.6])
     largest = []
     for _ in range(20):
-        inputs = draw_inputs(kind, (SHIFTED,), TIME, factor, rng)
+        inputs = kind.inputs((SHIFTED,), TIME, factor, rng)
         largest.append(float(np.max(np.abs(inputs - 290.0))) / (10.0 * factor))
     assert max(largest) <= 0.6
     assert min(largest) < 0.5 < max(largest)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.excitation.mix import Excitation, draw_inputs
+from slide_fmu.excitation.mix import Excitation
 from slide_fmu.excitation.point_to_point import Moves, trapezoid_way
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.systems import recipe_system
@@ -47,7 +47,9 @@ def kind_of(name: str, **extra: object) -> Any:
 def motion(
     kind: Any, signals: tuple[Signal, ...], seed: int, factor: float = 1.0, time: FloatArray = TIME
 ) -> FloatArray:
-    return draw_inputs(kind, signals, time, factor, np.random.default_rng(seed))
+    kind.check(signals)
+    inputs: FloatArray = kind.inputs(signals, time, factor, np.random.default_rng(seed))
+    return inputs
 
 
 def rotation(

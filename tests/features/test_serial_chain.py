@@ -155,6 +155,16 @@ def test_wrong_shapes_and_numbers_are_named(name: str) -> None:
         dataclasses.replace(ARM, **{name: np.nan * getattr(ARM, name)})
 
 
+@pytest.mark.parametrize(("i", "j"), [(0, 1), (1, 2), (2, 0)])
+def test_inertia_that_is_not_symmetric_is_named(i: int, j: int) -> None:
+    inertias = ARM.inertias.copy()
+    inertias[3, i, j] += 1e-12 * inertias[3, i, i]
+    dataclasses.replace(ARM, inertias=inertias)
+    inertias[3, i, j] += 1e-6 * inertias[3, i, i]
+    with pytest.raises(ValueError, match=r"inertias\[3\] has .* expected a symmetric tensor"):
+        dataclasses.replace(ARM, inertias=inertias)
+
+
 def test_wrong_angles_are_named() -> None:
     with pytest.raises(ValueError, match="dq of shape"):
         ARM.base_momentum(np.zeros(6), np.zeros(5))

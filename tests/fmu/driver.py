@@ -12,7 +12,7 @@ import pytest
 
 from slide_fmu.fmu.libraries.build import BUILD, KERNEL, WARNINGS, include_flags, runtime_files
 
-NAMES = ("driver.c", "cell_driver.c", "gated_driver.c")
+NAMES = ("driver.c", "cell_driver.c")
 DRIVERS = [Path(__file__).parent / "c" / name for name in NAMES]
 SANITIZE = ["-g", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
 

@@ -16,8 +16,8 @@ from slide_fmu.features.base import Features
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.director import Director
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.feed_forward import FeedForward
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.plain_cell import PlainCell
 
@@ -46,7 +46,8 @@ def plain_features(features: FeatureMap, records: FloatArray) -> FloatArray:
     rows = []
     for k in range(len(records)):
         signals = plain_signals(features.features, [records[max(k - age, 0)] for age in range(4)])
-        rows.append((signals[list(features.chosen)] - features.offset) / features.scale)
+        chosen, scaling = signals[list(features.chosen)], features.scaling
+        rows.append((chosen - scaling.offset) / scaling.scale)
     return np.array(rows)
 
 

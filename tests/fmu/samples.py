@@ -18,10 +18,9 @@ from slide_fmu.features.director import Director
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.network.base import Float32Array, Network
-from slide_fmu.network.feed_forward import FeedForward, Layer
-from slide_fmu.network.state_space import StateSpace
-from slide_fmu.network.state_space.cell import GATED, Cell
-from slide_fmu.network.state_space.roles import Roles
+from slide_fmu.network.feed_forward.network import FeedForward, Layer
+from slide_fmu.network.state_space.cell import GATED, Cell, Roles
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -81,10 +80,14 @@ def random_chain(n: int, seed: int) -> SerialChain:
         alpha=rng.uniform(-2, 2, n),
         masses=rng.uniform(0.5, 5, n),
         centres=rng.normal(0, 0.2, (n, 3)),
-        inertias=rng.normal(0, 0.1, (n, 3, 3)),
+        inertias=_symmetric(rng.normal(0, 0.1, (n, 3, 3))),
         gravity=rng.normal(0, 6, 3),
         tool=rng.normal(0, 0.2, 3),
     )
+
+
+def _symmetric(matrices: FloatArray) -> FloatArray:
+    return np.asarray(matrices + np.swapaxes(matrices, 1, 2))
 
 
 SEEN: dict[str, dict[str, Any]] = {
@@ -118,8 +121,7 @@ def random_features(shape: Shape, seed: int) -> FeatureMap:
     return FeatureMap(
         features,
         (*(int(i) for i in chosen), *turn),
-        np.array([*mean, 0, 0]),
-        np.array([*np.maximum(spread, 1e-3), scale, scale]),
+        Affine.of_channels([*mean, 0, 0], [*np.maximum(spread, 1e-3), scale, scale]),
     )
 
 

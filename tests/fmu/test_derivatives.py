@@ -13,8 +13,8 @@ import pytest
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.base import BEFORE
 from slide_fmu.fmu.description.fmi2 import fmu_variables
-from slide_fmu.network.feed_forward import FeedForward
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.gradient import jacobian
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.derivatives import (

@@ -124,16 +124,18 @@ def test_input_derivatives_are_part_of_a_saved_state(
 @pytest.mark.parametrize("hold", ["zero_order", "first_order"])
 def test_failed_step_with_input_derivatives_changes_nothing(load: Load, hold: Hold) -> None:
     loaded = load(random_surrogate(Shape(n_in=8, hold=hold, cell=CellShape(activation="cubic"))))
-    native = loaded.instance().start()
-    for first in (True, False):
-        assert native.set(0.5) == native.set_rates(1e45) == OK
-        saved = native.save()
+    native, other = loaded.instance().start(), loaded.instance().start()
+    for good in (3, 1, 2.6, 1):
+        for one in (native, other):
+            assert one.set(0.5) == one.set_rates(1e45) == OK
         for length in (1, 2, 1.6, 2.5, 30):
             assert native.do_step(native.time(), length * STEP) == ERROR
             assert "not finite" in native.messages[-1]
-            assert native.save() == saved, (first, length)
-        assert native.set_rates(3.0) == OK
-        assert native.do_step(native.time(), 3 * STEP) == OK
+            assert native.get(1) == other.get(1)
+            assert derivative(native, 1, np.ones(1)) == derivative(other, 1, np.ones(1))
+        for one in (native, other):
+            assert one.set_rates(3.0) == one.do_step(one.time(), good * STEP) == OK
+        assert native.get(1) == other.get(1)
 
 
 def test_input_derivatives_with_wrong_arguments_are_refused(rich: Loaded) -> None:

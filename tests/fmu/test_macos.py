@@ -11,7 +11,7 @@ import pytest
 
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.build import BINARIES, RUNTIME
-from slide_fmu.fmu.libraries.universal import universal_library
+from slide_fmu.fmu.libraries.platforms import universal_library
 from tests.fmu.mach_o import ARM64, BUILD_VERSION, ID_DYLIB, LOAD_DYLIB, X86_64, MachO, slices
 from tests.fmu.samples import Shape, random_surrogate
 from tests.fmu.standards import functions

@@ -10,8 +10,9 @@ import pytest
 
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.feed_forward import FeedForward
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
+from tests.fmu.future import future
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 
@@ -70,11 +71,11 @@ def test_cells_that_overflow_are_refused_and_go_on(load: Load) -> None:
     native = load(dataclasses.replace(surrogate, network=network)).instance().start()
     native.step(1.0)
     native.set(3e38)
-    before = native.save()
+    before = future(native, STEP, (1.0,), 6)
     for length in (STEP, 2 * STEP, 1.5 * STEP):
         status = [native.do_step(STEP, length) for _ in range(2)]
         assert status == [ERROR, ERROR]
-        assert native.save() == before
+        assert future(native, STEP, (1.0,), 6) == before
     native.step(1.0)
     assert np.all(np.isfinite(native.get(1, 5)))
 
@@ -99,15 +100,15 @@ def test_features_that_are_not_finite_are_refused(load: Load, cell: CellShape | 
 def test_failed_step_leaves_no_trace(load: Load, length: float) -> None:
     """Two samples of the largest float sum to infinity; a bad first step is undone as well."""
     native = load(sum_surrogate()).instance().start()
-    fresh = native.save()
+    fresh = future(native, 0.0, (1.0,), 3)
     native.set(3e38)
-    changed = native.save()
+    changed = future(native, 0.0, (1.0,), 3)
     assert native.do_step(0.0, length) == ERROR
-    assert native.save() == changed != fresh
+    assert future(native, 0.0, (1.0,), 3) == changed != fresh
     native.step(1.0)
     native.set(3e38)
-    before = native.save()
+    before = future(native, STEP, (1.0,), 3)
     assert native.do_step(STEP, length) == ERROR
-    assert native.save() == before
+    assert future(native, STEP, (1.0,), 3) == before
     native.set(2.0)
     assert native.do_step(STEP, length) == OK

@@ -9,7 +9,9 @@ import zlib
 
 import pytest
 
-from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.features.chain_motion import ChainMotion
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.payload import PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import Load, Loaded
@@ -85,3 +87,17 @@ def test_instantiation_with_a_wrong_guid_or_payload_is_refused(rich: Loaded) -> 
     assert "checksum" in native.messages[0]
     payload.unlink()
     assert "cannot read" in rich.instance().messages[0]
+
+
+def test_inertia_that_is_not_symmetric_is_refused(load: Load) -> None:
+    surrogate = random_surrogate(Shape(n_inputs=2, features="chain", cell=CellShape()))
+    network, content = surrogate.network, surrogate.to_bytes()
+    assert isinstance(network, StateSpace)
+    assert isinstance(network.features.features, ChainMotion)
+    right = network.features.features.chain.inertias[1]
+    wrong = right.copy()
+    wrong[0, 2] *= 1 + 1e-6
+    assert content.count(right.tobytes()) == 1
+    body = content.replace(right.tobytes(), wrong.tobytes())[:-4]
+    message = _refused(load(surrogate), body + struct.pack("<I", zlib.crc32(body)))
+    assert "surrogate file: inertia of link 1 of a chain; expected a symmetric tensor" in message

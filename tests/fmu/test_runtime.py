@@ -12,7 +12,7 @@ import pytest
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.check import ERROR_TOLERANCE, OUTPUT_TOLERANCE
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import Load
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate

@@ -25,7 +25,7 @@ from slide_fmu.learn.estimator import (
     streamed_errors,
 )
 from slide_fmu.learn.feed_forward import FeedForwardModule
-from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.learning import FeedForwardRecipe
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
@@ -47,8 +47,8 @@ LEARNT = 0.1
 
 FEATURES = [
     FeatureMap(Differences(2)),
-    FeatureMap(Differences(2, 1), (3, 0, 1), scale=np.array([4, 1, 1])),
-    FeatureMap(Director(), scale=np.array([1, 1, 4, 8])),
+    FeatureMap(Differences(2, 1), (3, 0, 1), scaling=Affine.of_channels([0, 0, 0], [4, 1, 1])),
+    FeatureMap(Director(), scaling=Affine.of_channels([0, 0, 0, 0], [1, 1, 4, 8])),
 ]
 
 

@@ -14,8 +14,8 @@ from slide_fmu.features.differences import Differences
 from slide_fmu.features.director import Director
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.serial_chain import SerialChain
-from slide_fmu.learn.feature_choice import choose_features, feature_map, require_odd, roles_of
-from slide_fmu.network.state_space.roles import Roles
+from slide_fmu.learn.feature_choice import choose_features, require_odd, roles_of
+from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
 from tests.learn.plants import ARM, STEP, Still
 
@@ -83,19 +83,20 @@ def test_set_is_formed_as_far_as_the_names_need(name: str) -> None:
 def test_signals_come_in_the_order_of_the_names() -> None:
     features = chosen(("second_changes", "inputs"), noise(2))
     assert features.chosen == (4, 5, 0, 1)
-    assert features.scale[2:].tolist() == [1.0, 1.0]
-    assert np.all(features.scale[:2] > 1.0)
+    assert features.scaling.scale[2:].tolist() == [1.0, 1.0]
+    assert np.all(features.scaling.scale[:2] > 1.0)
 
 
 def test_features_are_divided_by_the_standard_deviation_of_the_differences() -> None:
     """However small an input is beside the others."""
     inputs = noise(2) * [1.0, 1e-10]
     features = chosen(Differences.NAMES, inputs)
-    assert features.scale[:2].tolist() == [1.0, 1.0]
-    assert not features.offset.any()
+    assert features.scaling.scale[:2].tolist() == [1.0, 1.0]
+    assert not features.scaling.offset.any()
     signals = Differences(2, 2).along(inputs).reshape(-1, 6)
-    assert features.scale[2:] == pytest.approx(signals.std(0)[2:], rel=SINGLE)
-    assert np.array_equal(features.scale, features.scale.astype(np.float32))  # as weights are
+    assert features.scaling.scale[2:] == pytest.approx(signals.std(0)[2:], rel=SINGLE)
+    scale = features.scaling.scale
+    assert np.array_equal(scale, scale.astype(np.float32))  # as weights are
 
 
 @pytest.mark.parametrize(
@@ -123,7 +124,7 @@ def test_every_feature_is_normalised_as_its_set_says(
         if name in every.centred:
             assert np.abs(found[:, :, part].mean((0, 1))).max() < 10 * SINGLE
         else:
-            assert not features.offset[part].any()
+            assert not features.scaling.offset[part].any()
         spread = found[:, :, part].std((0, 1))
         moving = raw[:, :, part].std((0, 1)) > SINGLE
         assert np.any(moving)
@@ -159,7 +160,7 @@ def test_differences_of_an_input_that_never_changes_are_refused(
     inputs[:, :, still] = held + rounding * inputs[:, :, still]
     with pytest.raises(ValueError, match=STILL.format(name, still)):
         chosen(("inputs", name), inputs)
-    assert chosen(("inputs",), inputs).scale.tolist() == [1.0, 1.0]
+    assert chosen(("inputs",), inputs).scaling.scale.tolist() == [1.0, 1.0]
 
 
 @pytest.mark.parametrize("name", ["turn", "turn_change"])
@@ -259,7 +260,7 @@ def test_roles_are_places_among_the_chosen_features(
 ) -> None:
     recipe = StateSpaceRecipe.model_validate(table)
     assert recipe.feature_names() == names
-    features = feature_map(recipe, Still(2), unit(2), noise(2))
+    features = choose_features(recipe.feature_names(), Still(2), unit(2), noise(2))
     assert features.chosen == chosen(names, noise(2)).chosen
     assert roles_of(recipe, features) == roles
 
@@ -272,7 +273,7 @@ def test_turned_pairs_see_the_frame() -> None:
         turned_pairs=1,
     )
     assert recipe.feature_names() == ("turned_wrench_change", "turned_inertia", "frame")
-    features = feature_map(recipe, Still(2, ARM), unit(2), smooth(2))
+    features = choose_features(recipe.feature_names(), Still(2, ARM), unit(2), smooth(2))
     roles = roles_of(recipe, features)
     assert roles.turn == (15, 16)
     turn = features.along(smooth(2))[:, :, list(roles.turn)]
@@ -283,10 +284,10 @@ def test_turned_pairs_see_the_frame() -> None:
 
 def test_feed_forward_networks_see_the_features_they_name() -> None:
     recipe = FeedForwardRecipe(family="feed_forward", hidden=(), features=("turn", "direction"))
-    features = feature_map(recipe, Still(2, angle=True), unit(2), directors())
+    features = choose_features(recipe.feature_names(), Still(2, angle=True), unit(2), directors())
     assert features.chosen == (2, 0, 1)
     plain = FeedForwardRecipe(family="feed_forward", hidden=())
-    assert feature_map(plain, Still(2), unit(2), directors()).chosen == (0, 1)
+    assert choose_features(plain.feature_names(), Still(2), unit(2), directors()).chosen == (0, 1)
 
 
 def test_signs_of_angles_and_loads_are_not_flipped() -> None:

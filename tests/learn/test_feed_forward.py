@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 import torch
 
+from slide_fmu.core.scaling import Affine
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.director import Director
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.learn.feed_forward import FeedForwardModule, activation_module
+from slide_fmu.learn.feed_forward import FeedForwardModule
+from slide_fmu.learn.feed_forward import activation as activation_of
 from slide_fmu.network.activations import ACTIVATIONS
 from slide_fmu.recipe.learning import FeedForwardRecipe
 
@@ -40,7 +42,7 @@ def windows(count: int) -> torch.Tensor:
 @pytest.mark.parametrize("name", ACTIVATIONS)
 def test_activation_and_its_derivative_are_those_of_the_shared_table(name: str) -> None:
     values = torch.linspace(-4, 4, 81, dtype=torch.float64).requires_grad_()
-    found = activation_module(name)(values)
+    found = activation_of(name)(values)
     (slope,) = torch.autograd.grad(found.sum(), values)
     activation, seen = ACTIVATIONS[name], values.detach()
     expected = activation.value(seen, torch)
@@ -72,8 +74,11 @@ def test_frozen_network_is_the_module(
 @pytest.mark.parametrize(
     "features",
     [
-        FeatureMap(Differences(CHANNELS, 2), scale=np.array([1, 1, 0.5, 0.25, 0.5, 2])),
-        FeatureMap(Differences(CHANNELS, 1), (2, 1), np.array([0.0, 0.25])),
+        FeatureMap(
+            Differences(CHANNELS, 2),
+            scaling=Affine.of_channels([0, 0, 0, 0, 0, 0], [1, 1, 0.5, 0.25, 0.5, 2]),
+        ),
+        FeatureMap(Differences(CHANNELS, 1), (2, 1), Affine.of_channels([0.0, 0.25], [1.0, 1.0])),
         FeatureMap(Director(), (3, 0)),
     ],
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import Any, Never
 
 import numpy as np
 import pytest
@@ -17,8 +17,7 @@ from slide_fmu.data.generation import generate
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.learn import fit as module
-from slide_fmu.learn.family import fit_network
+from slide_fmu.learn.family import FITS, FamilyFit
 from slide_fmu.learn.feed_forward import FeedForwardModule
 from slide_fmu.learn.fit import (
     Fit,
@@ -29,7 +28,8 @@ from slide_fmu.learn.fit import (
     standard_deviation_scaling,
 )
 from slide_fmu.learn.problem import Problem
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.learning import StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_figures
@@ -143,7 +143,7 @@ def test_both_forms_of_the_network_fit(folder: Path, tmp_path: Path, time_invari
         }
     )
     surrogate = fitted(recipe, folder / "store", tmp_path).surrogate
-    assert surrogate.gives_blocks is not time_invariant
+    assert (surrogate.network.n_values == 1) is time_invariant
     assert surrogate.network.n_samples == (41 if time_invariant else 48)
 
 
@@ -251,10 +251,10 @@ def test_trajectories_beyond_the_range_reach_the_fit(
     class Reached(Exception):
         pass
 
-    def reached(problem: Problem, *rest: object) -> None:
+    def reached(problem: Problem, *rest: object) -> Never:
         raise Reached(problem)
 
-    monkeypatch.setattr(module, "fit_network", reached)
+    monkeypatch.setitem(FITS, StateSpaceRecipe, FamilyFit(reached, linearized=True))
     problems = []
     for beyond in (0, 2, 3):
         counts = {"train": 2, "beyond": beyond, "beyond_factor": (1.5, 2.0)}
@@ -277,12 +277,3 @@ def test_trajectories_beyond_the_range_reach_the_fit(
     signal = recipe_system(STATE_SPACE).inputs[0]
     split = read_split(tmp_path / "3", "beyond")
     assert np.allclose(signal.high * inputs.numpy(), split.inputs, rtol=SINGLE, atol=0)
-
-
-def test_training_of_another_family_is_refused() -> None:
-    """Recipes cannot say so; a program can."""
-    pairs = [(STATE_SPACE.network, LEARNING.training), (LEARNING.network, STATE_SPACE.training)]
-    for network, training in pairs:
-        message = rf"no training '{training.method}' of the family '{network.family}'"
-        with pytest.raises(TypeError, match=message):
-            fit_network(None, network, training, no_stages("surrogate"))  # type: ignore[arg-type]

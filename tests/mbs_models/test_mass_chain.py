@@ -9,8 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from mbs_models.mass_chain.mass_chain import OBSERVED, MassChain
-from mbs_models.mass_chain.mass_chain_plant import LOADED
+from mbs_models.mass_chain.mass_chain import LOADED, OBSERVED, MassChain
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.systems.base import State, simulate

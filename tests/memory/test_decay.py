@@ -19,7 +19,7 @@ from slide_fmu.memory.decay import (
     decay_along,
     decay_in_stretches,
     measured_decay,
-    measured_decay_time,
+    measured_rate,
     recommend_window,
     too_short,
 )
@@ -129,8 +129,8 @@ def test_measured_decay_of_the_linear_oscillator_is_exact(amplitude: float) -> N
     system = LinearOscillator()
     start = system.rest_state(np.array([800.0]))
     inputs = np.random.default_rng(0).uniform(-2000, 2000, (400, 1))
-    found = measured_decay_time(system, inputs, start, system.rest_state(np.zeros(1)), amplitude)
-    assert found == pytest.approx(-math.log(amplitude) / 4, rel=0.02)
+    found = measured_rate(system, inputs, start, system.rest_state(np.zeros(1)), amplitude)
+    assert found == pytest.approx(-4, rel=0.02)
 
 
 def test_two_motions_of_a_bistable_duffing_never_meet() -> None:
@@ -138,29 +138,27 @@ def test_two_motions_of_a_bistable_duffing_never_meet() -> None:
     system = DuffingOscillator()
     inputs = 1000.0 * np.sin(55.0 * system.step * np.arange(600))[:, None]
     start = [State(np.array([x]), np.zeros(1), np.zeros(1)) for x in np.linspace(-2, 2, 9)]
-    times = [measured_decay_time(system, inputs, start[0], other) for other in start[1:]]
-    assert math.inf in times
-    assert min(times) < 3.0
+    rates = [measured_rate(system, inputs, start[0], other) for other in start[1:]]
+    assert 0.0 in rates
+    assert min(rates) < math.log(0.01) / 3.0
 
 
 def test_measured_decay_needs_two_motions_and_enough_samples() -> None:
     system = LinearOscillator()
     same = system.rest_state(np.zeros(1))
     with pytest.raises(ValueError, match="same outputs"):
-        measured_decay_time(system, np.zeros((100, 1)), same, same)
+        measured_rate(system, np.zeros((100, 1)), same, same)
     coarse = LinearOscillator(step=1.0, substeps=400)
     with pytest.raises(ValueError, match="sample the system more finely"):
-        measured_decay_time(
-            coarse, np.zeros((100, 1)), same, coarse.rest_state(np.array([900.0])), 0.2
-        )
+        measured_rate(coarse, np.zeros((100, 1)), same, coarse.rest_state(np.array([900.0])), 0.2)
     with pytest.raises(ValueError, match="no inputs"):
         measured_decay(system, [], np.random.default_rng(0))
 
 
-def test_measured_decay_of_a_record_that_is_too_short_is_infinite() -> None:
+def test_measured_rate_of_a_record_that_is_too_short_is_zero() -> None:
     system = LinearOscillator()
     first, second = system.rest_state(np.zeros(1)), system.rest_state(np.array([900.0]))
-    assert measured_decay_time(system, np.zeros((50, 1)), first, second) == math.inf
+    assert measured_rate(system, np.zeros((50, 1)), first, second) == 0.0
 
 
 @pytest.mark.parametrize(

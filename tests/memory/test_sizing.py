@@ -20,7 +20,7 @@ from slide_fmu.memory import sizing
 from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.modes import UnstableModeError
 from slide_fmu.memory.sizing import ShortWindowError, decay_rows, require_window, size_window
-from slide_fmu.pipeline import preparation
+from slide_fmu.pipeline import stages
 from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
@@ -191,7 +191,7 @@ def test_subcommand_window_prints_the_remark(
     recipe = oscillator("LinearOscillator")
     found = size_window(recipe, recipe_system(recipe))
     longer = replace(found, measured=replace(found.measured, rates=np.full(10, -2.0)))
-    monkeypatch.setattr(preparation, "size_recipe", lambda job, seed: longer)
+    monkeypatch.setattr(stages, "size_recipe", lambda job, seed: longer)
     place = tmp_path / "tiny.toml"
     place.write_text(TINY, encoding="utf-8")
     result = CliRunner().invoke(app, ["window", str(place), "--json", "-"])

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slide_fmu.core.scaling import range_scaling
+from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import Signal
 from slide_fmu.core.window import Window
 from slide_fmu.data.draws import STABILITY, Stream, draw
@@ -29,10 +29,9 @@ from slide_fmu.memory.stability import (
     stability_figures,
 )
 from slide_fmu.network.base import Network
-from slide_fmu.network.feed_forward import FeedForward, Layer
-from slide_fmu.network.state_space import StateSpace
-from slide_fmu.network.state_space.cell import Cell
-from slide_fmu.network.state_space.roles import Roles
+from slide_fmu.network.feed_forward.network import FeedForward, Layer
+from slide_fmu.network.state_space.cell import Cell, Roles
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -325,7 +324,7 @@ def test_records_are_seen_through_the_features() -> None:
     """A network that sees changes alone, divided by a scale, answers as one that forms them."""
     cell = scalar_cell(0.8)
     window = RECIPE.window
-    changes = FeatureMap(Differences(1, 1), (1,), scale=np.array([0.25]))
+    changes = FeatureMap(Differences(1, 1), (1,), scaling=Affine.of_channels([0], [0.25]))
     network = StateSpace(cell, window.n_in, window.n_out, changes)
     both = FeatureMap(Differences(1, 1))
     column = np.zeros((1, 1), np.float32)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slide_fmu.network.state_space import StateSpace
-from slide_fmu.network.state_space.equations import ByRole, Equations, Weights, outputs, turned
+from slide_fmu.network.state_space.cell import Cell
+from slide_fmu.network.state_space.equations import ByRole, Equations, outputs, turned
+from slide_fmu.network.state_space.network import StateSpace
 from tests.fmu.plain import five_point_slope
 from tests.fmu.samples import Shape, random_surrogate
 from tests.plain_cell import PlainCell
@@ -27,38 +30,29 @@ def network_of(shape: Shape) -> StateSpace:
     return network
 
 
-def in_double(network: StateSpace) -> Weights:
-    weights = network.cell.weights(network.turned)
-    parts = {
-        name: part.astype(np.float64) if isinstance(part, np.ndarray) else part
-        for name, part in vars(weights).items()
-    }
-    return Weights(**parts)
+def in_double(cell: Cell) -> Cell:
+    return replace(cell, **{n: part.astype(np.float64) for n, part in cell.arrays().items()})
 
 
-def as_tensors(weights: Weights) -> Weights:
-    parts = {
-        name: torch.from_numpy(part.copy()) if isinstance(part, np.ndarray) else part
-        for name, part in vars(weights).items()
-    }
-    return Weights(**parts)
+def as_tensors(cell: Cell) -> Cell:
+    return replace(cell, **{n: torch.from_numpy(part) for n, part in cell.arrays().items()})
 
 
 @given(state_space_shapes(), st.integers(1, 8))
 def test_run_is_the_plain_loop_with_either_namespace(shape: Shape, samples: int) -> None:
     network, rng = network_of(shape), np.random.default_rng(shape.seed)
     features = rng.normal(size=(samples, 2, network.features.n_signals))
-    weights, rest = in_double(network), np.zeros((2, len(network.cell.a)))
+    cell, rest = in_double(network.cell), np.zeros((2, len(network.cell.a)))
     inputs = ByRole.of(network.roles, features)
-    states = Equations(weights, inputs, np).run(rest)
-    values = outputs(weights, states, inputs)
+    states = Equations(cell, inputs, network.turned, np).run(rest)
+    values = outputs(cell, states, inputs)
     for sequence in range(2):
         expected, expected_states = PlainCell.of(network).run(features[:, sequence])
         assert states[:, sequence] == pytest.approx(expected_states, rel=SAME, abs=SAME)
         assert values[:, sequence] == pytest.approx(expected, rel=SAME, abs=SAME)
     of_tensors = ByRole.of(network.roles, torch.from_numpy(features))
-    tensors = as_tensors(weights)
-    found = Equations(tensors, of_tensors, torch).run(torch.from_numpy(rest))
+    tensors = as_tensors(cell)
+    found = Equations(tensors, of_tensors, network.turned, torch).run(torch.from_numpy(rest))
     assert found.numpy() == pytest.approx(states, rel=SAME, abs=SAME)
     assert outputs(tensors, found, of_tensors).numpy() == pytest.approx(values, rel=SAME, abs=SAME)
 
@@ -68,21 +62,23 @@ def test_slopes_of_units_are_their_derivatives(shape: Shape) -> None:
     """Of plain units by their arguments; of gated ones by the gates' arguments and the states."""
     network, rng = network_of(shape), np.random.default_rng(shape.seed)
     features = rng.normal(size=(1, 1, network.features.n_signals))
-    inputs, weights = ByRole.of(network.roles, features), in_double(network)
+    inputs, cell = ByRole.of(network.roles, features), in_double(network.cell)
     state = rng.normal(size=(1, len(network.cell.a)))
-    units = Equations(weights, inputs, np).units_with_slopes(0, state)
-    assert units.values == pytest.approx(Equations(weights, inputs, np).units(0, state))
+    equations = Equations(cell, inputs, network.turned, np)
+    units = equations.units_with_slopes(0, state)
+    assert units.values == pytest.approx(equations.units(0, state))
 
     def with_more(amount: float) -> np.ndarray:
-        moved = Weights(**{**vars(weights), "w_1": weights.w_1 + amount})
-        return np.asarray(Equations(moved, inputs, np).units(0, state))
+        moved = cell.w.copy()
+        moved[:, -1] += amount
+        equations = Equations(replace(cell, w=moved), inputs, network.turned, np)
+        return np.asarray(equations.units(0, state))
 
     expected = five_point_slope(with_more)
     assert units.slope == pytest.approx(expected, rel=SLOPE, abs=SLOPE)
-    if weights.v_x is not None:
+    if cell.gated:
         assert units.seen is not None
-        assert weights.v_g is not None
-        offered = units.seen @ weights.v_x.T + inputs.gated[0] @ weights.v_g.T
+        offered = units.seen @ equations.v_x.T + inputs.gated[0] @ equations.v_g.T
         assert units.gates * offered == pytest.approx(units.values, rel=SAME, abs=SAME)
 
 

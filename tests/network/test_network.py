@@ -15,7 +15,7 @@ from torch.nn import functional
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.activations import ACTIVATIONS
-from slide_fmu.network.feed_forward import FeedForward, Layer
+from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from tests.fmu.plain import plain_features
 from tests.fmu.samples import Shape, random_surrogate
 from tests.strategies import surrogate_shapes

@@ -30,9 +30,10 @@ def folder(tmp_path: Path) -> RunFolder:
         {"system": {"picture": "mbs_models.pictures.drawing:robot_picture"}},
         {"validation": {"trajectories": 3}},
         {"stability": {"growth": 5.0}},
+        {"description": "said in other words", "equations": "y = u"},
     ],
 )
-def test_how_it_is_measured_changes_no_surrogate(
+def test_how_it_is_measured_or_described_changes_no_surrogate(
     folder: RunFolder, changes: dict[str, Any]
 ) -> None:
     changed = tiny_recipe(**changes)

@@ -14,9 +14,8 @@ from fmpy.fmi1 import FMICallException
 from torch import nn
 
 from slide_fmu.core.files import OLDEST
-from slide_fmu.fmu.export import MODULE, FmuError
+from slide_fmu.fmu.export import MODULE, FmuError, read_json
 from slide_fmu.python_fmu.torch_export import ModuleError, export_module
-from slide_fmu.python_fmu.torch_files import module_figures
 from tests.cosim.damage import members_of, packed
 from tests.fmu.samples import STEP
 from tests.limits import largest_file
@@ -148,13 +147,13 @@ def test_damaged_facts_of_a_module_are_refused(
     path.write_bytes(packed({**members_of(path), MODULE: content}))
     assert f"{path}: {MODULE} {message}" in said("info", path)
     with pytest.raises(FmuError, match=message):
-        module_figures(path)
+        read_json(path, MODULE)
 
 
 def test_what_is_no_number_is_null(module: Path, tmp_path: Path) -> None:
     path = exported(module, tmp_path / "m.fmu")
     path.write_bytes(packed({**members_of(path), MODULE: b'{"a": [NaN, -Infinity, 1]}'}))
-    assert module_figures(path) == {"a": [None, None, 1]}
+    assert read_json(path, MODULE) == {"a": [None, None, 1]}
     assert "NaN" not in invoke("info", path).output
 
 

@@ -16,9 +16,8 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
 
 from slide_fmu.core.signals import FloatArray, Hold
-from slide_fmu.fmu.export import export_fmu
+from slide_fmu.fmu.export import MODULE, export_fmu, read_json
 from slide_fmu.python_fmu.torch_export import export_module
-from slide_fmu.python_fmu.torch_files import module_figures
 from tests.fmu.samples import STEP
 from tests.python_fmu.modules import (
     CLOSE,
@@ -197,4 +196,4 @@ def test_info_says_what_a_module_fmu_needs(tmp_path: Path) -> None:
     figures = json.loads(invoke("info", path, "--json", "-").stdout)
     assert set(figures["needs"]) == {"python", "torch", "numpy"}
     assert figures["needs"]["torch"] == torch.__version__
-    assert figures == module_figures(path)
+    assert figures == read_json(path, MODULE)

@@ -16,9 +16,9 @@ from fmpy.validation import validate_fmu
 
 from slide_fmu.core.files import OLDEST
 from slide_fmu.core.signals import FloatArray, hold_of
-from slide_fmu.python_fmu.reference import write_reference_fmu
-from slide_fmu.systems.base import State, System, simulate
-from slide_fmu.systems.loading import LoadError, load_system
+from slide_fmu.python_fmu.reference_slave import write_reference_fmu
+from slide_fmu.systems.base import LoadError, State, System, simulate
+from slide_fmu.systems.loading import load_system
 from tests.limits import largest_file
 
 SAME = 1e-12

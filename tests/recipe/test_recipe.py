@@ -57,7 +57,7 @@ def test_recipes_of_the_project_are_found() -> None:
         (
             "weight = 1.0",
             "weight = 1.0\namplitude = [0.5, 0.1]",
-            "data.excitation.0.held_random.amplitude = [0.5, 0.1]: expected two numbers, not neg",
+            "data.excitation.0.held_random.amplitude = [0.5, 0.1]: expected two numbers, the",
         ),
         (
             "weight = 1.0",

@@ -12,7 +12,7 @@ from slide_fmu.core.scaling import LogError
 from slide_fmu.core.window import MAX_WINDOW
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.feed_forward import FeedForward, Layer
+from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.surrogate import error_estimator
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 

@@ -16,8 +16,8 @@ from hypothesis import given
 from slide_fmu.features.chain_motion import ChainMotion
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.base import Network
-from slide_fmu.network.feed_forward import FeedForward
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.payload import PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import CellShape, Shape, random_surrogate
@@ -70,7 +70,7 @@ def refused_or_read(data: bytes) -> bool:
 
 def features_of(features: FeatureMap) -> list[object]:
     """All that makes features."""
-    normalised = [features.chosen, features.offset, features.scale]
+    normalised = [features.chosen, features.scaling.offset, features.scaling.scale]
     if not isinstance(features.features, ChainMotion):
         return [*normalised, *vars(features.features).values(), features.features.blocks]
     own = dict(vars(features.features))
@@ -193,7 +193,7 @@ def test_cell_of_impossible_sizes_is_refused_with_its_sizes() -> None:
         (1, 1, "n_samples, n_out, n_values"),
         (1, 0, "expected 1 <= n_out"),
         (2, 0, "0 states"),
-        (4, 0, "0 values"),
+        (4, 0, "0 rows"),
         (5, 2, "units 2 of a cell"),
         (5, 7, "units 7 of a cell"),
         (6, 1, "1 turned pairs"),
@@ -215,6 +215,7 @@ def test_payload_with_an_impossible_chain_is_refused() -> None:
         (8, math.inf, "middle or half range"),
         (10, math.nan, "serial chain: a "),
         (40, math.inf, "serial chain: inertias"),
+        (40, 1.0, "expected a symmetric tensor"),
     ]
     refused_because(GATED, wrong, start)
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import pytest
 
 from mbs_models.oscillators.oscillators import DuffingOscillator
-from slide_fmu.systems.base import System
-from slide_fmu.systems.loading import KINDS, LoadError, Parameter, load_system
+from slide_fmu.systems.base import LoadError, Parameter, System
+from slide_fmu.systems.loading import KINDS, load_system
 
 
 def test_system_is_loaded_by_name_with_its_parameters() -> None:

@@ -15,7 +15,7 @@ from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.network.feed_forward import FeedForward, Layer
+from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.error_estimator import ErrorEstimator

@@ -9,15 +9,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from slide_fmu.core.scaling import Affine, LogError
 from slide_fmu.core.signals import Signal
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.feed_forward import FeedForward, Layer
+from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation import figures
 from slide_fmu.validation.comparison import Comparison, Task, Validation
 from tests.fmu.samples import sum_surrogate
 from tests.recipes import ESTIMATOR, tiny_recipe
@@ -200,3 +202,17 @@ def test_task_with_impossible_numbers_is_refused(changes: dict[str, Any], messag
 def test_task_at_the_ends_of_what_is_allowed_is_accepted() -> None:
     Task(1, trajectories=1, duration=1e-9, amplitude=(1e-9, 1e-9))
     Task(1, amplitude=(0.5, 0.5))
+
+
+def test_titles_of_the_picture_side_by_side_are_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[Figure] = []
+    names = {0: "point_to_point 1", 1: "point_to_point 2"}
+    monkeypatch.setattr(figures, "names_of", lambda kinds: names)
+    monkeypatch.setattr(figures, "_png", drawn.append)
+    figures.side_by_side(validation(ONE, TWO), 0)
+    (figure,) = drawn
+    figure.draw_without_rendering()
+    for axes in figure.axes[:2]:
+        title = axes.title.get_window_extent()
+        assert "point_to_point" in axes.get_title()
+        assert figure.bbox.x0 <= title.x0 < title.x1 <= figure.bbox.x1

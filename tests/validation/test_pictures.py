@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import base64
 import io
 
 import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
 
-from slide_fmu.validation.pictures import COLOURS, as_webp, with_palette, with_small_pictures
+from slide_fmu.validation.pictures import COLOURS, as_webp, with_palette
 
 RARE = "#2ca02c"
 APART = 16
@@ -73,13 +72,3 @@ def test_webp_shows_the_same_pixels_as_the_palette_and_takes_less() -> None:
     assert as_webp(once) == as_webp(drawing())
     assert np.array_equal(pixels(as_webp(once)), pixels(once))
     assert len(as_webp(once)) < 0.9 * len(once)
-
-
-def test_page_keeps_its_text_and_the_order_of_its_pictures() -> None:
-    pictures = [drawing(), shaded()]
-    coded = [base64.b64encode(picture).decode("ascii") for picture in pictures]
-    page = '<p>ä</p><img src="data:image/png;base64,{}"><img src="data:image/png;base64,{}">'
-    smaller = with_small_pictures(page.format(*coded))
-    expected = [base64.b64encode(as_webp(picture)).decode("ascii") for picture in pictures]
-    assert smaller == page.replace("png", "webp").format(*expected)
-    assert with_small_pictures(smaller) == smaller

@@ -11,8 +11,8 @@ import scipy.linalg
 from mbs_models.oscillators.oscillators import LinearOscillator
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
-from slide_fmu.network.feed_forward import FeedForward
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.validation.response import exact_matrix, is_affine, learnt_matrix, matrix_figures
 from tests.fmu.samples import CellShape, Shape, random_surrogate, sum_surrogate
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,7 +12,7 @@ import pytest
 
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation import validate as validation
-from slide_fmu.validation.comparison import Comparison, Validation
+from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.validate import validate
 from tests.progress import silent
 from tests.validation.measured import FINER, PLAIN, TASK, measured, same
@@ -62,13 +63,10 @@ def test_worker_processes_are_at_most_the_trajectories_after_the_first(
     """Of three trajectories the first one is measured before; one worker is this process."""
     started: list[int] = []
 
-    def measure(bench: object, count: int, workers: int, progress: object) -> list[Comparison]:
-        started.append(workers)
-        return []
-
     monkeypatch.setattr(validation, "WORTH_PROCESSES", 0.0)
     monkeypatch.setattr(validation.os, "cpu_count", lambda: cores)
-    monkeypatch.setattr(validation, "_measure_by_processes", measure)
+    monkeypatch.setattr(validation, "process_pool", lambda n, *_: nullcontext(started.append(n)))
+    monkeypatch.setattr(validation, "in_parallel", lambda *work: [])
     measured(fmu, surrogate, PLAIN, workers=workers)
     assert started == ([] if expected == 1 else [expected])
 
@@ -86,9 +84,10 @@ def test_worker_processes_start_where_the_rest_of_the_work_is_long(
     clock = iter([100.0, 100.0 + seconds])
     monkeypatch.setattr(validation, "WORTH_PROCESSES", 10.0)
     monkeypatch.setattr(validation, "time", SimpleNamespace(perf_counter=lambda: next(clock)))
+    monkeypatch.setattr(validation, "process_pool", lambda *_: nullcontext())
     monkeypatch.setattr(
-        validation, "_measure_by_processes", lambda *work: started.append(work[1]) or []
+        validation, "in_parallel", lambda *work: started.append(len(work[2])) or []
     )
     found = measured(fmu, surrogate, PLAIN, workers=2)
-    assert started == [3] * starts
+    assert started == [2] * starts
     assert len(found.comparisons) == (1 if starts else 3)

@@ -8,7 +8,7 @@ loops. Directional derivatives are those of the step before (``runtime/derivativ
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from xml.etree import ElementTree
 
 from slide_fmu.core.units import BASE_UNITS
@@ -62,16 +62,8 @@ def model_description(surrogate: Surrogate, guid: str, sources: Sequence[str] = 
         ValueError: two variables would have the same name.
     """
     variables = fmu_variables(surrogate)
-    root = ElementTree.Element(
-        "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=surrogate.name,
-        guid=guid,
-        description=summary(surrogate),
-        generationTool="slide-fmu",
-        variableNamingConvention="flat",
-        numberOfEventIndicators="0",
-    )
+    root = root_element(surrogate, "2.0", guid=guid)
+    root.set("numberOfEventIndicators", "0")
     slave = ElementTree.SubElement(
         root, "CoSimulation", {"modelIdentifier": surrogate.name, **CAPABILITIES}
     )
@@ -85,30 +77,41 @@ def model_description(surrogate: Surrogate, guid: str, sources: Sequence[str] = 
     return document(root)
 
 
-def summary(surrogate: Surrogate) -> str:
-    """Say what the FMU is, in one sentence."""
-    window = surrogate.window
-    return (
-        "SLIDE surrogate: a network that needs the last "
-        f"{surrogate.network.memory_length} samples of the inputs, {window.step:g} s apart, and "
-        "gives the outputs one step later"
-    )
+def root_element(surrogate: Surrogate, version: str, **identity: str) -> ElementTree.Element:
+    """Begin the document of a version of the standard; the identity has another name in each."""
+    attributes = {
+        "fmiVersion": version,
+        "modelName": surrogate.name,
+        **identity,
+        "description": "SLIDE surrogate: a network that needs the last "
+        f"{surrogate.network.memory_length} samples of the inputs, {surrogate.window.step:g} s "
+        "apart, and gives the outputs one step later",
+        "generationTool": "slide-fmu",
+        "variableNamingConvention": "flat",
+    }
+    return ElementTree.Element("fmiModelDescription", attributes)
 
 
 def add_context(
     root: ElementTree.Element, variables: Sequence[Variable], surrogate: Surrogate
 ) -> None:
     """Add units, log categories and the default experiment, which are alike in both standards."""
-    definitions = ElementTree.SubElement(root, "UnitDefinitions")
-    for name in sorted({variable.unit for variable in variables if variable.unit}):
-        unit = ElementTree.SubElement(definitions, "Unit", name=name)
-        if name in BASE_UNITS:
-            ElementTree.SubElement(unit, "BaseUnit", BASE_UNITS[name])
+    root.append(unit_definitions({variable.unit for variable in variables if variable.unit}))
     categories = ElementTree.SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():
         ElementTree.SubElement(categories, "Category", name=name, description=text)
     step = repr(surrogate.window.step)
     ElementTree.SubElement(root, "DefaultExperiment", startTime="0", stepSize=step)
+
+
+def unit_definitions(names: Iterable[str]) -> ElementTree.Element:
+    """Declare units, which are alike in both standards; those that are not SI by name alone."""
+    definitions = ElementTree.Element("UnitDefinitions")
+    for name in sorted(names):
+        unit = ElementTree.SubElement(definitions, "Unit", name=name)
+        if name in BASE_UNITS:
+            ElementTree.SubElement(unit, "BaseUnit", BASE_UNITS[name])
+    return definitions
 
 
 def common_attributes(variable: Variable) -> dict[str, str]:

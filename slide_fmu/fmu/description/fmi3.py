@@ -14,7 +14,7 @@ from slide_fmu.fmu.description.fmi2 import (
     common_attributes,
     document,
     given_attributes,
-    summary,
+    root_element,
 )
 from slide_fmu.fmu.description.surrogate_variables import (
     Variable,
@@ -48,15 +48,7 @@ def model_description3(surrogate: Surrogate, guid: str) -> bytes:
         ValueError: two variables would have the same name.
     """
     variables, step = fmu_variables(surrogate, 3), repr(surrogate.window.step)
-    root = ElementTree.Element(
-        "fmiModelDescription",
-        fmiVersion="3.0",
-        modelName=surrogate.name,
-        instantiationToken=guid,
-        description=summary(surrogate),
-        generationTool="slide-fmu",
-        variableNamingConvention="flat",
-    )
+    root = root_element(surrogate, "3.0", instantiationToken=guid)
     interface = {"modelIdentifier": surrogate.name, **CAPABILITIES, "fixedInternalStepSize": step}
     ElementTree.SubElement(root, "CoSimulation", interface)
     add_context(root, variables, surrogate)

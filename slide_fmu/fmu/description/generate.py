@@ -36,50 +36,44 @@ def header() -> str:
         f"{kind.per.upper()}, {kind.when.upper()}, {kind.size.upper()}, {kind.fmi})"
         for kind in KINDS
     ]
-    return "\n".join(
-        [
-            "/* All kinds of variables, as slide_fmu/fmu/description/variables.py lists them.",
-            f" * Made by {COMMAND}; do not edit. */",
-            "#ifndef SLIDE_VARIABLE_KINDS_H",
-            "#define SLIDE_VARIABLE_KINDS_H",
-            "",
-            "/* A value reference is the number of a kind times this plus an index. */",
-            f"enum {{ SLIDE_REFERENCES_PER_KIND = {REFERENCES_PER_KIND} }};",
-            "",
-            "/* KIND(name, number, causality, type, one for each of what, what the surrogate must",
-            " * have, number of values, first version of FMI) */",
-            "#define SLIDE_VARIABLE_KINDS(KIND) \\",
-            " \\\n".join(rows),
-            "",
-            "#endif",
-            "",
-        ]
-    )
+    continued = " \\\n"
+    return f"""\
+/* All kinds of variables, as slide_fmu/fmu/description/variables.py lists them.
+ * Made by {COMMAND}; do not edit. */
+#ifndef SLIDE_VARIABLE_KINDS_H
+#define SLIDE_VARIABLE_KINDS_H
+
+/* A value reference is the number of a kind times this plus an index. */
+enum {{ SLIDE_REFERENCES_PER_KIND = {REFERENCES_PER_KIND} }};
+
+/* KIND(name, number, causality, type, one for each of what, what the surrogate must
+ * have, number of values, first version of FMI) */
+#define SLIDE_VARIABLE_KINDS(KIND){continued.join(["", *rows])}
+
+#endif
+"""
 
 
 def page() -> str:
     """Write the page for users, as Markdown."""
-    return "\n".join(
-        [
-            "# Variables of an FMU",
-            "",
-            "Every FMU of slide-fmu has these variables, in FMI 2.0 and FMI 3.0 with the same",
-            f"names and value references. A value reference is {REFERENCES_PER_KIND} times the",
-            "number of the kind of variable, plus the index among the variables of this kind,",
-            "which counts from 0. So it stays what it is when a surrogate gets more inputs, or",
-            "slide-fmu more kinds of variables.",
-            "",
-            "A description of a signal in its recipe takes the place of the text below.",
-            "",
-            "| variable | value references | causality, variability | type | there is one "
-            "| description |",
-            "| --- | --- | --- | --- | --- | --- |",
-            *map(_row, KINDS),
-            "",
-            f"This page is made by `{COMMAND}`.",
-            "",
-        ]
-    )
+    rows = "\n".join(map(_row, KINDS))
+    return f"""\
+# Variables of an FMU
+
+Every FMU of slide-fmu has these variables, in FMI 2.0 and FMI 3.0 with the same
+names and value references. A value reference is {REFERENCES_PER_KIND} times the
+number of the kind of variable, plus the index among the variables of this kind,
+which counts from 0. So it stays what it is when a surrogate gets more inputs, or
+slide-fmu more kinds of variables.
+
+A description of a signal in its recipe takes the place of the text below.
+
+| variable | value references | causality, variability | type | there is one | description |
+| --- | --- | --- | --- | --- | --- |
+{rows}
+
+This page is made by `{COMMAND}`.
+"""
 
 
 def _row(kind: Kind) -> str:

@@ -6,13 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from slide_fmu.core.signals import Signal
-from slide_fmu.fmu.description.variables import (
-    ESTIMATE_FILLED,
-    KINDS,
-    WINDOW_FILLED,
-    Bound,
-    Kind,
-)
+from slide_fmu.fmu.description.variables import ESTIMATE_FILLED, KINDS, WINDOW_FILLED, Kind
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -60,11 +54,22 @@ def fmu_variables(surrogate: Surrogate, fmi: FmiVersion = 2) -> list[Variable]:
     Raises:
         ValueError: two variables would have the same name.
     """
+    there = {
+        "always": True,
+        "estimator": surrogate.estimator is not None,
+        "state_space": surrogate.network.measures_truncation,
+        "several_samples": block_size(surrogate) > 1,
+    }
+    owners: dict[str, tuple[Signal | None, ...]] = {
+        "one": (None,),
+        "input": surrogate.inputs,
+        "output": surrogate.outputs,
+    }
     variables = [
         _variable(surrogate, fmi, kind, index, signal)
         for kind in KINDS
-        if kind.fmi <= fmi and _exists(surrogate, kind)
-        for index, signal in enumerate(_signals(surrogate, kind))
+        if kind.fmi <= fmi and there[kind.when]
+        for index, signal in enumerate(owners[kind.per])
     ]
     names = [variable.name for variable in variables]
     twice = sorted({name for name in names if names.count(name) > 1})
@@ -113,27 +118,17 @@ def initial_dependencies(variables: Sequence[Variable]) -> Iterator[tuple[int, l
             yield i, known[variable.kind.initially]
 
 
-def _exists(surrogate: Surrogate, kind: Kind) -> bool:
-    return {
-        "always": True,
-        "estimator": surrogate.estimator is not None,
-        "state_space": surrogate.network.measures_truncation,
-        "several_samples": block_size(surrogate) > 1,
-    }[kind.when]
-
-
-def _signals(surrogate: Surrogate, kind: Kind) -> Sequence[Signal | None]:
-    """What the variables of a kind belong to, one of them for each."""
-    return {"one": (None,), "input": surrogate.inputs, "output": surrogate.outputs}[kind.per]
-
-
 def _variable(
     surrogate: Surrogate, fmi: FmiVersion, kind: Kind, index: int, signal: Signal | None
 ) -> Variable:
     sizes = {"scalar": None, "block": block_size(surrogate)}
     size = sizes.get(kind.size, surrogate.memory_length)
     unit = signal.unit if kind.unit is None and signal is not None else kind.unit
-    low, high, start = kind.bounds
+    own = (None,) * 3 if signal is None else (signal.low, signal.high, signal.start_value)
+    low, high, start = (
+        of_signal if bound == "signal" else bound
+        for bound, of_signal in zip(kind.bounds, own, strict=True)
+    )
     if fmi == 3 and kind.high_fmi_3 is not None:
         high = kind.high_fmi_3
     return Variable(
@@ -142,15 +137,11 @@ def _variable(
         kind.name_for("" if signal is None else signal.name),
         _description(surrogate, fmi, kind, signal, size),
         unit,
-        _bound(low, None if signal is None else signal.low),
-        _bound(high, None if signal is None else signal.high),
-        _bound(start, None if signal is None else signal.start_value),
+        low,
+        high,
+        start,
         size,
     )
-
-
-def _bound(bound: Bound, of_signal: float | None) -> float | None:
-    return of_signal if bound == "signal" else bound
 
 
 def _description(

@@ -254,10 +254,3 @@ KINDS: tuple[Kind, ...] = (
 """All kinds by rising numbers; in this order variables stand in a model description."""
 
 BY_KEY = {kind.key: kind for kind in KINDS}
-
-
-def kind_of(reference: int) -> tuple[Kind, int] | None:
-    """Find the kind and index that a value reference means, or None where there is no kind."""
-    number, index = divmod(reference, REFERENCES_PER_KIND)
-    found = [kind for kind in KINDS if kind.number == number]
-    return (found[0], index) if found else None

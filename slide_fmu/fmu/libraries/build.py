@@ -8,6 +8,7 @@ Nothing but the standard library is imported, so that it runs before the package
 from __future__ import annotations
 
 import hashlib
+import importlib.util
 import os
 import subprocess
 import sys
@@ -88,15 +89,21 @@ LIBRARY_FOLDERS = (
 SOURCE_FOLDERS = tuple(name for name in LIBRARY_FOLDERS if name not in ("fmi3", "native"))
 """Those whose files a source FMU of FMI 2.0 needs; the folder ``source`` replaces some of them."""
 
+STANDARD_HEADERS = {
+    2: ("fmi2TypesPlatform.h", "fmi2FunctionTypes.h", "fmi2Functions.h"),
+    3: ("fmi3PlatformTypes.h", "fmi3FunctionTypes.h", "fmi3Functions.h"),
+}
+"""The headers that the FMI project publishes, by the major version of the standard."""
+
 
 class BuildError(RuntimeError):
-    """The compiler is missing or refused the sources."""
+    """The compiler or a header is missing, or the compiler refused the sources."""
 
 
 def digest() -> str:
-    """SHA-256 over all that decides what the libraries are: sources and this file."""
+    """SHA-256 over all that decides what the libraries are: sources, headers and this file."""
     total = hashlib.sha256()
-    for path in [*runtime_files(), Path(__file__)]:
+    for path in [*runtime_files(), *standard_headers(2), *standard_headers(3), Path(__file__)]:
         total.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return total.hexdigest()
 
@@ -115,8 +122,27 @@ def runtime_files(suffix: str = "", folders: tuple[str, ...] = LIBRARY_FOLDERS) 
 
 
 def include_flags() -> list[str]:
-    """What tells a compiler where the headers of the runtime lie."""
-    return [f"-I{RUNTIME / folder}" for folder in LIBRARY_FOLDERS]
+    """What tells a compiler where the headers of the runtime and of the standards lie."""
+    own = [f"-I{RUNTIME / folder}" for folder in LIBRARY_FOLDERS]
+    return [*own, "-isystem", str(standard_headers(2)[0].parent)]  # no warnings about those
+
+
+def standard_headers(fmi: int) -> list[Path]:
+    """Find the headers of FMI 2.0 or FMI 3.0, which the package fmpy holds; it is not imported.
+
+    Raises:
+        BuildError: the package or one of them is missing.
+    """
+    package = importlib.util.find_spec("fmpy")
+    places = [] if package is None else list(package.submodule_search_locations or ())
+    for place in places:
+        headers = [Path(place, "c-code", name) for name in STANDARD_HEADERS[fmi]]
+        if all(header.is_file() for header in headers):
+            return headers
+    raise BuildError(
+        f"the headers {', '.join(STANDARD_HEADERS[fmi])} of FMI {fmi}.0 are missing; expected in "
+        "the folder c-code of the module fmpy: pip install fmpy"
+    )
 
 
 def build_all(force: bool = False) -> list[Path]:

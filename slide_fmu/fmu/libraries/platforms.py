@@ -1,12 +1,17 @@
-"""Where the compiled libraries lie in an FMU: the names of platforms in FMI 2.0 and FMI 3.0."""
+"""Where the compiled libraries lie in an FMU: the names of platforms in FMI 2.0 and FMI 3.0.
+
+FMI 2.0 has one folder for macOS, whose library is a universal Mach-O file: libraries of several
+architectures in one. Its layout is that of Apple's ``<mach-o/fat.h>``: a big-endian header that
+names, for each architecture, the part of the file that holds its library.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Literal, get_args
+import struct
+from collections.abc import Mapping, Sequence
+from typing import Literal
 
 from slide_fmu.fmu.libraries.build import BINARIES, TARGETS
-from slide_fmu.fmu.libraries.universal import universal_library
 
 FmiVersion = Literal[2, 3]
 """Major version of the standard."""
@@ -22,20 +27,15 @@ PLATFORMS: Mapping[FmiVersion, Mapping[str, tuple[str, ...]]] = {
     3: {target.split("/")[0]: (target,) for target in TARGETS},
 }
 """By standard: folder below ``binaries`` of an FMU, and the compiled libraries that it holds as
-one file. FMI 2.0 (section 2.3) has no folder for Linux on aarch64, and one for macOS, whose
-library is universal; folders of FMI 3.0 (platform tuples) are of one architecture."""
+one file. FMI 2.0 (section 2.3) has no folder for Linux on aarch64; folders of FMI 3.0 (platform
+tuples) are of one architecture."""
 
+FAT_MAGIC = 0xCAFEBABE
+MACH_O_64 = b"\xcf\xfa\xed\xfe"
+"""First bytes of a little-endian 64-bit Mach-O file."""
 
-def checked_version(version: int) -> FmiVersion:
-    """Give the same number as a version of the standard.
-
-    Raises:
-        ValueError: FMUs of this version cannot be written.
-    """
-    for known in get_args(FmiVersion):
-        if version == known:
-            return known  # type: ignore[no-any-return]
-    raise ValueError(f"FMI {version}; expected 2 or 3")
+ALIGNMENT = 14
+"""Parts begin at a multiple of 2 to this power: the page size of arm64."""
 
 
 def library_members(name: str, fmi: FmiVersion) -> dict[str, tuple[str, ...]]:
@@ -66,3 +66,32 @@ def _compiled(source: str) -> bytes:
             f"the compiled runtime {path} is missing; run: python -m slide_fmu.fmu.libraries.build"
         )
     return path.read_bytes()
+
+
+def universal_library(libraries: Sequence[bytes]) -> bytes:
+    """Join libraries of different architectures; the same libraries give the same bytes.
+
+    Args:
+        libraries: 64-bit Mach-O files.
+
+    Raises:
+        ValueError: one of them is no such file, or two are of the same architecture.
+    """
+    page = 1 << ALIGNMENT
+    header = struct.pack(">II", FAT_MAGIC, len(libraries))
+    body = b"\0" * page
+    architectures = [_architecture(library) for library in libraries]
+    if len(set(architectures)) < len(architectures):
+        raise ValueError(f"Mach-O files of architectures {architectures}; expected different ones")
+    for (processor, subtype), library in zip(architectures, libraries, strict=True):
+        header += struct.pack(">IIIII", processor, subtype, len(body), len(library), ALIGNMENT)
+        body += library + b"\0" * (-len(library) % page)
+    return header + body[len(header) :]
+
+
+def _architecture(library: bytes) -> tuple[int, int]:
+    """Type and subtype of the processor, from the header of a Mach-O file."""
+    if library[:4] != MACH_O_64:
+        raise ValueError(f"a file that begins with {library[:4]!r}; expected a 64-bit Mach-O file")
+    processor, subtype = struct.unpack_from("<II", library, 4)
+    return processor, subtype

@@ -2,23 +2,29 @@
 
 The runtime's own files, each with one line before it, ``#include "own_names.h"``. One is replaced
 by that in ``runtime/source``: the surrogate file is an array of bytes in the program. There is one
-kernel, for the processor that it is compiled for (``SLIDE_ONE_KERNEL``).
+kernel, for the processor that it is compiled for (``SLIDE_ONE_KERNEL``). The headers of the FMI
+project lie beside them, under its own licence, which stands in them.
 """
 
 from __future__ import annotations
 
 import re
 
-from slide_fmu.fmu.libraries.build import RUNTIME, SOURCE_FOLDERS, runtime_files
+from slide_fmu.fmu.libraries.build import RUNTIME, SOURCE_FOLDERS, runtime_files, standard_headers
 
 FOLDER = "sources"
 NAMES = "own_names.h"
 BYTES_IN_A_LINE = 24
 
-_FUNCTION = re.compile(
-    r"^(?:FMI2_Export .*?\b(?=fmi2\w+\()|(?:CALL|REFUSED|NO_SUCH_TYPE)\()(fmi2\w+)", re.MULTILINE
-)
-"""A declaration in ``fmi2.h``, or a row of ``fmi2_functions.h``."""
+_NO_PREFIX = "#define fmi2FullName(name) name\n"
+_PREFIX = f"""#if defined(FMI2_FUNCTION_PREFIX)
+#define fmi2Paste(a, b) a##b
+#define fmi2PasteB(a, b) fmi2Paste(a, b)
+#define fmi2FullName(name) fmi2PasteB(FMI2_FUNCTION_PREFIX, name)
+#else
+{_NO_PREFIX}#endif
+"""
+"""How ``fmi2Functions.h`` forms the names of functions in fmpy, and in the standard."""
 
 _INTERNAL = re.compile(r"\b(slide_\w+)(?=\(|;)")
 
@@ -38,6 +44,8 @@ def source_members(name: str, payload: bytes) -> dict[str, bytes]:
     for file in texts:
         if file.endswith(".c"):
             texts[file] = f'#include "{NAMES}"\n\n{texts[file]}'
+    for header in standard_headers(2):
+        texts[header.name] = header.read_text("utf-8").replace(_NO_PREFIX, _PREFIX)
     texts |= {NAMES: names, "surrogate.h": _as_array(payload)}
     return {f"{FOLDER}/{file}": text.encode("utf-8") for file, text in texts.items()}
 
@@ -48,8 +56,8 @@ def compiled_files() -> list[str]:
 
 
 def _own_names(name: str, headers: str) -> str:
-    """The header that gives all functions names of their own, as in ``fmi2Functions.h``."""
-    functions, internal = (sorted(set(p.findall(headers))) for p in (_FUNCTION, _INTERNAL))
+    """The header that gives all internal functions names of their own."""
+    internal = sorted(set(_INTERNAL.findall(headers)))
     lines = [
         f"/* Names of {name}'s own. FMI functions have those of the standard, as in a shared",
         f" * library; compile with -DFMI2_FUNCTION_PREFIX={name}_ to link several FMUs into one",
@@ -57,11 +65,6 @@ def _own_names(name: str, headers: str) -> str:
         "#define SLIDE_ONE_KERNEL",
         "#define SLIDE_KERNEL slide_kernel_baseline",
         *(f"#define {function} {name}_{function}" for function in internal),
-        "#if defined(FMI2_FUNCTION_PREFIX)",
-        "#define SLIDE_JOIN_TEXTS(prefix, name) prefix##name",
-        "#define SLIDE_JOIN(prefix, name) SLIDE_JOIN_TEXTS(prefix, name)",
-        *(f"#define {f} SLIDE_JOIN(FMI2_FUNCTION_PREFIX, {f})" for f in functions),
-        "#endif",
     ]
     return "\n".join(lines) + "\n"
 

@@ -6,12 +6,13 @@ sample; here are the sizes of a cell and the order of its parameters.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import torch
 
-from slide_fmu.network.state_space.equations import GATED, ByRole, Equations, Weights, outputs
-from slide_fmu.network.state_space.roles import Roles
+from slide_fmu.network.state_space.cell import GATED, Cell, Roles, cell_shapes
+from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
 
 
 @dataclass(frozen=True)
@@ -53,34 +54,22 @@ class CellShape:
         return 1 + len(self.roles.readout)
 
     @property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """The matrices have these shapes, by name."""
+        rows = self.n_outputs * self.n_factors
+        return cell_shapes(self.roles, self.units, self.n_states, self.n_units, rows, self.bias)
+
+    @property
     def sizes(self) -> tuple[int, int, int, int, int, int]:
         """The parts F, W, V, C, D and d have these numbers of parameters."""
-        n, p, factors = self.n_states, self.n_outputs, self.n_factors
-        products = self.n_units * self.n_products if self.gated else 0
-        return (
-            n * self.n_next,
-            self.n_units * self.n_arguments,
-            products,
-            p * factors * n,
-            p * factors * len(self.roles.static),
-            p * factors * self.bias,
-        )
+        found = {name: math.prod(shape) for name, shape in self.shapes.items()}
+        w, v, c, d, d0 = (found.get(name, 0) for name in ("w", "v", "c", "d", "d0"))
+        return self.n_states * self.n_next, w, v, c, d, d0
 
     @property
     def n_next(self) -> int:
         """The next state is a linear map of [x, f, h], which has this length."""
         return self.n_states + len(self.roles.drive) + self.n_units
-
-    @property
-    def n_arguments(self) -> int:
-        """The activation sees [x, f, 1], or [s, 1] in LPV units, which has this length."""
-        seen = self.roles.schedule if self.gated else (*range(self.n_states), *self.roles.drive)
-        return len(seen) + self.bias
-
-    @property
-    def n_products(self) -> int:
-        """LPV units multiply [x, g], which has this length."""
-        return self.n_states + len(self.roles.gated)
 
     @property
     def n_dynamic(self) -> int:
@@ -99,81 +88,39 @@ class CellShape:
         """
         theta = a.new_zeros(self.n_parameters)
         m = self.split(theta)
-        m.f[:] = torch.cat([a, b], 1)
-        m.c[:, 0] = c
+        m.a[:], m.b[:] = a, b
+        m.c.view(self.n_outputs, self.n_factors, self.n_states)[:, 0] = c
         return theta
 
-    def split(self, theta: torch.Tensor) -> Matrices:
-        """Return the matrices of a parameter vector, shape (n_parameters,), as views of it."""
-        f, w, v, c, d, constant = torch.split(theta, list(self.sizes))
-        p, factors = self.n_outputs, self.n_factors
-        products = self.n_products if self.gated else 0
-        return Matrices(
-            f.view(self.n_states, self.n_next),
-            w.view(self.n_units, self.n_arguments),
-            v.view(self.n_units, products),
-            c.view(p, factors, self.n_states),
-            d.view(p, factors, len(self.roles.static)),
-            constant.view(p, factors) if self.bias else theta.new_zeros(p, factors),
-        )
+    def split(self, theta: torch.Tensor) -> Cell:
+        """Return the cell of a parameter vector, shape (n_parameters,): views of it."""
+        shapes = self.shapes
+        columns = [shapes.pop(name)[1] for name in "abe"]
+        f, rest = theta[: self.sizes[0]].view(self.n_states, self.n_next), theta[self.sizes[0] :]
+        parts = dict(zip("abe", torch.split(f, columns, 1), strict=True))
+        flat = torch.split(rest, [math.prod(shape) for shape in shapes.values()])
+        parts |= {name: part.view(shapes[name]) for name, part in zip(shapes, flat, strict=True)}
+        parts.setdefault("d0", theta.new_zeros(self.n_outputs * self.n_factors))
+        return Cell(**parts, activation=self.units)
 
-    def join(self, matrices: Matrices) -> torch.Tensor:
-        """Return the parameter vector of matrices; it is the inverse of ``split``."""
-        m = matrices
-        parts = [m.f, m.w, m.v, m.c, m.d, *([m.constant] if self.bias else [])]
-        return torch.cat([part.reshape(-1) for part in parts])
-
-
-@dataclass(frozen=True, eq=False)
-class Matrices:
-    """Matrices are a parameter vector in parts, with R factors and m feedthrough features.
-
-    F = [A B E] is (n, n + q + H), W (H, ...), V (H, ...), C (p, R, n), D (p, R, m), d (p, R).
-    """
-
-    f: torch.Tensor
-    w: torch.Tensor
-    v: torch.Tensor
-    c: torch.Tensor
-    d: torch.Tensor
-    constant: torch.Tensor
-
-    def weights(self, shape: CellShape) -> Weights:
-        """Return the matrices by their names in the equations, as views."""
-        n, q, arguments = shape.n_states, len(shape.roles.drive), self.w
-        w_1 = None
-        if shape.bias:
-            arguments, w_1 = self.w[:, :-1], self.w[:, -1]
-        return Weights(
-            a=self.f[:, :n],
-            b=self.f[:, n : n + q],
-            e=self.f[:, n + q :],
-            w_x=None if shape.gated else arguments[:, :n],
-            w_f=arguments if shape.gated else arguments[:, n:],
-            w_1=w_1,
-            v_x=self.v[:, :n] if shape.gated else None,
-            v_g=self.v[:, n:] if shape.gated else None,
-            c=self.c.flatten(0, 1),
-            d=self.d.flatten(0, 1),
-            d0=self.constant.flatten(),
-            units=shape.units,
-            turned=shape.turned,
-        )
+    def join(self, cell: Cell) -> torch.Tensor:
+        """Return the parameter vector of a cell; it is the inverse of ``split``."""
+        m = cell.arrays()
+        f = torch.cat([m.pop("a"), m.pop("b"), m.pop("e")], 1)
+        if not self.bias:
+            del m["d0"]
+        return torch.cat([part.reshape(-1) for part in (f, *m.values())])
 
 
 def simulate(
     shape: CellShape, theta: torch.Tensor, features: torch.Tensor
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Run the cell from zero state over features (samples, B, n_signals).
+    """Run the cell at theta, (n_parameters,), from zero state over features, (samples, B, q).
 
-    The sample comes first, so that each is one piece of memory. Theta has the shape
-    (n_parameters,).
-
-    Returns:
-        Outputs (samples, B, n_outputs) and states (samples, B, n_states), each one step after the
-        feature of its row.
+    The sample comes first, so that each is one piece of memory. The outputs (samples, B,
+    n_outputs) and the states (samples, B, n_states) are one step after the feature of their row.
     """
-    weights, inputs = shape.split(theta).weights(shape), ByRole.of(shape.roles, features)
+    cell, inputs = shape.split(theta), ByRole.of(shape.roles, features)
     rest = features.new_zeros(features.shape[1], shape.n_states)
-    states = Equations(weights, inputs, torch).run(rest)
-    return outputs(weights, states, inputs), states
+    states = Equations(cell, inputs, shape.turned, torch).run(rest)
+    return outputs(cell, states, inputs), states

@@ -7,10 +7,13 @@ linear model that it comes from.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import torch
 
-from slide_fmu.learn.state_space.cell import CellShape, Matrices
+from slide_fmu.learn.state_space.cell import CellShape
+from slide_fmu.network.state_space.cell import Cell
 
 PAD_POLE, PAD_GAIN = 0.6, 0.8
 """States that are added have this pole and this gain: short memories that no output sees yet."""
@@ -18,8 +21,8 @@ JITTER = 1e-10
 """The states' variances are raised by this part before the states are made uncorrelated."""
 
 
-def rescale(shape: CellShape, m: Matrices, states: torch.Tensor, whiten: bool) -> Matrices:
-    """Return the cell's matrices in coordinates in which its states have unit root mean square.
+def rescale(shape: CellShape, cell: Cell, states: torch.Tensor, whiten: bool) -> Cell:
+    """Return the cell in coordinates in which its states have unit root mean square.
 
     The outputs stay the same. States of a run, shape (..., n), tell the present size; ``whiten``
     makes them uncorrelated too.
@@ -46,13 +49,12 @@ def rescale(shape: CellShape, m: Matrices, states: torch.Tensor, whiten: bool) -
     else:
         size = _rms(flat)
         there, back = torch.diag(1 / size), torch.diag(size)
-    f = torch.cat([there @ m.f[:, :n] @ back, there @ m.f[:, n:]], 1)
-    w, v = m.w, m.v
-    if v.shape[1]:  # LPV units: V sees the states, W the scheduling variables alone
-        v = torch.cat([v[:, :n] @ back, v[:, n:]], 1)
-    else:
-        w = torch.cat([w[:, :n] @ back, w[:, n:]], 1)
-    return Matrices(f, w, v, m.c @ back, m.d, m.constant)
+    a, b, e = there @ cell.a @ back, there @ cell.b, there @ cell.e
+    # plain units see the states by W; LPV units by V, and the scheduling variables alone by W
+    seeing = "w" if cell.v is None else "v"
+    seen = cell.arrays()[seeing]
+    moved: dict[str, Any] = {seeing: torch.cat([seen[:, :n] @ back, seen[:, n:]], 1)}
+    return replace(cell, a=a, b=b, e=e, c=cell.c @ back, **moved)
 
 
 def _rms(states: torch.Tensor) -> torch.Tensor:
@@ -64,33 +66,31 @@ def _rms(states: torch.Tensor) -> torch.Tensor:
     return rms.clamp_min(1e-9 * float(rms.max()) + 1e-30)
 
 
-def widen(m: Matrices, old: CellShape, new: CellShape, generator: torch.Generator) -> torch.Tensor:
+def widen(cell: Cell, new: CellShape, generator: torch.Generator) -> torch.Tensor:
     """Return parameters, (new.n_parameters,), of a larger cell that answers as a smaller one.
 
     New states are short memories of the features that no output sees; new units have random
-    arguments and act on nothing. Roles and outputs of both shapes are the same.
+    arguments and act on nothing. Roles and outputs of both cells are the same.
     """
-    n, q, units = old.n_states, len(old.roles.drive), old.n_units
-    f = m.f.new_zeros(new.n_states, new.n_next)
-    first = new.n_states + q
-    f[:n, :n], f[:n, new.n_states : first] = m.f[:, :n], m.f[:, n : n + q]
-    f[:n, first : first + units] = m.f[:, n + q :]
-    for state in range(n, new.n_states):
-        f[state, state] = PAD_POLE
-        f[state, new.n_states + (state - n) % q] = PAD_GAIN  # the features take turns
-    w = _random(new.n_units, new.n_arguments, generator).to(m.f)
-    v = _random(new.n_units, new.n_products if new.gated else 0, generator).to(m.f)
-    seeing = v if new.gated else w
-    seeing[:units], source = 0, m.v if new.gated else m.w
-    seeing[:units, :n], seeing[:units, new.n_states :] = source[:, :n], source[:, n:]
+    (n, q), units, wide = cell.b.shape, len(cell.w), new.n_states
+    a, b, e = (cell.a.new_zeros(wide, columns) for columns in (wide, q, new.n_units))
+    a[:n, :n], b[:n], e[:n, :units] = cell.a, cell.b, cell.e
+    for state in range(n, wide):
+        a[state, state] = PAD_POLE
+        b[state, (state - n) % q] = PAD_GAIN  # the features take turns
+    w = _random(new.shapes["w"], generator).to(a)
+    v = _random(new.shapes["v"], generator).to(a) if new.gated else None
+    seeing, source = w if v is None else v, cell.arrays()["w" if v is None else "v"]
+    seeing[:units], seeing[:units, :n] = 0, source[:, :n]
+    seeing[:units, wide:] = source[:, n:]
     if new.gated:
-        w[:units] = m.w
-    c = m.c.new_zeros(new.n_outputs, new.n_factors, new.n_states)
-    c[:, :, :n] = m.c
-    return new.join(Matrices(f, w, v, c, m.d, m.constant))
+        w[:units] = cell.w
+    c = cell.c.new_zeros(len(cell.c), wide)
+    c[:, :n] = cell.c
+    return new.join(Cell(a, b, e, w, c, cell.d, cell.d0, new.units, v))
 
 
-def _random(units: int, arguments: int, generator: torch.Generator) -> torch.Tensor:
+def _random(shape: tuple[int, ...], generator: torch.Generator) -> torch.Tensor:
     """Draw normal numbers, (units, arguments); a sum over the arguments has unit variance."""
-    values = torch.randn(units, arguments, generator=generator, dtype=torch.float64)
-    return values / math.sqrt(max(1, arguments))
+    values = torch.randn(*shape, generator=generator, dtype=torch.float64)
+    return values / math.sqrt(max(1, shape[1]))

@@ -1,13 +1,11 @@
-"""A state-space network is fitted here: its size is chosen, its multi-start run, its best frozen.
-
-The class of models is the nonlinear state space of system identification (Paduart et al., 2010);
-the cell's equations stand in ``slide_fmu.network``.
-"""
+"""A state-space network is fitted here: its size is chosen, its multi-start run, the best kept."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import torch
@@ -24,8 +22,7 @@ from slide_fmu.learn.state_space.multi_start import (
 from slide_fmu.learn.state_space.normal_equations import sum_of_squares
 from slide_fmu.learn.state_space.segments import Segments, cut_segments
 from slide_fmu.learn.training import History, TrainingError
-from slide_fmu.network.state_space import StateSpace
-from slide_fmu.network.state_space.cell import Cell
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 SEARCH_STARTS = 3
@@ -92,7 +89,6 @@ def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresR
         return cut.evened_out() if training.even_out else cut
 
     features = problem.training[0].to(dtype)
-
     whole = segments(problem.training)
     pieces = whole.count // len(features)
     if problem.beyond is not None:
@@ -119,19 +115,18 @@ def _stride(part: int, pieces: int, count: int) -> int:
 def choose_sizes(multi_start: MultiStart) -> tuple[int, int]:
     """Return order and number of units, as the recipe says, or raised while the error falls."""
     order, units = multi_start.network.order, multi_start.network.hidden
-    first = multi_start.first_order() if order == "auto" else order
-    found = first if order != "auto" else None
-    if found is None:
-        tried = 0 if units == 0 else FIRST_UNITS if units == "auto" else units
+    if order == "auto":
+        first = multi_start.first_order()
+        tried = FIRST_UNITS if units == "auto" else units
         last = min(first + MORE_STATES, max(first, multi_start.highest_order()))
         orders = range(first, last + 1, 2)  # by two: an oscillation has two states
-        found = _largest_worthwhile(list(orders), lambda n: _judge(multi_start, n, tried))
-    if units != "auto":
-        return found, units
-    numbers = [0]
-    while (numbers[-1] or FIRST_UNITS // 2) < MOST_UNITS:
-        numbers.append(2 * numbers[-1] or FIRST_UNITS)
-    return found, _largest_worthwhile(numbers, lambda h: _judge(multi_start, found, h))
+        order = _largest_worthwhile(list(orders), lambda n: _judge(multi_start, n, tried))
+    if units == "auto":
+        numbers = [0]
+        while (numbers[-1] or FIRST_UNITS // 2) < MOST_UNITS:
+            numbers.append(2 * numbers[-1] or FIRST_UNITS)
+        units = _largest_worthwhile(numbers, lambda h: _judge(multi_start, order, h))
+    return order, units
 
 
 def compete(multi_start: MultiStart, order: int, units: int) -> Candidate:
@@ -161,10 +156,9 @@ def _iterations(training: LeastSquaresRecipe, last: int) -> int:
 
 
 def _dense_units(multi_start: MultiStart, order: int, units: int) -> int:
-    """Return the number of units for which normal equations are solved.
+    """Return the number of units for which normal equations are solved: all, up to the limit.
 
-    These are all, up to the limit of parameters; else those of half that limit: the fit is widened
-    from there by gradient steps.
+    Beyond it, it is that of half the limit: the fit is widened from there by gradient steps.
     """
     limit = multi_start.training.dense_limit
     if multi_start.shape(order, units).n_parameters <= limit:
@@ -204,10 +198,11 @@ def freeze(winner: Candidate, problem: Problem) -> StateSpace:
         ValueError: a weight is not finite.
     """
     shape, window = winner.shape, problem.window
-    m, n, q = shape.split(winner.state.best), shape.n_states, len(shape.roles.drive)
-    w = m.w if shape.bias else torch.cat([m.w, m.w.new_zeros(shape.n_units, 1)], 1)
-    rows = [part.flatten(0, 1) for part in (m.c, m.d)]
-    parts = (m.f[:, :n], m.f[:, n : n + q], m.f[:, n + q :], w, *rows, m.constant.flatten(), m.v)
-    a, b, e, w32, c, d, d0, v = (np.array(part.cpu().numpy(), np.float32) for part in parts)
-    cell = Cell(a, b, e, w32, c, d, d0, shape.units, v if shape.gated else None)
+    cell = shape.split(winner.state.best)
+    if not shape.bias:
+        cell = replace(cell, w=torch.cat([cell.w, cell.w.new_zeros(shape.n_units, 1)], 1))
+    arrays: dict[str, Any] = {
+        n: np.array(part.cpu().numpy(), np.float32) for n, part in cell.arrays().items()
+    }
+    cell = replace(cell, **arrays)
     return StateSpace(cell, window.n_in, window.n_out, problem.features, shape.roles, shape.turned)

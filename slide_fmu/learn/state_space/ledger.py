@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import pickle
 import time
 from collections.abc import Callable
 from dataclasses import fields
@@ -13,9 +12,11 @@ from typing import Any, TypeVar
 import torch
 
 from slide_fmu.core.progress import Progress
-from slide_fmu.learn.training import unreadable, write_checkpoint
+from slide_fmu.learn.state_space.levenberg_marquardt import Iterate
+from slide_fmu.learn.state_space.preconditioned_descent import Descent
+from slide_fmu.learn.training import reading, write_checkpoint
 
-State = TypeVar("State")
+State = TypeVar("State", Iterate, Descent)
 
 STORE_EVERY = 2.0
 """The file is written at most once in this many seconds, and at the end of every run."""
@@ -27,14 +28,11 @@ class Ledger:
     A run is a sequence of states, each computed from the one before alone. So a fit that goes on
     from the file ends with the same weights as an unbroken one.
 
-    Args:
-        path: the file; it is read if it exists, and written after iterations.
-        device: the tensors of the file are put on this device.
-        progress: is called after each iteration with the iterations done and planned of all runs.
+    The file is read if it exists, its tensors to the device, and written after iterations. The
+    progress is called after each iteration with the iterations done and planned of all runs.
 
     Attributes:
         planned: iterations of all runs, as far as they are known; those done count at least.
-        best: the smallest validation error so far.
 
     Raises:
         TrainingError: the file cannot be read.
@@ -42,24 +40,22 @@ class Ledger:
 
     def __init__(self, path: Path, device: torch.device, progress: Progress) -> None:
         self._path, self._progress = path, progress
-        self.planned, self.best = 0, math.inf
+        self.planned, self._best = 0, math.inf
         self._runs: dict[str, dict[str, Any]] = {}
         self._written = time.monotonic()
         if path.exists():
-            try:
+            with reading(path):
                 self._runs = _checked(torch.load(path, map_location=device, weights_only=True))
-            except (RuntimeError, EOFError, ValueError, pickle.UnpicklingError) as error:
-                raise unreadable(path, error) from error
 
     @property
     def iterations(self) -> int:
         """All runs together have done this many iterations."""
         return sum(run["iterations"] for run in self._runs.values())
 
-    def show(self) -> None:
-        """Let the progress be seen."""
-        done = self.iterations
-        self._progress(done, max(done, self.planned), self.best)
+    def show(self, error: float = math.inf) -> None:
+        """Let the progress be seen, with the smallest validation error so far."""
+        self._best, done = min(self._best, error), self.iterations
+        self._progress(done, max(done, self.planned), self._best)
 
     def run(
         self,
@@ -70,12 +66,8 @@ class Ledger:
     ) -> State:
         """Do a run, or what is left of it, or nothing if it has been done; return its last state.
 
-        Args:
-            name: name of the run, unique in this fit.
-            start: state before the first iteration: a dataclass of plain values and tensors, with
-                an attribute ``finished``.
-            advance: does one iteration; it depends on nothing but the state.
-            iterations: greatest number of iterations.
+        The name is unique in this fit. States are dataclasses of plain values and tensors, on
+        which alone an iteration depends. ``iterations`` is their greatest number.
 
         Raises:
             TrainingError: the file holds a run of this name that another version has written.
@@ -83,23 +75,19 @@ class Ledger:
         stored = self._runs.get(name, {"iterations": 0, "state": None})
         done, state = stored["iterations"], start
         if stored["state"] is not None:
-            try:
+            with reading(self._path):  # another version may have written it
                 state = type(start)(**stored["state"])
-            except TypeError as error:  # written by another version
-                raise unreadable(self._path, error) from error
-        while done < iterations and not state.finished:  # type: ignore[attr-defined]
+        while done < iterations and not state.finished:
             state = advance(state)
             done += 1
-            self._keep(name, done, state)
-            self.show()
+            values = {field.name: getattr(state, field.name) for field in fields(state)}
+            self._runs[name] = {"iterations": done, "state": values}
+            if time.monotonic() - self._written > STORE_EVERY:
+                self._write()
+            self.show(state.best_error)
         self._write()
+        self._best = min(self._best, state.best_error)  # also of a run that had been done before
         return state
-
-    def _keep(self, name: str, iterations: int, state: Any) -> None:
-        values = {field.name: getattr(state, field.name) for field in fields(state)}
-        self._runs[name] = {"iterations": iterations, "state": values}
-        if time.monotonic() - self._written > STORE_EVERY:
-            self._write()
 
     def _write(self) -> None:
         write_checkpoint(self._path, self._runs)

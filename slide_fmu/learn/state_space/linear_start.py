@@ -14,7 +14,7 @@ import scipy.linalg
 import torch
 from numpy.typing import NDArray
 
-from slide_fmu.recipe.against_system import require_turned_pairs
+from slide_fmu.recipe.systems import require_turned_pairs
 
 RIDGE = 1e-6
 """The regression is regularised by this part of the mean power of the features."""
@@ -49,16 +49,10 @@ def impulse_responses(
 ) -> torch.Tensor:
     """Estimate impulse responses to the state input, by ridge regression (a FIR model).
 
-    Args:
-        drive: state input, shape (n_trajectories, N, q).
-        static: feedthrough, shape (n_trajectories, N, m): features that the targets also follow at
-            once. Its coefficients are estimated with the others and left out.
-        targets: scaled outputs, shape (n_trajectories, N + 1, p); targets[:, k + 1] belongs to
-            features[:, : k + 1].
-        taps: number of samples of the responses.
-
-    Returns:
-        Impulse responses, shape (taps, p, q); the first is that to the newest feature.
+    The state input has the shape (n_trajectories, N, q). The targets, (n_trajectories, N + 1, p),
+    of which the one at k + 1 belongs to the samples up to k, also follow the feedthrough,
+    (n_trajectories, N, m), at once: its coefficients are estimated with the others and left out.
+    The responses, (taps, p, q), begin with that to the newest sample.
     """
     q, p = drive.shape[2], targets.shape[2]
     width = taps * q + static.shape[2] + 1
@@ -96,8 +90,6 @@ def states_shown(responses: torch.Tensor) -> int:
 
 def realize(responses: torch.Tensor, n_states: int) -> LinearModel:
     """Realize impulse responses, (taps, p, q), as a linear model of ``n_states``.
-
-    The method is that of Ho and Kalman (1966) and of Juang and Pappa (1985).
 
     Raises:
         ValueError: the order is higher than the responses can show.

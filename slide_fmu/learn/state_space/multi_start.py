@@ -8,9 +8,8 @@ Talwalkar, 2016, with rounds of the recipe's own sizes.)
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeVar
+from functools import cached_property, partial
 
 import numpy as np
 import torch
@@ -42,11 +41,9 @@ from slide_fmu.learn.state_space.normal_equations import (
 from slide_fmu.learn.state_space.pole_penalty import PolePenalty, pole_radii
 from slide_fmu.learn.state_space.preconditioned_descent import Descent
 from slide_fmu.learn.state_space.segments import Segments
-from slide_fmu.network.state_space.roles import Roles
-from slide_fmu.recipe.against_system import require_turned_pairs
+from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
-
-S = TypeVar("S", Iterate, Descent)
+from slide_fmu.recipe.systems import require_turned_pairs
 
 LINEAR_ITERATIONS = 15
 """A linear model is fitted in at most this many iterations."""
@@ -115,7 +112,6 @@ class MultiStart:
     ) -> None:
         self.problem, self.network, self.training, self.data = problem, network, training, data
         self._ledger = Ledger(problem.checkpoint, data.features.device, progress)
-        self._responses: torch.Tensor | None = None
 
     def plan(self, iterations: int) -> None:
         """Announce how many iterations are still to come, so that the progress has a total."""
@@ -147,11 +143,11 @@ class MultiStart:
         excited = self._excited()
         if excited is not None:
             return states_of(excited)
-        return min(states_shown(self._impulse_responses()), self.highest_order())
+        return min(states_shown(self._impulse_responses), self.highest_order())
 
     def highest_order(self) -> int:
         """Return the number of states that impulse responses of this length can show."""
-        taps, p, q = self._impulse_responses().shape
+        taps, p, q = self._impulse_responses.shape
         return taps // 2 * min(p, q)
 
     def linear(self, order: int) -> Candidate:
@@ -176,9 +172,8 @@ class MultiStart:
         """Return the linear models to start from, by the name of what they come from."""
         order, step, n_drive = shape.n_states, self.problem.window.step, len(shape.roles.drive)
         generator = torch.Generator().manual_seed(self.training.seed)
-        known = np.zeros(0, np.complex128)
-        if self.problem.eigenvalues is not None:
-            known = self.problem.eigenvalues
+        unknown = np.zeros(0, np.complex128)
+        known = unknown if self.problem.eigenvalues is None else self.problem.eigenvalues
         if shape.turned:
             sizes = (order, shape.turned, n_drive, shape.n_outputs)
             return {"turned pairs": from_turned_pairs(known, step, sizes, generator)}
@@ -187,7 +182,7 @@ class MultiStart:
             sizes_of = (n_drive, shape.n_outputs)
             starts["eigenvalues"] = from_eigenvalues(lowest, step, sizes_of, generator)
         if order <= self.highest_order() or not starts:
-            starts["impulse responses"] = realize(self._impulse_responses(), order)
+            starts["impulse responses"] = realize(self._impulse_responses, order)
         return starts
 
     def start(self, linear: Candidate, units: int, number: int) -> Candidate:
@@ -203,7 +198,7 @@ class MultiStart:
         if not shape.turned:  # pairs that turn keep their coordinates
             m = rescale(old, m, states, whiten=number % 2 == 1)
         seed = (self.training.seed * START_STRIDE + number) % 2**32
-        theta = widen(m, old, shape, torch.Generator().manual_seed(seed))
+        theta = widen(m, shape, torch.Generator().manual_seed(seed))
         name = f"start {number}, {order} states, {units} units"
         return self._descend(name, shape, theta, self.data.part, self.training.start_iterations)
 
@@ -233,7 +228,7 @@ class MultiStart:
         old, training = candidate.shape, self.training
         shape = self.shape(old.n_states - self.network.padding, units)
         generator = torch.Generator().manual_seed(training.seed)
-        theta = widen(old.split(candidate.state.best), old, shape, generator)
+        theta = widen(old.split(candidate.state.best), shape, generator)
         validation = self._least_squares(shape, self.data.validation).validation
         radius = self._penalty(1).radius
 
@@ -243,7 +238,8 @@ class MultiStart:
             )
 
         begin = Descent.begin(theta, validation(theta))
-        done = self._run(f"widened to {units}", begin, stretch, training.stretches)
+        done = self._ledger.run(f"widened to {units}", begin, stretch, training.stretches)
+        self._ledger.show()
         return Candidate(shape, done)
 
     def _descend(
@@ -252,25 +248,11 @@ class MultiStart:
         """Do a run of Levenberg-Marquardt from the parameters theta, shape (P,)."""
         least_squares = self._least_squares(shape, segments)
 
-        def step(state: Iterate) -> Iterate:
-            return levenberg_marquardt.advance(state, least_squares)
-
+        step = partial(levenberg_marquardt.advance, problem=least_squares)
         begin = Iterate.begin(theta, least_squares)
-        return Candidate(shape, self._run(name, begin, step, iterations))
-
-    def _run(self, name: str, begin: S, advance: Callable[[S], S], iterations: int) -> S:
-        """Do a run of the ledger, and let its best validation error be seen."""
-
-        def step(state: S) -> S:
-            after = advance(state)
-            self._ledger.best = min(self._ledger.best, after.best_error)
-            return after
-
         done = self._ledger.run(name, begin, step, iterations)
-        # a run that was done before this fit was resumed has made no step here
-        self._ledger.best = min(self._ledger.best, done.best_error)
         self._ledger.show()
-        return done
+        return Candidate(shape, done)
 
     def _penalty(self, residuals: int) -> PolePenalty:
         excited, step = self._excited(), self.problem.window.step
@@ -305,16 +287,15 @@ class MultiStart:
         drive = self.data.features[:, :, list(self.data.roles.drive)]
         return excited_eigenvalues(self.problem.eigenvalues, drive, self.problem.window.step)
 
+    @cached_property
     def _impulse_responses(self) -> torch.Tensor:
-        """Return the impulse responses to the state input, (taps, p, q), computed on first use."""
-        if self._responses is None:
-            longest = min(LONGEST_RESPONSE, self.data.features.shape[1] // 2)
-            wanted = max(self.problem.window.memory_length, SHORTEST_RESPONSE)
-            taps = max(2, min(wanted, longest))
-            targets = self.problem.training[1].to(self.data.features)
-            roles, features = self.data.roles, self.data.features
-            # what drives the states has a response of its own: only the rest is feedthrough
-            others = [index for index in roles.static if index not in roles.drive]
-            drive, static = features[:, :, list(roles.drive)], features[:, :, others]
-            self._responses = impulse_responses(drive, static, targets, taps)
-        return self._responses
+        """The impulse responses to the state input have the shape (taps, p, q)."""
+        longest = min(LONGEST_RESPONSE, self.data.features.shape[1] // 2)
+        wanted = max(self.problem.window.memory_length, SHORTEST_RESPONSE)
+        taps = max(2, min(wanted, longest))
+        targets = self.problem.training[1].to(self.data.features)
+        roles, features = self.data.roles, self.data.features
+        # what drives the states has a response of its own: only the rest is feedthrough
+        others = [index for index in roles.static if index not in roles.drive]
+        drive, static = features[:, :, list(roles.drive)], features[:, :, others]
+        return impulse_responses(drive, static, targets, taps)

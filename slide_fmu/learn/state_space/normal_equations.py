@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import torch
 
-from slide_fmu.learn.state_space.cell import CellShape, Matrices, simulate
+from slide_fmu.learn.state_space.cell import CellShape, simulate
 from slide_fmu.learn.state_space.segments import Segments
 from slide_fmu.network.state_space.equations import ByRole, Equations, Units, outputs, turned
 
@@ -29,13 +29,23 @@ THINNEST = 8
 """Samples of which at least one goes into J'J; divides ``BLOCK``."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class NormalEquations:
     """Normal equations are a sum of squares, J'J (P, P) and J'r (P,) over scored samples."""
 
     cost: float
     matrix: torch.Tensor
     gradient: torch.Tensor
+
+    def add(self, rows: torch.Tensor, residuals: torch.Tensor, thin: int) -> None:
+        """Add rows of J (samples, B, p, P), each ``thin``-th to J'J, and residuals."""
+        flat, residual = rows.reshape(-1, rows.shape[-1]), residuals.reshape(-1)
+        some = rows[::thin]
+        share = len(rows) / len(some)
+        some = some.reshape(-1, rows.shape[-1])
+        self.matrix.addmm_(some.T, some, alpha=share)
+        self.gradient.addmv_(flat.T, residual)
+        self.cost += float(residual @ residual)
 
 
 def sum_of_squares(shape: CellShape, theta: torch.Tensor, segments: Segments) -> float:
@@ -48,13 +58,14 @@ def sum_of_squares(shape: CellShape, theta: torch.Tensor, segments: Segments) ->
 
 def normal_equations(shape: CellShape, theta: torch.Tensor, segments: Segments) -> NormalEquations:
     """Accumulate the normal equations of a least-squares step at theta, shape (n_parameters,)."""
-    accumulator = _Accumulator(shape, theta, thinning(shape, segments))
+    count, thin = shape.n_parameters, thinning(shape, segments)
+    total = NormalEquations(0.0, theta.new_zeros(count, count), theta.new_zeros(count))
     numbers = SENSITIVITIES[theta.device.type]
     size = max(8, numbers // (shape.n_states * shape.n_dynamic))
     with torch.no_grad():
         for chunk in segments.chunks(size):
-            _run(shape, theta, chunk, accumulator)
-    return NormalEquations(accumulator.cost, accumulator.matrix, accumulator.gradient)
+            _run(shape, theta, chunk, total, thin)
+    return total
 
 
 def thinning(shape: CellShape, segments: Segments) -> int:
@@ -63,25 +74,6 @@ def thinning(shape: CellShape, segments: Segments) -> int:
     while thin < THINNEST and segments.targets.numel() >= enough * thin:
         thin *= 2
     return thin
-
-
-class _Accumulator:
-    """An accumulator sums up J'J, J'r and r'r from blocks of rows."""
-
-    def __init__(self, shape: CellShape, theta: torch.Tensor, thin: int) -> None:
-        self.cost, self._thin = 0.0, thin
-        self.matrix = theta.new_zeros(shape.n_parameters, shape.n_parameters)
-        self.gradient = theta.new_zeros(shape.n_parameters)
-
-    def add(self, rows: torch.Tensor, residuals: torch.Tensor) -> None:
-        """Add rows of J (samples, B, p, P) and residuals (samples, B, p)."""
-        flat, residual = rows.reshape(-1, rows.shape[-1]), residuals.reshape(-1)
-        some = rows[:: self._thin]
-        share = len(rows) / len(some)
-        some = some.reshape(-1, rows.shape[-1])
-        self.matrix.addmm_(some.T, some, alpha=share)
-        self.gradient.addmv_(flat.T, residual)
-        self.cost += float(residual @ residual)
 
 
 class _Rows:
@@ -123,14 +115,16 @@ class _Sensitivities:
     """Sensitivities are S = dx/dtheta of a chunk, (B, n, n_dynamic), and their recursion."""
 
     def __init__(self, shape: CellShape, equations: Equations) -> None:
-        weights, inputs = equations.weights, equations.inputs
-        self._shape, self._weights, self._inputs = shape, weights, inputs
-        self._equations = equations
-        self._a, self._e = weights.a.contiguous(), weights.e.contiguous()
-        self._arguments = self._direct_arguments()
+        cell, inputs = equations.cell, equations.inputs
+        self._shape, self._equations, self._inputs = shape, equations, inputs
+        self._a, self._e = cell.a.contiguous(), cell.e.contiguous()
+        # what the columns of W see apart from the states: [f, 1], in LPV units [s, 1]
+        seen = inputs.schedule if shape.gated else inputs.drive
+        one = seen.new_ones(*seen.shape[:2], 1)
+        self._arguments = torch.cat([seen, one], 2) if shape.bias else seen
         batch = inputs.drive.shape[1]
-        self.state = weights.a.new_zeros(batch, shape.n_states)
-        self.values = weights.a.new_zeros(batch, shape.n_states, shape.n_dynamic)
+        self.state = cell.a.new_zeros(batch, shape.n_states)
+        self.values = cell.a.new_zeros(batch, shape.n_states, shape.n_dynamic)
         self._next = torch.empty_like(self.values)
         if shape.turned:
             self._blocks = self._turns()
@@ -141,12 +135,6 @@ class _Sensitivities:
         frames = torch.eye(2, dtype=turn.dtype, device=turn.device).expand(*turn.shape, 2)
         matrices: torch.Tensor = turned(frames, turn[:, :, None], 1, torch).mT
         return matrices
-
-    def _direct_arguments(self) -> torch.Tensor:
-        """Return what the columns of W see apart from the states: [f, 1], in LPV units [s, 1]."""
-        seen = self._inputs.schedule if self._shape.gated else self._inputs.drive
-        one = seen.new_ones(*seen.shape[:2], 1)
-        return torch.cat([seen, one], 2) if self._shape.bias else seen
 
     def advance(self, k: int) -> None:
         """Take in sample k."""
@@ -184,19 +172,19 @@ class _Sensitivities:
         """Return the step of units that see states and state input."""
         arguments = torch.cat([self.state, self._arguments[k]], 1)
         gain = self._e * units.slope[:, None, :]
-        return gain @ self._weights.w_x, [(gain, arguments)]
+        return gain @ self._equations.w_x, [(gain, arguments)]
 
     def _gated(self, k: int, units: Units) -> _Step:
         """Return the step of LPV units, seen and acting in the turned frame."""
-        weights, turn, pairs = self._weights, self._inputs.turn[k], self._shape.turned
-        assert weights.v_x is not None
+        v_x, turn, pairs = self._equations.v_x, self._inputs.turn[k], self._shape.turned
+        assert v_x is not None
         assert units.gates is not None
         assert units.seen is not None
         count, turn = len(turn), turn[:, None]
         acting = turned(self._e.T.expand(count, -1, -1), turn, pairs, torch).mT.contiguous()
         gain = acting * units.gates[:, None, :]
         # V T': the transpose of T acting on the rows of V
-        seeing = turned(weights.v_x.expand(count, -1, -1), turn, pairs, torch)
+        seeing = turned(v_x.expand(count, -1, -1), turn, pairs, torch)
         offered = torch.cat([units.seen, self._inputs.gated[k]], 1)
         terms = [(acting * units.slope[:, None, :], self._arguments[k]), (gain, offered)]
         return torch.bmm(gain, seeing), terms
@@ -208,12 +196,12 @@ the arguments (B, ...) whose products are dx'/dW and dx'/dV."""
 
 
 def _run(
-    shape: CellShape, theta: torch.Tensor, chunk: Segments, accumulator: _Accumulator
+    shape: CellShape, theta: torch.Tensor, chunk: Segments, total: NormalEquations, thin: int
 ) -> None:
-    """Run a chunk of segments with its sensitivities, and add its rows to the accumulator."""
-    m, burn_in, samples = shape.split(theta), chunk.burn_in, len(chunk.features)
+    """Run a chunk of segments with its sensitivities, and add its rows to the total."""
+    cell, burn_in, samples = shape.split(theta), chunk.burn_in, len(chunk.features)
     inputs = ByRole.of(shape.roles, chunk.features)
-    equations = Equations(m.weights(shape), inputs, torch)
+    equations = Equations(cell, inputs, shape.turned, torch)
     rows, weights = _Rows(shape, theta, chunk.count), chunk.weights[:, None]
     sensitivities = _Sensitivities(shape, equations)
     states, one = [], theta.new_ones(chunk.count, 1)
@@ -222,21 +210,22 @@ def _run(
         if k < burn_in:
             continue
         factors = weights * torch.cat([one, inputs.readout[k]], 1)
-        rows.dynamic[rows.filled] = _to_outputs(m, factors) @ sensitivities.values
+        rows.dynamic[rows.filled] = _to_outputs(cell.c, factors) @ sensitivities.values
         rows.fill_own((sensitivities.state, inputs.static[k], one), factors)
         states.append(sensitivities.state)
         rows.filled += 1
         if rows.filled == BLOCK or k + 1 == samples:
             block = slice(k + 1 - rows.filled, k + 1)
-            found = outputs(equations.weights, torch.stack(states), inputs.stretch(block))
+            found = outputs(cell, torch.stack(states), inputs.stretch(block))
             targets = chunk.targets[block.start - burn_in : block.stop - burn_in]
             rows.residuals[: rows.filled] = weights * (found - targets)
-            accumulator.add(*rows.take())
+            total.add(*rows.take(), thin)
             states = []
 
 
-def _to_outputs(m: Matrices, factors: torch.Tensor) -> torch.Tensor:
+def _to_outputs(c: torch.Tensor, factors: torch.Tensor) -> torch.Tensor:
     """Return dy/dx times the weights, shape (B, p, n)."""
-    if m.c.shape[1] == 1:
-        return factors[:, :, None] * m.c[:, 0]
-    return torch.einsum("br,prn->bpn", factors, m.c)
+    count = factors.shape[1]
+    if count == 1:
+        return factors[:, :, None] * c
+    return torch.einsum("br,prn->bpn", factors, c.view(-1, count, c.shape[1]))

@@ -64,7 +64,7 @@ class PolePenalty:
         u and v.
         """
         n = shape.n_states
-        values, right = torch.linalg.eig(shape.split(theta).f[:, :n])
+        values, right = torch.linalg.eig(shape.split(theta).a)
         radii = values.abs()
         outside = radii > self.radius
         if not bool(outside.any()):
@@ -86,5 +86,5 @@ class PolePenalty:
 
 def pole_radii(shape: CellShape, theta: torch.Tensor) -> torch.Tensor:
     """Return the absolute values of the eigenvalues of A, shape (n_states,), at theta (P,)."""
-    poles: torch.Tensor = torch.linalg.eigvals(shape.split(theta).f[:, : shape.n_states])
+    poles: torch.Tensor = torch.linalg.eigvals(shape.split(theta).a)
     return poles.abs()

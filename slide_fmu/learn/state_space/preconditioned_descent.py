@@ -92,7 +92,8 @@ def advance_stretch(
     generator = torch.Generator().manual_seed((seed * SEED_STRIDE + state.stretch) % 2**32)
     per_segment = segments.targets.numel() / segments.count
     count = math.ceil(MATRIX_ROWS * shape.n_parameters / per_segment)
-    matrix = _matrix(shape, state.theta, segments.chosen(_draw(segments, count, generator)))
+    some = segments.chosen(_draw(segments, count, generator))
+    matrix = normal_equations(shape, state.theta, some).matrix / some.targets.numel()
     if state.matrix is not None:
         matrix = KEPT * state.matrix + (1 - KEPT) * matrix
     factor = _factor(matrix)
@@ -128,11 +129,6 @@ def _draw(segments: Segments, count: int, generator: torch.Generator) -> torch.T
     """Draw the numbers of at most ``count`` segments, none twice."""
     order = torch.randperm(segments.count, generator=generator)[:count]
     return order.to(segments.features.device)
-
-
-def _matrix(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torch.Tensor:
-    """Return J'J per residual, shape (P, P)."""
-    return normal_equations(shape, theta, segments).matrix / segments.targets.numel()
 
 
 def _factor(matrix: torch.Tensor) -> torch.Tensor | None:

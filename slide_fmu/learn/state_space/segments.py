@@ -6,7 +6,7 @@ in the burn-in, as long as the truncated part of the window, the zero state is f
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 
@@ -47,17 +47,13 @@ class Segments:
         """Return every ``stride``-th segment; they come from trajectories all over the data."""
         return self.chosen(torch.arange(0, self.count, stride, device=self.weights.device))
 
-    def chosen(self, numbers: torch.Tensor) -> Segments:
-        """Return the segments of some numbers, shape (K,)."""
+    def chosen(self, numbers: torch.Tensor | slice) -> Segments:
+        """Return the segments of some numbers, shape (K,), or of a slice of them."""
         return Segments(self.features[:, numbers], self.targets[:, numbers], self.weights[numbers])
 
     def chunks(self, size: int) -> list[Segments]:
         """Split the segments into pieces of at most ``size`` segments."""
-        parts = [slice(first, first + size) for first in range(0, self.count, size)]
-        return [
-            Segments(self.features[:, part], self.targets[:, part], self.weights[part])
-            for part in parts
-        ]
+        return [self.chosen(slice(first, first + size)) for first in range(0, self.count, size)]
 
     def and_others(self, others: Segments, factor: float) -> Segments:
         """Return these segments and others of the same lengths, with a factor on their weights."""
@@ -76,7 +72,7 @@ class Segments:
         squares = (self.targets - self.targets.mean((0, 1))).square().mean((0, 2))
         usual = squares.mean().clamp_min(torch.finfo(squares.dtype).tiny)  # 0: none moves
         weights = (2 / (1 + squares / usual)).sqrt()
-        return Segments(self.features, self.targets, self.weights * weights)
+        return replace(self, weights=self.weights * weights)
 
     def mirrored(self) -> Segments:
         """Return the segments with the opposite sign, which an odd system has too."""
@@ -86,18 +82,11 @@ class Segments:
 def cut_segments(
     features: torch.Tensor, targets: torch.Tensor, burn_in: int, scored: int
 ) -> Segments:
-    """Cut trajectories into segments of equal length that overlap by the burn-in.
+    """Cut trajectories into segments of equal length that overlap by the burn-in, of weight 1.
 
-    Args:
-        features: features of the inputs, shape (n_trajectories, N, n_features).
-        targets: scaled outputs, shape (n_trajectories, N + 1, n_outputs); targets[:, k + 1]
-            belongs to features[:, : k + 1].
-        burn_in: samples from zero state that are not scored.
-        scored: wanted number of scored samples in a segment. The nearest length that leaves few
-            samples over is taken.
-
-    Returns:
-        Segments, those of one trajectory after the other, with the weight 1.
+    Features have the shape (n_trajectories, N, n_features), scaled outputs (n_trajectories, N + 1,
+    n_outputs): targets[:, k + 1] belongs to features[:, : k + 1]. Of the wanted number of scored
+    samples in a segment, the nearest that leaves few samples over is taken.
 
     Raises:
         ValueError: trajectories are not longer than the burn-in.

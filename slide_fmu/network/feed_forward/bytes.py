@@ -12,13 +12,10 @@ from slide_fmu.features.sets import decode_features, encode_features
 from slide_fmu.network.activations import ACTIVATIONS
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
 
-KIND = 1
-"""Number of the family in a surrogate file."""
-
 
 def encode_feed_forward(network: FeedForward) -> bytes:
-    """Write the bytes of a network, its kind first."""
-    parts = [struct.pack("<I", KIND), encode_features(network.features)]
+    """Write the bytes of a network that follow its kind."""
+    parts = [encode_features(network.features)]
     parts.append(struct.pack("<II", network.n_samples, len(network.layers)))
     parts.append(indices_bytes(network.ages))
     names = list(ACTIVATIONS)

@@ -13,7 +13,7 @@ from slide_fmu.core.window import Window
 from slide_fmu.features.base import BEFORE
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.activations import ACTIVATIONS
-from slide_fmu.network.base import BATCH, Float32Array, Network, Stepper
+from slide_fmu.network.base import BATCH, Float32Array, Network, Stepper, batches
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class FeedForward(Network):
             raise ValueError("feed-forward network without layers; expected at least one")
         if n_samples < 1:
             raise ValueError(f"network on {n_samples} samples; expected at least one")
-        check_ages(ages, n_samples)
+        _check_ages(ages, n_samples)
         width = n_first = (len(ages) or n_samples) * features.n_signals
         for index, layer in enumerate(layers):
             if layer.weights.shape[1] != width:
@@ -129,9 +129,9 @@ class FeedForward(Network):
     def _slide_over(self, padded: Float32Array) -> Float32Array:
         """Values at the end of every window of features: (N + n_samples - 1, q) to (N, p)."""
         count, columns = len(padded) - self.n_samples + 1, np.arange(self.n_samples)
-        starts = [np.arange(s, min(s + BATCH, count)) for s in range(0, count, BATCH)]
-        parts = [self.evaluate_features(padded[s[:, None] + columns]) for s in starts]
-        return np.concatenate(parts)
+        starts = np.arange(count)[:, None]
+        cut = (padded[starts[some] + columns] for some in batches(count, BATCH))
+        return np.concatenate([self.evaluate_features(windows) for windows in cut])
 
     def stepper(self) -> SlidingWindow:
         return SlidingWindow(self)
@@ -165,12 +165,8 @@ class FeedForward(Network):
         return count + (0 if self.skip is None else self.skip.size)
 
 
-def check_ages(ages: tuple[int, ...], n_samples: int) -> None:
-    """Reject ages of samples that do not fall from n_samples - 1.
-
-    Raises:
-        ValueError: with the ages.
-    """
+def _check_ages(ages: tuple[int, ...], n_samples: int) -> None:
+    """Reject ages of samples that do not fall from n_samples - 1."""
     falling = all(older > newer for older, newer in itertools.pairwise(ages))
     if ages and not (falling and ages[0] == n_samples - 1 and ages[-1] >= 0):
         raise ValueError(

@@ -11,29 +11,23 @@ from dataclasses import fields
 from slide_fmu.core.byte_reader import Reader, indices_bytes
 from slide_fmu.features.sets import decode_features, encode_features
 from slide_fmu.network.activations import ACTIVATIONS
-from slide_fmu.network.state_space.cell import CELL_ACTIVATIONS, Cell
-from slide_fmu.network.state_space.equations import GATED
+from slide_fmu.network.state_space.cell import CELL_ACTIVATIONS, GATED, Cell, Roles, cell_shapes
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.network.state_space.roles import Roles
 
-KIND = 2
-"""Number in a surrogate file."""
 UNITS = (*ACTIVATIONS, GATED)
 """Units of cells; their order is their number."""
 
 
 def encode_state_space(network: StateSpace) -> bytes:
-    """Write the bytes of a network, its kind first."""
+    """Write the bytes of a network that follow its kind."""
     cell, roles = network.cell, network.roles
-    head = struct.pack("<I", KIND) + encode_features(network.features)
+    head = encode_features(network.features)
     head += struct.pack(
         "<IIIII", network.n_samples, network.n_out, *cell.e.shape, network.n_values
     )
     head += struct.pack("<II", UNITS.index(cell.activation), network.turned)
     head += b"".join(indices_bytes(getattr(roles, field.name)) for field in fields(roles))
-    products = [] if cell.v is None else [cell.v]
-    arrays = (cell.a, cell.b, cell.e, cell.w, *products, cell.c, cell.d, cell.d0)
-    return head + b"".join(array.astype("<f4").tobytes() for array in arrays)
+    return head + b"".join(array.astype("<f4").tobytes() for array in cell.arrays().values())
 
 
 def decode_state_space(section: Reader, n_inputs: int) -> StateSpace:
@@ -49,17 +43,7 @@ def decode_state_space(section: Reader, n_inputs: int) -> StateSpace:
         expected = [UNITS.index(name) for name in CELL_ACTIVATIONS]
         raise ValueError(f"units {number} of a cell; expected one of {expected}")
     roles = Roles(*(section.indices() for _ in fields(Roles)))
-    gated = UNITS[number] == GATED
-    drive, static, rows = len(roles.drive), len(roles.static), values * (1 + len(roles.readout))
-    cell = Cell(
-        a=section.f32(n, n),
-        b=section.f32(n, drive),
-        e=section.f32(n, units),
-        w=section.f32(units, len(roles.schedule) + 1 if gated else n + drive + 1),
-        v=section.f32(units, n + len(roles.gated)) if gated else None,
-        c=section.f32(rows, n),
-        d=section.f32(rows, static),
-        d0=section.f32(rows),
-        activation=UNITS[number],
-    )
+    shapes = cell_shapes(roles, UNITS[number], n, units, values * (1 + len(roles.readout)))
+    arrays = {name: section.f32(*shape) for name, shape in shapes.items()}
+    cell = Cell(**arrays, activation=UNITS[number])
     return StateSpace(cell, n_samples, n_out, features, roles, turned)

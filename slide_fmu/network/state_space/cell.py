@@ -1,4 +1,7 @@
-"""The cell of a state-space network as data: its weights, and which features fit it."""
+"""The cell of a state-space network as data: its matrices, and what each feature is for in it.
+
+The equations are in ``equations.py``.
+"""
 
 from __future__ import annotations
 
@@ -6,150 +9,144 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from slide_fmu.network.base import Float32Array
-from slide_fmu.network.state_space.equations import GATED, Weights
-from slide_fmu.network.state_space.roles import Roles
+from slide_fmu.network.activations import Array
+
+GATED = "gated"
+"""The units that are linear in the states; their gates are those of ``tanh``."""
 
 CELL_ACTIVATIONS = ("tanh", "cubic", GATED)
 """Activations that a cell may have: odd, and both exact and fast in the C runtime."""
+
+
+@dataclass(frozen=True)
+class Roles:
+    """Which signals a state-space network uses, and for what: indices of its features.
+
+    Attributes:
+        drive: f, the state input, which moves the states.
+        static: w, the feedthrough, which the values follow at once.
+        gated: g, which gated (LPV) units multiply beside the states.
+        schedule: s, the scheduling variables, which open and close gated units.
+        readout: r, factors of the values beside the constant one.
+        turn: cosine and sine of the angle of the frame in which gated units act; or none.
+    """
+
+    drive: tuple[int, ...]
+    static: tuple[int, ...]
+    gated: tuple[int, ...] = ()
+    schedule: tuple[int, ...] = ()
+    readout: tuple[int, ...] = ()
+    turn: tuple[int, ...] = ()
+
+    def highest(self) -> int:
+        """The highest index used; -1 if there is none."""
+        return max((i for field in fields(self) for i in getattr(self, field.name)), default=-1)
 
 
 @dataclass(frozen=True, eq=False)
 class Cell:
     """The weights of a cell: n states, q drives, H units, m static features, R factors, p values.
 
-    All float32.
+    They are arrays of numpy, in a network float32, or tensors of torch, while it is fitted.
 
     Attributes:
-        a: shape (n, n).
-        b: shape (n, q).
-        e: shape (n, H).
-        w: shape (H, n + q + 1), its columns in the order [x, f, 1]; of gated units
-            (H, n_schedule + 1), [s, 1].
-        c: shape (p R, n), the R rows of a value together.
-        d: shape (p R, m).
+        a: A, shape (n, n).
+        b: B, shape (n, q).
+        e: E, shape (n, H).
+        w: W, shape (H, n + q + 1), its columns in the order [x, f, 1]; of gated units
+            (H, n_schedule + 1), [s, 1]. A fit without constant terms leaves the last one out.
+        c: C, shape (p R, n), the R rows of a value together.
+        d: D, shape (p R, m).
         d0: shape (p R,).
         activation: one of ``CELL_ACTIVATIONS``; without units (H = 0) the cell is linear.
-        v: of gated units, shape (H, n + n_gated), [x, g]; else None.
-
-    Raises:
-        ValueError: shapes differ, values are not finite, or the activation is unknown.
+        v: V of gated units, shape (H, n + n_gated), [x, g]; else None.
     """
 
-    a: Float32Array
-    b: Float32Array
-    e: Float32Array
-    w: Float32Array
-    c: Float32Array
-    d: Float32Array
-    d0: Float32Array
+    a: Array
+    b: Array
+    e: Array
+    w: Array
+    c: Array
+    d: Array
+    d0: Array
     activation: str = "tanh"
-    v: Float32Array | None = None
-
-    def __post_init__(self) -> None:
-        if self.activation not in CELL_ACTIVATIONS:
-            raise ValueError(
-                f"cell: activation {self.activation!r}; expected one of {list(CELL_ACTIVATIONS)}"
-            )
-        matrices = (self.a, self.b, self.e, self.w, self.c, self.d)
-        if any(matrix.ndim != 2 for matrix in matrices):
-            raise ValueError("cell: a, b, e, w, c or d is no matrix; expected two axes each")
-        if (self.v is not None) != self.gated:
-            raise ValueError(
-                f"cell: activation {self.activation!r} and v {'is' if self.gated else 'not'} "
-                "missing; expected v for gated units alone"
-            )
-        n, q, units, values = len(self.a), self.b.shape[1], self.e.shape[1], len(self.c)
-        if n < 1 or values < 1:
-            raise ValueError(f"cell of {n} states and {values} values; expected at least one each")
-        expected = {
-            "a": (n, n),
-            "b": (n, q),
-            "e": (n, units),
-            "w": (units, self.w.shape[1] if self.gated else n + q + 1),
-            "c": (values, n),
-            "d": (values, self.d.shape[1]),
-            "d0": (values,),
-        }
-        for name, shape in expected.items():
-            self._check(name, getattr(self, name), shape)
-        if self.v is not None:
-            if self.v.ndim != 2 or self.v.shape[1] < n or self.w.shape[1] < 1:
-                raise ValueError(
-                    f"cell: v of shape {self.v.shape}, w of shape {self.w.shape}; expected at "
-                    f"least {n} columns and 1"
-                )
-            self._check("v", self.v, (units, self.v.shape[1]))
+    v: Array | None = None
 
     @property
     def gated(self) -> bool:
         """It is true when the units are gated: the cell is linear parameter-varying (LPV)."""
         return self.activation == GATED
 
-    def weights(self, turned: int) -> Weights:
-        """Give the matrices by name, of a cell whose first ``turned`` pairs of states turn."""
-        n, w, v = len(self.a), self.w, self.v
-        plain = v is None
-        return Weights(
-            a=self.a,
-            b=self.b,
-            e=self.e,
-            w_x=w[:, :n] if plain else None,
-            w_f=w[:, n:-1] if plain else w[:, :-1],
-            w_1=w[:, -1],
-            v_x=None if v is None else v[:, :n],
-            v_g=None if v is None else v[:, n:],
-            c=self.c,
-            d=self.d,
-            d0=self.d0,
-            units=self.activation,
-            turned=turned,
-        )
-
-    def _check(self, name: str, weights: Float32Array, shape: tuple[int, ...]) -> None:
-        if weights.shape != shape or weights.dtype != np.float32:
-            raise ValueError(
-                f"cell: {name} of shape {weights.shape}, {weights.dtype}; expected {shape}, "
-                "float32"
-            )
-        if not np.all(np.isfinite(weights)):
-            raise ValueError(f"cell: a weight of {name} is not finite; was the training stable?")
-
-    def count_parameters(self) -> int:
-        """Count the weights."""
-        values = [getattr(self, field.name) for field in fields(self)]
-        return sum(value.size for value in values if isinstance(value, np.ndarray))
+    def arrays(self) -> dict[str, Array]:
+        """Give the matrices by name, in the order of their bytes."""
+        names = ("a", "b", "e", "w", *(["v"] if self.v is not None else []), "c", "d", "d0")
+        return {name: getattr(self, name) for name in names}
 
 
-def check_roles(cell: Cell, roles: Roles, n_signals: int, turned: int) -> None:
-    """Reject roles that do not fit the cell.
+def cell_shapes(
+    roles: Roles, activation: str, n: int, units: int, rows: int, bias: bool = True
+) -> dict[str, tuple[int, ...]]:
+    """Give the shapes of a cell's matrices by name, in the order of their bytes.
+
+    Gated units have a V. C has p R rows. Without ``bias`` there are no constant terms: neither the
+    last column of W nor d0.
+    """
+    gated = activation == GATED
+    seen = len(roles.schedule) if gated else n + len(roles.drive)
+    return {
+        "a": (n, n),
+        "b": (n, len(roles.drive)),
+        "e": (n, units),
+        "w": (units, seen + bias),
+        **({"v": (units, n + len(roles.gated))} if gated else {}),
+        "c": (rows, n),
+        "d": (rows, len(roles.static)),
+        **({"d0": (rows,)} if bias else {}),
+    }
+
+
+def check_cell(cell: Cell, roles: Roles, n_signals: int, turned: int) -> None:
+    """Reject a cell of wrong shapes or weights, or roles that ``n_signals`` features do not have.
 
     Raises:
-        ValueError: with the numbers.
+        ValueError: with the numbers found and expected: a shape is another one, a weight not
+            float32 or not finite, the activation unknown, or a feature of a role not there.
     """
-    n, factors = len(cell.a), 1 + len(roles.readout)
+    if cell.activation not in CELL_ACTIVATIONS:
+        raise ValueError(
+            f"cell: activation {cell.activation!r}; expected one of {list(CELL_ACTIVATIONS)}"
+        )
+    if (cell.v is not None) != cell.gated:
+        raise ValueError(
+            f"cell: activation {cell.activation!r} and v {'is' if cell.gated else 'not'} "
+            "missing; expected v for gated units alone"
+        )
     if roles.highest() >= n_signals:
         raise ValueError(
             f"state-space network: role of feature {roles.highest()}; there are {n_signals}"
         )
-    found = {"drive": cell.b.shape[1], "static": cell.d.shape[1], "schedule": 0, "gated": 0}
-    if cell.v is not None:
-        found |= {"schedule": cell.w.shape[1] - 1, "gated": cell.v.shape[1] - n}
-    for name, count in found.items():
-        if len(getattr(roles, name)) != count:
-            raise ValueError(
-                f"state-space network: {len(getattr(roles, name))} features are {name}; the "
-                f"cell takes {count}"
-            )
-    if len(cell.c) % factors:
+    n, units, rows, factors = len(cell.a), len(cell.w), len(cell.c), 1 + len(roles.readout)
+    if n < 1 or rows < 1 or rows % factors:
         raise ValueError(
-            f"state-space network: {len(cell.c)} rows of c; expected a multiple of {factors}, "
-            "one for each factor"
+            f"cell of {n} states and {rows} rows of c; expected at least one state, and a "
+            f"multiple of {factors} rows, one for each factor"
         )
+    expected = cell_shapes(roles, cell.activation, n, units, rows)
+    for name, weights in cell.arrays().items():
+        if weights.shape != expected[name] or weights.dtype != np.float32:
+            raise ValueError(
+                f"cell: {name} of shape {weights.shape}, {weights.dtype}; expected "
+                f"{expected[name]}, float32, for the roles of the features {roles}"
+            )
+        if not np.all(np.isfinite(weights)):
+            raise ValueError(f"cell: a weight of {name} is not finite; was the training stable?")
     if not 0 <= 2 * turned <= n or len(roles.turn) != (2 if turned else 0):
         raise ValueError(
             f"state-space network: {turned} turned pairs of {n} states with {len(roles.turn)} "
             "features of the turn; expected none, or cosine and sine and at most half the states"
         )
-    if turned and not cell.gated:
-        raise ValueError("state-space network: turned states need gated units")
+    if not cell.gated and (roles.gated or roles.schedule or turned):
+        raise ValueError(
+            "state-space network: gated, scheduling or turned features of a cell "
+            f"with {cell.activation} units; expected them for gated units alone"
+        )

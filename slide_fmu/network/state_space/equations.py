@@ -6,7 +6,7 @@
     h[k]   = tanh(W_f s[k] + w_1) * (V_x T[k]' x[k] + V_g g[k])
 
 The features f, w, s, g, r of a sample, and cosine and sine of the turn T, come by their roles
-(``roles.py``). T turns the first pairs of states out of the frame in which gated units act. The
+(``Roles``). T turns the first pairs of states out of the frame in which gated units act. The
 class of models is the nonlinear state space of system identification (Paduart et al., 2010, with
 polynomial units); with gated units it is a linear parameter-varying one.
 
@@ -22,45 +22,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 from slide_fmu.network.activations import ACTIVATIONS, Array, Namespace
-from slide_fmu.network.state_space.roles import Roles
-
-GATED = "gated"
-"""The units that are linear in the states; their gates are those of ``tanh``."""
-
-
-@dataclass(frozen=True, eq=False)
-class Weights:
-    """The matrices of a cell: n states, q drives, H units, m static features, R factors, p values.
-
-    Attributes:
-        a: A, shape (n, n).
-        b: B, shape (n, q).
-        e: E, shape (n, H).
-        w_x: W_x, shape (H, n); None of gated units.
-        w_f: W_f, shape (H, q), of gated units (H, n_schedule).
-        w_1: shape (H,); None where there are no constant terms.
-        v_x: V_x of gated units, shape (H, n); else None.
-        v_g: V_g of gated units, shape (H, n_gated); else None.
-        c: C, shape (p R, n), the R rows of a value together.
-        d: D, shape (p R, m).
-        d0: shape (p R,).
-        units: an activation of ``ACTIVATIONS``, or ``GATED``.
-        turned: number of pairs of states, the first ones, that gated units see turned.
-    """
-
-    a: Array
-    b: Array
-    e: Array
-    w_x: Array | None
-    w_f: Array
-    w_1: Array | None
-    v_x: Array | None
-    v_g: Array | None
-    c: Array
-    d: Array
-    d0: Array
-    units: str
-    turned: int
+from slide_fmu.network.state_space.cell import Cell, Roles
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,23 +77,35 @@ class Equations:
     """The cell along given features, whatever its states. Final.
 
     Args:
-        weights: of the cell.
+        cell: the matrices.
         inputs: the features by role, N samples of B sequences.
-        xp: ``numpy`` or ``torch``, to which weights and inputs belong.
+        turned: number of pairs of states, the first ones, that gated units see turned.
+        xp: ``numpy`` or ``torch``, to which matrices and inputs belong.
+
+    Attributes:
+        w_x: W_x, shape (H, n); None of gated units.
+        w_f: W_f, shape (H, q), of gated units (H, n_schedule).
+        v_x: V_x of gated units, shape (H, n); else None.
+        v_g: V_g of gated units, shape (H, n_gated); else None.
     """
 
-    def __init__(self, weights: Weights, inputs: ByRole, xp: Namespace) -> None:
-        self.weights, self.inputs, self._xp = weights, inputs, xp
-        self._gated = weights.v_x is not None
-        self._activation = ACTIVATIONS["tanh" if self._gated else weights.units]
+    def __init__(self, cell: Cell, inputs: ByRole, turned: int, xp: Namespace) -> None:
+        self.cell, self.inputs, self.turned, self._xp = cell, inputs, turned, xp
+        self._activation = ACTIVATIONS["tanh" if cell.gated else cell.activation]
         self._add_product = getattr(xp, "addmm", _add_product)  # torch has both in one
-        arguments = (inputs.schedule if self._gated else inputs.drive) @ weights.w_f.T
-        self._arguments = arguments if weights.w_1 is None else arguments + weights.w_1
-        self._driven = inputs.drive @ weights.b.T
-        if self._gated:
-            assert weights.v_g is not None
+        n = len(cell.a)
+        seen, first = (inputs.schedule, 0) if cell.gated else (inputs.drive, n)
+        last = first + seen.shape[-1]
+        self.w_x = None if cell.gated else cell.w[:, :n]
+        self.w_f, constant = cell.w[:, first:last], cell.w[:, last:]
+        self.v_x = None if cell.v is None else cell.v[:, :n]
+        self.v_g = None if cell.v is None else cell.v[:, n:]
+        arguments = seen @ self.w_f.T
+        self._arguments = arguments + constant[:, 0] if constant.shape[1] else arguments
+        self._driven = inputs.drive @ cell.b.T
+        if self.v_g is not None:
             self._gates = self._activation.value(self._arguments, xp)
-            self._offered = inputs.gated @ weights.v_g.T
+            self._offered = inputs.gated @ self.v_g.T
 
     def run(self, state: Array) -> Array:
         """Give the states after all samples, (N, B, n), from those before them, (B, n)."""
@@ -143,13 +117,13 @@ class Equations:
 
     def units(self, k: int, state: Array) -> Array:
         """Give the units h at sample k, (B, H), from the states before it, (B, n)."""
-        if self._gated:
+        if self.cell.gated:
             return self._gates[k] * self._products(k, self._seen(k, state))
         return self._activation.value(self._plain_arguments(k, state), self._xp)
 
     def units_with_slopes(self, k: int, state: Array) -> Units:
         """Give what ``units`` gives, with what reverse mode and sensitivities need of it."""
-        if self._gated:
+        if self.cell.gated:
             gates, seen = self._gates[k], self._seen(k, state)
             products = self._products(k, seen)
             slope = products * self._activation.slope(self._arguments[k], gates, self._xp)
@@ -160,30 +134,30 @@ class Equations:
 
     def after(self, k: int, state: Array, units: Array) -> Array:
         """Give the states after sample k, (B, n), from those before it and its units."""
-        weights, moved = self.weights, self._add_product(self._driven[k], state, self.weights.a.T)
-        if weights.turned == 0:
-            return self._add_product(moved, units, weights.e.T)
-        return moved + turned(units @ weights.e.T, self.inputs.turn[k], weights.turned, self._xp)
+        moved = self._add_product(self._driven[k], state, self.cell.a.T)
+        if self.turned == 0:
+            return self._add_product(moved, units, self.cell.e.T)
+        return moved + turned(units @ self.cell.e.T, self.inputs.turn[k], self.turned, self._xp)
 
     def _plain_arguments(self, k: int, state: Array) -> Array:
-        assert self.weights.w_x is not None
-        return self._add_product(self._arguments[k], state, self.weights.w_x.T)
+        assert self.w_x is not None
+        return self._add_product(self._arguments[k], state, self.w_x.T)
 
     def _seen(self, k: int, state: Array) -> Array:
-        return turned(state, self.inputs.turn[k], self.weights.turned, self._xp, back=True)
+        return turned(state, self.inputs.turn[k], self.turned, self._xp, back=True)
 
     def _products(self, k: int, seen: Array) -> Array:
-        assert self.weights.v_x is not None
-        return self._add_product(self._offered[k], seen, self.weights.v_x.T)
+        assert self.v_x is not None
+        return self._add_product(self._offered[k], seen, self.v_x.T)
 
 
 def _add_product(constant: Array, vectors: Array, matrix: Array) -> Array:
     return vectors @ matrix + constant
 
 
-def outputs(weights: Weights, states: Array, inputs: ByRole) -> Array:
+def outputs(cell: Cell, states: Array, inputs: ByRole) -> Array:
     """Give the values y, (N, B, p), from the states after the samples, (N, B, n)."""
-    parts = rows(weights, states, inputs.static)
+    parts = rows(cell, states, inputs.static)
     factors = inputs.readout.shape[-1]
     if factors == 0:
         return parts
@@ -191,23 +165,16 @@ def outputs(weights: Weights, states: Array, inputs: ByRole) -> Array:
     return shares[..., 0] + (shares[..., 1:] * inputs.readout[..., None, :]).sum(-1)
 
 
-def rows(weights: Weights, states: Array, static: Array) -> Array:
+def rows(cell: Cell, states: Array, static: Array) -> Array:
     """Give the sums C_r x + D_r w + d_r, (..., p R), of states (..., n) and w (..., m)."""
-    return states @ weights.c.T + static @ weights.d.T + weights.d0
+    return states @ cell.c.T + static @ cell.d.T + cell.d0
 
 
 def turned(vectors: Array, turn: Array, pairs: int, xp: Namespace, *, back: bool = False) -> Array:
-    """Turn the first pairs of components of vectors by an angle.
+    """Turn the first pairs of components of vectors, shape (..., n), by an angle.
 
-    Args:
-        vectors: shape (..., n).
-        turn: cosine and sine of the angle, shape (..., 2).
-        pairs: number of pairs; none leaves the vectors as they are.
-        xp: ``numpy`` or ``torch``.
-        back: turn by the opposite angle: the transpose of the matrix.
-
-    Returns:
-        Shape (..., n).
+    ``turn`` is its cosine and sine, shape (..., 2); ``back`` turns by the opposite angle, which is
+    the transpose of the matrix. No pairs leave the vectors as they are.
     """
     if pairs == 0:
         return vectors

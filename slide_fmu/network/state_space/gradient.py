@@ -13,7 +13,8 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.base import PullBack
-from slide_fmu.network.state_space.equations import ByRole, Equations, Weights, rows, turned
+from slide_fmu.network.state_space.cell import Cell
+from slide_fmu.network.state_space.equations import ByRole, Equations, rows, turned
 from slide_fmu.network.state_space.network import StateSpace
 
 
@@ -22,13 +23,9 @@ def pull_back_cells(network: StateSpace, features: FloatArray, n_out: int) -> Pu
     return _CellTape(network, features, n_out).pull_back
 
 
-def _in_double(weights: Weights) -> Weights:
-    found: dict[str, Any] = {
-        name: part.astype(np.float64)
-        for name, part in vars(weights).items()
-        if isinstance(part, np.ndarray)
-    }
-    return replace(weights, **found)
+def _in_double(cell: Cell) -> Cell:
+    found: dict[str, Any] = {n: array.astype(np.float64) for n, array in cell.arrays().items()}
+    return replace(cell, **found)
 
 
 class _CellTape:
@@ -38,8 +35,8 @@ class _CellTape:
         self._roles, self._n_out = network.roles, n_out
         self._shape = features.shape
         self._inputs = ByRole.of(network.roles, np.moveaxis(features, 1, 0))
-        self._weights = _in_double(network.cell.weights(network.turned))
-        self._equations = Equations(self._weights, self._inputs, np)
+        self._cell = _in_double(network.cell)
+        self._equations = Equations(self._cell, self._inputs, network.turned, np)
         first = np.zeros((len(features), len(network.cell.a)))
         self._states = np.concatenate([first[None], self._equations.run(first)])
 
@@ -61,7 +58,7 @@ class _CellTape:
 
     def _pull_back_values(self, k: int, weights: FloatArray, gradient: FloatArray) -> FloatArray:
         """What weights (B, n_outputs) of the values after an input give to the state after it."""
-        of, readout = self._weights, self._inputs.readout[k]
+        of, readout = self._cell, self._inputs.readout[k]
         factors = np.concatenate([np.ones((len(readout), 1)), readout], axis=1)
         parts = rows(of, self._states[k + 1], self._inputs.static[k]).reshape(*weights.shape, -1)
         self._add(gradient, "readout", np.einsum("bp,bpr->br", weights, parts[:, :, 1:]))
@@ -71,25 +68,25 @@ class _CellTape:
 
     def _pull_back_step(self, k: int, of_next: FloatArray, gradient: FloatArray) -> FloatArray:
         """From the state after an input to that before it."""
-        weights = self._weights
-        self._add(gradient, "drive", of_next @ weights.b)
-        if weights.v_x is not None:
-            return np.asarray(of_next @ weights.a + self._pull_back_gated(k, of_next, gradient))
-        units = self._equations.units_with_slopes(k, self._states[k])
-        of_arguments = of_next @ weights.e * units.slope
-        self._add(gradient, "drive", of_arguments @ weights.w_f)
-        return np.asarray(of_next @ weights.a + of_arguments @ weights.w_x)
+        cell, equations = self._cell, self._equations
+        self._add(gradient, "drive", of_next @ cell.b)
+        if cell.gated:
+            return np.asarray(of_next @ cell.a + self._pull_back_gated(k, of_next, gradient))
+        units = equations.units_with_slopes(k, self._states[k])
+        of_arguments = of_next @ cell.e * units.slope
+        self._add(gradient, "drive", of_arguments @ equations.w_f)
+        return np.asarray(of_next @ cell.a + of_arguments @ equations.w_x)
 
     def _pull_back_gated(self, k: int, of_next: FloatArray, gradient: FloatArray) -> FloatArray:
-        weights, x, turn = self._weights, self._states[k], self._inputs.turn[k]
-        units, pairs = self._equations.units_with_slopes(k, x), weights.turned
-        of_units = turned(of_next, turn, pairs, np, back=True) @ weights.e
+        equations, x, turn = self._equations, self._states[k], self._inputs.turn[k]
+        units, pairs, e = equations.units_with_slopes(k, x), equations.turned, self._cell.e
+        of_units = turned(of_next, turn, pairs, np, back=True) @ e
         of_products = of_units * units.gates
-        of_seen = of_products @ weights.v_x
-        self._add(gradient, "schedule", of_units * units.slope @ weights.w_f)
-        self._add(gradient, "gated", of_products @ weights.v_g)
+        of_seen = of_products @ equations.v_x
+        self._add(gradient, "schedule", of_units * units.slope @ equations.w_f)
+        self._add(gradient, "gated", of_products @ equations.v_g)
         if pairs > 0:
-            of_turn = _of_turn(of_next, units.values @ weights.e.T, pairs)
+            of_turn = _of_turn(of_next, units.values @ e.T, pairs)
             of_back = _of_turn(of_seen, x, pairs)
             self._add(gradient, "turn", of_turn + of_back * [1.0, -1.0])  # sin(-a) = -sin(a)
         return np.asarray(turned(of_seen, turn, pairs, np))

@@ -1,9 +1,6 @@
-"""State-space networks: one small cell, run along the inputs, evaluated in three ways.
-
-The cell, and what features of the scaled inputs do in it, are in ``equations.py``.
+"""State-space networks: one small cell, run along the inputs, evaluated in two ways.
 
 - Window: n_samples cells from x = 0; the values are a pure function of the window.
-- Recursive: one cell per sample, never restarted; it forgets by contraction alone.
 - Ping-pong: two states, restarted in turn, one cell each per sample. Memory is strictly finite
   and a step still costs two cells, whatever the window: the way of the FMU.
 
@@ -23,10 +20,9 @@ from numpy.typing import NDArray
 from slide_fmu.core.window import Window, checked_batch
 from slide_fmu.features.base import BEFORE
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.base import Float32Array, Network, Stepper
-from slide_fmu.network.state_space.cell import Cell, check_roles
+from slide_fmu.network.base import Float32Array, Network, Stepper, batches
+from slide_fmu.network.state_space.cell import Cell, Roles, check_cell
 from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
-from slide_fmu.network.state_space.roles import Roles
 
 CHUNK = 1 << 16
 """Samples evaluated at once: bounds the memory of a long prediction."""
@@ -65,7 +61,7 @@ class StateSpace(Network):
             )
         every = tuple(range(features.n_signals))
         self.roles = Roles(drive=every, static=every) if roles is None else roles
-        check_roles(cell, self.roles, features.n_signals, turned)
+        check_cell(cell, self.roles, features.n_signals, turned)
         self.cell = cell
         self.features = features
         self.turned = turned
@@ -100,7 +96,7 @@ class StateSpace(Network):
         return len(self.cell.w) == 0 and plain
 
     def count_parameters(self) -> int:
-        return self.cell.count_parameters()
+        return sum(array.size for array in self.cell.arrays().values())
 
     def evaluate(self, sequences: NDArray[Any]) -> Float32Array:
         return self.block(sequences, 1)[:, 0]
@@ -111,10 +107,9 @@ class StateSpace(Network):
         The oldest of them has seen n_samples - n_out + 1 inputs.
         """
         checked_batch("sequences", sequences, (self.n_samples, self.n_channels))
-        rows = max(1, CHUNK // self.n_samples)
         parts = [
-            self.run(self.features.along(sequences[first : first + rows]))[0][:, -n_out:]
-            for first in range(0, len(sequences), rows)
+            self.run(self.features.along(sequences[some]))[0][:, -n_out:]
+            for some in batches(len(sequences), CHUNK // self.n_samples)
         ]
         return np.concatenate(parts)
 
@@ -131,17 +126,10 @@ class StateSpace(Network):
         the largest of that between two hand-overs, kept until the next one. The first input
         counts as held for ever before: the first sample is a hand-over after 2 n_samples of it.
 
-        Args:
-            records: scaled inputs, shape (B, N, n_channels), N >= 1.
-
-        Returns:
-            Values and truncation errors, shape (B, N, n_values) each.
+        Records as for ``stream`` give values and truncation errors, (B, N, n_values) each.
         """
-        rows = max(1, CHUNK // (records.shape[1] + 2 * self.n_samples))
-        parts = [
-            self._ping_pong(records[first : first + rows])
-            for first in range(0, len(records), rows)
-        ]
+        size = CHUNK // (records.shape[1] + 2 * self.n_samples)
+        parts = [self._ping_pong(records[some]) for some in batches(len(records), size)]
         values, errors = zip(*parts, strict=True)
         return np.concatenate(values), np.concatenate(errors)
 
@@ -170,38 +158,21 @@ class StateSpace(Network):
         ages = np.arange(1, self.n_samples + 1) - (self.n_samples - self.n_out)
         return (np.maximum(ages, 0) / self.n_out).astype(np.float32)
 
-    def recursive(self, records: NDArray[Any]) -> Float32Array:
-        """Evaluate at every sample, by one state that is never restarted.
-
-        Args:
-            records: as for ``ping_pong``; the first input counts as held for n_samples.
-
-        Returns:
-            Values, shape (B, N, n_values).
-        """
-        padded = np.pad(records, ((0, 0), (self.n_samples - 1, 0), (0, 0)), mode="edge")
-        return self.run(self.features.along(padded))[0][:, self.n_samples - 1 :]
-
     def stepper(self) -> PingPong:
         return PingPong(self)
 
     def run(
         self, features: Float32Array, states: Float32Array | None = None
     ) -> tuple[Float32Array, Float32Array]:
-        """Run the cell along sequences of features.
+        """Run the cell along sequences of features, shape (B, N, q), from states x, shape (B, n).
 
-        Args:
-            features: shape (B, N, q).
-            states: x before the first of them, shape (B, n); zero if not given.
-
-        Returns:
-            Values after each, shape (B, N, n_values), and x after the last, shape (B, n).
+        The states are zero if not given. The results are the values after each sample, shape
+        (B, N, n_values), and x after the last one.
         """
         x = np.zeros((len(features), len(self.cell.a)), np.float32) if states is None else states
         inputs = ByRole.of(self.roles, np.moveaxis(features, 1, 0))
-        weights = self.cell.weights(self.turned)
-        after = Equations(weights, inputs, np).run(x)
-        values = outputs(weights, after, inputs)
+        after = Equations(self.cell, inputs, self.turned, np).run(x)
+        values = outputs(self.cell, after, inputs)
         return np.ascontiguousarray(np.moveaxis(values, 0, 1)), after[-1]
 
 

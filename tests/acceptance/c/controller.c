@@ -1,6 +1,6 @@
 /* A controller as FMI 2.0 co-simulation FMU, to close a loop around a surrogate:
  * force = GAIN * (target(t) - position), taken in and given out at communication points. */
-#include "fmi2.h"
+#include "fmi2Functions.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -7,7 +7,8 @@ from typing import Any
 from baselines import BaselineError
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.state_space import Roles, StateSpace
+from slide_fmu.network.state_space.cell import Roles
+from slide_fmu.network.state_space.network import StateSpace
 
 
 def _order(features: FeatureMap) -> int:
@@ -17,7 +18,8 @@ def _order(features: FeatureMap) -> int:
         BaselineError: they are something else.
     """
     found, every = features.features, tuple(range(features.features.n_signals))
-    if not isinstance(found, Differences) or features.chosen != every or features.offset.any():
+    as_they_are = features.chosen == every and not features.scaling.offset.any()
+    if not isinstance(found, Differences) or not as_they_are:
         raise BaselineError("torch: other features than differences of the inputs")
     return found.order
 
@@ -46,7 +48,8 @@ class TorchCells:
         self.act = torch.tanh if cell.activation == "tanh" else lambda v: v * v * v
         self.z = torch.zeros(2, self.n + cell.b.shape[1] + 1)
         self.z[:, -1] = 1
-        self.order, self.scale = _order(network.features), torch.from_numpy(network.features.scale)
+        self.order = _order(network.features)
+        self.scale = torch.from_numpy(network.features.scaling.scale)
         self.recent = torch.zeros(3, network.n_channels, dtype=torch.float64)
         self.fade, self.age = network.fade().tolist(), 0
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from baselines import BaselineError
 from slide_fmu.network.base import Float32Array
-from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.feed_forward.network import FeedForward
 
 Evaluation = Callable[[Float32Array], object]
 """Evaluates features of windows, shape (B, n_first)."""

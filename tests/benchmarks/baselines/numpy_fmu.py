@@ -10,7 +10,7 @@ from pythonfmu import Fmi2Causality, Fmi2Slave, Real
 
 from slide_fmu.features.base import BEFORE
 from slide_fmu.network.activations import ACTIVATIONS
-from slide_fmu.network.feed_forward import FeedForward
+from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.surrogate.surrogate import Surrogate
 
 FILE = "surrogate.slide"
@@ -29,7 +29,8 @@ class Seen:
 
     def __init__(self, features):
         self.set, self.chosen = features.features, np.array(features.chosen)
-        self.offset, self.scale, self.recent = features.offset, features.scale, None
+        self.offset, self.scale = features.scaling.offset, features.scaling.scale
+        self.recent = None
         as_they_are = self.set.n_before == 0 and np.array_equal(
             self.chosen, np.arange(self.set.n_signals)
         )
@@ -133,7 +134,7 @@ class NumpySurrogate(Fmi2Slave):
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
-        self.surrogate = Surrogate.load(Path(self.resources) / FILE)
+        self.surrogate = Surrogate.from_bytes((Path(self.resources) / FILE).read_bytes())
         surrogate = self.surrogate
         self.u = surrogate.starts
         self.y = np.zeros(len(surrogate.outputs))

@@ -85,23 +85,23 @@ static float read_through(const float *values, size_t count) {
 
 static void run_network(Parts *parts, float value) {
     const SlideKernel *kernel = parts->model.kernel;
-    const SlideCells *cells = &parts->model.predictor.cells;
+    const SlideNetwork *predictor = &parts->model.predictor;
     SlideNetworkState *state = &parts->state.predictor;
-    if (parts->network.family->recurrent) {
-        cells->features[0] = value;
-        parts->found = *slide_network_evaluate(&parts->model.predictor, kernel, state, 0);
-        state->cells.states[0] = cells->next[0];
+    if (slide_is_recurrent(predictor->family)) {
+        predictor->features[0] = value;
+        parts->found = *predictor->family->evaluate(predictor, kernel, state, 0);
+        state->cells.states[0] = predictor->of.cells.next[0];
     } else {
         state->layers.ring[0] = value;
-        parts->found = *slide_feed_forward_evaluate(&parts->network.layers.stack, kernel,
+        parts->found = *slide_feed_forward_evaluate(&parts->network.of.layers.stack, kernel,
                                                     state->layers.ring);
     }
 }
 
 static bool see(Parts *parts, double value, uint64_t sample) {
-    parts->model.sample[0] = value;
+    parts->model.taken[0] = value;
     return slide_network_see(&parts->model.predictor, &parts->state.predictor, sample,
-                             parts->model.sample, parts->state.samples.ring);
+                             parts->model.taken, parts->state.samples.ring);
 }
 
 static bool step(Parts *parts, double part, bool reads) {

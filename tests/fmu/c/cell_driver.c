@@ -7,24 +7,35 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST = 48, WIDTH = 3 * MOST }; /* rows, and columns [x, f, 1] or units */
+enum { MOST_ROWS = 64, MOST_COLUMNS = 64 };
 
-/* The matrices of a cell by rows, and the same in panels; both are zero where nothing is. */
+/* A matrix by rows, and the same in panels; both are zero where nothing is. */
 typedef struct {
-    float rows[WIDTH][WIDTH];
-    float panels[WIDTH * WIDTH];
+    float rows[MOST_ROWS][MOST_COLUMNS];
+    float panels[MOST_ROWS * MOST_COLUMNS];
 } Matrix;
 
-static void fill(Matrix *matrix, size_t first, size_t n_rows, size_t n_columns, size_t all_columns,
-                 int seed) {
-    for (size_t row = first; row < first + n_rows; ++row) {
-        for (size_t i = 0; i < n_columns; ++i) {
+/* Features come in the order [turn, gated, schedule, drive, statics]. */
+typedef struct {
+    SlideUnits activation;
+    size_t states, turned, units, gated, schedule, drive, statics, rows;
+} Sizes;
+
+static size_t panels_for(size_t rows) { return (rows + SLIDE_LANES - 1) / SLIDE_LANES; }
+
+/* Fill with made-up numbers; in panels of some more columns. */
+static const float *fill(Matrix *matrix, size_t rows, size_t columns, size_t all_columns,
+                         int seed) {
+    memset(matrix, 0, sizeof *matrix);
+    for (size_t row = 0; row < rows; ++row) {
+        for (size_t i = 0; i < columns; ++i) {
             float value = (float)(0.3 * cos(seed + 13.0 * (double)row + 7.0 * (double)i));
             matrix->rows[row][i] = value;
             matrix->panels[(row / SLIDE_LANES * all_columns + i) * SLIDE_LANES +
                            row % SLIDE_LANES] = value;
         }
     }
+    return matrix->panels;
 }
 
 static double product(const Matrix *matrix, size_t row, const double *x, size_t count) {
@@ -35,55 +46,140 @@ static double product(const Matrix *matrix, size_t row, const double *x, size_t 
     return sum;
 }
 
-static double cell_error(const SlideKernel *kernel, size_t n, size_t q, size_t units, size_t p) {
-    static Matrix f, x, e, c;
-    static float driven[WIDTH], both[WIDTH];
-    float features[8] = {0.3f, -0.7f, 0.2f}, states[2 * MOST] = {0}, next[2 * MOST];
-    float values[2 * MOST];
-    size_t up = (units + 7) / 8, sp = (n + 7) / 8, vp = (p + 7) / 8;
-    double worst = 0;
-    memset(&f, 0, sizeof f), memset(&x, 0, sizeof x);
-    memset(&e, 0, sizeof e), memset(&c, 0, sizeof c);
-    fill(&f, 0, units, q + 1, q + 1, 1), fill(&f, 8 * up, n, q, q + 1, 2);
-    fill(&f, 8 * (up + sp), p, q + 1, q + 1, 3), fill(&x, 0, units, n, n, 4);
-    fill(&x, 8 * up, n, n, n, 5), fill(&e, 0, n, units, 8 * up, 6), fill(&c, 0, p, n, n, 7);
-    SlideCell cell = {q, n, up, sp, vp, 3, f.panels, x.panels, e.panels, c.panels, driven, both};
-    features[q] = 1;
-    for (size_t i = 0; i < n; ++i) {
-        states[i] = (float)sin((double)i), states[8 * sp + i] = (float)cos((double)i);
+static void turn(double *x, size_t pairs, double c, double s) {
+    for (size_t i = 0; i < 2 * pairs; i += 2) {
+        double first = x[i], second = x[i + 1];
+        x[i] = c * first - s * second;
+        x[i + 1] = s * first + c * second;
     }
-    kernel->advance(&cell, features, states, next, values);
-    for (size_t s = 0; s < 2; ++s) {
-        double old[WIDTH], drive[WIDTH], inner[WIDTH], moved[WIDTH];
-        for (size_t i = 0; i < n; ++i) {
-            old[i] = states[s * 8 * sp + i];
+}
+
+static Matrix w, w0, vx, vg, v0, a, b, b0, e, c, d, d0;
+
+/* Feature parts: where the units look. Plain ones look at the drive. */
+static size_t first_of_units(const Sizes *z) {
+    return 2 * (z->turned > 0) + (z->activation == SLIDE_GATED ? 0 : z->gated + z->schedule);
+}
+
+static size_t count_of_units(const Sizes *z) {
+    return z->activation == SLIDE_GATED ? z->gated : z->drive;
+}
+
+static double unit_of(const Sizes *z, size_t i, double offered, const double *schedule) {
+    switch (z->activation) {
+    case SLIDE_GATED:
+        return tanh(product(&w, i, schedule, z->schedule) + (double)w0.rows[i][0]) * offered;
+    case SLIDE_TANH:
+        return tanh(offered);
+    default:
+        return offered * offered * offered;
+    }
+}
+
+/* One state by the formulas: the next one and the rows of its values. */
+static void exact(const Sizes *z, const double *features, const double *x, double *next,
+                  double *rows) {
+    double seen[MOST_ROWS], inner[MOST_ROWS], pushed[MOST_ROWS];
+    const double *s = features + 2 * (z->turned > 0) + z->gated;
+    const double *f = s + z->schedule, *statics = f + z->drive;
+    const double *of_units = features + first_of_units(z);
+    memcpy(seen, x, sizeof seen);
+    turn(seen, z->turned, features[0], -features[1]);
+    for (size_t i = 0; i < z->units; ++i) {
+        double offered = product(&vx, i, seen, z->states) +
+                         product(&vg, i, of_units, count_of_units(z)) + (double)v0.rows[i][0];
+        inner[i] = unit_of(z, i, offered, s);
+    }
+    for (size_t i = 0; i < z->states; ++i) {
+        pushed[i] = product(&e, i, inner, z->units);
+    }
+    turn(pushed, z->turned, features[0], features[1]);
+    for (size_t i = 0; i < z->states; ++i) {
+        next[i] = product(&a, i, x, z->states) + product(&b, i, f, z->drive) + pushed[i];
+    }
+    for (size_t i = 0; i < z->rows; ++i) {
+        rows[i] = product(&c, i, next, z->states) + product(&d, i, statics, z->statics) +
+                  (double)d0.rows[i][0];
+    }
+}
+
+static SlideCell made_up(const Sizes *z) {
+    static float scratch[8][4 * MOST_ROWS];
+    const size_t padded = panels_for(z->units) * SLIDE_LANES;
+    const size_t schedule_at = 2 * (z->turned > 0) + z->gated, drive_at = schedule_at + z->schedule;
+    memset(scratch, 0, sizeof scratch);
+    return (SlideCell){
+        .n_states = z->states,
+        .turned = z->turned,
+        .unit_panels = panels_for(z->units),
+        .state_panels = panels_for(z->states),
+        .row_panels = panels_for(z->rows),
+        .activation = z->activation,
+        .to_gates = {schedule_at, z->schedule, fill(&w, z->units, z->schedule, z->schedule, 1),
+                     fill(&w0, z->units, 1, 1, 2)},
+        .to_units = {first_of_units(z), count_of_units(z),
+                     fill(&vg, z->units, count_of_units(z), count_of_units(z), 4),
+                     fill(&v0, z->units, 1, 1, 11)},
+        .to_states = {drive_at, z->drive, fill(&b, z->states, z->drive, z->drive, 6),
+                      fill(&b0, z->states, 0, 1, 12)},
+        .to_rows = {drive_at + z->drive, z->statics,
+                    fill(&d, z->rows, z->statics, z->statics, 9), fill(&d0, z->rows, 1, 1, 10)},
+        .units_of_states = fill(&vx, z->units, z->states, z->states, 3),
+        .states_of_states = fill(&a, z->states, z->states, z->states, 5),
+        .states_of_units = fill(&e, z->states, z->units, padded, 7),
+        .rows_of_states = fill(&c, z->rows, z->states, z->states, 8),
+        .open = scratch[0],
+        .offered = scratch[1],
+        .driven = scratch[2],
+        .rows = scratch[3],
+        .seen = scratch[4],
+        .pushed = scratch[5],
+        .units = scratch[6],
+        .zeros = scratch[7],
+    };
+}
+
+static double error_of(const SlideKernel *kernel, const Sizes *z) {
+    SlideCell cell = made_up(z);
+    float features[MOST_ROWS], states[2 * MOST_ROWS] = {0}, next[2 * MOST_ROWS];
+    float rows[2 * MOST_ROWS];
+    double worst = 0, wide[MOST_ROWS];
+    size_t n = cell.state_panels * SLIDE_LANES, p = cell.row_panels * SLIDE_LANES;
+    for (size_t i = 0; i < MOST_ROWS; ++i) {
+        features[i] = (float)sin(1.0 + (double)i);
+        wide[i] = features[i];
+    }
+    for (size_t i = 0; i < z->states; ++i) {
+        states[i] = (float)sin((double)i), states[n + i] = (float)cos((double)i);
+    }
+    kernel->advance(&cell, features, states, next, rows);
+    for (size_t state = 0; state < 2; ++state) {
+        double x[MOST_ROWS] = {0}, after[MOST_ROWS], values[MOST_ROWS];
+        for (size_t i = 0; i < z->states; ++i) {
+            x[i] = states[state * n + i];
         }
-        for (size_t i = 0; i <= q; ++i) {
-            drive[i] = features[i];
+        exact(z, wide, x, after, values);
+        for (size_t i = 0; i < z->states; ++i) {
+            worst = fmax(worst, fabs(after[i] - (double)next[state * n + i]));
         }
-        for (size_t i = 0; i < units; ++i) {
-            inner[i] = tanh(product(&f, i, drive, q + 1) + product(&x, i, old, n));
-        }
-        for (size_t i = 0; i < n; ++i) {
-            moved[i] = product(&f, 8 * up + i, drive, q + 1) +
-                       product(&x, 8 * up + i, old, n) + product(&e, i, inner, units);
-            worst = fmax(worst, fabs(moved[i] - (double)next[s * 8 * sp + i]));
-        }
-        for (size_t i = 0; i < p; ++i) {
-            double y = product(&f, 8 * (up + sp) + i, drive, q + 1) + product(&c, i, moved, n);
-            worst = fmax(worst, fabs(y - (double)values[s * 8 * vp + i]));
+        for (size_t i = 0; i < z->rows; ++i) {
+            worst = fmax(worst, fabs(values[i] - (double)rows[state * p + i]));
         }
     }
     return worst;
 }
 
-void report_cell(const SlideKernel *kernel) {
-    static const size_t sizes[][4] = {
-        {1, 1, 0, 1}, {4, 1, 32, 1}, {14, 2, 40, 3}, {8, 6, 7, 8}, {17, 3, 1, 9}};
+void report_cells(const SlideKernel *kernel) {
+    static const Sizes sizes[] = {
+        {SLIDE_TANH, 1, 0, 0, 0, 0, 1, 1, 1},    {SLIDE_TANH, 4, 0, 32, 0, 0, 1, 1, 1},
+        {SLIDE_CUBIC, 14, 0, 40, 0, 0, 2, 2, 3}, {SLIDE_TANH, 8, 0, 7, 0, 0, 6, 3, 8},
+        {SLIDE_CUBIC, 17, 0, 1, 0, 0, 3, 3, 9},  {SLIDE_GATED, 1, 0, 1, 1, 1, 1, 1, 1},
+        {SLIDE_GATED, 2, 1, 0, 0, 0, 0, 0, 1},   {SLIDE_GATED, 16, 7, 48, 6, 15, 6, 6, 15},
+        {SLIDE_GATED, 14, 7, 40, 2, 3, 1, 2, 3}, {SLIDE_GATED, 9, 4, 17, 3, 0, 2, 0, 9},
+    };
     double worst = 0;
     for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; ++i) {
-        const size_t *size = sizes[i];
-        worst = fmax(worst, cell_error(kernel, size[0], size[1], size[2], size[3]));
+        worst = fmax(worst, error_of(kernel, &sizes[i]));
     }
     printf("%s cell %.3g %.3g 1\n", kernel->name, worst, worst);
 }
@@ -100,7 +196,7 @@ typedef struct {
 
 static void place(Alone *alone, const SlidePayload *payload, SlideArena *arena) {
     slide_network_place(&alone->network, &payload->predictor, 1, arena);
-    slide_network_state_place(&alone->state, &alone->network, arena);
+    alone->network.family->place_state(&alone->state, &alone->network, arena);
 }
 
 static Alone make(const SlidePayload *payload, uint32_t n_samples, uint32_t n_out) {
@@ -110,9 +206,9 @@ static Alone make(const SlidePayload *payload, uint32_t n_samples, uint32_t n_ou
     alone.block = calloc(arena.used, 1);
     arena = (SlideArena){alone.block, 0};
     place(&alone, payload, &arena);
-    alone.network.cells.n_samples = n_samples;
-    alone.network.cells.n_out = n_out;
-    slide_network_restart(&alone.network, &alone.state, NULL, NULL);
+    alone.network.n_samples = n_samples;
+    alone.network.n_block = n_out;
+    alone.network.family->restart(&alone.network, &alone.state);
     return alone;
 }
 
@@ -120,6 +216,7 @@ static Alone make(const SlidePayload *payload, uint32_t n_samples, uint32_t n_ou
 static double take(Alone *alone, const SlidePayload *payload, int first, int last) {
     const double offset = slide_f64(payload->input_scaling);
     const double scale = slide_f64(payload->input_scaling + 8);
+    const SlideFamily *family = alone->network.family;
     double value = NAN;
     for (int k = first; k <= last; ++k) {
         double input[1 + SLIDE_BEFORE];
@@ -127,8 +224,8 @@ static double take(Alone *alone, const SlidePayload *payload, int first, int las
             input[age] = (input_at(k - age) - offset) / scale;
         }
         slide_network_see(&alone->network, &alone->state, 0, input, input + 1);
-        value = slide_network_evaluate(&alone->network, slide_kernel_choose(), &alone->state, 0)[0];
-        slide_network_accept(&alone->network, &alone->state);
+        value = family->evaluate(&alone->network, slide_kernel(0), &alone->state, 0)[0];
+        family->accept(&alone->network, &alone->state);
     }
     return value;
 }
@@ -141,7 +238,7 @@ static void report_three(const SlidePayload *payload, int steps) {
     take(&ping_pong, payload, 1 - 2 * n, -1);
     take(&recursive, payload, 1 - n, -1);
     for (int k = 0; k < steps; ++k) {
-        slide_network_restart(&window.network, &window.state, NULL, NULL);
+        window.network.family->restart(&window.network, &window.state);
         double exact = take(&window, payload, k - n + 1, k);
         double forgetting = take(&recursive, payload, k, k);
         double fading = take(&ping_pong, payload, k, k);
@@ -158,7 +255,7 @@ int evaluate_three_ways(const char *path, int steps) {
     size_t size;
     unsigned char *data = slide_read_file(path, &size, &message);
     bool good = data != NULL && slide_payload_read(&payload, data, size, &message) &&
-                payload.n_inputs == 1 && payload.predictor.family->recurrent;
+                payload.n_inputs == 1 && slide_is_recurrent(payload.predictor.family);
     if (good) {
         report_three(&payload, steps);
     }

@@ -4,9 +4,8 @@
 
 #include "stream.h"
 
-/* Largest error of the kernel's cells against double precision, for several sizes. */
-void report_cell(const SlideKernel *kernel);
-void report_gated_cell(const SlideKernel *kernel);
+/* Largest error of the kernel's cells against double precision, for several sizes and units. */
+void report_cells(const SlideKernel *kernel);
 
 /* Three evaluations of a surrogate file's cell on a made-up input, one line for each step. */
 int evaluate_three_ways(const char *path, int steps);

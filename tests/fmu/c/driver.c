@@ -12,8 +12,8 @@
  */
 #include "calls.h"
 #include "cell_driver.h"
-#include "fmi2.h"
-#include "fmi3.h"
+#include "fmi2Functions.h"
+#include "fmi3Functions.h"
 #include "instance.h"
 #include "resource.h"
 #include "variables.h"
@@ -143,16 +143,14 @@ static void report_affine(const SlideKernel *kernel) {
 }
 
 static int report_kernels(void) {
-    const SlideKernel *kernels[SLIDE_KERNELS];
-    const size_t count = slide_kernels(kernels);
-    for (size_t i = 0; i < count; ++i) {
-        report_activation(kernels[i], 2, "elu");
-        report_activation(kernels[i], 3, "tanh");
-        report_activation(kernels[i], 4, "gelu");
-        report_activation(kernels[i], 5, "cubic");
-        report_affine(kernels[i]);
-        report_cell(kernels[i]);
-        report_gated_cell(kernels[i]);
+    const SlideKernel *kernel;
+    for (size_t i = 0; (kernel = slide_kernel(i)) != NULL; ++i) {
+        report_activation(kernel, 2, "elu");
+        report_activation(kernel, 3, "tanh");
+        report_activation(kernel, 4, "gelu");
+        report_activation(kernel, 5, "cubic");
+        report_affine(kernel);
+        report_cells(kernel);
     }
     return 0;
 }

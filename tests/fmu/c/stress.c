@@ -12,8 +12,8 @@
  *
  * RESOURCES: path of the folder. STEP in s. Inputs are sines of amplitude SCALE. N_VALUES are read:
  * outputs, and error estimates where there are some. */
-#include "fmi2.h"
-#include "fmi3.h"
+#include "fmi2Functions.h"
+#include "fmi3Functions.h"
 #include "variables.h"
 
 #include <math.h>

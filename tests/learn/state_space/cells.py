@@ -13,9 +13,8 @@ from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.learn.state_space.cell import CellShape, simulate
 from slide_fmu.learn.state_space.segments import Segments
-from slide_fmu.network.state_space import StateSpace
-from slide_fmu.network.state_space.cell import Cell
-from slide_fmu.network.state_space.roles import Roles
+from slide_fmu.network.state_space.cell import Cell, Roles
+from slide_fmu.network.state_space.network import StateSpace
 from tests.plain_cell import PlainCell
 
 
@@ -58,14 +57,13 @@ def count_features(shape: CellShape) -> int:
 
 def random_theta(shape: CellShape, seed: int = 0) -> torch.Tensor:
     """Parameters of a cell that stays small: rows of norm 0.5 or so."""
-    m = shape.split(random(shape.n_parameters, seed=seed))
-    parts = replace(
-        m,
-        f=0.5 * m.f / math.sqrt(shape.n_next),
-        w=0.7 * m.w / math.sqrt(shape.n_arguments),
-        v=0.7 * m.v / math.sqrt(shape.n_products),
-    )
-    return shape.join(parts)
+    cell = shape.split(random(shape.n_parameters, seed=seed))
+    parts = {
+        **{name: 0.5 * getattr(cell, name) / math.sqrt(shape.n_next) for name in "abe"},
+        "w": 0.7 * cell.w / math.sqrt(cell.w.shape[1]),
+        "v": None if cell.v is None else 0.7 * cell.v / math.sqrt(cell.v.shape[1]),
+    }
+    return shape.join(replace(cell, **parts))
 
 
 def random_features(samples: int, batch: int, shape: CellShape, seed: int = 0) -> torch.Tensor:

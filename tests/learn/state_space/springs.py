@@ -19,7 +19,7 @@ from slide_fmu.learn.feature_choice import choose_features
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space.fit import fit_state_space
 from slide_fmu.learn.training import History
-from slide_fmu.network.state_space import StateSpace
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.learn.plants import Still
 from tests.progress import silent

@@ -65,18 +65,18 @@ def test_split_and_join_are_inverses(shape: CellShape) -> None:
     m, roles = shape.split(theta), shape.roles
     assert torch.equal(shape.join(m), theta)
     again = shape.split(shape.join(m))
-    assert all(torch.equal(getattr(again, part), getattr(m, part)) for part in vars(m))
+    assert all(torch.equal(part, m.arrays()[name]) for name, part in again.arrays().items())
     n, p, units = shape.n_states, shape.n_outputs, shape.n_units
     gated, factors = shape.units == "gated", 1 + len(roles.readout)
-    assert m.f.shape == (n, n + len(roles.drive) + units)
+    assert (m.a.shape, m.b.shape, m.e.shape) == ((n, n), (n, len(roles.drive)), (n, units))
     seen = len(roles.schedule) if gated else n + len(roles.drive)
     assert m.w.shape == (units, seen + shape.bias)
-    assert m.v.shape == (units, n + len(roles.gated) if gated else 0)
-    assert m.c.shape == (p, factors, n)
-    assert m.d.shape == (p, factors, len(roles.static))
-    assert m.constant.shape == (p, factors)
+    assert (m.v.shape == (units, n + len(roles.gated))) if gated else m.v is None
+    assert m.c.shape == (p * factors, n)
+    assert m.d.shape == (p * factors, len(roles.static))
+    assert m.d0.shape == (p * factors,)
     if not shape.bias:
-        assert not m.constant.any()
+        assert not m.d0.any()
 
 
 @given(learnt_cell_shapes(), st.integers(0, 100))

@@ -83,9 +83,9 @@ def check_rescaled(shape: CellShape, whiten: bool) -> None:
 def test_a_state_that_never_moves_makes_no_trouble(whiten: bool) -> None:
     shape = plain(3, 1, 0, 1)
     m = shape.split(random_theta(shape))
-    still = m.f.clone()
-    still[1] = 0
-    theta, features = shape.join(replace(m, f=still)), random_features(40, 5, shape)
+    for part in (m.a, m.b, m.e):
+        part[1] = 0
+    theta, features = shape.join(m), random_features(40, 5, shape)
     outputs, states = simulate(shape, theta, features)
     assert not states[:, :, 1].any()
     found, _ = simulate(
@@ -102,10 +102,9 @@ DECADES = torch.tensor([1.0, 3e-3, 1e-5])
 def test_single_precision_states_of_very_different_size_are_rescaled(whiten: bool) -> None:
     shape = plain(3, 2, 4, 2)
     m, n = shape.split(random_theta(shape, 2)), 3
-    f, w = m.f.clone(), m.w.clone()
-    f[:, :n] = f[:, :n] / DECADES
+    w, sizes = m.w.clone(), DECADES[:, None]
     w[:, :n] = w[:, :n] / DECADES
-    apart = replace(m, f=DECADES[:, None] * f, w=w, c=m.c / DECADES)
+    apart = replace(m, a=sizes * m.a / DECADES, b=sizes * m.b, e=sizes * m.e, w=w, c=m.c / DECADES)
     theta, features = shape.join(apart).float(), random_features(60, 5, shape).float()
     outputs, states = simulate(shape, theta, features)
     spread = states.flatten(0, 1).std(0)
@@ -136,7 +135,7 @@ CELLS = [
 @pytest.mark.parametrize(("old", "new"), CELLS)
 def test_widened_cell_answers_alike(old: CellShape, new: CellShape) -> None:
     theta, features = random_theta(old), random_features(40, 5, old)
-    wide = widen(old.split(theta), old, new, generator())
+    wide = widen(old.split(theta), new, generator())
     assert wide.shape == (new.n_parameters,)
     outputs, states = simulate(old, theta, features)
     found, more = simulate(new, wide, features)
@@ -148,7 +147,7 @@ def test_widened_cell_answers_alike(old: CellShape, new: CellShape) -> None:
 def test_added_states_are_short_memories_of_the_features(old: CellShape, new: CellShape) -> None:
     """x[k+1] = PAD_POLE x[k] + PAD_GAIN f[k], each state of another feature in turn."""
     features = random_features(40, 5, old)
-    wide = widen(old.split(random_theta(old)), old, new, generator())
+    wide = widen(old.split(random_theta(old)), new, generator())
     _, states = simulate(new, wide, features)
     held = torch.zeros(5, dtype=torch.float64)
     for added in range(new.n_states - old.n_states):
@@ -168,12 +167,12 @@ def test_added_units_can_be_learnt_and_differ_by_seed(new: CellShape) -> None:
     new = replace(new, n_units=12 if new.gated else 5)
     old = replace(new, n_states=new.n_states - 2, n_units=0)
     m = old.split(random_theta(old))
-    wide = widen(m, old, new, generator())
+    wide = widen(m, new, generator())
     gradient = normal_equations(new, wide, random_segments(new, 4, 30, 5)).gradient
-    of_e = new.split(gradient).f[: old.n_states, new.n_states + len(new.roles.drive) :]
+    of_e = new.split(gradient).e[: old.n_states]
     assert torch.all(of_e != 0)
-    assert torch.equal(wide, widen(m, old, new, generator()))
-    other = widen(m, old, new, generator(1))
+    assert torch.equal(wide, widen(m, new, generator()))
+    other = widen(m, new, generator(1))
     assert not torch.equal(wide, other)
     parts = new.split(other)
     for arguments in (parts.w, *([parts.v] if new.gated else [])):
@@ -183,5 +182,5 @@ def test_added_units_can_be_learnt_and_differ_by_seed(new: CellShape) -> None:
 def test_widening_keeps_the_precision() -> None:
     old, new = plain(2, 1, 0, 1), plain(4, 1, 5, 1)
     single = old.split(random_theta(old).float())
-    assert widen(single, old, new, generator()).dtype == torch.float32
-    assert rescale(old, single, random(30, 2).float(), True).f.dtype == torch.float32
+    assert widen(single, new, generator()).dtype == torch.float32
+    assert rescale(old, single, random(30, 2).float(), True).a.dtype == torch.float32

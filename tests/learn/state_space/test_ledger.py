@@ -26,7 +26,7 @@ class Wandering:
     """Numbers that tell every bit of the way that led to them."""
 
     theta: torch.Tensor
-    error: float = float("inf")
+    best_error: float = float("inf")
     finished: bool = False
     history: tuple[tuple[int, float], ...] = ()
 
@@ -35,7 +35,7 @@ def advance(state: Wandering) -> Wandering:
     theta = torch.sin(3 * state.theta) + 0.1
     history = (*state.history, (len(state.history), float(theta[0])))
     return replace(
-        state, theta=theta, error=float(theta[1]), finished=len(history) == 5, history=history
+        state, theta=theta, best_error=float(theta[1]), finished=len(history) == 5, history=history
     )
 
 
@@ -75,8 +75,8 @@ def test_broken_fit_goes_on_without_a_trace(
     found = fit(tmp_path / "c.pt", lambda done, total, error=None: reported.append(done))
     for end, expected in zip(found, fit(tmp_path / "other.pt"), strict=True):
         assert torch.equal(end.theta, expected.theta)
-        assert (end.error, end.finished, end.history) == (
-            expected.error,
+        assert (end.best_error, end.finished, end.history) == (
+            expected.best_error,
             expected.finished,
             expected.history,
         )

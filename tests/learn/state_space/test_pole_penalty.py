@@ -62,7 +62,7 @@ def test_poles_inside_cost_nothing() -> None:
 
 def test_radii_are_those_of_the_state_matrix() -> None:
     theta = random_theta(SHAPE, 3)
-    a = SHAPE.split(theta).f[:, :4].numpy()
+    a = SHAPE.split(theta).a.numpy()
     expected = np.sort(np.abs(np.linalg.eigvals(a)))
     assert np.sort(pole_radii(SHAPE, theta).numpy()) == pytest.approx(expected, rel=EXACT)
 

@@ -282,14 +282,13 @@ def test_a_little_worse_is_gone_on_from() -> None:
 def test_units_that_act_on_nothing_yet_make_no_trouble() -> None:
     """Their arguments have no curvature at all, and they begin to act."""
     old, new = SHAPE, replace(SHAPE, n_units=7, n_states=4)
-    theta = widen(old.split(start().theta), old, new, torch.Generator())
+    theta = widen(old.split(start().theta), new, torch.Generator())
 
     def error(theta: torch.Tensor) -> float:
         return 5.0 if bool(theta.isfinite().all()) else math.inf
 
     wide = advance_stretch(Descent.begin(theta, 10.0), new, TRAINING, error, CIRCLE, 0)
     assert len(wide.history) == 1
-    first = new.n_states + len(new.roles.drive) + old.n_units
-    before, after = (new.split(t).f[: old.n_states, first:] for t in (theta, wide.best))
+    before, after = (new.split(t).e[: old.n_states, old.n_units :] for t in (theta, wide.best))
     assert not before.any()
     assert torch.all(after != 0)

@@ -14,8 +14,8 @@ from slide_fmu.learn.state_space.cell import CellShape, simulate
 from slide_fmu.learn.state_space.fit import FEWEST, _stride, freeze, prepare
 from slide_fmu.learn.state_space.levenberg_marquardt import Iterate
 from slide_fmu.learn.state_space.multi_start import Candidate
-from slide_fmu.network.state_space import StateSpace
-from slide_fmu.network.state_space.roles import Roles
+from slide_fmu.network.state_space.cell import Roles
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.learn.state_space.cells import numpy_network, random_theta
 from tests.learn.state_space.springs import (
@@ -106,8 +106,8 @@ def test_frozen_network_is_the_fitted_cell(
     features = network.features.along(two_inputs()[0].numpy())
     spreads = features.astype(np.float64).std((0, 1))
     assert spreads[2:].tolist() == pytest.approx([1.0] * (2 * order), rel=1e-6)
-    assert network.features.scale[:2].tolist() == [1.0, 1.0]
-    assert not network.features.offset.any()
+    assert network.features.scaling.scale[:2].tolist() == [1.0, 1.0]
+    assert not network.features.scaling.offset.any()
 
 
 @pytest.mark.parametrize("readout", [(), ("inputs",)])
@@ -145,7 +145,7 @@ def test_differences_are_formed_before_the_precision_is_lost(
     problem = problem_of(tmp_path, names=DIFFERENCES, training=records)
     steps = torch.diff(slow, dim=1)
     exact = torch.cat([steps[:, 1:], torch.diff(steps, dim=1)], 2)
-    exact = exact / torch.from_numpy(problem.features.scale[1:])
+    exact = exact / torch.from_numpy(problem.features.scaling.scale[1:])
     formed = problem.training[0][:, 2:, 1:]
     torch.testing.assert_close(formed, exact, rtol=0, atol=SINGLE * float(exact.abs().max()))
     table = StateSpaceRecipe(drive=DIFFERENCES)

@@ -132,7 +132,8 @@ def test_starts_keep_the_coordinates_of_pairs(
     ((shape, theta),) = begun
     assert (shape.turned, shape.n_units) == (2, 1)
     of_linear, of_start = linear.shape.split(linear.state.best), shape.split(theta)
-    assert torch.equal(of_start.f[:, :-1], of_linear.f)
+    assert torch.equal(of_start.a, of_linear.a)
+    assert torch.equal(of_start.b, of_linear.b)
     assert torch.equal(of_start.c, of_linear.c)
     features = multi_start.data.part.features
     for one, other in zip(

@@ -1,6 +1,5 @@
 /* From instantiation to the end. */
 #include "calls.h"
-#include "derivative.h"
 #include "resource.h"
 
 #include <math.h>
@@ -31,9 +30,6 @@ static SlideInstance *place_instance(const SlidePayload *payload, const SlideReq
     instance->debug = request->debug;
     instance->has_more = request->has_more;
     slide_model_place(&instance->model, payload, arena);
-    if (instance->has_more) {
-        slide_model_place_block(&instance->model, payload, arena);
-    }
     slide_state_place(&instance->state, &instance->model, arena);
     slide_derivative_place(&instance->derivative, &instance->model, arena);
     place_watcher(&instance->watcher, instance, arena);

@@ -1,6 +1,5 @@
 /* Derivatives of outputs by inputs, by value reference. */
 #include "calls.h"
-#include "derivative.h"
 #include "variables.h"
 
 #include <math.h>

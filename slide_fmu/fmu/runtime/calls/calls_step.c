@@ -20,33 +20,30 @@ static const double SHORTEST_DIRECTOR = 1e-6;
 
 /* An angle needs a direction. The file names inputs for people only: here they are references. */
 static bool has_direction(const SlideInstance *instance, const double *inputs, const char *which) {
-    size_t cosine = slide_without_direction(&instance->model, inputs, SHORTEST_DIRECTOR);
-    if (cosine == instance->model.n_inputs) {
-        return true;
+    const SlideModel *model = &instance->model;
+    for (uint32_t i = 0; i < model->n_inputs; ++i) {
+        if (model->cosine[i] && !(hypot(inputs[i], inputs[i + 1]) >= SHORTEST_DIRECTOR)) {
+            slide_report(instance, SLIDE_ERROR,
+                         "%s with value references %u and %u = %g, %g, which gives no direction; "
+                         "expected cosine and sine of an angle, not both zero (length at least "
+                         "%g): set both and step again; nothing was changed",
+                         which, i, i + 1, inputs[i], inputs[i + 1], SHORTEST_DIRECTOR);
+            return false;
+        }
     }
-    slide_report(instance, SLIDE_ERROR,
-                 "%s with value references %u and %u = %g, %g, which gives no direction; "
-                 "expected cosine and sine of an angle, not both zero (length at least %g): set "
-                 "both and step again; nothing was changed",
-                 which, (unsigned)cosine, (unsigned)cosine + 1, inputs[cosine],
-                 inputs[cosine + 1], SHORTEST_DIRECTOR);
-    return false;
+    return true;
 }
 
 static bool have_direction(const SlideInstance *instance) {
     const SlideModel *model = &instance->model;
     const SlideState *state = &instance->state;
-    if (!has_direction(instance, state->inputs, "inputs")) {
-        return false;
-    }
-    if (!slide_stream_fresh(state)) {
-        return true;
-    }
-    bool window = state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN;
-    const double *inputs = slide_stream_prehistory(model, state);
-    bool good = has_direction(instance, inputs, "initial inputs of those");
-    for (size_t age = 1; window && good && age < model->memory_length; ++age) {
-        good = has_direction(instance, inputs - age * model->n_inputs, "initial window of those");
+    const bool window = state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN;
+    const char *which = window ? "initial window of those" : "initial inputs of those";
+    const double *before = slide_stream_reached(model, state);
+    const size_t n_before = slide_stream_fresh(state) ? (window ? model->memory_length : 1) : 0;
+    bool good = has_direction(instance, state->inputs, "inputs");
+    for (size_t age = 0; good && age < n_before; ++age) {
+        good = has_direction(instance, before - age * model->n_inputs, which);
     }
     return good;
 }
@@ -66,8 +63,8 @@ static bool stream_step(SlideInstance *instance, double length) {
     return true;
 }
 
-/* Show the state to the master, which may ask to end the step at a time, until. True when that is
- * reached. */
+/* Show the state to the importer, which may ask to end the step at a time, until. True when that
+ * is reached. */
 static bool show(SlideInstance *instance, bool last, double *until) {
     SlideHead *head = instance->state.head;
     const double now = slide_clock_time(&head->clock);
@@ -85,18 +82,15 @@ static bool show(SlideInstance *instance, bool last, double *until) {
 /* What inputs move between in the step that begins now. True when they do. */
 static bool begin_hold(SlideInstance *instance) {
     const SlideModel *model = &instance->model;
-    SlideState *state = &instance->state;
+    const SlideState *state = &instance->state;
     const size_t row = model->n_inputs * sizeof(double);
-    memcpy(instance->watcher.from,
-           slide_stream_fresh(state) ? slide_stream_prehistory(model, state)
-                                     : slide_history_newest(&model->history, &state->history),
-           row);
+    memcpy(instance->watcher.from, slide_stream_reached(model, state), row);
     memcpy(instance->watcher.to, state->inputs, row);
     return model->history.first_order;
 }
 
-/* A communication step, as the stream takes it: so many parts of a length in s, each of which takes
- * the stride of the importer's time. */
+/* A communication step, as the stream takes it: so many parts of a length in s, each of which
+ * takes the stride of the importer's time. */
 typedef struct {
     uint32_t count;
     double part, stride;

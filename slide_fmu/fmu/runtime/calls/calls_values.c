@@ -15,7 +15,7 @@ static bool write_outputs(const SlideModel *model, const float *block, size_t ou
                           double values[]) {
     bool finite = true;
     const SlideScaling *scaling = &model->output_scaling[output];
-    for (size_t sample = 0; sample < model->n_block; ++sample) {
+    for (size_t sample = 0; sample < model->predictor.n_block; ++sample) {
         values[sample] = block[sample * model->n_outputs + output] * scaling->scale +
                          scaling->offset;
         finite = finite && isfinite(values[sample]);
@@ -23,7 +23,8 @@ static bool write_outputs(const SlideModel *model, const float *block, size_t ou
     return finite;
 }
 
-/* Where the state holds the values of a variable that is set, and of an output; NULL for others. */
+/* Where the state holds the values of a variable that is set, and of an output, n_inputs apart;
+ * NULL for others. */
 static double *place_of(SlideInstance *instance, SlideVariable variable) {
     SlideState *state = &instance->state;
     switch (variable.kind) {
@@ -33,15 +34,17 @@ static double *place_of(SlideInstance *instance, SlideVariable variable) {
         return state->outputs + variable.index;
     case SLIDE_INITIAL_INPUT:
         return state->initial + variable.index;
-    case SLIDE_INITIAL_WINDOW: /* oldest first, n_inputs apart */
+    case SLIDE_INITIAL_WINDOW: /* oldest first */
         return state->window + variable.index;
+    case SLIDE_PREHISTORY_KNOWN:
+        return &state->head->prehistory;
     default:
         return NULL;
     }
 }
 
-/* All values of a variable; block: NULL, or what slide_stream_block gave. Error estimates are found
- * when they are read. False when values of an array are not finite. */
+/* All values of a variable; block: NULL, or what slide_stream_block gave. Error estimates are
+ * found when they are read. False when values of an array are not finite. */
 static bool read_variable(SlideInstance *instance, SlideVariable variable, const float **block,
                           double values[]) {
     const SlideModel *model = &instance->model;
@@ -52,6 +55,7 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
     case SLIDE_OUTPUT:
     case SLIDE_INITIAL_INPUT:
     case SLIDE_INITIAL_WINDOW:
+    case SLIDE_PREHISTORY_KNOWN:
         for (size_t sample = 0; sample < variable.size; ++sample) {
             values[sample] = place_of(instance, variable)[sample * model->n_inputs];
         }
@@ -67,13 +71,11 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
         values[0] = part_filled(state, (double)model->estimator.memory_length);
         break;
     case SLIDE_TRUNCATION_ERROR:
-        values[0] = state->predictor.cells.errors[i] * model->output_scaling[i].scale;
+        values[0] = model->predictor.family->truncation_errors(&state->predictor)[i] *
+                    model->output_scaling[i].scale;
         break;
     case SLIDE_IN_RANGE:
         values[0] = slide_stream_in_range(model, state);
-        break;
-    case SLIDE_PREHISTORY_KNOWN:
-        values[0] = state->head->prehistory;
         break;
     case SLIDE_TIME:
         values[0] = slide_clock_time(&state->head->clock);
@@ -205,8 +207,8 @@ static SlideStatus check_values(const SlideInstance *instance, uint32_t referenc
                                     "the former values are kept",
                                     reference, values[0], instance->has_more ? "to 2" : "or 1");
     }
-    for (size_t i = 0; i < variable.size; ++i) {
-        if (!slide_input_usable(&instance->model, variable.index, values[i])) {
+    for (size_t i = 0; i < variable.size; ++i) { /* finite as the networks see them */
+        if (!isfinite((float)slide_scaled(&instance->model, variable.index, values[i]))) {
             return slide_report(instance, SLIDE_DISCARD,
                                 "input with value reference %u = %g; expected a finite number "
                                 "near the input's range; the former values are kept",
@@ -216,42 +218,27 @@ static SlideStatus check_values(const SlideInstance *instance, uint32_t referenc
     return SLIDE_OK;
 }
 
-/* Check all values before the first is taken over. */
-static SlideStatus check_inputs(const SlideInstance *instance, const SlideValues *of,
-                                const double values[]) {
-    SlideStatus status = SLIDE_OK;
+/* All values are checked before the first is taken over. */
+SlideStatus slide_set(SlideInstance *instance, const SlideValues *of, const void *values) {
+    SlideStatus status = check_arguments(instance, of, values);
     for (size_t i = 0; status == SLIDE_OK && i < of->n_references; ++i) {
         status = check_settable(instance, of->references[i]);
     }
-    for (size_t i = 0; status == SLIDE_OK && i < of->n_references; ++i) {
-        status = check_values(instance, of->references[i], values);
-        values += slide_variable(instance, of->references[i]).size;
-    }
-    return status;
-}
-
-static void take_over(SlideInstance *instance, SlideVariable variable, const double values[]) {
-    double *place = place_of(instance, variable);
-    if (variable.kind == SLIDE_PREHISTORY_KNOWN) {
-        instance->state.head->prehistory = (uint32_t)values[0];
-        return;
-    }
-    for (size_t sample = 0; sample < variable.size; ++sample) {
-        place[sample * instance->model.n_inputs] = values[sample];
-    }
-}
-
-SlideStatus slide_set(SlideInstance *instance, const SlideValues *of, const void *values) {
     const double *numbers = values; /* what can be set is Real */
-    SlideStatus status = check_arguments(instance, of, values);
-    status = status == SLIDE_OK ? check_inputs(instance, of, numbers) : status;
+    for (size_t i = 0; status == SLIDE_OK && i < of->n_references; ++i) {
+        status = check_values(instance, of->references[i], numbers);
+        numbers += slide_variable(instance, of->references[i]).size;
+    }
     if (status != SLIDE_OK) {
         return status;
     }
+    numbers = values;
     for (size_t i = 0; i < of->n_references; ++i) {
-        SlideVariable variable = slide_variable(instance, of->references[i]);
-        take_over(instance, variable, numbers);
-        numbers += variable.size;
+        const SlideVariable variable = slide_variable(instance, of->references[i]);
+        double *place = place_of(instance, variable);
+        for (size_t sample = 0; sample < variable.size; ++sample, ++numbers) {
+            place[sample * instance->model.n_inputs] = *numbers;
+        }
     }
     if (slide_stream_fresh(&instance->state)) {
         instance->state.head->current = 0;

@@ -6,7 +6,7 @@
 SlideStatus slide_log(const SlideInstance *instance, SlideStatus status, const char *text) {
     static const char *const categories[] = {"logEvents", "logStatusWarning", "logStatusDiscard",
                                              "logStatusError"};
-    if (instance->logger.write != NULL && (status != SLIDE_OK || instance->debug)) {
+    if (instance->logger.callback != NULL && (status != SLIDE_OK || instance->debug)) {
         instance->logger.write(&instance->logger, instance->name, status, categories[status],
                                text);
     }
@@ -27,22 +27,12 @@ SlideStatus slide_report(const SlideInstance *instance, SlideStatus status, cons
     return slide_log(instance, status, text);
 }
 
-static const char *mode_name(unsigned mode) {
-    switch (mode) {
-    case SLIDE_INSTANTIATED:
-        return "instantiated";
-    case SLIDE_INITIALIZATION:
-        return "initialization mode";
-    case SLIDE_STEPPING:
-        return "step mode";
-    case SLIDE_BETWEEN:
-        return "intermediate update mode";
-    default:
-        return "terminated";
-    }
-}
-
 SlideInstance *slide_enter(void *component, unsigned modes, const char *function) {
+    static const char *const names[] = {
+        [SLIDE_INSTANTIATED] = "instantiated", [SLIDE_INITIALIZATION] = "initialization mode",
+        [SLIDE_STEPPING] = "step mode",        [SLIDE_TERMINATED] = "terminated",
+        [SLIDE_BETWEEN] = "intermediate update mode",
+    };
     SlideInstance *instance = component;
     if (instance == NULL) {
         return NULL;
@@ -52,7 +42,7 @@ SlideInstance *slide_enter(void *component, unsigned modes, const char *function
         instance->function = NULL;
         slide_report(instance, SLIDE_ERROR,
                      "%s must not be called in state '%s'; nothing was changed", function,
-                     mode_name(mode));
+                     names[mode]);
         return NULL;
     }
     instance->function = function;

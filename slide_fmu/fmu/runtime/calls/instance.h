@@ -3,8 +3,7 @@
 #ifndef SLIDE_INSTANCE_H
 #define SLIDE_INSTANCE_H
 
-#include "derivative_scratch.h"
-#include "stream.h"
+#include "derivative.h"
 
 /* The numbers of fmi2Status and fmi3Status. */
 typedef enum {
@@ -29,26 +28,26 @@ typedef enum {
 
 typedef struct SlideLogger SlideLogger;
 
-/* The master's logger. */
+/* The importer's logger. */
 struct SlideLogger {
-    /* Call it; instance: its name. NULL: nobody listens. */
+    /* Call it; instance: its name. */
     void (*write)(const SlideLogger *logger, const char *instance, SlideStatus status,
                   const char *category, const char *text);
-    void (*callback)(void); /* the master's function, of a type that write knows */
-    void *environment;      /* the master's, for callback */
+    void (*callback)(void); /* the importer's, of a type that write knows; NULL: nobody listens */
+    void *environment;      /* the importer's, for callback */
 };
 
 typedef struct SlideWatcher SlideWatcher;
 
-/* The master's callback for intermediate update: a step of several samples is then done one by one,
- * and shown to the master after each. */
+/* The importer's callback for intermediate update: a step of several samples is then done one by
+ * one, and shown to the importer after each. */
 struct SlideWatcher {
     /* Call it; the time of the sample, and whether it is the last one of the step. True when the
-     * master asks to end the step at a time, which it gives. NULL: nobody watches. */
+     * importer asks to end the step at a time, which it gives. NULL: nobody watches. */
     bool (*show)(const SlideWatcher *watcher, double time, bool last, double *until);
-    void (*callback)(void); /* the master's function, of a type that show knows */
-    void *environment;      /* the master's, for callback */
-    bool may_end;           /* may the master end a step early? */
+    void (*callback)(void); /* the importer's function, of a type that show knows */
+    void *environment;      /* the importer's, for callback */
+    bool may_end;           /* may the importer end a step early? */
     bool was_set;           /* variables were set */
     void *undo;             /* room for the state before the step */
     double *from, *to;      /* [n_inputs], what inputs of a first-order hold move between */

@@ -1,5 +1,6 @@
 #include "resource.h"
 
+#include <ctype.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,8 +15,7 @@ static const char *const PAYLOAD = "surrogate.slide";
 static const char *begin_of_path(const char *uri) {
     const char *at = uri;
     for (const char *scheme = "file:"; *scheme != '\0'; ++scheme, ++at) {
-        char lower = *at >= 'A' && *at <= 'Z' ? (char)(*at + ('a' - 'A')) : *at;
-        if (lower != *scheme) {
+        if (tolower((unsigned char)*at) != *scheme) {
             return NULL;
         }
     }
@@ -26,12 +26,6 @@ static const char *begin_of_path(const char *uri) {
     return *at == '/' ? at : NULL;
 }
 
-static int hex_digit(char character) {
-    const char *digits = "0123456789abcdef0123456789ABCDEF";
-    const char *found = character == '\0' ? NULL : strchr(digits, character);
-    return found == NULL ? -1 : (int)((found - digits) % 16);
-}
-
 /* Replace percent escapes in place; false when one is malformed or gives the end of a string. */
 static bool unescape(char *text) {
     char *to = text;
@@ -40,12 +34,14 @@ static bool unescape(char *text) {
             *to = *from++;
             continue;
         }
-        int high = hex_digit(from[1]);
-        int low = high < 0 ? -1 : hex_digit(from[2]);
-        if (low < 0 || high + low == 0) {
+        if (!isxdigit((unsigned char)from[1]) || !isxdigit((unsigned char)from[2])) {
             return false;
         }
-        *to = (char)(16 * high + low);
+        const char digits[] = {from[1], from[2], '\0'};
+        *to = (char)strtol(digits, NULL, 16);
+        if (*to == '\0') {
+            return false;
+        }
         from += 3;
     }
     *to = '\0';
@@ -55,13 +51,10 @@ static bool unescape(char *text) {
 /* The path of the surrogate file in the folder of the resources. Free the result. */
 static char *path_of(const char *location, bool is_uri, SlideMessage *message) {
     const char *folder = location != NULL && is_uri ? begin_of_path(location) : location;
-    if (folder == NULL && is_uri) {
-        slide_say(message, "fmuResourceLocation %s; expected file:///path/to/resources",
-                  location == NULL ? "is NULL" : location);
-    } else if (folder == NULL) {
-        slide_say(message, "the path of the resources is NULL; expected /path/to/resources/");
-    }
     if (folder == NULL) {
+        slide_say(message, "%s %s; expected %s/path/to/resources/",
+                  is_uri ? "fmuResourceLocation" : "the path of the resources",
+                  location == NULL ? "is NULL" : location, is_uri ? "file://" : "");
         return NULL;
     }
     const size_t length = strlen(folder) + strlen(PAYLOAD) + 2;
@@ -103,16 +96,10 @@ static FILE *open_file(const char *path) { return fopen(path, "rb"); }
 
 unsigned char *slide_read_file(const char *path, size_t *size, SlideMessage *message) {
     FILE *file = open_file(path);
-    unsigned char *data = NULL;
-    long end = -1;
-    if (file != NULL && fseek(file, 0, SEEK_END) == 0) {
-        end = ftell(file);
-    }
-    if (end >= 0 && fseek(file, 0, SEEK_SET) == 0) {
-        *size = (size_t)end;
-        data = malloc(*size + 1);
-    }
-    if (data != NULL && fread(data, 1, *size, file) != *size) {
+    const long end = file != NULL && fseek(file, 0, SEEK_END) == 0 ? ftell(file) : -1;
+    unsigned char *data = end < 0 ? NULL : malloc((size_t)end + 1);
+    *size = (size_t)end;
+    if (data != NULL && (fseek(file, 0, SEEK_SET) != 0 || fread(data, 1, *size, file) != *size)) {
         free(data);
         data = NULL;
     }

@@ -24,29 +24,16 @@ typedef struct {
     [number] = {CAUSALITY_##causality, SLIDE_##type, PER_##per, WHEN_##when, SIZE_##size, fmi},
 static const Kind KINDS[SLIDE_KINDS] = {SLIDE_VARIABLE_KINDS(ROW)};
 
-static bool exists(const SlideInstance *instance, const Kind *kind) {
-    const SlideModel *model = &instance->model;
-    switch (kind->when) {
-    case WHEN_ESTIMATOR:
-        return model->estimator.positions > 0;
-    case WHEN_STATE_SPACE:
-        return model->predictor.family->recurrent;
-    case WHEN_SEVERAL_SAMPLES:
-        return model->n_block > 1;
-    default:
-        return true;
-    }
-}
-
 uint32_t slide_count_of(const SlideInstance *instance, SlideVariableKind number) {
+    const SlideModel *model = &instance->model;
     const Kind *kind = &KINDS[number];
-    if ((kind->fmi > 2 && !instance->has_more) || !exists(instance, kind)) {
-        return 0;
-    }
-    const uint32_t counts[] = {[PER_ONE] = 1,
-                               [PER_INPUT] = instance->model.n_inputs,
-                               [PER_OUTPUT] = instance->model.n_outputs};
-    return counts[kind->per];
+    const bool has[] = {[WHEN_ALWAYS] = true,
+                        [WHEN_ESTIMATOR] = model->estimator.positions > 0,
+                        [WHEN_STATE_SPACE] = slide_is_recurrent(model->predictor.family),
+                        [WHEN_SEVERAL_SAMPLES] = model->predictor.n_block > 1};
+    const uint32_t counts[] = {
+        [PER_ONE] = 1, [PER_INPUT] = model->n_inputs, [PER_OUTPUT] = model->n_outputs};
+    return has[kind->when] && (kind->fmi == 2 || instance->has_more) ? counts[kind->per] : 0;
 }
 
 SlideVariable slide_variable(const SlideInstance *instance, uint32_t reference) {
@@ -57,7 +44,7 @@ SlideVariable slide_variable(const SlideInstance *instance, uint32_t reference) 
     }
     const Kind *kind = &KINDS[number];
     const size_t sizes[] = {[SIZE_SCALAR] = 1,
-                            [SIZE_BLOCK] = instance->model.n_block,
+                            [SIZE_BLOCK] = instance->model.predictor.n_block,
                             [SIZE_SAMPLED] = instance->model.memory_length};
     return (SlideVariable){(SlideVariableKind)number, index, sizes[kind->size], kind->type,
                            kind->causality == CAUSALITY_PARAMETER,

@@ -3,9 +3,7 @@
 #ifndef SLIDE_CHAIN_BODY_H
 #define SLIDE_CHAIN_BODY_H
 
-#include "angle.h"
-
-#include <stdbool.h>
+#include "chain_angle.h"
 
 /* As in the kernels, products and sums are fused where the processor can. GCC has no such
  * pragma. */
@@ -23,43 +21,31 @@ typedef struct {
      * from the frame before it, turned with the joint. */
     double first[3];            /* kg m; moment of mass */
     double square[3], mixed[3]; /* kg m^2; integrals of xx, yy, zz and of yz, xz, xy */
-    double skew[3];             /* kg m^2; axis of the part of the inertia that is skew, if any */
 } Link;
 
 /* A joint at the end and at the begin of the step. */
 typedef struct {
-    SlideCosineSine turned;
-    SlideTwo rate, acceleration;
+    Turn turned;
+    Two rate, acceleration;
 } Joint;
 
-/* Two motions at once: that at the end of the step, and that at its begin. */
-typedef SlideTwo Two;
-
-/* A vector, and its first and second derivatives seen from the frame in which it is given. */
+/* All links from some joint on, as they move seen from the frame before it: sums over their masses
+ * m at places r with velocities v. Two motions at once: that at the end of the step, and that at
+ * its begin. */
 typedef struct {
-    Two value[3], rate[3], acceleration[3];
-} Moving;
-
-/* All links from some joint on, as they move seen from the frame before it. Sums over their masses
- * m at places r with velocities v. */
-typedef struct {
-    Moving first;            /* m r; so momentum and force too */
+    Two first[3];            /* m r */
+    Two momentum[3];         /* m v */
+    Two force[3];            /* m dv/dt */
     Two square[3], mixed[3]; /* of m r r': xx, yy, zz and yz, xz, xy */
     Two flow[3][3];          /* m v r': [component of v][component of r] */
     Two moment[3];           /* m r x dv/dt */
-    Moving skew;             /* of Link */
     Two tool[3];             /* its place */
 } Body;
-
-/* A turn about an axis of a frame. */
-typedef SlideCosineSine Turn;
 
 enum { X, Y, Z };
 
 /* Inlined even where large: sums stay in registers. */
 #define INLINE static inline __attribute__((always_inline))
-
-INLINE Two both(double value) { return slide_both(value); }
 
 /* Two components of a vector, the axis being across them. */
 INLINE void turn_pair(Two *x, Two *y, Turn turn) {
@@ -86,7 +72,7 @@ INLINE void turn_vector(Two *v, int axis, Turn turn) {
 INLINE void turn_masses(Body *body, int axis, Turn turn) {
     const int p = (axis + 1) % 3, q = (axis + 2) % 3;
     Two other = body->mixed[axis];
-    turn_vector(body->first.value, axis, turn);
+    turn_vector(body->first, axis, turn);
     turn_block(&body->square[p], &body->mixed[axis], &other, &body->square[q], turn);
     turn_pair(&body->mixed[q], &body->mixed[p], turn);
     turn_vector(body->tool, axis, turn);
@@ -94,8 +80,8 @@ INLINE void turn_masses(Body *body, int axis, Turn turn) {
 
 INLINE void turn_motion(Body *body, int axis, Turn turn) {
     const int p = (axis + 1) % 3, q = (axis + 2) % 3;
-    turn_vector(body->first.rate, axis, turn);
-    turn_vector(body->first.acceleration, axis, turn);
+    turn_vector(body->momentum, axis, turn);
+    turn_vector(body->force, axis, turn);
     turn_block(&body->flow[p][p], &body->flow[p][q], &body->flow[q][p], &body->flow[q][q], turn);
     turn_pair(&body->flow[p][axis], &body->flow[q][axis], turn);
     turn_pair(&body->flow[axis][p], &body->flow[axis][q], turn);
@@ -104,7 +90,7 @@ INLINE void turn_motion(Body *body, int axis, Turn turn) {
 
 /* Seen from a point that lies back along x and z; but for its mass in the present origin. */
 INLINE void shift_masses(Body *body, const Link *link) {
-    const Two *first = body->first.value, a = both(link->a), d = both(link->d);
+    const Two *first = body->first, a = both(link->a), d = both(link->d);
     body->square[X] += (a + a) * first[X];
     body->square[Z] += (d + d) * first[Z];
     body->mixed[X] += d * first[Y];
@@ -113,7 +99,7 @@ INLINE void shift_masses(Body *body, const Link *link) {
 }
 
 INLINE void shift_motion(Body *body, const Link *link) {
-    const Two *momentum = body->first.rate, *force = body->first.acceleration;
+    const Two *momentum = body->momentum, *force = body->force;
     const Two a = both(link->a), d = both(link->d);
     for (int i = X; i <= Z; ++i) {
         body->flow[i][X] += a * momentum[i];
@@ -134,19 +120,9 @@ INLINE void add_to(Two *v, const double *constants) {
 INLINE void add_link(Body *body, const Link *link) {
     body->tool[X] += both(link->a);
     body->tool[Z] += both(link->d);
-    add_to(body->first.value, link->first);
+    add_to(body->first, link->first);
     add_to(body->square, link->square);
     add_to(body->mixed, link->mixed);
-}
-
-/* A vector that turns about z besides how it moved before. */
-INLINE void spin_vector(Moving *v, const Joint *joint) {
-    const Two rate = joint->rate, acceleration = joint->acceleration;
-    const Two before[2] = {v->rate[X], v->rate[Y]};
-    v->rate[X] -= rate * v->value[Y];
-    v->rate[Y] += rate * v->value[X];
-    v->acceleration[X] -= acceleration * v->value[Y] + rate * (before[Y] + v->rate[Y]);
-    v->acceleration[Y] += acceleration * v->value[X] + rate * (before[X] + v->rate[X]);
 }
 
 /* The body turns about z besides. With v as before, this adds to accelerations at places r:
@@ -154,7 +130,8 @@ INLINE void spin_vector(Moving *v, const Joint *joint) {
 INLINE void spin(Body *body, const Joint *joint) {
     const Two rate = joint->rate, acceleration = joint->acceleration;
     const Two *square = body->square, *mixed = body->mixed, turned = rate * mixed[Z];
-    Two(*flow)[3] = body->flow;
+    const Two *first = body->first;
+    Two(*flow)[3] = body->flow, *momentum = body->momentum;
     const Two before[2] = {flow[X][Z], flow[Y][Z]}, along = flow[X][X] + flow[Y][Y];
     flow[X][X] -= turned, flow[Y][Y] += turned;
     flow[X][Y] -= rate * square[Y], flow[Y][X] += rate * square[X];
@@ -162,25 +139,14 @@ INLINE void spin(Body *body, const Joint *joint) {
     body->moment[X] -= acceleration * mixed[Y] + rate * (before[X] + flow[X][Z]);
     body->moment[Y] -= acceleration * mixed[X] + rate * (before[Y] + flow[Y][Z]);
     body->moment[Z] += acceleration * (square[X] + square[Y]) + rate * (along + along);
-    spin_vector(&body->first, joint);
-}
-
-INLINE void turn_moving(Moving *v, int axis, Turn turn) {
-    turn_vector(v->value, axis, turn);
-    turn_vector(v->rate, axis, turn);
-    turn_vector(v->acceleration, axis, turn);
-}
-
-/* The skew part of inertias, where there is any, goes along. */
-INLINE void pass_skew(const Link *link, const Joint *joint, Turn twist, Moving *skew) {
-    turn_moving(skew, X, twist);
-    add_to(skew->value, link->skew);
-    turn_moving(skew, Z, joint->turned);
-    spin_vector(skew, joint);
+    const Two linear[2] = {momentum[X], momentum[Y]};
+    momentum[X] -= rate * first[Y], momentum[Y] += rate * first[X];
+    body->force[X] -= acceleration * first[Y] + rate * (linear[Y] + momentum[Y]);
+    body->force[Y] += acceleration * first[X] + rate * (linear[X] + momentum[X]);
 }
 
 /* One link and the joint that moves it. */
-INLINE void pass(const Link *link, const Joint *joint, bool skew, Body *body) {
+INLINE void pass(const Link *link, const Joint *joint, Body *body) {
     const Turn twist = {both(link->cos_alpha), both(link->sin_alpha)};
     turn_masses(body, X, twist);
     turn_motion(body, X, twist);
@@ -190,9 +156,6 @@ INLINE void pass(const Link *link, const Joint *joint, bool skew, Body *body) {
     turn_masses(body, Z, joint->turned);
     turn_motion(body, Z, joint->turned);
     spin(body, joint);
-    if (skew) {
-        pass_skew(link, joint, twist, &body->skew);
-    }
 }
 
 #endif

@@ -1,7 +1,9 @@
-#include "chain_motion.h"
-
+/* Motion of a serial chain and its loads on the base (slide_fmu/features/serial_chain.py). */
 #include "chain_body.h"
+#include "feature_set.h"
 #include "kernel.h"
+
+#define SYMMETRY 1e-9 /* largest difference of an inertia and its transpose, over its diagonal */
 
 /* Signals: their places, those of joint rates after the tool's position. */
 enum {
@@ -18,45 +20,31 @@ enum {
     N_SIGNALS = 38
 };
 
-typedef struct Chain {
-    void (*write)(const struct Chain *chain, const double *const inputs[4], double *signals);
+typedef struct {
+    void (*write)(const SlideFeatures *features, const double *input, const double *before);
     size_t n_joints;
-    double mass, gravity[3];
-    double tool[3]; /* in the last link's frame */
+    double mass;
+    const double *gravity; /* [3] */
+    const double *tool;    /* [3], in the last link's frame */
     Link *links;
-    SlideTwo *sectors; /* of angle.h */
+    Two *sectors; /* of chain_angle.h */
     Joint *joints;     /* scratch */
-    bool skew;         /* some inertia is not symmetric */
 } Chain;
 
 /* On the quadratic B-spline through four set points. */
-INLINE Two angle_of(const Link *link, Two after, Two between) {
-    return both(link->middle) + both(link->half_range) * (after + between);
-}
-
-INLINE void set_joints(const Chain *chain, const double *const inputs[4]) {
-    const double *u0 = inputs[0], *u1 = inputs[1], *u2 = inputs[2], *u3 = inputs[3];
-    const SlideTwo *sectors = chain->sectors;
+INLINE void set_joints(const Chain *chain, const double *input, const double *before) {
+    const Two *sectors = chain->sectors;
     Joint *joints = chain->joints;
     const size_t n = chain->n_joints;
-    Two squares = both(0);
+    const double *u0 = input, *u1 = before, *u2 = before + n, *u3 = before + 2 * n;
     for (size_t i = 0; i < n; ++i) {
         const Link *link = &chain->links[i];
-        const Two after = {u0[i], u1[i]}, between = {u1[i], u2[i]}, before = {u2[i], u3[i]};
-        Two change = after - between, angle = angle_of(link, after, between);
+        const Two after = {u0[i], u1[i]}, between = {u1[i], u2[i]}, first = {u2[i], u3[i]};
+        const Two angle = both(link->middle) + both(link->half_range) * (after + between);
+        const Two change = after - between;
         joints[i].rate = both(link->rate) * change;
-        joints[i].acceleration = both(link->acceleration) * (change - (between - before));
-        joints[i].turned = slide_cosine_sine(sectors, angle);
-        squares += angle * angle;
-    }
-    if (squares[0] + squares[1] < SLIDE_QUICK_ANGLE * SLIDE_QUICK_ANGLE) {
-        return;
-    }
-    for (size_t i = 0; i < n; ++i) {
-        const Two after = {u0[i], u1[i]}, between = {u1[i], u2[i]};
-        Two angle = angle_of(&chain->links[i], after, between);
-        joints[i].turned.c = (Two){cos(angle[0]), cos(angle[1])};
-        joints[i].turned.s = (Two){sin(angle[0]), sin(angle[1])};
+        joints[i].acceleration = both(link->acceleration) * (change - (between - first));
+        joints[i].turned = turn_by(sectors, angle);
     }
 }
 
@@ -71,7 +59,7 @@ INLINE void store(const Two *v, double *newest) {
 INLINE void store_wrench(const Chain *chain, Body *body, const Turn *turn, double *signals) {
     const double *g = chain->gravity;
     double *turned_change = signals + TURNED_WRENCH_CHANGE + chain->n_joints;
-    Two *force = body->first.acceleration, *moment = body->moment, *first = body->first.value;
+    Two *force = body->force, *moment = body->moment, *first = body->first;
     const Turn back = {both(turn->c[0]), both(-turn->s[0])};
     turn_vector(force, Z, *turn);
     turn_vector(moment, Z, *turn);
@@ -97,21 +85,15 @@ INLINE void store_wrench(const Chain *chain, Body *body, const Turn *turn, doubl
 INLINE void store_loads(Body *body, double *after_rates) {
     double *inertia = after_rates + TURNED_INERTIA;
     double *momentum = after_rates + TURNED_MOMENTUM;
-    const Two *skew = body->skew.value, *skew_rate = body->skew.rate;
     Two angular[3]; /* r x m v */
-    store(body->first.value, inertia);
+    store(body->first, inertia);
     for (int i = X; i <= Z; ++i) {
         const int p = (i + 1) % 3, q = (i + 2) % 3;
         angular[i] = body->flow[q][p] - body->flow[p][q];
         inertia[3 + i] = body->square[p][0] + body->square[q][0];
         inertia[8 - i] = -body->mixed[i][0];
     }
-    for (int i = X; i <= Z; ++i) {
-        angular[i] -= skew_rate[i];
-        body->moment[i] -= body->skew.acceleration[i];
-        inertia[8 - i] += i == Y ? skew[i][0] : -skew[i][0];
-    }
-    store(body->first.rate, momentum);
+    store(body->momentum, momentum);
     store(angular, momentum + 3);
 }
 
@@ -126,20 +108,21 @@ INLINE void store_joints(const Chain *chain, double *signals) {
 
 /* The chain is seen from axes that turn with its first joint; what is wanted in those of the base
  * is turned in the end. */
-INLINE void write_signals(const Chain *chain, const double *const inputs[4],
-                          double *signals) {
-    double *after_rates = signals + chain->n_joints;
+INLINE void write_signals(const SlideFeatures *features, const double *input,
+                          const double *before) {
+    const Chain *chain = features->own;
+    double *signals = features->signals, *after_rates = signals + chain->n_joints;
     Body body = {0};
-    set_joints(chain, inputs);
+    set_joints(chain, input, before);
     store_joints(chain, signals);
-    SlideCosineSine *turned = &chain->joints[0].turned;
+    Turn *turned = &chain->joints[0].turned;
     const Turn first = *turned;
     turned->c = both(1), turned->s = both(0);
     for (int i = X; i <= Z; ++i) {
         body.tool[i] = both(chain->tool[i]);
     }
     for (size_t i = chain->n_joints; i-- > 0;) {
-        pass(&chain->links[i], &chain->joints[i], chain->skew, &body);
+        pass(&chain->links[i], &chain->joints[i], &body);
     }
     turn_vector(body.tool, Z, first);
     store(body.tool, signals + POSITION);
@@ -147,46 +130,54 @@ INLINE void write_signals(const Chain *chain, const double *const inputs[4],
     store_wrench(chain, &body, &first, signals);
 }
 
-static void write_baseline(const Chain *chain, const double *const inputs[4],
-                           double *signals) {
-    write_signals(chain, inputs, signals);
-}
+/* For each kernel, since more registers hold more of a body. */
+#define WRITE(name)                                                                               \
+    static void name(const SlideFeatures *features, const double *input, const double *before) {  \
+        write_signals(features, input, before);                                                   \
+    }
 
+WRITE(write_baseline)
 #if !defined(SLIDE_ONE_KERNEL)
-__attribute__((target("avx2,fma"))) static void write_avx2(const Chain *chain,
-                                                           const double *const inputs[4],
-                                                           double *signals) {
-    write_signals(chain, inputs, signals);
-}
+__attribute__((target("avx2,fma"))) WRITE(write_avx2)
+__attribute__((target("avx2,fma,avx512f,avx512dq,avx512vl"))) WRITE(write_avx512)
 #endif
 
 static void write_chain(const SlideFeatures *features, const double *input,
                         const double *before) {
     const Chain *chain = features->own;
-    const size_t n = chain->n_joints;
-    const double *const inputs[4] = {input, before, before + n, before + 2 * n};
-    chain->write(chain, inputs, features->signals);
+    chain->write(features, input, before);
 }
 
-/* The numbers of a chain in a file, f64, in their order. */
+/* The numbers of a chain, in the order of a file. */
 typedef struct {
-    double step;                                         /* s */
-    const unsigned char *middle, *half_range;            /* [n] rad */
-    const unsigned char *a, *d, *alpha, *masses;         /* [n] */
-    const unsigned char *centres, *inertias;             /* [n][3], [n][3][3] */
-    const unsigned char *gravity, *tool;                 /* [3] */
+    double step;                         /* s */
+    const double *middle, *half_range;   /* [n] rad */
+    const double *a, *d, *alpha;         /* [n] */
+    const double *masses;                /* [n] */
+    const double *centres, *inertias;    /* [n][3], [n][3][3] */
+    const double *gravity, *tool;        /* [3] */
 } Numbers;
 
 enum { NUMBERS_OF_JOINT = 18, NUMBERS_OF_ALL = 6 };
 
-static Numbers numbers_of(const SlideFeaturesView *view) {
-    const size_t column = 8 * (size_t)view->n_inputs;
-    const unsigned char *at = view->own + 8;
-    const unsigned char *centres = at + 6 * column, *inertias = centres + 3 * column;
-    const unsigned char *gravity = inertias + 9 * column;
-    return (Numbers){slide_f64(view->own), at,      at + column, at + 2 * column, at + 3 * column,
-                     at + 4 * column,      at + 5 * column, centres, inertias, gravity,
-                     gravity + 24};
+static Numbers numbers_of(const double *at, size_t n) {
+    const double *middle = at + 1, *centres = middle + 6 * n, *gravity = middle + 18 * n;
+    return (Numbers){at[0],          middle,  middle + n,      middle + 2 * n, middle + 3 * n,
+                     middle + 4 * n, middle + 5 * n, centres, centres + 3 * n, gravity,
+                     gravity + 3};
+}
+
+/* An inertia tensor f64 [3][3] must be symmetric, as slide_fmu/features/serial_chain.py says. */
+static void check_inertia(SlideCursor *cursor, const unsigned char *inertia, unsigned link) {
+    for (int i = X; i <= Z; ++i) {
+        const int p = (i + 1) % 3, q = (i + 2) % 3;
+        const double pp = slide_f64(inertia + 32 * p), qq = slide_f64(inertia + 32 * q);
+        const double pq = slide_f64(inertia + 24 * p + 8 * q);
+        const double qp = slide_f64(inertia + 24 * q + 8 * p);
+        slide_check(cursor, fabs(pq - qp) <= SYMMETRY * (fabs(pp) + fabs(qq)),
+                    "surrogate file: inertia of link %u of a chain; expected a symmetric tensor",
+                    link);
+    }
 }
 
 static void read_chain(SlideFeaturesView *view, SlideCursor *cursor) {
@@ -195,58 +186,46 @@ static void read_chain(SlideFeaturesView *view, SlideCursor *cursor) {
     view->n_signals = N_SIGNALS + n;
     slide_check(cursor, isfinite(step) && step > 0,
                 "surrogate file: step %g s of a chain; expected positive", step);
-    slide_take_f64s(cursor, NUMBERS_OF_JOINT * n + NUMBERS_OF_ALL, 1, "chain");
-}
-
-static void fill(double *target, const unsigned char *source, size_t count) {
-    for (size_t i = 0; i < count; ++i) {
-        target[i] = slide_f64(source + 8 * i);
+    const unsigned char *numbers =
+        slide_take_f64s(cursor, NUMBERS_OF_JOINT * n + NUMBERS_OF_ALL, 1, "chain");
+    for (uint64_t i = 0; cursor->good && i < n; ++i) {
+        check_inertia(cursor, numbers + 72 * (n + i), (unsigned)i);
     }
 }
 
 static void fill_joint(Link *link, const Numbers *chain, size_t i) {
-    double alpha = slide_f64(chain->alpha + 8 * i), range = slide_f64(chain->half_range + 8 * i);
-    fill(&link->middle, chain->middle + 8 * i, 1);
-    fill(&link->a, chain->a + 8 * i, 1);
-    fill(&link->d, chain->d + 8 * i, 1);
-    link->half_range = 0.5 * range; /* of the sum of two inputs */
-    link->rate = range / chain->step;
+    link->middle = chain->middle[i];
+    link->half_range = 0.5 * chain->half_range[i]; /* of the sum of two inputs */
+    link->rate = chain->half_range[i] / chain->step;
     link->acceleration = link->rate / chain->step;
-    link->cos_alpha = cos(alpha);
-    link->sin_alpha = sin(alpha);
+    link->a = chain->a[i];
+    link->d = chain->d[i];
+    link->cos_alpha = cos(chain->alpha[i]);
+    link->sin_alpha = sin(chain->alpha[i]);
 }
 
-/* A link alone in its frame. With S the sums of m r r', the symmetric part of its inertia is
- * trace(S) 1 - S; what is left is a cross product with the axis of skew. */
+/* A link alone in its frame. With S the sums of m r r', its inertia is trace(S) 1 - S. */
 static Body body_of(double mass, const double *centre, const double *inertia) {
     double half_trace = 0.5 * (inertia[0] + inertia[4] + inertia[8]);
     Body body = {0};
     for (int i = X; i <= Z; ++i) {
         const int p = (i + 1) % 3, q = (i + 2) % 3;
-        double pq = inertia[3 * p + q], qp = inertia[3 * q + p];
-        body.first.value[i] = both(mass * centre[i]);
+        body.first[i] = both(mass * centre[i]);
         body.square[i] = both(half_trace - inertia[4 * i] + mass * centre[i] * centre[i]);
-        body.mixed[i] = both(mass * centre[p] * centre[q] - 0.5 * (pq + qp));
-        body.skew.value[i] = both(0.5 * (qp - pq));
+        body.mixed[i] = both(mass * centre[p] * centre[q] - inertia[3 * p + q]);
     }
     return body;
 }
 
 /* Further: the mass further out. */
 static void fill_masses(Link *link, const Numbers *chain, size_t i, double further) {
-    double mass = slide_f64(chain->masses + 8 * i), centre[3], inertia[9];
-    double all = mass + further;
-    const Turn twist = {both(link->cos_alpha), both(link->sin_alpha)};
-    fill(centre, chain->centres + 24 * i, 3);
-    fill(inertia, chain->inertias + 72 * i, 9);
-    Body alone = body_of(mass, centre, inertia);
-    turn_masses(&alone, X, twist);
-    turn_vector(alone.skew.value, X, twist);
+    const double all = chain->masses[i] + further;
+    Body alone = body_of(chain->masses[i], chain->centres + 3 * i, chain->inertias + 9 * i);
+    turn_masses(&alone, X, (Turn){both(link->cos_alpha), both(link->sin_alpha)});
     shift_masses(&alone, link);
-    store(alone.first.value, link->first);
+    store(alone.first, link->first);
     store(alone.square, link->square);
     store(alone.mixed, link->mixed);
-    store(alone.skew.value, link->skew);
     link->first[X] += all * link->a;
     link->first[Z] += all * link->d;
     link->square[X] += all * link->a * link->a;
@@ -255,35 +234,36 @@ static void fill_masses(Link *link, const Numbers *chain, size_t i, double furth
 }
 
 static void fill_chain(Chain *chain, const Numbers *numbers) {
-    fill(chain->gravity, numbers->gravity, 3);
-    fill(chain->tool, numbers->tool, 3);
-    slide_fill_sectors(chain->sectors);
+    fill_sectors(chain->sectors);
     for (size_t i = chain->n_joints; i-- > 0;) {
-        Link *link = &chain->links[i];
-        fill_joint(link, numbers, i);
-        fill_masses(link, numbers, i, chain->mass);
-        chain->skew |= link->skew[X] != 0 || link->skew[Y] != 0 || link->skew[Z] != 0;
-        chain->mass += slide_f64(numbers->masses + 8 * i);
+        fill_joint(&chain->links[i], numbers, i);
+        fill_masses(&chain->links[i], numbers, i, chain->mass);
+        chain->mass += numbers->masses[i];
     }
 }
 
 static void *place_chain(const SlideFeaturesView *view, SlideArena *arena) {
-    const Numbers numbers = numbers_of(view);
-    Chain chain = {.n_joints = view->n_inputs, .write = write_baseline};
+    const size_t n = view->n_inputs, n_numbers = 1 + NUMBERS_OF_JOINT * n + NUMBERS_OF_ALL;
+    Chain *chain = slide_place(arena, 1, sizeof *chain);
+    double *numbers = slide_place(arena, n_numbers, sizeof *numbers);
+    Link *links = slide_place(arena, n, sizeof *links);
+    Two *sectors = slide_place(arena, SECTORS, sizeof *sectors);
+    Joint *joints = slide_place(arena, n, sizeof *joints);
+    if (chain != NULL) {
+        for (size_t i = 0; i < n_numbers; ++i) {
+            numbers[i] = slide_f64(view->own + 8 * i);
+        }
+        const Numbers of = numbers_of(numbers, n);
+        *chain = (Chain){write_baseline, n, 0, of.gravity, of.tool, links, sectors, joints};
 #if !defined(SLIDE_ONE_KERNEL)
-    if (slide_kernel_choose() != &slide_kernel_baseline) {
-        chain.write = write_avx2;
-    }
+        const SlideKernel *kernel = slide_kernel(0);
+        chain->write = kernel == &slide_kernel_avx512 ? write_avx512
+                       : kernel == &slide_kernel_avx2 ? write_avx2
+                                                      : write_baseline;
 #endif
-    Chain *placed = slide_place(arena, 1, sizeof *placed);
-    chain.links = slide_place(arena, view->n_inputs, sizeof *chain.links);
-    chain.sectors = slide_place(arena, SLIDE_SECTORS, sizeof *chain.sectors);
-    chain.joints = slide_place(arena, view->n_inputs, sizeof *chain.joints);
-    if (arena->base != NULL) {
-        fill_chain(&chain, &numbers);
-        *placed = chain;
+        fill_chain(chain, &of);
     }
-    return placed;
+    return chain;
 }
 
 const SlideFeatureSet slide_chain_motion = {

@@ -1,4 +1,5 @@
-#include "differences.h"
+/* Inputs, their changes and the changes of these (slide_fmu/features/differences.py). */
+#include "feature_set.h"
 
 enum { MAX_ORDER = 2 };
 

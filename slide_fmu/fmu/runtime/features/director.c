@@ -1,4 +1,6 @@
-#include "director.h"
+/* Direction, turn and change of the turn of an angle given by cosine and sine
+ * (slide_fmu/features/director.py). */
+#include "feature_set.h"
 
 #include <math.h>
 

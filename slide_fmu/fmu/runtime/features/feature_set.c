@@ -1,9 +1,5 @@
 #include "feature_set.h"
 
-#include "chain_motion.h"
-#include "differences.h"
-#include "director.h"
-
 #include <float.h>
 #include <math.h>
 

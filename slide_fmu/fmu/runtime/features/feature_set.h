@@ -30,7 +30,7 @@ typedef struct {
     double *signals;         /* scratch [n_signals] */
 } SlideFeatures;
 
-/* A set of features; those that there are stand in a table in feature_set.c. */
+/* A set of features. */
 struct SlideFeatureSet {
     uint32_t number; /* in files */
     bool of_angle;   /* its inputs are the cosine and sine of an angle */
@@ -41,6 +41,9 @@ struct SlideFeatureSet {
     /* Write all signals; arguments as those of slide_features_write. */
     void (*write)(const SlideFeatures *features, const double *input, const double *before);
 };
+
+/* The sets that there are. */
+extern const SlideFeatureSet slide_differences, slide_director, slide_chain_motion;
 
 /* Check features in a file and describe them. */
 void slide_features_read(SlideFeaturesView *view, uint32_t n_inputs, SlideCursor *cursor);

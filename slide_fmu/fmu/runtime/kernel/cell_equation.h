@@ -81,10 +81,12 @@ CALLED void affine_pair(const float *weights, Pair start, Pair x, size_t n_in, s
     }
 }
 
-/* y = weights x for one vector, in panels of SLIDE_LANES, two at once. */
-CALLED void multiply(const float *weights, const Real *x, size_t n_in, size_t n_panels,
+/* What a part of the features gives, two panels at once. */
+CALLED void multiply(const SlideFeaturePart *part, const Real *features, size_t n_panels,
                      Real *y) {
-    const float *w = weights;
+    const Real *x = features + part->first;
+    const float *w = part->weights, *constants = part->constants;
+    const size_t n_in = part->count;
     Lanes *result = (Lanes *)y;
     size_t panel = 0;
     for (; panel + 2 <= n_panels; panel += 2, w += 2 * n_in * SLIDE_LANES) {
@@ -93,48 +95,21 @@ CALLED void multiply(const float *weights, const Real *x, size_t n_in, size_t n_
             a += x[i] * WEIGHTS(w, i);
             b += x[i] * WEIGHTS(w, n_in + i);
         }
-        result[panel] = a, result[panel + 1] = b;
+        result[panel] = a + WEIGHTS(constants, panel);
+        result[panel + 1] = b + WEIGHTS(constants, panel + 1);
     }
     if (panel < n_panels) {
         Lanes a = {0};
         for (size_t i = 0; i < n_in; ++i) {
             a += x[i] * WEIGHTS(w, i);
         }
-        result[panel] = a;
+        result[panel] = a + WEIGHTS(constants, panel);
     }
-}
-
-static void advance(const SlideCell *cell, const Real *features, const Real *states,
-                    Real *next, Real *rows) {
-    const size_t units = cell->unit_panels * SLIDE_LANES, n = cell->state_panels * SLIDE_LANES;
-    const size_t of_rows = units + n, panels = cell->unit_panels + cell->state_panels;
-    const float *from_x = cell->from_states;
-    const Real *driven = cell->driven;
-    Real *h = cell->units;
-    const Pair x = {states, states + n};
-    multiply(cell->from_features, features, cell->n_features + 1, panels + cell->row_panels,
-             cell->driven);
-    affine_pair(from_x, (Pair){driven, driven}, x, cell->n_states, cell->unit_panels, h);
-    activate(cell->activation, h,
-             (2 * units + SLIDE_PANEL - 1) / SLIDE_PANEL * SLIDE_PANEL);
-    affine_pair(from_x + units * cell->n_states, (Pair){driven + units, driven + units}, x,
-                cell->n_states, cell->state_panels, next);
-    const Pair moved = {next, next + n};
-    affine_pair(cell->from_units, moved, (Pair){h, h + units}, units,
-                cell->state_panels, next);
-    affine_pair(cell->to_rows, (Pair){driven + of_rows, driven + of_rows}, moved,
-                cell->n_states, cell->row_panels, rows);
 }
 
 static inline void add_to(Real *y, const Real *x, size_t n_panels) {
     for (size_t panel = 0; panel < n_panels; ++panel) {
         ((Lanes *)y)[panel] += ((const Lanes *)x)[panel];
-    }
-}
-
-static inline void add_constants(Real *y, const float *x, size_t n_panels) {
-    for (size_t panel = 0; panel < n_panels; ++panel) {
-        ((Lanes *)y)[panel] += WEIGHTS(x, panel);
     }
 }
 
@@ -153,48 +128,48 @@ static inline void turn_pairs(Real *state, size_t pairs, Real c, Real s) {
     }
 }
 
-/* What both states share: gates, what is offered to them, drive and static part. */
-static void share(const SlideGatedCell *cell, const Real *gated) {
-    const Real *schedule = gated + cell->n_gated, *drive = schedule + cell->n_schedule;
-    const size_t units = cell->unit_panels;
-    multiply(cell->gates, schedule, cell->n_schedule, units, cell->open);
-    add_constants(cell->open, cell->gates_start, units);
-    tanh_each(cell->open, units * SLIDE_LANES);
-    multiply(cell->from_gated, gated, cell->n_gated, units, cell->offered);
-    multiply(cell->from_drive, drive, cell->n_drive, cell->state_panels, cell->driven);
-    multiply(cell->from_static, drive + cell->n_drive, cell->n_static, cell->row_panels,
-             cell->rows);
-    add_constants(cell->rows, cell->rows_start, cell->row_panels);
+/* Values of the units of both states: those that are offered, times their gates or activated. */
+static inline void open_units(const SlideCell *cell, const Real *features, Real *h) {
+    const size_t units = cell->unit_panels * SLIDE_LANES;
+    if (cell->activation == SLIDE_GATED) {
+        multiply(&cell->to_gates, features, cell->unit_panels, cell->open);
+        tanh_each(cell->open, units);
+        multiply_by(h, cell->open, cell->unit_panels);
+        multiply_by(h + units, cell->open, cell->unit_panels);
+    } else {
+        activate(cell->activation, h, (2 * units + SLIDE_PANEL - 1) / SLIDE_PANEL * SLIDE_PANEL);
+    }
 }
 
-static void advance_gated(const SlideGatedCell *cell, const Real *features, const Real *states,
-                          Real *next, Real *rows) {
+static void advance(const SlideCell *cell, const Real *features, const Real *states, Real *next,
+                    Real *rows) {
     const size_t units = cell->unit_panels * SLIDE_LANES, n = cell->state_panels * SLIDE_LANES;
-    const Pair x = {states, states + n};
-    Real *turned_back = cell->seen, *pushed_on = cell->pushed, *h = cell->units;
-    const Pair seen = {turned_back, turned_back + n};
+    const Pair x = {states, states + n}, moved = {next, next + n};
     const Pair zeros = {cell->zeros, cell->zeros}, offered = {cell->offered, cell->offered};
-    const Pair pushed = {pushed_on, pushed_on + n}, moved = {next, next + n};
-    const Pair shared = {cell->rows, cell->rows};
+    const Pair driven = {cell->driven, cell->driven}, shared = {cell->rows, cell->rows};
     const bool turns = cell->turned > 0;
-    share(cell, features + (turns ? 2 : 0));
-    memcpy(turned_back, states, 2 * n * sizeof(Real));
+    Real *h = cell->units, *pushed = cell->pushed, *turned_back = cell->seen;
+    Pair seen = x;
+    multiply(&cell->to_units, features, cell->unit_panels, cell->offered);
+    multiply(&cell->to_states, features, cell->state_panels, cell->driven);
+    multiply(&cell->to_rows, features, cell->row_panels, cell->rows);
+    if (turns) {
+        memcpy(turned_back, states, 2 * n * sizeof(Real));
+        turn_pairs(turned_back, cell->turned, features[0], -features[1]);
+        turn_pairs(turned_back + n, cell->turned, features[0], -features[1]);
+        seen = (Pair){turned_back, turned_back + n};
+    }
+    affine_pair(cell->units_of_states, offered, seen, cell->n_states, cell->unit_panels, h);
+    open_units(cell, features, h);
+    affine_pair(cell->states_of_units, turns ? zeros : driven, (Pair){h, h + units}, units,
+                cell->state_panels, pushed);
     for (size_t state = 0; turns && state < 2; ++state) {
-        turn_pairs(turned_back + state * n, cell->turned, features[0], -features[1]);
+        turn_pairs(pushed + state * n, cell->turned, features[0], features[1]);
+        add_to(pushed + state * n, cell->driven, cell->state_panels);
     }
-    affine_pair(cell->products, offered, seen, cell->n_states, cell->unit_panels, h);
-    multiply_by(h, cell->open, cell->unit_panels);
-    multiply_by(h + units, cell->open, cell->unit_panels);
-    affine_pair(cell->from_units, zeros, (Pair){h, h + units}, units, cell->state_panels,
-                pushed_on);
-    for (size_t state = 0; state < 2; ++state) {
-        if (turns) {
-            turn_pairs(pushed_on + state * n, cell->turned, features[0], features[1]);
-        }
-        add_to(pushed_on + state * n, cell->driven, cell->state_panels);
-    }
-    affine_pair(cell->from_states, pushed, x, cell->n_states, cell->state_panels, next);
-    affine_pair(cell->to_rows, shared, moved, cell->n_states, cell->row_panels, rows);
+    affine_pair(cell->states_of_states, (Pair){pushed, pushed + n}, x, cell->n_states,
+                cell->state_panels, next);
+    affine_pair(cell->rows_of_states, shared, moved, cell->n_states, cell->row_panels, rows);
 }
 
 #endif

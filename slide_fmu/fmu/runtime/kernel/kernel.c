@@ -103,8 +103,8 @@ static void affine_rows(const float *weights, size_t n_in, size_t n_panels,
     }
 }
 
-/* exp(x) - 1 for x <= 0 (0 for others), error below 1.2e-7: x = n ln 2 + r, Taylor polynomial in r, and
- * 2^n (1 + p) - 1 = 2^n p + (2^n - 1), which keeps small results accurate. */
+/* exp(x) - 1 for x <= 0 (0 for others), error below 1.2e-7: x = n ln 2 + r, Taylor polynomial in
+ * r, and 2^n (1 + p) - 1 = 2^n p + (2^n - 1), which keeps small results accurate. */
 static inline float expm1_of_negative(float x) {
     const float log2_e = 1.44269504f, ln2_high = 0.693359375f, ln2_low = -2.12194440e-4f;
     float z = x < 0.0f ? x : 0.0f;
@@ -166,24 +166,9 @@ static void cubic(float *values, size_t count) {
 }
 
 static void activate(uint32_t activation, float *values, size_t count) {
-    switch (activation) {
-    case 1:
-        relu(values, count);
-        break;
-    case 2:
-        elu(values, count);
-        break;
-    case 3:
-        tanh_each(values, count);
-        break;
-    case 4:
-        gelu(values, count);
-        break;
-    case 5:
-        cubic(values, count);
-        break;
-    default:
-        break;
+    static void (*const functions[])(float *, size_t) = {NULL, relu, elu, tanh_each, gelu, cubic};
+    if (activation > 0) {
+        functions[activation](values, count);
     }
 }
 
@@ -197,5 +182,4 @@ const SlideKernel SLIDE_KERNEL = {
     .affine_rows = affine_rows,
     .activate = activate,
     .advance = advance,
-    .advance_gated = advance_gated,
 };

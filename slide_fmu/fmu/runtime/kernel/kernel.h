@@ -12,39 +12,36 @@ enum {
     SLIDE_ROWS = 12   /* rows of a batch come in multiples of it */
 };
 
-/* A cell of a state-space network (slide_fmu/network/state_space.py) in the layout of the kernel. Matrices
- * lie in panels, [panel][column][SLIDE_LANES], zeros where no row is. */
-typedef struct {
-    size_t n_features, n_states;
-    size_t unit_panels, state_panels, row_panels;
-    uint32_t activation;
-    const float *from_features; /* of [f, w, 1]: rows of W, then of B, then of D and d0 */
-    const float *from_states;   /* of x: rows of W, then of A */
-    const float *from_units;    /* E, its columns padded to whole panels */
-    const float *to_rows;       /* C */
-    /* Scratch, numbers of the precision that is computed in. */
-    void *driven; /* rows of from_features */
-    void *units;  /* units of both states, in whole SLIDE_PANELs */
-} SlideCell;
+/* Activations, and what else units of a cell may have. */
+typedef enum { SLIDE_TANH = 3, SLIDE_CUBIC = 5, SLIDE_GATED = 6 } SlideUnits;
 
-/* The same with gated units. Its features come in the order [turn, g, s, f, w]. */
+/* A matrix times some of the features, plus constants. */
 typedef struct {
-    size_t n_gated, n_schedule, n_drive, n_static, n_states;
-    size_t turned; /* pairs of states */
+    size_t first, count;    /* the features: the first one, and how many follow each other */
+    const float *weights;   /* in panels of count columns */
+    const float *constants; /* in panels of one column */
+} SlideFeaturePart;
+
+/* The cell of a state-space network (slide_fmu/network/state_space/equations.py) in the layout of
+ * the kernel. Matrices lie in panels, [panel][column][SLIDE_LANES], zeros where no row is. */
+typedef struct {
+    size_t n_states;
+    size_t turned; /* pairs of states; their cosine and sine are then the first two features */
     size_t unit_panels, state_panels, row_panels;
-    const float *gates, *gates_start;     /* W and its last column */
-    const float *products, *from_gated;   /* V of x, V of g */
-    const float *from_states, *from_drive; /* A, B */
-    const float *from_units;              /* E, its columns padded to whole panels */
-    const float *to_rows;                 /* C */
-    const float *from_static, *rows_start; /* D, d0 */
-    /* Scratch, as above. */
-    void *open, *offered; /* gates, and what is offered to them */
-    void *driven, *rows;  /* B f; D w + d0 */
-    void *seen, *pushed;  /* of both states: turned back; E h */
-    void *units;          /* of both states */
-    const void *zeros;    /* as long as a state */
-} SlideGatedCell;
+    uint32_t activation; /* of the units; SLIDE_GATED: they are multiplied by their gates */
+    SlideFeaturePart to_gates;   /* of gated units: W */
+    SlideFeaturePart to_units;   /* of gated units the features' part of V, else of W */
+    SlideFeaturePart to_states;  /* B */
+    SlideFeaturePart to_rows;    /* D, d0 */
+    const float *units_of_states; /* the states' part of V, or of W */
+    const float *states_of_states, *states_of_units; /* A; E, its columns padded to whole panels */
+    const float *rows_of_states;                     /* C */
+    /* Scratch, numbers of the precision that is computed in. */
+    void *open, *offered, *driven, *rows; /* what the four parts of the features give */
+    void *seen, *pushed; /* of both states: turned back; E h */
+    void *units;         /* of both states, in whole SLIDE_PANELs */
+    const void *zeros;   /* as long as a state */
+} SlideCell;
 
 /* Rows of a batch: y[row] = start + row * start_stride, plus weights times x[row]. */
 typedef struct {
@@ -71,20 +68,13 @@ typedef struct {
      * [SLIDE_LANES]. Weights are read once, and one state fills the waiting times of the other. */
     void (*advance)(const SlideCell *cell, const float *features, const float *states,
                     float *next, float *rows);
-    void (*advance_gated)(const SlideGatedCell *cell, const float *features, const float *states,
-                          float *next, float *rows);
 } SlideKernel;
 
 extern const SlideKernel slide_kernel_baseline; /* x86-64-v2; NEON on aarch64 */
 extern const SlideKernel slide_kernel_avx2;     /* x86-64-v3: with AVX2 and FMA */
 extern const SlideKernel slide_kernel_avx512;   /* x86-64-v4: with AVX-512 F, DQ, BW and VL too */
 
-enum { SLIDE_KERNELS = 3 };
-
-/* The kernels that processor and operating system support, the fastest first; their number. */
-size_t slide_kernels(const SlideKernel *kernels[SLIDE_KERNELS]);
-
-/* The fastest of them. */
-const SlideKernel *slide_kernel_choose(void);
+/* The kernels that processor and operating system support, the fastest first; then NULL. */
+const SlideKernel *slide_kernel(size_t index);
 
 #endif

@@ -62,23 +62,24 @@ static void gather(const double *window, size_t sample, size_t n_inputs, double 
 }
 
 bool slide_batch_cells(const SlideNetwork *network, const SlideKernel *kernel,
-                       SlideNetworkState *state, const double *const *windows, size_t count, double *before,
-                       float *values) {
-    const SlideCells *cells = &network->cells;
-    const size_t n_inputs = cells->seen.n_inputs, n_skipped = cells->n_samples - cells->n_out;
+                       SlideNetworkState *state, const double *const *windows, size_t count,
+                       double *before, float *values) {
+    const size_t n_inputs = network->seen.n_inputs;
+    const size_t n_skipped = network->n_samples - network->n_block;
+    float *const turns[2] = {state->cells.states, network->of.cells.next};
     for (size_t window = 0; window < count; ++window) {
-        slide_network_restart(network, state, windows[window], before);
-        for (size_t sample = 0; sample < cells->n_samples; ++sample) {
+        network->family->restart(network, state);
+        for (size_t sample = 0; sample < network->n_samples; ++sample) {
+            const double *input = windows[window] + sample * n_inputs;
             gather(windows[window], sample, n_inputs, before);
-            if (!slide_network_see(network, state, sample, windows[window] + sample * n_inputs, before)) {
+            if (!slide_features_write(&network->seen, input, before, network->features)) {
                 return false;
             }
-            const float *found = slide_network_evaluate(network, kernel, state, sample);
+            slide_cells_advance(network, kernel, turns[sample % 2], turns[(sample + 1) % 2]);
             if (sample >= n_skipped) {
-                memcpy(values, found, cells->n_values * sizeof(float));
-                values += cells->n_values;
+                slide_cells_values(network, values);
+                values += network->n_values;
             }
-            slide_network_accept(network, state);
         }
     }
     return true;

@@ -12,9 +12,10 @@ bool slide_batch_layers(const SlideFeedForward *network, const SlideKernel *kern
 
 /* Cells, each window from zero state: windows of scaled samples [n_samples][n_inputs], which may
  * overlap; before a window, its first sample counts. before: room for [SLIDE_BEFORE]
- * [n_inputs]. values: [count][n_out][n_values], those of the last n_out samples. False when a feature is not finite. */
+ * [n_inputs]. values: [count][n_out][n_values], those of the last n_out samples. False when a
+ * feature is not finite. */
 bool slide_batch_cells(const SlideNetwork *network, const SlideKernel *kernel,
-                       SlideNetworkState *state, const double *const *windows, size_t count, double *before,
-                       float *values);
+                       SlideNetworkState *state, const double *const *windows, size_t count,
+                       double *before, float *values);
 
 #endif

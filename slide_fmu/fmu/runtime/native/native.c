@@ -17,8 +17,8 @@ struct SlideNative {
 };
 
 const char *slide_native_kernel(size_t index) {
-    const SlideKernel *kernels[SLIDE_KERNELS];
-    return index < slide_kernels(kernels) ? kernels[index]->name : NULL;
+    const SlideKernel *kernel = slide_kernel(index);
+    return kernel == NULL ? NULL : kernel->name;
 }
 
 static void place(SlideNative *native, const SlidePayload *payload, SlideArena *arena) {
@@ -26,7 +26,7 @@ static void place(SlideNative *native, const SlidePayload *payload, SlideArena *
     native->n_values = view->n_values;
     native->before = slide_place(arena, SLIDE_BEFORE * payload->n_inputs, sizeof(double));
     slide_network_place(&native->network, view, view->n_values, arena);
-    slide_network_state_place(&native->state, &native->network, arena);
+    native->network.family->place_state(&native->state, &native->network, arena);
 }
 
 static bool build(SlideNative *native, const SlidePayload *payload) {
@@ -46,15 +46,14 @@ SlideNative *slide_native_open(const unsigned char *data, size_t size, size_t ke
                                char *message, size_t message_size) {
     SlideMessage why = {"out of memory"};
     SlidePayload payload;
-    const SlideKernel *kernels[SLIDE_KERNELS];
     SlideNative *native = calloc(1, sizeof *native);
     bool good = native != NULL && slide_payload_read(&payload, data, size, &why);
-    if (good && kernel >= slide_kernels(kernels)) {
+    if (good && slide_kernel(kernel) == NULL) {
         good = slide_say(&why, "kernel %u; expected one that this processor supports",
                          (unsigned)kernel);
     }
     if (good) {
-        native->kernel = kernels[kernel];
+        native->kernel = slide_kernel(kernel);
         good = build(native, &payload) || slide_say(&why, "out of memory");
     }
     if (!good) {
@@ -74,7 +73,7 @@ void slide_native_close(SlideNative *native) {
 
 int slide_native_layers(const SlideNative *native, const float *const *rows, size_t count,
                         float *values) {
-    return slide_batch_layers(&native->network.layers.stack, native->kernel, rows, count,
+    return slide_batch_layers(&native->network.of.layers.stack, native->kernel, rows, count,
                               native->n_values, values)
                ? 0
                : 1;

@@ -7,9 +7,6 @@
 #include "kernel.h"
 #include "reading.h"
 
-/* Units of a cell. */
-typedef enum { SLIDE_TANH = 3, SLIDE_CUBIC = 5, SLIDE_GATED = 6 } SlideUnits;
-
 /* What features are for (features.Roles): indices of those chosen. */
 typedef struct {
     SlideIndices drive, statics, gated, schedule, readout, turn;
@@ -38,12 +35,11 @@ float *slide_place_panels(size_t n_panels, size_t n_columns, SlideArena *arena);
 /* Is the static part that of the drive? */
 bool slide_statics_are_drive(const SlideRoles *roles);
 
+/* Place the weights of a cell, whose features come in the order [turn, gated, schedule, drive,
+ * statics], the last ones only where they are not those of the drive; and room for its scratch. */
+void slide_cell_place(SlideCell *cell, const SlideCellView *view, SlideArena *arena);
+
 /* Room for the scratch of a cell whose numbers have so many bytes. */
 void slide_cell_place_scratch(SlideCell *cell, size_t number, SlideArena *arena);
-void slide_gated_cell_place_scratch(SlideGatedCell *cell, size_t number, SlideArena *arena);
-
-/* Place the weights of a cell whose units are not gated, or are; and room for its scratch. */
-void slide_cell_place(SlideCell *cell, const SlideCellView *view, SlideArena *arena);
-void slide_gated_cell_place(SlideGatedCell *cell, const SlideCellView *view, SlideArena *arena);
 
 #endif

@@ -14,7 +14,7 @@ static double square_of(double exponent) {
 
 static void place_ranges(SlideEstimator *estimator, const unsigned char *ranges,
                          SlideArena *arena) {
-    size_t count = 2 * estimator->network.layers.seen.count;
+    size_t count = 2 * estimator->network.seen.count;
     estimator->ranges = slide_place(arena, count, sizeof(float));
     for (size_t i = 0; arena->base != NULL && i < count; ++i) {
         estimator->ranges[i] = slide_f32(ranges + 4 * i);
@@ -46,26 +46,23 @@ void slide_estimate_place(SlideEstimate *estimate, const SlideEstimator *estimat
     }
     size_t n_outputs = estimator->n_outputs;
     estimate->known = slide_place(arena, 1, sizeof *estimate->known);
-    estimate->held = slide_place(arena, 1, sizeof *estimate->held);
     estimate->strayed = slide_place(arena, 1, sizeof *estimate->strayed);
     estimate->squares = slide_place(arena, estimator->positions * n_outputs, sizeof(double));
     estimate->errors = slide_place(arena, n_outputs, sizeof(double));
-    slide_network_state_place(&estimate->network, &estimator->network, arena);
+    estimator->network.family->place_state(&estimate->network, &estimator->network, arena);
 }
 
-void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *estimate,
-                            const SlideSamples *samples) {
+void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *estimate) {
     if (estimator->positions > 0) {
         *estimate->known = 0;
-        *estimate->held = *samples->count;
         *estimate->strayed = 0;
     }
 }
 
 double slide_squared_error(const SlideEstimator *estimator, double mean, double eps) {
     double kept = eps < 1 ? eps : 1;
-    double spread = square_of(estimator->log_middle + estimator->log_half_range * kept);
-    double square = spread * (1 + mean * mean);
+    double variance = square_of(estimator->log_middle + estimator->log_half_range * kept);
+    double square = variance * (1 + mean * mean);
     bool usable = isfinite(mean) && isfinite(eps) && square < estimator->largest;
     return usable ? square : estimator->largest;
 }
@@ -78,10 +75,10 @@ double *slide_estimate_square(const SlideEstimator *estimator, const SlideEstima
 
 /* Has the training seen such features as those of the newest sample? */
 static bool in_range(const SlideEstimator *estimator) {
-    size_t count = estimator->network.layers.seen.count;
+    size_t count = estimator->network.seen.count;
     const float *least = estimator->ranges, *largest = least + count;
     for (size_t i = 0; i < count; ++i) {
-        float value = estimator->network.layers.features[i];
+        float value = estimator->network.features[i];
         if (!(value >= least[i] && value <= largest[i])) {
             return false;
         }
@@ -91,20 +88,13 @@ static bool in_range(const SlideEstimator *estimator) {
 
 static void evaluate(const SlideEstimator *estimator, const SlideKernel *kernel,
                      SlideEstimate *estimate, uint64_t sample) {
-    const float *values =
-        slide_network_evaluate(&estimator->network, kernel, &estimate->network, sample);
+    const SlideNetwork *network = &estimator->network;
+    const float *values = network->family->evaluate(network, kernel, &estimate->network, sample);
     bool known = in_range(estimator);
     for (size_t i = 0; i < estimator->n_outputs; ++i) {
         double mean = estimator->n_means > 0 ? values[i] : 0;
         double square = slide_squared_error(estimator, mean, values[estimator->n_means + i]);
         *slide_estimate_square(estimator, estimate, i, sample) = known ? square : estimator->largest;
-    }
-}
-
-static void repeat(const SlideEstimator *estimator, SlideEstimate *estimate, uint64_t sample) {
-    for (size_t i = 0; i < estimator->n_outputs; ++i) {
-        *slide_estimate_square(estimator, estimate, i, sample) =
-            *slide_estimate_square(estimator, estimate, i, sample - 1);
     }
 }
 
@@ -139,14 +129,12 @@ void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel 
     for (uint64_t left = todo; left > 0; --left) {
         uint64_t sample = count - left;
         const double *input = slide_samples_at(shape, samples, sample);
-        slide_layers_see_anyhow(&estimator->network.layers, &estimate->network.layers, sample,
-                                input, input + shape->n_inputs);
+        slide_network_see_anyhow(&estimator->network, &estimate->network, sample, input,
+                                 input + shape->n_inputs);
         if (!in_range(estimator)) {
             *estimate->strayed = sample + 1;
         }
-        if (left < wanted && sample < *estimate->held) {
-            repeat(estimator, estimate, sample);
-        } else if (left <= wanted) {
+        if (left <= wanted) {
             evaluate(estimator, kernel, estimate, sample);
         }
     }

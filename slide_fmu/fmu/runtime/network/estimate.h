@@ -20,7 +20,6 @@ typedef struct {
 /* All that changes; part of the flat state block. */
 typedef struct {
     uint64_t *known;  /* samples that are evaluated, or too old to be needed: all below a number */
-    uint64_t *held;   /* samples below this number are all the same */
     uint64_t *strayed; /* number of the sample after the newest one that the training has not seen
                           the like of; or 0 */
     double *squares;  /* [n_outputs][positions], squared errors; sample k in k % positions */
@@ -34,9 +33,8 @@ void slide_estimator_place(SlideEstimator *estimator, const SlidePayload *payloa
 void slide_estimate_place(SlideEstimate *estimate, const SlideEstimator *estimator,
                           SlideArena *arena);
 
-/* After slide_samples_fill: nothing is known. */
-void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *estimate,
-                            const SlideSamples *samples);
+/* Nothing is known any more. */
+void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *estimate);
 
 /* Evaluate all that is not known yet: estimate->errors are those at the newest sample. There must
  * be at least memory_length samples, with those before them. */
@@ -44,8 +42,8 @@ void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel 
                              const SlideSamplesShape *shape, const SlideSamples *samples,
                              SlideEstimate *estimate);
 
-/* The squared error, relative to the output's scale, of an expected error over the spread and an
- * eps: at most the largest that the map knows, which what is not finite counts as. */
+/* The squared error, relative to the output's scale, of an expected error over the standard
+ * deviation and an eps: at most the largest that the map knows, which what is not finite counts as. */
 double slide_squared_error(const SlideEstimator *estimator, double mean, double eps);
 
 /* The square of an output at one of the newest samples that are known. */

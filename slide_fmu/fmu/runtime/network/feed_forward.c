@@ -74,34 +74,32 @@ void slide_layers_read(SlideLayersView *layers, uint32_t n_features, SlideCursor
     read_skip(layers, cursor);
 }
 
-/* Rows of a matrix in the file, and how they are placed. */
+/* A matrix in the file, and its bias, f32, or NULL for none. */
 typedef struct {
-    const unsigned char *rows, *bias; /* bias: f32, or NULL for none */
+    const unsigned char *rows, *bias;
     size_t n_in, n_out;
+    size_t first; /* the row that comes first; those before it follow after the last one */
 } Source;
 
 static void fill_layer(SlideLayer *layer, const Source *source) {
-    for (size_t row = 0; row < source->n_out; ++row) {
-        size_t panel = row / SLIDE_PANEL, lane = row % SLIDE_PANEL;
+    for (size_t place = 0; place < source->n_out; ++place) {
+        const size_t panel = place / SLIDE_PANEL, lane = place % SLIDE_PANEL;
+        const size_t row = (place + source->first) % source->n_out;
+        float *weights = layer->weights + panel * source->n_in * SLIDE_PANEL + lane;
         for (size_t i = 0; i < source->n_in; ++i) {
-            size_t place = (panel * source->n_in + i) * SLIDE_PANEL + lane;
-            layer->weights[place] = slide_f32(source->rows + 4 * (row * source->n_in + i));
+            weights[i * SLIDE_PANEL] = slide_f32(source->rows + 4 * (row * source->n_in + i));
         }
-        layer->bias[row] = source->bias == NULL ? 0 : slide_f32(source->bias + 4 * row);
+        layer->bias[place] = source->bias == NULL ? 0 : slide_f32(source->bias + 4 * row);
     }
 }
 
-/* Some rows of a matrix and its bias, where there are any. */
-static Source rows_of(const unsigned char *weights, const unsigned char *bias, size_t n_in,
-                      size_t first, size_t count) {
-    return (Source){weights + 4 * first * n_in, bias == NULL ? NULL : bias + 4 * first, n_in,
-                    count};
-}
+static size_t panels_for(size_t rows) { return (rows + SLIDE_PANEL - 1) / SLIDE_PANEL; }
 
 /* The block comes zeroed, so the padding of the last panel needs no care. */
-static SlideLayer place_layer(const Source *source, SlideArena *arena) {
+static SlideLayer place_layer(const Source *source, uint32_t activation, SlideArena *arena) {
     SlideLayer layer = {.n_in = source->n_in,
-                        .n_panels = (source->n_out + SLIDE_PANEL - 1) / SLIDE_PANEL};
+                        .n_panels = panels_for(source->n_out),
+                        .activation = activation};
     size_t rows = layer.n_panels * source->n_in;
     layer.weights = slide_place(arena, rows, SLIDE_PANEL * sizeof(float));
     layer.bias = slide_place(arena, layer.n_panels, SLIDE_PANEL * sizeof(float));
@@ -113,19 +111,19 @@ static SlideLayer place_layer(const Source *source, SlideArena *arena) {
 
 void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *view,
                               uint32_t n_kept, SlideArena *arena) {
-    const size_t n_dropped = view->n_values - n_kept;
+    const size_t n_older = view->n_values - n_kept;
     const unsigned char *at = view->layers;
     network->n_layers = view->n_layers;
+    network->n_values = view->n_values;
+    network->n_kept = n_kept;
     network->layers = slide_place(arena, view->n_layers, sizeof *network->layers);
     network->widest = 0;
     for (uint32_t i = 0; i < view->n_layers; ++i) {
         LayerView found;
         at = layer_at(at, &found);
-        size_t first = i + 1 == view->n_layers ? n_dropped : 0;
-        Source source =
-            rows_of(found.weights, found.bias, found.n_in, first, found.n_out - first);
-        SlideLayer layer = place_layer(&source, arena);
-        layer.activation = found.activation;
+        const Source source = {found.weights, found.bias, found.n_in, found.n_out,
+                               i + 1 == view->n_layers ? n_older : 0};
+        const SlideLayer layer = place_layer(&source, found.activation, arena);
         network->widest = layer.n_panels > network->widest ? layer.n_panels : network->widest;
         if (arena->base != NULL) {
             network->layers[i] = layer;
@@ -133,62 +131,43 @@ void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *
     }
     network->skip = (SlideLayer){0};
     if (view->skip != NULL) {
-        Source source = rows_of(view->skip, NULL, view->n_first, n_dropped, n_kept);
-        network->skip = place_layer(&source, arena);
+        const Source source = {view->skip, NULL, view->n_first, view->n_values, n_older};
+        network->skip = place_layer(&source, 0, arena);
     }
     network->scratch[0] = slide_place(arena, network->widest, SLIDE_PANEL * sizeof(float));
     network->scratch[1] = slide_place(arena, network->widest, SLIDE_PANEL * sizeof(float));
+    network->block = slide_place(arena, view->n_values, sizeof(float));
 }
 
-void slide_feed_forward_place_block(SlideFeedForward *network, const SlideLayersView *view,
-                                    uint32_t n_kept, SlideArena *arena) {
-    const unsigned char *at = view->layers;
-    LayerView last = {0};
-    for (uint32_t i = 0; i < view->n_layers; ++i) {
-        at = layer_at(at, &last);
-    }
-    network->n_kept = n_kept;
-    network->n_older = view->n_values - n_kept;
-    Source source = rows_of(last.weights, last.bias, last.n_in, 0, network->n_older);
-    network->older = place_layer(&source, arena);
-    network->older.activation = last.activation;
-    network->older_skip = (SlideLayer){0};
-    if (view->skip != NULL) {
-        source = rows_of(view->skip, NULL, view->n_first, 0, network->n_older);
-        network->older_skip = place_layer(&source, arena);
-    }
-    size_t padded = network->older.n_panels * SLIDE_PANEL;
-    network->block = slide_place(arena, padded + n_kept, sizeof(float));
-}
-
-void slide_layer_affine(const SlideLayer *layer, const SlideKernel *kernel, const float *start,
-                        const float *x, float *y) {
-    kernel->affine(layer->weights, start, x, layer->n_in, layer->n_panels, y);
-}
-
-const float *slide_feed_forward_evaluate(const SlideFeedForward *network,
-                                         const SlideKernel *kernel, const float *window) {
+/* So many of the values that are placed first. */
+static float *evaluate(const SlideFeedForward *network, const SlideKernel *kernel,
+                       const float *window, size_t n_wanted) {
+    const SlideLayer *skip = &network->skip;
+    const size_t n_last = panels_for(n_wanted);
     const float *x = window;
     float *y = NULL;
     for (uint32_t i = 0; i < network->n_layers; ++i) {
         const SlideLayer *layer = &network->layers[i];
+        const size_t n_panels = i + 1 == network->n_layers ? n_last : layer->n_panels;
         y = network->scratch[i % 2];
-        slide_layer_affine(layer, kernel, layer->bias, x, y);
-        kernel->activate(layer->activation, y, layer->n_panels * SLIDE_PANEL);
+        kernel->affine(layer->weights, layer->bias, x, layer->n_in, n_panels, y);
+        kernel->activate(layer->activation, y, n_panels * SLIDE_PANEL);
         x = y;
     }
-    slide_layer_affine(&network->skip, kernel, y, window, y);
+    kernel->affine(skip->weights, y, window, skip->n_in, skip->n_panels > 0 ? n_last : 0, y);
     return y;
+}
+
+const float *slide_feed_forward_evaluate(const SlideFeedForward *network,
+                                         const SlideKernel *kernel, const float *window) {
+    return evaluate(network, kernel, window, network->n_kept);
 }
 
 const float *slide_feed_forward_block(const SlideFeedForward *network, const SlideKernel *kernel,
                                       const float *window) {
-    const SlideLayer *older = &network->older;
-    const float *kept = slide_feed_forward_evaluate(network, kernel, window);
-    const float *x = network->n_layers > 1 ? network->scratch[network->n_layers % 2] : window;
-    slide_layer_affine(older, kernel, older->bias, x, network->block);
-    kernel->activate(older->activation, network->block, older->n_panels * SLIDE_PANEL);
-    slide_layer_affine(&network->older_skip, kernel, network->block, window, network->block);
-    memcpy(network->block + network->n_older, kept, network->n_kept * sizeof *kept);
+    const size_t n_kept = network->n_kept, n_older = network->n_values - n_kept;
+    const float *values = evaluate(network, kernel, window, network->n_values);
+    memcpy(network->block, values + n_kept, n_older * sizeof *values);
+    memcpy(network->block + n_older, values, n_kept * sizeof *values);
     return network->block;
 }

@@ -26,36 +26,28 @@ typedef struct {
     float *bias;    /* [panel][SLIDE_PANEL] */
 } SlideLayer;
 
+/* The rows of the last layer and of the linear path come in another order than in the file: those
+ * of the n_kept values of the newest sample first, so that they can be evaluated alone. */
 typedef struct {
     uint32_t n_layers;
     SlideLayer *layers;
     SlideLayer skip; /* no panels when there is no linear path */
-    size_t widest; /* panels of the widest layer */
+    size_t widest;   /* panels of the widest layer */
+    size_t n_values, n_kept;
     float *scratch[2];
-    size_t n_older, n_kept;        /* values before those that are kept, where they are wanted */
-    SlideLayer older, older_skip;  /* what gives them, in place of the last layer and the skip */
-    float *block;                  /* scratch, all values */
+    float *block; /* scratch [n_values] */
 } SlideFeedForward;
 
-/* Place a network in the arena; of the values it gives, only the last n_kept are kept (the newest
- * sample of a block). While the arena measures, the network is not usable. */
+/* Place a network in the arena. While the arena measures, the network is not usable. */
 void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *view,
                               uint32_t n_kept, SlideArena *arena);
-
-/* Place what slide_feed_forward_block needs, after the network; with the same arguments. */
-void slide_feed_forward_place_block(SlideFeedForward *network, const SlideLayersView *view,
-                                    uint32_t n_kept, SlideArena *arena);
-
-/* y = start plus the layer's weights times x; start may be y. */
-void slide_layer_affine(const SlideLayer *layer, const SlideKernel *kernel, const float *start,
-                        const float *x, float *y);
 
 /* Evaluate on the features of n_samples samples, oldest first; the n_kept values stay valid until
  * the next evaluation. */
 const float *slide_feed_forward_evaluate(const SlideFeedForward *network,
                                          const SlideKernel *kernel, const float *window);
 
-/* The same, with the values before those that are kept. */
+/* The same of all values, in the file's order. */
 const float *slide_feed_forward_block(const SlideFeedForward *network, const SlideKernel *kernel,
                                       const float *window);
 

@@ -1,21 +1,22 @@
+#include "exact.h"
 #include "network.h"
 
-#include <math.h>
 #include <string.h>
 
-static void place_ages(SlideLayers *layers, const SlideIndices *ages, SlideArena *arena) {
+static void place_ages(SlideLayers *layers, const SlideIndices *ages, size_t n_features,
+                       SlideArena *arena) {
     layers->n_ages = ages->count;
     layers->ages = slide_place(arena, ages->count, sizeof *layers->ages);
-    layers->picked = slide_place(arena, ages->count * layers->seen.count, sizeof(float));
+    layers->picked = slide_place(arena, ages->count * n_features, sizeof(float));
     for (size_t i = 0; arena->base != NULL && i < ages->count; ++i) {
         layers->ages[i] = slide_u32(ages->at + 4 * i);
     }
 }
 
 static void read(SlideNetworkView *view, SlideCursor *cursor) {
-    slide_layers_read(&view->layers, view->features.chosen.count, cursor);
-    view->n_samples = view->layers.n_samples;
-    view->n_values = view->layers.n_values;
+    slide_layers_read(&view->of.layers, view->features.chosen.count, cursor);
+    view->n_samples = view->of.layers.n_samples;
+    view->n_values = view->of.layers.n_values;
 }
 
 /* Layers give one sample after the part of the window that one output may use, or a block of
@@ -27,75 +28,45 @@ static bool fits(const SlideNetworkView *view, uint32_t n_in, uint32_t n_out, ui
 
 static void place(SlideNetwork *network, const SlideNetworkView *view, uint32_t n_kept,
                   SlideArena *arena) {
-    SlideLayers *layers = &network->layers;
-    layers->n_samples = view->n_samples;
-    slide_features_place(&layers->seen, &view->features, NULL, 0, arena);
-    layers->features = slide_place(arena, layers->seen.count, sizeof(float));
-    layers->replaced = slide_place(arena, layers->seen.count, sizeof(float));
-    place_ages(layers, &view->layers.ages, arena);
-    slide_feed_forward_place(&layers->stack, &view->layers, n_kept, arena);
+    SlideLayers *layers = &network->of.layers;
+    layers->n_slots = (size_t)view->n_samples + 1;
+    network->n_block = view->n_values / n_kept;
+    network->n_settling = 1;
+    slide_features_place(&network->seen, &view->features, NULL, 0, arena);
+    network->features = slide_place(arena, network->seen.count, sizeof(float));
+    place_ages(layers, &view->of.layers.ages, network->seen.count, arena);
+    slide_feed_forward_place(&layers->stack, &view->of.layers, n_kept, arena);
 }
 
 static void place_state(SlideNetworkState *state, const SlideNetwork *network,
                         SlideArena *arena) {
-    const SlideLayers *layers = &network->layers;
-    size_t slots = 2 * (size_t)layers->n_samples;
-    state->layers.ring = slide_place(arena, slots * layers->seen.count, sizeof(float));
+    const size_t slots = 2 * network->of.layers.n_slots;
+    state->layers.ring = slide_place(arena, slots * network->seen.count, sizeof(float));
 }
 
-static float *slot_at(const SlideLayers *layers, const SlideLayersState *state, uint64_t sample) {
-    return state->ring + (size_t)(sample % layers->n_samples) * layers->seen.count;
+static void see(const SlideNetwork *network, SlideNetworkState *state, uint64_t sample) {
+    const size_t n_slots = network->of.layers.n_slots, count = network->seen.count;
+    float *slot = state->layers.ring + (size_t)(sample % n_slots) * count;
+    memcpy(slot, network->features, count * sizeof(float));
+    memcpy(slot + n_slots * count, network->features, count * sizeof(float));
 }
 
-static void write_slot(const SlideLayers *layers, float *first, const float *features) {
-    const size_t size = layers->seen.count * sizeof(float);
-    memcpy(first, features, size);
-    memcpy(first + layers->n_samples * layers->seen.count, features, size);
-}
-
-/* The place written to holds the oldest sample, which no later window needs. */
-static bool see(const SlideNetwork *network, SlideNetworkState *state, uint64_t sample,
-                const double *input, const double *before) {
-    const SlideLayers *layers = &network->layers;
-    bool finite = slide_features_write(&layers->seen, input, before, layers->features);
-    if (finite) {
-        float *slot = slot_at(layers, &state->layers, sample);
-        memcpy(layers->replaced, slot, layers->seen.count * sizeof(float));
-        write_slot(layers, slot, layers->features);
-    }
-    return finite;
-}
-
-static void unsee(const SlideNetwork *network, SlideNetworkState *state, uint64_t sample) {
-    const SlideLayers *layers = &network->layers;
-    write_slot(layers, slot_at(layers, &state->layers, sample), layers->replaced);
-}
-
-void slide_layers_see_anyhow(const SlideLayers *layers, SlideLayersState *state, uint64_t sample,
-                             const double *input, const double *before) {
-    bool finite = slide_features_write(&layers->seen, input, before, layers->features);
-    for (size_t i = 0; !finite && i < layers->seen.count; ++i) {
-        layers->features[i] = NAN;
-    }
-    write_slot(layers, slot_at(layers, state, sample), layers->features);
-}
-
-static void restart(const SlideNetwork *network, SlideNetworkState *state, const double *input,
-                    const double *before) {
-    const SlideLayers *layers = &network->layers;
-    slide_features_write(&layers->seen, input, before, layers->features);
-    for (uint64_t sample = 0; sample < layers->n_samples; ++sample) {
-        write_slot(layers, slot_at(layers, &state->layers, sample), layers->features);
+static void restart(const SlideNetwork *network, SlideNetworkState *state) {
+    for (uint64_t sample = 0; sample < network->of.layers.n_slots; ++sample) {
+        see(network, state, sample);
     }
 }
 
-/* What the network looks at after a sample: its window itself, or copies of some ages. */
-static const float *window_of(const SlideLayers *layers, const SlideLayersState *state,
+/* What the network looks at after a sample: its window itself, or copies of some ages. The window
+ * begins with the slot that comes two after the sample's, around the ring. */
+static const float *window_of(const SlideNetwork *network, const SlideNetworkState *state,
                               uint64_t sample) {
-    const size_t count = layers->seen.count;
-    const float *window = state->ring + ((size_t)(sample % layers->n_samples) + 1) * count;
+    const SlideLayers *layers = &network->of.layers;
+    const size_t count = network->seen.count, n_samples = network->n_samples;
+    const size_t first = (size_t)((sample + 2) % layers->n_slots);
+    const float *window = state->layers.ring + first * count;
     for (size_t i = 0; i < layers->n_ages; ++i) {
-        size_t place = layers->n_samples - 1 - layers->ages[i];
+        size_t place = n_samples - 1 - layers->ages[i];
         memcpy(layers->picked + i * count, window + place * count, count * sizeof(float));
     }
     return layers->n_ages > 0 ? layers->picked : window;
@@ -103,25 +74,76 @@ static const float *window_of(const SlideLayers *layers, const SlideLayersState 
 
 static const float *evaluate(const SlideNetwork *network, const SlideKernel *kernel,
                              const SlideNetworkState *state, uint64_t sample) {
-    const SlideLayers *layers = &network->layers;
-    return slide_feed_forward_evaluate(&layers->stack, kernel,
-                                       window_of(layers, &state->layers, sample));
+    return slide_feed_forward_evaluate(&network->of.layers.stack, kernel,
+                                       window_of(network, state, sample));
 }
 
-static uint32_t block_size(const SlideNetworkView *view, uint32_t n_outputs) {
-    return view->n_values / n_outputs;
-}
-
-static void place_block(SlideNetwork *network, const SlideNetworkView *view, uint32_t n_kept,
-                        SlideArena *arena) {
-    slide_feed_forward_place_block(&network->layers.stack, &view->layers, n_kept, arena);
+/* What has been seen is all that the next evaluation needs. */
+static void accept(const SlideNetwork *network, SlideNetworkState *state) {
+    (void)network, (void)state;
 }
 
 static const float *block(const SlideNetwork *network, const SlideKernel *kernel,
                           const SlideNetworkState *state, uint64_t sample) {
-    const SlideLayers *layers = &network->layers;
-    return slide_feed_forward_block(&layers->stack, kernel,
-                                    window_of(layers, &state->layers, sample));
+    return slide_feed_forward_block(&network->of.layers.stack, kernel,
+                                    window_of(network, state, sample));
+}
+
+static void place_exact(SlideExact *scratch, const SlideNetwork *network, SlideArena *arena) {
+    SlideExactLayers *exact = &scratch->layers;
+    const size_t widest = network->of.layers.stack.widest * SLIDE_PANEL;
+    exact->window =
+        slide_place(arena, (size_t)network->n_samples * network->seen.count, sizeof(double));
+    exact->back[0] = slide_place(arena, widest, sizeof(double));
+    exact->back[1] = slide_place(arena, widest, sizeof(double));
+    exact->values = slide_place(arena, 2 * (size_t)network->n_values, sizeof(double));
+}
+
+static void add_layer(const SlideLayer *layer, const double *x, double *y) {
+    const float *weights = layer->weights;
+    for (size_t panel = 0; panel < layer->n_panels; ++panel, y += SLIDE_PANEL) {
+        for (size_t i = 0; i < layer->n_in; ++i, weights += SLIDE_PANEL) {
+            for (size_t lane = 0; lane < SLIDE_PANEL; ++lane) {
+                y[lane] += weights[lane] * x[i];
+            }
+        }
+    }
+}
+
+static void look(const SlideNetwork *network, const SlideExactLayers *exact,
+                 const SlideExactRun *run) {
+    const SlideLayers *layers = &network->of.layers;
+    const size_t n_inputs = network->seen.n_inputs;
+    const size_t n_seen = layers->n_ages > 0 ? layers->n_ages : network->n_samples;
+    for (size_t i = 0; i < n_seen; ++i) {
+        size_t age = layers->n_ages > 0 ? layers->ages[i] : n_seen - 1 - i;
+        const double *input = run->samples + age * n_inputs;
+        slide_features_exact(&network->seen, input, input + n_inputs,
+                             exact->window + i * network->seen.count);
+    }
+}
+
+static const double *run_exact(const SlideNetwork *network, const SlideExact *scratch,
+                               const SlideExactRun *run) {
+    const SlideExactLayers *exact = &scratch->layers;
+    const SlideFeedForward *stack = &network->of.layers.stack;
+    const double *x = exact->window;
+    double *y = NULL;
+    look(network, exact, run);
+    for (uint32_t i = 0; i < stack->n_layers; ++i) {
+        const SlideLayer *layer = &stack->layers[i];
+        const size_t count = layer->n_panels * SLIDE_PANEL;
+        y = exact->back[i % 2];
+        for (size_t row = 0; row < count; ++row) {
+            y[row] = layer->bias[row];
+        }
+        add_layer(layer, x, y);
+        slide_activate_exact(layer->activation, y, count);
+        x = y;
+    }
+    add_layer(&stack->skip, exact->window, y);
+    memcpy(exact->values, y, network->n_values * sizeof *y);
+    return exact->values;
 }
 
 const SlideFamily slide_feed_forward_family = {
@@ -132,11 +154,9 @@ const SlideFamily slide_feed_forward_family = {
     .place_state = place_state,
     .restart = restart,
     .see = see,
-    .unsee = unsee,
     .evaluate = evaluate,
-    .block_size = block_size,
-    .place_block = place_block,
+    .accept = accept,
     .block = block,
-    .place_exact = slide_exact_layers_place,
-    .run_exact = slide_exact_layers_run,
+    .place_exact = place_exact,
+    .run_exact = run_exact,
 };

@@ -2,14 +2,11 @@
 #ifndef SLIDE_LAYERS_H
 #define SLIDE_LAYERS_H
 
-#include "feature_set.h"
 #include "feed_forward.h"
 
 typedef struct {
-    uint32_t n_samples; /* of the window */
-    SlideFeatures seen;
-    float *features; /* scratch [seen.count] */
-    float *replaced; /* scratch [seen.count], what slide_layers_see wrote over */
+    size_t n_slots;  /* of the ring: one more than the window has samples, so that seeing a sample
+                        leaves the window before it as it was */
     uint32_t n_ages; /* 0: the whole window is looked at */
     uint32_t *ages;  /* [n_ages], samples that are looked at, 0 the newest, oldest first */
     float *picked;   /* scratch [n_ages][seen.count] */
@@ -18,16 +15,18 @@ typedef struct {
 
 /* All that changes; part of the flat state block. */
 typedef struct {
-    float *ring; /* [2 n_samples][seen.count]; the features of every sample are written twice,
-                    n_samples slots apart, so that each window lies in one piece */
+    float *ring; /* [2 n_slots][seen.count]; the features of every sample are written twice, n_slots
+                    slots apart, so that each window lies in one piece */
 } SlideLayersState;
 
-/* The family, whose functions see, evaluate and keep layers; see network.h. */
-extern const struct SlideFamily slide_feed_forward_family;
+/* Scratch in double precision. */
+typedef struct {
+    double *window;  /* [n_samples][seen.count], features of the samples that are looked at */
+    double *back[2]; /* values of a layer and of the one before it */
+    double *values;  /* [2][n_values]: values, and truncation errors, which are zero */
+} SlideExactLayers;
 
-/* Look at a sample when the evaluation goes on in any case: features that are not finite show as
- * values that are not numbers, whatever the layers do to them. */
-void slide_layers_see_anyhow(const SlideLayers *layers, SlideLayersState *state, uint64_t sample,
-                             const double *input, const double *before);
+/* The family, the only one of error estimators; see network.h. */
+extern const struct SlideFamily slide_feed_forward_family;
 
 #endif

@@ -30,7 +30,7 @@ bool slide_clock_reaches(const SlideClock *clock, double time, double other, dou
 double slide_clock_farthest(double step) { return 2 * TIME_RESOLUTION * step / DBL_EPSILON; }
 
 double slide_clock_meant(const SlideClock *clock, double step, double sample_step) {
-    /* a master that subtracts two times of this size can be off by their rounding */
+    /* an importer that subtracts two times of this size can be off by their rounding */
     double rounding = 2 * DBL_EPSILON * fabs(slide_clock_time(clock));
     double nearest = nearbyint(step / sample_step) * sample_step;
     bool multiple = nearest > 0 && fabs(step - nearest) <= STEP_SLACK * sample_step + rounding;

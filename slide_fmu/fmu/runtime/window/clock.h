@@ -1,4 +1,4 @@
-/* The time of the present state and the step sizes that a master means. */
+/* The time of the present state and the step sizes that an importer means. */
 #ifndef SLIDE_CLOCK_H
 #define SLIDE_CLOCK_H
 
@@ -7,7 +7,7 @@
 
 /* Equal steps are counted, never accumulated: time = anchor + count * stride. */
 typedef struct {
-    double anchor, stride; /* s; the master's; a step of another size starts a new anchor */
+    double anchor, stride; /* s; the importer's; a step of another size starts a new anchor */
     uint64_t count;
 } SlideClock;
 
@@ -17,17 +17,17 @@ double slide_clock_time(const SlideClock *clock);
  * slack is smaller than any step, so that a step done twice is noticed. */
 bool slide_clock_is_now(const SlideClock *clock, double point, double sample_step);
 
-/* Is a time at another one or after it, but for what masters may be off? */
+/* Is a time at another one or after it, but for what importers may be off? */
 bool slide_clock_reaches(const SlideClock *clock, double time, double other, double sample_step);
 
 /* Largest distance from 0 (s) at which steps of this size can be told apart. */
 double slide_clock_farthest(double step);
 
-/* The step that a master means: a multiple of the sample step, where it differs from one by
+/* The step that an importer means: a multiple of the sample step, where it differs from one by
  * rounding only. */
 double slide_clock_meant(const SlideClock *clock, double step, double sample_step);
 
-/* A step of the master's, from its communication point. */
+/* A step of the importer's, from its communication point. */
 void slide_clock_advance(SlideClock *clock, double point, double step);
 
 #endif

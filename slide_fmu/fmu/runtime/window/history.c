@@ -10,7 +10,7 @@ static const double SLACK = 1e-6; /* in sample steps */
 
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
                                       bool first_order, const bool *cosine) {
-    uint64_t capacity = slide_power_of_two(STEPS_PER_SAMPLE * ((uint64_t)n_samples + 1));
+    uint64_t capacity = slide_power_of_two((STEPS_PER_SAMPLE + 1) * ((uint64_t)n_samples + 1));
     double shortest = (first_order ? 2 : 1) * sample_step / STEPS_PER_SAMPLE;
     return (SlideHistoryShape){n_inputs, capacity,    shortest, SLACK * sample_step,
                                first_order, cosine};
@@ -26,8 +26,8 @@ size_t slide_history_steps_size(const SlideHistoryShape *shape) {
 
 void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape,
                          SlideArena *arena) {
-    history->count = slide_place(arena, 1, sizeof *history->count);
-    history->acting = slide_place(arena, 1, sizeof *history->acting);
+    history->count = slide_place(arena, 2, sizeof *history->count);
+    history->before = slide_place(arena, 2, step_size(shape));
     history->steps = slide_place(arena, (size_t)shape->capacity, step_size(shape));
 }
 
@@ -36,52 +36,42 @@ static double *step_at(const SlideHistoryShape *shape, const SlideHistory *histo
     return history->steps + (index & (shape->capacity - 1)) * (1 + (size_t)shape->n_inputs);
 }
 
-/* Is the step before so short that one of this length is joined to it? */
-static bool is_short(const SlideHistoryShape *shape, double before, double length) {
-    return shape->first_order ? before + length <= shape->shortest : before < shape->shortest;
-}
-
 /* Is a step joined to the one before it? Held inputs that stay lose nothing by it. */
 static bool is_joined(const SlideHistoryShape *shape, const double *before, double length,
-                      const double *inputs, SlideJoining joining) {
-    const bool same = joining == SLIDE_JOIN_SAME && !shape->first_order &&
-                      memcmp(before + 1, inputs, shape->n_inputs * sizeof *inputs) == 0;
-    return joining != SLIDE_JOIN_NONE && (same || is_short(shape, before[0], length));
+                      const double *inputs) {
+    if (shape->first_order) {
+        return before[0] + length <= shape->shortest;
+    }
+    return before[0] < shape->shortest ||
+           memcmp(before + 1, inputs, shape->n_inputs * sizeof *inputs) == 0;
 }
 
 void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
-                          const double *inputs, SlideJoining joining) {
+                          const double *inputs, bool goes_on) {
     const uint64_t count = *history->count;
-    double *step = step_at(shape, history, count + shape->capacity - 1);
-    double acting = joining == SLIDE_JOIN_NONE ? *history->acting + length : length;
-    if (count > 1 && is_joined(shape, step, length, inputs, joining)) {
-        acting = step[0] < shape->shortest ? step[0] + length : length;
+    double *step = step_at(shape, history, count - 1);
+    if (count > 1 && !goes_on && is_joined(shape, step, length, inputs)) {
         length += step[0];
     } else {
         step = step_at(shape, history, count);
         *history->count = count + 1;
     }
-    *history->acting = acting;
     step[0] = length;
     memcpy(step + 1, inputs, shape->n_inputs * sizeof *inputs);
 }
 
-void slide_history_keep(const SlideHistoryShape *shape, const SlideHistory *history,
-                        uint32_t n_next, double *steps) {
-    uint64_t newest = *history->count + shape->capacity - 1;
-    for (uint64_t i = 0; i <= n_next; ++i) {
-        memcpy(steps + i * (1 + shape->n_inputs), step_at(shape, history, newest + i),
-               step_size(shape));
-    }
+void slide_history_begin(const SlideHistoryShape *shape, SlideHistory *history) {
+    const uint64_t count = history->count[1] = history->count[0];
+    memcpy(history->before, step_at(shape, history, count - 1), step_size(shape));
+    memcpy(history->before + 1 + shape->n_inputs, step_at(shape, history, count),
+           step_size(shape));
 }
 
-void slide_history_put_back(const SlideHistoryShape *shape, SlideHistory *history,
-                            uint32_t n_next, const double *steps) {
-    uint64_t newest = *history->count + shape->capacity - 1;
-    for (uint64_t i = 0; i <= n_next; ++i) {
-        memcpy(step_at(shape, history, newest + i), steps + i * (1 + shape->n_inputs),
-               step_size(shape));
-    }
+void slide_history_go_back(const SlideHistoryShape *shape, SlideHistory *history) {
+    const uint64_t count = history->count[0] = history->count[1];
+    memcpy(step_at(shape, history, count - 1), history->before, step_size(shape));
+    memcpy(step_at(shape, history, count), history->before + 1 + shape->n_inputs,
+           step_size(shape));
 }
 
 /* Turned back from its end, which is exact. */
@@ -163,24 +153,5 @@ void slide_history_sample(SlideReader *reader, double begin, double end, double 
                               inputs);
     } else {
         memcpy(inputs, reached, shape->n_inputs * sizeof *inputs);
-    }
-}
-
-/* Is the sample read last of the inputs appended last? Of joined steps with the same held inputs,
- * only those of the last one are. */
-static bool is_newest(const SlideReader *reader, double begin) {
-    return reader->shape->first_order ? reader->at == *reader->history->count - 1
-                               : begin + reader->shape->slack >= -*reader->history->acting;
-}
-
-void slide_history_sample_with(const SlideReader *reader, double begin, double end,
-                               const double *newest, const double *earlier, double *inputs) {
-    const SlideHistoryShape *shape = reader->shape;
-    const double *from = earlier == NULL ? inputs_before(reader) : earlier;
-    const bool is_new = is_newest(reader, begin);
-    if (is_new && shape->first_order) {
-        slide_history_between(shape, from, newest, part_left(reader, end), inputs);
-    } else if (is_new || earlier != NULL) {
-        memcpy(inputs, is_new ? newest : earlier, shape->n_inputs * sizeof *inputs);
     }
 }

@@ -21,15 +21,16 @@ typedef struct {
 
 /* What changes; part of the flat state block. */
 typedef struct {
-    uint64_t *count; /* steps so far, joined ones once; the newest sits in slot
-                        (count - 1) % capacity */
-    double *acting;  /* s; for how long its end the inputs appended last act: less than the newest
-                        step where steps with the same inputs were joined */
+    uint64_t *count; /* [2]: steps so far, joined ones once, the newest in slot
+                        (count - 1) % capacity; and those before the last communication step */
+    double *before;  /* [2][1 + n_inputs], the newest step before it, and the place after that */
     double *steps;   /* [capacity][1 + n_inputs]: length in s, physical inputs */
 } SlideHistory;
 
-/* For n_samples samples of the past; a sample step of them holds 32 steps at most, held ones longer
- * than 1/32 of it, of a first-order hold any two after each other longer than 1/16. */
+/* For n_samples samples of the past; a sample step of them holds 32 steps at most, held ones
+ * longer than 1/32 of it, of a first-order hold any two after each other longer than 1/16. There
+ * is room for n_samples + 1 more: a communication step that appends as many and is then taken back
+ * has written over nothing that these samples depend on. */
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
                                       bool first_order, const bool *cosine);
 
@@ -37,24 +38,16 @@ SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, dou
 size_t slide_history_steps_size(const SlideHistoryShape *shape);
 void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape, SlideArena *arena);
 
-/* Which steps are joined to the one before them; the first of all never has one joined to it. A step
- * that is short (shape->shortest) is joined to the next, and its inputs are forgotten. */
-typedef enum {
-    SLIDE_JOIN_NONE,  /* a further part of the step appended last, under inputs that have moved on */
-    SLIDE_JOIN_SHORT, /* the first part of a step whose inputs move */
-    SLIDE_JOIN_SAME   /* a step of inputs that are held: also where those before are the same */
-} SlideJoining;
-
-/* Take in a step of this length under these inputs. */
+/* Take in a step of this length under these inputs. Unless it goes on from the step appended last,
+ * it is joined to the one before where that is short (shape->shortest), whose inputs are then
+ * forgotten, or where both hold the same inputs; but never to the first of all. */
 void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
-                          const double *inputs, SlideJoining joining);
+                          const double *inputs, bool goes_on);
 
-/* Copy the newest step and the places of the n_next after it, all that appending as many may
- * change, [1 + n_next][1 + n_inputs]; and put them back, once the count is what it was. */
-void slide_history_keep(const SlideHistoryShape *shape, const SlideHistory *history,
-                        uint32_t n_next, double *steps);
-void slide_history_put_back(const SlideHistoryShape *shape, SlideHistory *history,
-                            uint32_t n_next, const double *steps);
+/* A communication step begins: slide_history_go_back takes back all that is appended from here on.
+ * What one step changes is then as it was, to the bit. */
+void slide_history_begin(const SlideHistoryShape *shape, SlideHistory *history);
+void slide_history_go_back(const SlideHistoryShape *shape, SlideHistory *history);
 
 /* Inputs that move, where a part (0 to 1) of the way is left. Linear; a director on the
  * shorter arc, of two equal ones on that which turns to the left, with its length linear. */
@@ -78,10 +71,5 @@ SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHist
  * there when inputs are held, or the input reached at its end. Before the first step: its inputs.
  * Times may only rise from call to call. */
 void slide_history_sample(SlideReader *reader, double begin, double end, double *inputs);
-
-/* The sample read last, from the same times, which inputs hold: as it were if the inputs appended
- * last were other ones, newest, and all before them earlier; where that is NULL, they stay. */
-void slide_history_sample_with(const SlideReader *reader, double begin, double end,
-                               const double *newest, const double *earlier, double *inputs);
 
 #endif

@@ -36,12 +36,11 @@ static void shape_past(SlideModel *model, const SlidePayload *payload) {
 }
 
 void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideArena *arena) {
-    model->kernel = slide_kernel_choose();
+    model->kernel = slide_kernel(0);
     model->step = payload->step;
     model->n_inputs = payload->n_inputs;
     model->n_outputs = payload->n_outputs;
     model->n_in = payload->n_in;
-    model->n_block = 1;
     model->input_scaling =
         place_scaling(payload->input_scaling, SLIDE_INPUT_ROW, payload->n_inputs, arena);
     model->output_scaling =
@@ -51,13 +50,8 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideAren
     slide_estimator_place(&model->estimator, payload, arena);
     shape_past(model, payload);
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
-    model->sample = slide_place(arena, payload->n_inputs, sizeof(double));
+    model->taken = slide_place(arena, (size_t)model->memory_length + SLIDE_BEFORE,
+                                 payload->n_inputs * sizeof(double));
     model->candidate = slide_place(arena, payload->n_outputs, sizeof(double));
     memcpy(model->guid, payload->guid, sizeof model->guid);
-}
-
-void slide_model_place_block(SlideModel *model, const SlidePayload *payload, SlideArena *arena) {
-    model->n_block = slide_network_block_size(&payload->predictor, payload->n_outputs);
-    slide_network_place_block(&model->predictor, &payload->predictor, payload->n_outputs,
-                              arena);
 }

@@ -14,7 +14,6 @@ typedef struct {
     double step; /* s */
     uint32_t n_inputs, n_outputs;
     uint32_t n_in;      /* samples of the window */
-    uint32_t n_block;   /* samples of the outputs that are given at a time; 1: the newest only */
     bool *cosine;       /* [n_inputs]: is it of an angle, with its sine in the next input? */
     uint32_t memory_length; /* newest samples that any result depends on */
     SlideScaling *input_scaling, *output_scaling;
@@ -24,7 +23,8 @@ typedef struct {
     SlideSamplesShape samples;
     SlideHistoryShape history;
     double *inputs;    /* scratch [n_inputs]: a sample, in physical units */
-    double *sample;    /* scratch [n_inputs]: the same, scaled */
+    double *taken;     /* scratch [memory_length + SLIDE_BEFORE][n_inputs]: samples that a step
+                          takes in and those before, scaled, newest first */
     double *candidate; /* scratch [n_outputs]: a result before it is accepted */
     const SlideKernel *kernel;
     char guid[48];
@@ -32,9 +32,6 @@ typedef struct {
 
 /* Place a checked payload in the arena. While the arena measures, the model is not usable. */
 void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideArena *arena);
-
-/* Let it give as many samples of the outputs as its network does, after slide_model_place. */
-void slide_model_place_block(SlideModel *model, const SlidePayload *payload, SlideArena *arena);
 
 /* An input as the networks see it. */
 static inline double slide_scaled(const SlideModel *model, size_t input, double value) {

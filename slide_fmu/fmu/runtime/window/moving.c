@@ -1,29 +1,8 @@
 #include "moving.h"
 
 #include <math.h>
-#include <string.h>
 
 static const double SLACK = 1e-6; /* a part this much shorter than a sample step is none */
-
-SlideParts slide_parts(const SlideHistoryShape *shape, double length, double sample_step,
-                       uint32_t largest) {
-    if (shape->first_order) {
-        return (SlideParts){1, length, 0, 1};
-    }
-    double count = fmax(ceil(length / sample_step - SLACK), 1);
-    uint32_t taken = count < largest ? (uint32_t)count : largest;
-    return (SlideParts){taken, length - (taken - 1) * sample_step, sample_step, 0.5};
-}
-
-double slide_part_length(const SlideParts *parts, uint32_t part) {
-    return part == 0 ? parts->first : parts->further;
-}
-
-/* The time since the begin of the step at which the value of a part is taken. */
-static double part_time(const SlideParts *parts, uint32_t part) {
-    double begin = part == 0 ? 0 : parts->first + (part - 1) * parts->further;
-    return begin + parts->taken_at * slide_part_length(parts, part);
-}
 
 /* Of a director, a complex number z, with w = (dz/dt) time / z: z e^w. */
 static void turn_on(const double *z, const double *rates, double time, double *moved) {
@@ -35,28 +14,30 @@ static void turn_on(const double *z, const double *rates, double time, double *m
     moved[1] = z[0] * s + z[1] * c;
 }
 
-void slide_step_part(const SlideHistoryShape *shape, const SlideStepInputs *inputs, uint32_t part,
-                     double *result) {
-    const double *given = inputs->given, *rates = inputs->rates;
-    const double time = part_time(&inputs->parts, part);
-    if (rates == NULL) {
-        memcpy(result, given, shape->n_inputs * sizeof *result);
-        return;
-    }
+/* The inputs at a time since the begin of the step. */
+static void move_on(const SlideHistoryShape *shape, const SlideMovingStep *step, double time,
+                    double *inputs) {
+    const double *given = step->given, *rates = step->rates;
     for (size_t i = 0; i < shape->n_inputs; ++i) {
         if (shape->cosine[i]) {
-            turn_on(given + i, rates + i, time, result + i);
+            turn_on(given + i, rates + i, time, inputs + i);
             ++i;
         } else {
-            result[i] = given[i] + rates[i] * time;
+            inputs[i] = given[i] + rates[i] * time;
         }
     }
 }
 
-void slide_step_sample(const SlideHistoryShape *shape, const SlideStepInputs *inputs,
-                       uint32_t count, uint32_t left, double *sample) {
-    slide_step_part(shape, inputs, shape->first_order ? 0 : count - 1 - left, sample);
-    if (inputs->from != NULL) {
-        slide_history_between(shape, inputs->from, sample, (double)left / count, sample);
+void slide_append_moving(const SlideHistoryShape *shape, SlideHistory *history,
+                         const SlideMovingStep *step, double *inputs) {
+    const double whole = fmax(ceil(step->length / step->sample_step - SLACK), 1);
+    const uint32_t held = whole < step->largest ? (uint32_t)whole : step->largest;
+    const uint32_t count = shape->first_order ? 1 : held;
+    const double first = step->length - (count - 1) * step->sample_step;
+    for (uint32_t part = 0; part < count; ++part) {
+        const double length = part == 0 ? first : step->sample_step;
+        const double begin = part == 0 ? 0 : first + (part - 1) * step->sample_step;
+        move_on(shape, step, begin + (shape->first_order ? 1 : 0.5) * length, inputs);
+        slide_history_append(shape, history, length, inputs, part > 0);
     }
 }

@@ -9,7 +9,7 @@
 /* Of scaled inputs, which have the range -1 to 1: rounding. */
 #define SLIDE_RANGE_SLACK 1e-6
 
-/* Of the length of a director, which was 1 in the training. Shorter ones come from masters that
+/* Of the length of a director, which was 1 in the training. Shorter ones come from importers that
  * move cosine and sine each by itself: then the angle does not turn steadily. */
 #define SLIDE_LENGTH_SLACK 0.01
 

@@ -13,7 +13,7 @@ enum { MOST_WINDOWS = 30, MOST_VALUES = 1 << 18 };
 /* Rows that overlap, each one place behind the one before. */
 static void run_layers(SlideNative *native, const SlideNetworkView *network, FuzzInput *input,
                        size_t count) {
-    const size_t width = network->layers.n_first, n_values = network->n_values;
+    const size_t width = network->of.layers.n_first, n_values = network->n_values;
     if (width > MOST_VALUES || count * n_values > MOST_VALUES) {
         return;
     }
@@ -55,7 +55,7 @@ static void run_cells(SlideNative *native, const SlidePayload *payload, FuzzInpu
 
 static void run(SlideNative *native, const SlidePayload *payload, FuzzInput *input) {
     const size_t count = fuzz_u8(input) % (MOST_WINDOWS + 1);
-    if (payload->predictor.family->recurrent) {
+    if (slide_is_recurrent(payload->predictor.family)) {
         run_cells(native, payload, input, count);
     } else {
         run_layers(native, &payload->predictor, input, count);

@@ -1,4 +1,4 @@
-"""Before the training the recipe is checked, the window sized, and the data made."""
+"""The stages up to the surrogate: check, window, data, training, and the test of stability."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ import time
 from typing import Any
 
 from slide_fmu.memory.sizing import Sizing, require_window, size_window
-from slide_fmu.pipeline.job import Job
-from slide_fmu.recipe.against_system import require_features
+from slide_fmu.memory.stability import AmplitudeTest, check_stability, require_stability
+from slide_fmu.pipeline.job import Job, versions
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.recipe.systems import recipe_system, reference_system
+from slide_fmu.recipe.systems import recipe_system, reference_system, require_features
+from slide_fmu.surrogate.surrogate import Surrogate
+
+STABILITY_PICTURE = "stability.png"
 
 
 def check_recipe(recipe: Recipe) -> None:
@@ -78,3 +81,49 @@ def generate_data(job: Job, workers: int | None, overwrite: bool) -> dict[str, A
         "wall_time_s": time.monotonic() - begin,
         "seed": job.recipe.data.seed,
     }
+
+
+def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
+    """Train surrogate and error estimator, and keep them in the run folder.
+
+    Networks of this size gain little from a second thread of the processor, and lose much when
+    another program needs it; with one, every machine sums in the same order.
+
+    Returns:
+        Best validation error by stage (scaled units), parameters, seed.
+
+    Raises:
+        StoreError: trajectories are missing.
+        TrainingError: a training diverged.
+    """
+    import torch
+
+    from slide_fmu.learn.fit import fit_surrogate
+
+    recipe, folder = job.recipe, job.folder
+    system = recipe_system(recipe)
+    torch.set_num_threads(threads)
+    fit = fit_surrogate(recipe, system, folder.store, folder.checkpoints, job.bar)
+    folder.save_surrogate(fit.surrogate, recipe, fit.histories, versions())
+    return {
+        "validation_error": {n: min(h.validation_error) for n, h in fit.histories.items()},
+        "parameters": fit.surrogate.network.count_parameters(),
+        "seed": recipe.training.seed,
+    }
+
+
+def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ...]:
+    """Test a state-space surrogate beyond its amplitude; the picture of a failure is kept.
+
+    Raises:
+        UnstableSurrogateError: it failed, and the recipe does not allow that.
+    """
+    tests = check_stability(surrogate, job.recipe, recipe_system(job.recipe))
+    picture = job.folder.path / STABILITY_PICTURE
+    picture.unlink(missing_ok=True)
+    if any(test.problem is not None for test in tests):
+        from slide_fmu.validation.figures import stability_tests
+
+        picture.write_bytes(stability_tests(tests, surrogate.window.step))
+    require_stability(tests, job.recipe, str(picture))
+    return tests

@@ -2,45 +2,33 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from PIL import Image
 
+from fmus.rebuild import rebuild
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
-from slide_fmu.pipeline.rebuild import rebuild
 from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.validation.model_card import variable_table
 
 ROOT = Path(__file__).parents[2]
 LINEAR = ROOT / "fmus" / "linear" / "linear.fmu"
 PROVENANCE: dict[str, object] = {"recipe": "name = 'linear'", "measured": {"parameters": 7}}
-
-
-def shades() -> bytes:
-    """A picture of many colours, as PNG without palette."""
-    buffer = io.BytesIO()
-    Image.radial_gradient("L").convert("RGB").save(buffer, "PNG")
-    return buffer.getvalue()
+PAGE = b"<p>report</p>"
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """A folder like those of released FMUs."""
-    coded = base64.b64encode(shades()).decode("ascii")
-    page = f'<p>report</p><img src="data:image/png;base64,{coded}">'
     surrogate, _ = read_fmu(LINEAR)
     export_fmu(
         surrogate,
         tmp_path / "linear.fmu",
         provenance=PROVENANCE,
-        documentation={"index.html": page.encode()},
+        documentation={"index.html": PAGE},
     )
-    (tmp_path / "side_by_side.png").write_bytes(shades())
     card = (
         "# linear.fmu\n\n| variable | old |\n| --- | --- |\n| `x` | y |\n\nMeasured: 1 %\n\nEnd.\n"
     )
@@ -48,18 +36,13 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_rebuild_keeps_surrogate_provenance_and_text_of_the_report(folder: Path) -> None:
+def test_rebuild_keeps_surrogate_provenance_and_report(folder: Path) -> None:
     fmu = folder / "linear.fmu"
-    before = fmu.stat().st_size
     assert rebuild(fmu) == fmu
     surrogate, provenance = read_fmu(fmu)
     assert surrogate.to_bytes() == read_fmu(LINEAR)[0].to_bytes()
     assert provenance == PROVENANCE
-    page = read_member(fmu, "documentation/index.html")
-    assert page is not None
-    assert page.startswith(b'<p>report</p><img src="data:image/webp;base64,')
-    assert fmu.stat().st_size < before
-    assert (folder / "side_by_side.png").stat().st_size < len(shades())
+    assert read_member(fmu, "documentation/index.html") == PAGE
 
 
 def test_rebuild_lists_the_variables_of_today_on_the_card_and_keeps_the_rest(folder: Path) -> None:

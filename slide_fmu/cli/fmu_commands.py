@@ -1,0 +1,184 @@
+"""The subcommands on FMUs: each reads its options and prints what came of it.
+
+As with those on recipes, what a subcommand does is imported when it is called.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from slide_fmu.cli.console import (
+    console,
+    errors,
+    progress_bars,
+    show_json,
+    show_remark,
+    show_validation,
+    write_json,
+)
+from slide_fmu.cli.options import (
+    UNSEEN_SEED,
+    DataSeedOption,
+    FmuArgument,
+    JsonOption,
+    TrainingSeedOption,
+    TrajectoriesOption,
+)
+from slide_fmu.cosim.synthetic import SYNTHETIC, Effort
+
+
+class Backend(StrEnum):
+    """What runs the network in an FMU."""
+
+    native = "native"
+    python = "python"
+
+
+def export(
+    source: Annotated[
+        Path, typer.Argument(help="Take a recipe that was trained, an FMU, or a torch module.")
+    ],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Write the FMU here.")
+    ] = None,
+    fmi: Annotated[int, typer.Option("--fmi", min=2, max=3, help="Write FMI 2.0 or FMI 3.0.")] = 2,
+    sources: Annotated[
+        bool, typer.Option("--source", help="Add C sources, for your own compiler.")
+    ] = False,
+    backend: Annotated[
+        Backend, typer.Option(help="Run in C, or in Python, as torch modules do.")
+    ] = Backend.native,
+    description: Annotated[
+        Path | None,
+        typer.Option("--description", help="Read what the torch module is from this TOML file."),
+    ] = None,
+    json_path: JsonOption = None,
+    seed: TrainingSeedOption = None,
+    data_seed: DataSeedOption = None,
+    runs: Annotated[
+        Path | None,
+        typer.Option("--runs", help="Find the work on recipes here; in runs if not given."),
+    ] = None,
+) -> None:
+    """Write the FMU of a trained recipe, or an FMU again with this version's runtime."""
+    from slide_fmu.pipeline.export import Request
+    from slide_fmu.pipeline.export import export as write
+
+    with progress_bars() as bar:
+        version: Literal[2, 3] = 3 if fmi == 3 else 2
+        python, seeds = backend == Backend.python, (seed, data_seed)
+        request = Request(source, output, version, sources, python, description, *seeds, runs)
+        path = write(request, bar)
+        write_json(json_path, {"fmu": str(path)})
+    console.print(f"FMU     {path}")
+
+
+def ssp(
+    fmu: FmuArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Write the SSP here.")],
+    seed: Annotated[
+        int, typer.Option(min=0, help="Draw the inputs with this seed.")
+    ] = UNSEEN_SEED,
+    duration: Annotated[
+        float | None,
+        typer.Option(min=0.0, help="Drive it this long, in s; the recipe's if not given."),
+    ] = None,
+) -> None:
+    """Write an FMU and its reference system, driven by the same unseen inputs, as SSP."""
+    from slide_fmu.pipeline.side_by_side import write_side_by_side
+
+    with errors():
+        path, remark = write_side_by_side(fmu, output, seed, duration)
+    show_remark(remark)
+    console.print(f"SSP     {path}")
+
+
+def validate(
+    fmu: FmuArgument,
+    json_path: JsonOption = None,
+    seed: Annotated[
+        int, typer.Option(min=0, help="Draw the trajectories with this seed.")
+    ] = UNSEEN_SEED,
+    trajectories: TrajectoriesOption = None,
+    duration: Annotated[
+        float | None, typer.Option(min=0.0, help="Run this long, in s; the recipe's if not given.")
+    ] = None,
+    amplitude: Annotated[
+        tuple[float, float],
+        typer.Option(help="Multiply the excitation by factors from this range."),
+    ] = (1.0, 1.0),
+    report: Annotated[
+        Path | None, typer.Option("--report", help="Write report.html and report.json here.")
+    ] = None,
+) -> None:
+    """Run an FMU beside its reference system on unseen inputs and measure the error."""
+    from slide_fmu.pipeline.measurement import validate_fmu_file, validation_report
+    from slide_fmu.validation.comparison import Task
+
+    with progress_bars() as bar:
+        if report is not None:
+            report.mkdir(parents=True, exist_ok=True)
+        task = Task(seed, trajectories, amplitude, duration)
+        result = validate_fmu_file(fmu, task, bar)
+        figures = result.figures()
+        write_json(json_path, figures)
+        folder = report or Path("runs") / result.surrogate.name / "validation"
+        page = validation_report(result).write(folder)
+    show_validation(figures, "validation")
+    console.print(f"report  {page}")
+
+
+def check(fmu: FmuArgument, json_path: JsonOption = None) -> None:
+    """List the problems of an FMU; the exit code is 0 when there are none."""
+    from slide_fmu.cosim.check import check_fmu
+
+    with errors():
+        problems = check_fmu(fmu)
+        write_json(json_path, {"fmu": str(fmu), "problems": problems})
+    for problem in problems:
+        console.print(problem, style="red")
+    if problems:
+        raise typer.Exit(1)
+    console.print(f"{fmu}: no problems")
+
+
+def bench(
+    fmu: Annotated[
+        Path | None, typer.Argument(help="Take an FMU made by slide-fmu, or --synthetic.")
+    ] = None,
+    synthetic: Annotated[
+        str | None,
+        typer.Option(help=f"Take a network with random weights: {', '.join(SYNTHETIC)}."),
+    ] = None,
+    json_path: JsonOption = None,
+    rounds: Annotated[
+        int, typer.Option(min=1, help="Let all take this many turns.")
+    ] = Effort.rounds,
+    steps: Annotated[
+        int, typer.Option(min=1, help="Take this many steps in each turn.")
+    ] = Effort.steps,
+) -> None:
+    """Time an FMU in one run: doStep alone, with set and get, and batches of windows."""
+    from slide_fmu.cosim.bench import bench_fmu, bench_synthetic
+
+    with errors():
+        effort = Effort(rounds, steps)
+        if (fmu is None) == (synthetic is None):
+            raise ValueError("bench: give either an FMU or --synthetic NAME")
+        figures = (
+            bench_fmu(fmu, effort) if fmu is not None else bench_synthetic(str(synthetic), effort)
+        )
+        show_json(json_path, figures)
+
+
+def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
+    """Print what an FMU is: its signals, window, network, measured error and provenance."""
+    from slide_fmu.pipeline.info import describe_fmu
+
+    with errors():
+        figures = describe_fmu(fmu)
+        show_json(json_path, figures)

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slide_fmu.core.window import MAX_WINDOW, Window
+from slide_fmu.core.window import MAX_WINDOW, Window, checked_batch
 from tests.strategies import windows
 
 
@@ -85,3 +85,17 @@ def test_largest_window_is_that_which_the_runtime_reads() -> None:
     sources = [path.read_text(encoding="utf-8") for path in runtime.rglob("*.[ch]")]
     bounds = [found for text in sources for found in re.findall(r"MAX_WINDOW = 1 << (\d+)", text)]
     assert [1 << int(bits) for bits in bounds] == [MAX_WINDOW]
+
+
+def test_batch_of_the_expected_shape_is_given_as_float64() -> None:
+    values = np.arange(12, dtype=np.int32).reshape(2, 3, 2)
+    found = checked_batch("windows", values, (3, 2))
+    assert found.dtype == np.float64
+    assert found.tolist() == values.tolist()
+
+
+@pytest.mark.parametrize("shape", [(3, 2), (2, 2, 3), (2, 3, 1), (1, 2, 3, 2), (4, 3, 2, 1)])
+def test_batch_of_another_shape_is_refused_with_its_name(shape: tuple[int, ...]) -> None:
+    message = re.escape(f"windows of shape {shape}; expected (B, 3, 2)")
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        checked_batch("windows", np.zeros(shape), (3, 2))

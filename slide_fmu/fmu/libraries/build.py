@@ -8,7 +8,7 @@ Nothing but the standard library is imported, so that it runs before the package
 from __future__ import annotations
 
 import hashlib
-import importlib.util
+import importlib.machinery
 import os
 import subprocess
 import sys
@@ -133,7 +133,7 @@ def standard_headers(fmi: int) -> list[Path]:
     Raises:
         BuildError: the package or one of them is missing.
     """
-    package = importlib.util.find_spec("fmpy")
+    package = importlib.machinery.PathFinder.find_spec("fmpy")
     places = [] if package is None else list(package.submodule_search_locations or ())
     for place in places:
         headers = [Path(place, "c-code", name) for name in STANDARD_HEADERS[fmi]]

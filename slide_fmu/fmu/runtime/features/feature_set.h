@@ -43,7 +43,9 @@ struct SlideFeatureSet {
 };
 
 /* The sets that there are. */
-extern const SlideFeatureSet slide_differences, slide_director, slide_chain_motion;
+extern const SlideFeatureSet slide_differences;
+extern const SlideFeatureSet slide_director;
+extern const SlideFeatureSet slide_chain_motion;
 
 /* Check features in a file and describe them. */
 void slide_features_read(SlideFeaturesView *view, uint32_t n_inputs, SlideCursor *cursor);

@@ -10,12 +10,19 @@ from __future__ import annotations
 
 import re
 
-from slide_fmu.fmu.libraries.build import RUNTIME, SOURCE_FOLDERS, runtime_files, standard_headers
+from slide_fmu.fmu.libraries.build import (
+    RUNTIME,
+    SOURCE_FOLDERS,
+    BuildError,
+    runtime_files,
+    standard_headers,
+)
 
 FOLDER = "sources"
 NAMES = "own_names.h"
 BYTES_IN_A_LINE = 24
 
+_FUNCTIONS = "fmi2Functions.h"
 _NO_PREFIX = "#define fmi2FullName(name) name\n"
 _PREFIX = f"""#if defined(FMI2_FUNCTION_PREFIX)
 #define fmi2Paste(a, b) a##b
@@ -36,6 +43,9 @@ def source_members(name: str, payload: bytes) -> dict[str, bytes]:
         name: the model identifier; begins the names of the program's internal functions, so that
             several source FMUs may be linked into one program.
         payload: the surrogate file.
+
+    Raises:
+        BuildError: the headers of FMI 2.0 are missing, or others than are known.
     """
     files = runtime_files(folders=SOURCE_FOLDERS)
     texts = {path.name: path.read_text("utf-8") for path in files}
@@ -44,8 +54,13 @@ def source_members(name: str, payload: bytes) -> dict[str, bytes]:
     for file in texts:
         if file.endswith(".c"):
             texts[file] = f'#include "{NAMES}"\n\n{texts[file]}'
-    for header in standard_headers(2):
-        texts[header.name] = header.read_text("utf-8").replace(_NO_PREFIX, _PREFIX)
+    texts |= {header.name: header.read_text("utf-8") for header in standard_headers(2)}
+    if _NO_PREFIX not in texts[_FUNCTIONS]:
+        raise BuildError(
+            f"{_FUNCTIONS} of the module fmpy forms names in another way; expected the line "
+            f"{_NO_PREFIX.strip()!r}: install the version of fmpy that pyproject.toml names"
+        )
+    texts[_FUNCTIONS] = texts[_FUNCTIONS].replace(_NO_PREFIX, _PREFIX)
     texts |= {NAMES: names, "surrogate.h": _as_array(payload)}
     return {f"{FOLDER}/{file}": text.encode("utf-8") for file, text in texts.items()}
 

@@ -36,7 +36,8 @@ def write_reference(recipe: Recipe, path: Path) -> Path:
         ValueError: the path does not end in ``.fmu``.
     """
     reference_system(recipe)
-    return write_reference_fmu(recipe.system.model, reference_parameters(recipe), path)
+    named = recipe.system
+    return write_reference_fmu(named.model, reference_parameters(recipe), path, named.kind)
 
 
 def write_side_by_side(

@@ -28,6 +28,7 @@ from slide_fmu.python_fmu import reference_slave
 
 
 class {class_name}(reference_slave.SystemSlave):
+    KIND = {kind!r}
     MODEL = {model!r}
     PARAMETERS = {parameters!r}
 '''
@@ -36,7 +37,9 @@ FROM_STATE = "start_from_state"
 """FMI parameter: start from the ``initial_...`` parameters instead of at rest."""
 
 
-def write_reference_fmu(model: str, parameters: Mapping[str, Parameter], path: Path) -> Path:
+def write_reference_fmu(
+    model: str, parameters: Mapping[str, Parameter], path: Path, kind: str = "class"
+) -> Path:
     """Write a system as FMI 2.0 co-simulation FMU that runs in a Python environment.
 
     The FMU holds a small script only; slide_fmu and the system's package are imported from the
@@ -45,9 +48,10 @@ def write_reference_fmu(model: str, parameters: Mapping[str, Parameter], path: P
     ``initial_last_input[i]`` for inputs with a first-order hold).
 
     Args:
-        model: ``"package.module:Class"`` of a ``System``.
-        parameters: keyword arguments of the class.
+        model: what names the system; of a class, ``"package.module:Class"``.
+        parameters: parameters of the system.
         path: file to write, ending in ``.fmu``.
+        kind: one of ``slide_fmu.systems.loading.KINDS``.
 
     Returns:
         The path written.
@@ -56,9 +60,11 @@ def write_reference_fmu(model: str, parameters: Mapping[str, Parameter], path: P
         LoadError: the system cannot be made from model and parameters.
         ValueError: the path does not end in ``.fmu``.
     """
-    load_system(model, parameters)
-    class_name = re.sub(r"\W", "_", model.partition(":")[2]) + "Reference"
-    script = _SCRIPT.format(class_name=class_name, model=model, parameters=dict(parameters))
+    load_system(model, parameters, kind)
+    class_name = re.sub(r"\W", "_", re.split(r"[:/\\]", model)[-1]) + "Reference"
+    script = _SCRIPT.format(
+        class_name=class_name, kind=kind, model=model, parameters=dict(parameters)
+    )
     return write_python_fmu(class_name, script, Path(path))
 
 
@@ -66,18 +72,20 @@ class SystemSlave(Slave):
     """A reference system as co-simulation slave of FMI 2.0. Final but for its name.
 
     Attributes:
-        MODEL: the dotted name of the system.
-        PARAMETERS: its keyword arguments.
+        KIND: kind of the system.
+        MODEL: what names it.
+        PARAMETERS: its parameters.
     """
 
     CAPABILITIES = {"canHandleVariableCommunicationStepSize": "false"}  # noqa: RUF012 (constant)
+    KIND: ClassVar[str]
     MODEL: ClassVar[str]
     PARAMETERS: ClassVar[Mapping[str, Parameter]]
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self.system = load_system(self.MODEL, self.PARAMETERS)
-        identity = json.dumps([self.MODEL, dict(self.PARAMETERS)], sort_keys=True)
+        self.system = load_system(self.MODEL, self.PARAMETERS, self.KIND)
+        identity = json.dumps([self.KIND, self.MODEL, dict(self.PARAMETERS)], sort_keys=True)
         text = f"Reference system {self.MODEL}, simulated by its own solver"
         self.introduce(identity.encode(), text, self.system.step, stop=1.0)
         self.input_values = np.array([signal.start_value for signal in self.system.inputs])

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
@@ -19,6 +20,7 @@ from slide_fmu.recipe.learning import (
     Table,
     TrainingTable,
 )
+from slide_fmu.systems.loading import KINDS
 
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond")
 """Trajectories that are kept. Test trajectories are drawn anew for every validation."""
@@ -32,18 +34,35 @@ class SystemRecipe(Table):
     """The table ``system`` names the reference system.
 
     Attributes:
-        model: ``"module:Class"`` of a ``slide_fmu.systems.base.System``.
-        parameters: keyword arguments of the class beside ``step``.
+        kind: one of ``slide_fmu.systems.loading.KINDS``, which says what ``model`` is.
+        model: of a class, ``"module:Class"`` of a ``slide_fmu.systems.base.System``.
+        parameters: those of the system beside ``step``; of a class, its keyword arguments.
         reference: those that are other when an FMU is measured: a finer model may be the reference
             of what a faster one has taught. Empty: the same model.
         picture: ``"module:function"`` that draws the reference system in motion, for the model
             card: it takes the system and gives the bytes of a PNG file. None: no picture.
     """
 
-    model: str = Field(pattern=r"^[\w.]+:\w+$")
+    kind: str = "class"
+    model: str
     parameters: dict[str, float | int | str | bool] = Field(default={})
     reference: dict[str, float | int | str | bool] = Field(default={})
     picture: str | None = Field(default=None, pattern=r"^[\w.]+:\w+$")
+
+    @field_validator("kind")
+    @classmethod
+    def _is_known(cls, kind: str) -> str:
+        if kind not in KINDS:
+            raise ValueError(f"{kind!r}; expected one of {sorted(KINDS)}")
+        return kind
+
+    @field_validator("model")
+    @classmethod
+    def _belongs_to_kind(cls, model: str, info: ValidationInfo) -> str:
+        kind = info.data.get("kind")
+        if kind is not None and not re.fullmatch(KINDS[kind].model, model):
+            raise ValueError(f"{model!r}; expected, of kind {kind!r}, {KINDS[kind].model}")
+        return model
 
 
 class WindowRecipe(Table):

@@ -81,7 +81,8 @@ def validate(
     progress(0, count)
     with tempfile.TemporaryDirectory() as folder:
         reference_path = Path(folder) / "reference.fmu"
-        write_reference_fmu(recipe.system.model, reference_parameters(recipe), reference_path)
+        parameters, named = reference_parameters(recipe), recipe.system
+        write_reference_fmu(named.model, parameters, reference_path, named.kind)
         with unpacked(fmu) as fmu_files, unpacked(reference_path) as reference_files:
             bench = _Bench(fmu_files, reference_files, surrogate, recipe, stream)
             comparisons = _measure_all(bench, models, count, workers, progress)

@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import pytest
+from pydantic import ValidationError
 
 from mbs_models.oscillators.oscillators import DuffingOscillator
+from slide_fmu.data.store import data_fingerprint
+from slide_fmu.recipe.systems import recipe_system, system_parameters
 from slide_fmu.systems.base import LoadError, Parameter, System
-from slide_fmu.systems.loading import KINDS, load_system
+from slide_fmu.systems.loading import KINDS, Kind, load_system
+from tests.recipes import tiny_recipe
 
 
 def test_system_is_loaded_by_name_with_its_parameters() -> None:
@@ -40,19 +44,41 @@ def test_mistake_in_a_name_or_parameter_is_named(
 
 
 def test_load_system_of_unknown_kind_lists_the_kinds() -> None:
-    with pytest.raises(LoadError, match=r"kind of system 'record'; expected one of \['class'\]"):
-        load_system("record.csv", {}, kind="record")
+    with pytest.raises(LoadError, match=r"kind of system 'unheard'; expected one of \['class'"):
+        load_system("record.csv", {}, kind="unheard")
 
 
-def test_a_registered_kind_is_loaded_with_model_and_parameters(
+def test_recipe_of_a_registered_kind_makes_its_system(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """Nothing else has to know a kind: the recipe names it, and its own check is the pattern."""
     asked = []
 
     def system_of_record(model: str, parameters: Mapping[str, Parameter]) -> System:
         asked.append((model, dict(parameters)))
         return DuffingOscillator(step=0.02)
 
-    monkeypatch.setitem(KINDS, "record", system_of_record)
-    system = load_system("record.csv", {"step": 0.02}, kind="record")
-    assert (system.step, asked) == (0.02, [("record.csv", {"step": 0.02})])
+    monkeypatch.setitem(KINDS, "record", Kind(r".+\.csv", system_of_record))
+    recipe = tiny_recipe(system={"kind": "record", "model": "a record.csv"})
+    system = recipe_system(recipe)
+    assert (system.step, asked) == (0.02, [("a record.csv", system_parameters(recipe))])
+    assert data_fingerprint(recipe)["system"]["kind"] == "record"
+    with pytest.raises(
+        ValidationError, match=r"(?s)system\.model.*'record\.txt'; expected, of kind"
+    ):
+        tiny_recipe(system={"kind": "record", "model": "record.txt"})
+
+
+def test_recipe_of_an_unknown_kind_is_refused_with_the_kinds() -> None:
+    with pytest.raises(
+        ValidationError, match=r"(?s)system\.kind.*'unheard'; expected one of \['class'"
+    ):
+        tiny_recipe(system={"kind": "unheard"})
+
+
+def test_data_of_a_class_depend_on_neither_its_picture_nor_its_kind() -> None:
+    """So that stores of earlier versions, which name neither, are still read."""
+    plain = data_fingerprint(tiny_recipe())["system"]
+    drawn = tiny_recipe(system={"kind": "class", "picture": "mbs_models.pictures:draw"})
+    assert data_fingerprint(drawn)["system"] == plain
+    assert set(plain) == {"model", "parameters"}

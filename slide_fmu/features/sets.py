@@ -1,7 +1,7 @@
 """The sets of features, each registered by its class, and the bytes of those that a network sees.
 
 A set joins with its module (a final class of ``Features``) and its place in ``SETS``; in the C
-runtime with a pair of files that read and form the same, and a row in ``feature_set.c``.
+runtime with a file that reads and forms the same, and its lines in ``feature_set.h`` and ``.c``.
 
     features := u32 set  parameters  u32 count  u32 signal[count]  f64 offset[count]
                 f64 scale[count]                  feature = (signal - offset) / scale

@@ -50,7 +50,7 @@ class FeedForwardRecipe(Table):
         linear_skip: whether a linear path leads from the inputs to the outputs.
         time_invariant: whether one network serves every position of the output window and sees the
             n_in - n_out + 1 inputs before it; else one network gives the whole block.
-        features: names of the features that it sees (``slide_fmu.features.base``).
+        features: names of the features that it sees (``slide_fmu.features.sets``).
     """
 
     LEARNS_BEYOND: ClassVar[bool] = False
@@ -107,7 +107,7 @@ class StateSpaceRecipe(Table):
             mechanisms whose inertia depends on their configuration.
         bias: whether there are constant terms; without, the network answers -u with -y: for
             features that change their sign with the inputs, and no readout.
-        drive: names of the features in the state input (``slide_fmu.features.base``).
+        drive: names of the features in the state input (``slide_fmu.features.sets``).
         static: names of the features in the feedthrough, which the outputs follow at once; as the
             drive if not given.
         gated: names of the features that LPV units multiply beside the states; as the drive if not
@@ -152,7 +152,7 @@ class StateSpaceRecipe(Table):
         return self
 
     def roles(self) -> dict[str, tuple[str, ...]]:
-        """Return the names of the features in each of the ``slide_fmu.features.base.Roles``."""
+        """Return the names of the features in each of a cell's ``Roles``."""
         gated = self.units == "gated"
         return {
             "drive": self.drive,

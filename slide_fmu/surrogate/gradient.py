@@ -23,7 +23,7 @@ def gradient(surrogate: Surrogate, windows: NDArray[Any], weights: NDArray[Any])
     """Compute the gradient of a weighted sum of the outputs (vector-Jacobian product).
 
     Args:
-        surrogate: of either family, with any features.
+        surrogate: of any family, with any features.
         windows: physical inputs, shape (B, n_in, n_inputs), oldest sample first.
         weights: of the outputs of ``Surrogate.predict_windows``, shape (B, n_out, n_outputs).
 

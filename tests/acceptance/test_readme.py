@@ -19,7 +19,7 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def test_readme_s_table_of_subcommands_is_complete() -> None:
-    listed = re.findall(r"^\| `slide-fmu (\w+)", README, re.MULTILINE)
+    listed = re.findall(r"^\| `slide-fmu ([\w-]+)", README, re.MULTILINE)
     group = typer.main.get_command(app)
     assert isinstance(group, typer.core.TyperGroup)
     assert sorted(listed) == sorted(group.commands)

@@ -33,7 +33,7 @@ _PREFIX = f"""#if defined(FMI2_FUNCTION_PREFIX)
 """
 """How ``fmi2Functions.h`` forms the names of functions in fmpy, and in the standard."""
 
-_INTERNAL = re.compile(r"\b(slide_\w+)(?=\(|;)")
+_INTERNAL = re.compile(r"\b(slide_\w+)(?=[(;,])")
 
 
 def source_members(name: str, payload: bytes) -> dict[str, bytes]:

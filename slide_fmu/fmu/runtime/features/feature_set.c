@@ -18,8 +18,8 @@ static const SlideFeatureSet *take_set(SlideCursor *cursor) {
         }
     }
     slide_check(cursor, false,
-                "surrogate file: features of set %u; expected a number from %u to %u",
-                (unsigned)number, (unsigned)SETS[0]->number, (unsigned)SETS[N_SETS - 1]->number);
+                "surrogate file: features of set %u; expected one that this version writes",
+                (unsigned)number);
     return NULL;
 }
 

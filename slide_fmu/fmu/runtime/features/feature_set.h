@@ -1,5 +1,5 @@
 /* What a network sees of the newest inputs (slide_fmu/features/base.py): described in a surrogate
- * file (byte contract: slide_fmu/network/bytes.py), formed in double precision. */
+ * file (byte contract: slide_fmu/features/sets.py), formed in double precision. */
 #ifndef SLIDE_FEATURE_SET_H
 #define SLIDE_FEATURE_SET_H
 

@@ -1,5 +1,5 @@
-/* The families of networks, and what each of them holds: the only file to change for a further one.
- * A family is a pair of files that defines a SlideFamily (network.h). */
+/* The families of networks, and what each of them holds: the only C file to change for a further
+ * one, which is a pair of files that defines a SlideFamily (network.h). */
 #ifndef SLIDE_FAMILIES_H
 #define SLIDE_FAMILIES_H
 

@@ -46,8 +46,8 @@ struct SlideFamily {
     void (*read)(SlideNetworkView *view, SlideCursor *cursor);
     bool (*fits)(const SlideNetworkView *view, uint32_t n_in, uint32_t n_out, uint32_t n_outputs);
 
-    /* Place a network, whose family, samples and values are there; of the values that layers give,
-     * the last n_kept are the newest sample's. And room for a state. */
+    /* Place a network: all that is not there yet, also n_block, n_settling, what it sees and the
+     * scratch for it. The last n_kept values are the newest sample's. And room for a state. */
     void (*place)(SlideNetwork *network, const SlideNetworkView *view, uint32_t n_kept,
                   SlideArena *arena);
     void (*place_state)(SlideNetworkState *state, const SlideNetwork *network, SlideArena *arena);
@@ -69,8 +69,8 @@ struct SlideFamily {
     const float *(*block)(const SlideNetwork *network, const SlideKernel *kernel,
                           const SlideNetworkState *state, uint64_t sample);
 
-    /* Scratch in double precision, and a step in it: the values and, of a recurrent network, their
-     * truncation errors [2][n_values]. */
+    /* Scratch in double precision, and a step in it: the values and their truncation errors, zero
+     * unless the family is recurrent [2][n_values]. */
     void (*place_exact)(SlideExact *exact, const SlideNetwork *network, SlideArena *arena);
     const double *(*run_exact)(const SlideNetwork *network, const SlideExact *exact,
                                const SlideExactRun *run);

@@ -47,13 +47,16 @@ TrajectoriesOption = Annotated[
 TrainingSeedOption = Annotated[
     int | None,
     typer.Option(
-        "--seed", min=0, max=2**31 - 1, help="Train with this seed; the recipe's if not given."
+        "--seed",
+        min=0,
+        max=2**31 - 1,
+        help="Take or train what has this seed; the recipe's if not given.",
     ),
 ]
 DataSeedOption = Annotated[
     int | None,
     typer.Option(
-        "--data-seed", min=0, help="Draw the data with this seed; the recipe's if not given."
+        "--data-seed", min=0, help="Take or draw the data of this seed; the recipe's if not given."
     ),
 ]
 OverwriteOption = Annotated[

@@ -23,7 +23,7 @@ class ChainMotion(Features):
     """The motion of a serial chain whose set points the inputs are, and its loads. Final.
 
     The inputs are the set points of the joint angles. The joints move on the quadratic B-spline
-    through them: with constant acceleration in every step (``mbs_models.set_points``). All signals
+    through them: with constant acceleration in every step. All signals
     are those at the end of the step. Signals in SI units, in the axes of the base:
 
     - ``wrench``: force and moment on the base (recursive Newton-Euler); ``wrench_change``: its
@@ -128,8 +128,7 @@ class ChainMotion(Features):
         """Prepare the reverse mode by the five-point formula in float64.
 
         It is exact to about 1e-12 of the largest terms where networks round features to 6e-8, and
-        the recursions of ``SerialChain`` stay the only ones. The C runtime does the same
-        (``runtime/derivative/chain_derivative.c``).
+        the recursions of ``SerialChain`` stay the only ones.
         """
         slopes = self._slopes(inputs)
 

@@ -77,6 +77,7 @@ def fit_surrogate(
     key = _digest(
         _code(),
         surrogate.to_bytes().hex(),
+        _chain(system),
         _content(learnt),
         _content(validation),
         recipe.estimator.model_dump(mode="json"),
@@ -87,6 +88,14 @@ def fit_surrogate(
     )
     histories = {"surrogate": history, **histories}
     return Fit(dataclasses.replace(surrogate, estimator=estimator), histories)
+
+
+def _chain(system: System) -> object:
+    """The numbers of the serial chain that features may be formed of, and data need not show."""
+    chain = system.chain
+    return (
+        None if chain is None else {name: values.tolist() for name, values in vars(chain).items()}
+    )
 
 
 def _fit_network(
@@ -125,6 +134,7 @@ def _fit_network(
         _code(),
         *(_content(split) for split in splits),
         str(eigenvalues),
+        _chain(system),
         *(values.tolist() for s in (input_scaling, output_scaling) for values in vars(s).values()),
         recipe.model_dump(mode="json", include={"window", "network", "training"}),
     )

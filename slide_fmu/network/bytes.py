@@ -50,9 +50,6 @@ from slide_fmu.network.state_space.bytes import decode_state_space, encode_state
 from slide_fmu.network.state_space.gradient import pull_back_cells
 from slide_fmu.network.state_space.network import StateSpace
 
-KIND_FLOAT16 = 3
-"""Kind of networks of layers with weights of float16, in files of earlier versions."""
-
 
 @dataclass(frozen=True)
 class Family:
@@ -120,10 +117,5 @@ def decode_network(section: Reader, n_inputs: int) -> Network:
     for family in FAMILIES:
         if kind == family.kind:
             return family.decode(section, n_inputs)
-    expected = f"expected {' or '.join(f'{f.kind} ({f.name})' for f in FAMILIES)}"
-    if kind == KIND_FLOAT16:
-        raise ValueError(
-            f"network of kind {kind}, with weights of float16, which are no longer read; "
-            f"{expected}: export it again with slide-fmu export from its recipe or its float32 FMU"
-        )
-    raise ValueError(f"network of kind {kind}; {expected}")
+    expected = " or ".join(f"{family.kind} ({family.name})" for family in FAMILIES)
+    raise ValueError(f"network of kind {kind}; expected {expected}: export it from its recipe")

@@ -69,13 +69,7 @@ def write_reference_fmu(
 
 
 class SystemSlave(Slave):
-    """A reference system as co-simulation slave of FMI 2.0. Final but for its name.
-
-    Attributes:
-        KIND: kind of the system.
-        MODEL: what names it.
-        PARAMETERS: its parameters.
-    """
+    """A reference system as co-simulation slave of FMI 2.0. Final but for its name."""
 
     CAPABILITIES = {"canHandleVariableCommunicationStepSize": "false"}  # noqa: RUF012 (constant)
     KIND: ClassVar[str]

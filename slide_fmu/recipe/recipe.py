@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
@@ -20,7 +19,6 @@ from slide_fmu.recipe.learning import (
     Table,
     TrainingTable,
 )
-from slide_fmu.systems.loading import KINDS
 
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond")
 """Trajectories that are kept. Test trajectories are drawn anew for every validation."""
@@ -48,21 +46,6 @@ class SystemRecipe(Table):
     parameters: dict[str, float | int | str | bool] = Field(default={})
     reference: dict[str, float | int | str | bool] = Field(default={})
     picture: str | None = Field(default=None, pattern=r"^[\w.]+:\w+$")
-
-    @field_validator("kind")
-    @classmethod
-    def _is_known(cls, kind: str) -> str:
-        if kind not in KINDS:
-            raise ValueError(f"{kind!r}; expected one of {sorted(KINDS)}")
-        return kind
-
-    @field_validator("model")
-    @classmethod
-    def _belongs_to_kind(cls, model: str, info: ValidationInfo) -> str:
-        kind = info.data.get("kind")
-        if kind is not None and not re.fullmatch(KINDS[kind].model, model):
-            raise ValueError(f"{model!r}; expected, of kind {kind!r}, {KINDS[kind].model}")
-        return model
 
 
 class WindowRecipe(Table):

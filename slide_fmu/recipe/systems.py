@@ -5,14 +5,12 @@ What the recipe's networks see of their inputs is found here too, without data.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.features.base import Features, Offered
 from slide_fmu.features.sets import feature_set as set_of_names
 from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.systems.base import Parameter, System
+from slide_fmu.systems.base import System
 from slide_fmu.systems.loading import load_system
 
 
@@ -24,7 +22,8 @@ def recipe_system(recipe: Recipe) -> System:
         RecipeError: an excitation of the recipe cannot drive the system's inputs, or the recipe
             gives the step as a parameter.
     """
-    return _drivable(_load(recipe, system_parameters(recipe)), recipe)
+    system = load_system(recipe.system.model, system_parameters(recipe), recipe.system.kind)
+    return _drivable(system, recipe)
 
 
 def reference_system(recipe: Recipe) -> System:
@@ -35,14 +34,11 @@ def reference_system(recipe: Recipe) -> System:
         RecipeError: as of ``recipe_system``; or signals or geometry are not those of the system
             that makes the data.
     """
-    system = _drivable(_load(recipe, reference_parameters(recipe)), recipe)
+    system = load_system(recipe.system.model, reference_parameters(recipe), recipe.system.kind)
+    system = _drivable(system, recipe)
     if recipe.system.reference:
         _require_same_signals(recipe, recipe_system(recipe), system)
     return system
-
-
-def _load(recipe: Recipe, parameters: Mapping[str, Parameter]) -> System:
-    return load_system(recipe.system.model, parameters, recipe.system.kind)
 
 
 def _drivable(system: System, recipe: Recipe) -> System:

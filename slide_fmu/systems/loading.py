@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import cast
 
 from slide_fmu.core.signals import check_inputs
@@ -13,21 +12,7 @@ from slide_fmu.systems.python_class import imported, system_of_class
 Maker = Callable[[str, Mapping[str, Parameter]], System]
 """Makes a system from its model and its parameters; raises ``LoadError`` where it cannot."""
 
-
-@dataclass(frozen=True)
-class Kind:
-    """A Kind says how systems of a kind are named and made.
-
-    Attributes:
-        model: regular expression of the whole of what names a model.
-        make: makes a system.
-    """
-
-    model: str
-    make: Maker
-
-
-KINDS = {"class": Kind(r"[\w.]+:\w+", system_of_class)}
+KINDS: dict[str, Maker] = {"class": system_of_class}
 """Every kind of reference system, by its name in recipes: one module and one entry here."""
 
 
@@ -45,7 +30,7 @@ def load_system(model: str, parameters: Mapping[str, Parameter], kind: str = "cl
     """
     if kind not in KINDS:
         raise LoadError(f"kind of system {kind!r}; expected one of {sorted(KINDS)}")
-    system = KINDS[kind].make(model, parameters)
+    system = KINDS[kind](model, parameters)
     try:
         check_inputs(system.inputs)
     except ValueError as error:

@@ -45,6 +45,9 @@ def _find_class(model: str) -> type[System]:
     module, class_name = imported(f"system {model!r}", model)
     found = getattr(module, class_name, None)
     if not _is_system(found):
+        lacks = sorted(getattr(found, "__abstractmethods__", ()))
+        if inspect.isclass(found) and issubclass(found, System) and lacks:
+            raise LoadError(f"system {model!r} lacks {lacks}: define what System asks for")
         offered = sorted(name for name, item in vars(module).items() if _is_system(item))
         raise LoadError(
             f"system {model!r}: {class_name!r} is not a reference system in "

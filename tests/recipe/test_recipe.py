@@ -45,7 +45,6 @@ def test_recipes_of_the_project_are_found() -> None:
         ("train = 4", "train = 0", "data.train = 0: Input should be greater than 0"),
         ("steps = 40", "steps = 40\nseed = 4294967296", "training.seed = 4294967296: Input"),
         ('name = "tiny"', 'name = "ti ny"', "name = 'ti ny': String should match"),
-        (":LinearOscillator", "/LinearOscillator", "system.model = 'mbs_models.oscillators/Lin"),
         ("hidden = []", "hidden = [8, 0]", "network.hidden.1 = 0: Input should be greater"),
         (
             '"feed_forward"',

@@ -170,7 +170,7 @@ def test_payload_with_impossible_features_is_refused() -> None:
     """Words: kind; set, order; count, signals 0 to 3; f64 offset[4]; f64 scale[4]."""
     wrong: list[tuple[int, int | float, str]] = [
         (0, 4, "network of kind 4"),
-        (0, 3, "network of kind 3, with weights of float16.*export it again"),
+        (0, 3, "network of kind 3; expected 1 .feed-forward. or 2 .state space.: export it"),
         (1, 0, "features of set 0; expected one of .1, 2, 3."),
         (1, 2, "director of 1 inputs; expected 2"),
         (2, 3, "differences = 3"),

@@ -5,9 +5,6 @@
 static const SlideFamily *const FAMILIES[] = SLIDE_FAMILIES;
 enum { N_FAMILIES = sizeof FAMILIES / sizeof FAMILIES[0] };
 
-/* In files of earlier versions: a network of layers with weights of float16. */
-enum { FLOAT16 = 3 };
-
 static const SlideFamily *take_family(SlideCursor *cursor) {
     const uint32_t number = slide_take_u32(cursor, "a network");
     for (size_t i = 0; i < N_FAMILIES; ++i) {
@@ -15,14 +12,9 @@ static const SlideFamily *take_family(SlideCursor *cursor) {
             return FAMILIES[i];
         }
     }
-    slide_check(cursor, number != FLOAT16,
-                "surrogate file: network of kind %u, with weights of float16, which are no longer "
-                "read; expected float32: export the surrogate again with slide-fmu export from "
-                "its recipe or its float32 FMU",
-                (unsigned)number);
     slide_check(cursor, false,
                 "surrogate file: network of kind %u; expected one of the kinds that this version "
-                "of slide-fmu writes",
+                "of slide-fmu writes: export the surrogate again from its recipe",
                 (unsigned)number);
     return NULL;
 }

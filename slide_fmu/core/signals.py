@@ -91,7 +91,7 @@ class Signal:
 
     @property
     def start_value(self) -> float:
-        """The value before anybody sets one, in ``unit``."""
+        """Return the value before anybody sets one, in ``unit``."""
         return min(max(0.0, self.low), self.high) if self.start is None else self.start
 
 

@@ -61,17 +61,17 @@ class Window:
 
     @property
     def n_truncated(self) -> int:
-        """The number of leading samples for which no output is given (n_in - n_out)."""
+        """Return the number of leading samples without an output (n_in - n_out)."""
         return self.n_in - self.n_out
 
     @property
     def truncation_time(self) -> float:
-        """The time (n_in - n_out) h in s that initial effects have to decay (paper, t_d)."""
+        """Return the time (n_in - n_out) h in s for initial effects to decay (paper, t_d)."""
         return self.n_truncated * self.step
 
     @property
     def memory_length(self) -> int:
-        """The number of inputs that every output of the window may depend on: n_in - n_out + 1."""
+        """Return the number of inputs that every output may depend on: n_in - n_out + 1."""
         return self.n_truncated + 1
 
     def starts(self, n_inputs: int, stride: int = 1) -> NDArray[np.int64]:

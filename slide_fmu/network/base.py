@@ -27,7 +27,7 @@ def batches(count: int, size: int) -> list[slice]:
 
 
 class Network(abc.ABC):
-    """A pure function from a sequence of scaled inputs to scaled values. Interface.
+    """A Network is a pure function from scaled inputs to scaled values. Interface.
 
     Scaled inputs come as float64: a family may form their differences before it rounds.
 
@@ -103,7 +103,7 @@ class Network(abc.ABC):
 
 
 class Stepper(abc.ABC):
-    """A network along a record, one sample after the other. Interface."""
+    """A Stepper takes a network along a record, one sample after the other. Interface."""
 
     @abc.abstractmethod
     def step(self, row: NDArray[Any]) -> Float32Array:

@@ -28,7 +28,7 @@ LENGTH_SLACK = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Surrogate:
-    """A trained stand-in for a system: window, scalings, network, error estimator.
+    """A Surrogate stands in for a system: it has window, scalings, network, error estimator.
 
     Attributes:
         name: C identifier; name of the FMU.
@@ -84,12 +84,12 @@ class Surrogate:
 
     @property
     def hold(self) -> Hold:
-        """The hold of the inputs between samples, as in the training data."""
+        """Return the hold of the inputs between samples, as in the training data."""
         return hold_of(self.inputs)
 
     @property
     def starts(self) -> FloatArray:
-        """The inputs before anybody sets them, in their units, shape (n_inputs,)."""
+        """Return the inputs before anybody sets them, in their units, shape (n_inputs,)."""
         return np.array([signal.start_value for signal in self.inputs], dtype=np.float64)
 
     @property
@@ -105,7 +105,7 @@ class Surrogate:
 
     @property
     def estimated_samples(self) -> int:
-        """The number of samples over which the error is estimated, or the output window's."""
+        """Return over how many samples the error is estimated; else the output window's."""
         estimator, window = self.estimator, self.window
         if estimator is None or (estimator.network.n_samples, estimator.positions) == (
             window.n_in,

@@ -16,7 +16,7 @@ Parameter = float | int | str | bool
 
 @dataclass(frozen=True, eq=False)
 class Linearization:
-    """The tangent matrices of M q'' + D q' + K q + G^T lambda = 0, G q = 0 at one state.
+    """A Linearization has the matrices of M q'' + D q' + K q + G^T lambda = 0, G q = 0 at a state.
 
     Attributes:
         mass: M, shape (n, n).
@@ -33,7 +33,7 @@ class Linearization:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """The full state of a system at one sample: all that the future depends on but the inputs.
+    """A State is all that the future depends on at one sample, beside the inputs to come.
 
     Attributes:
         coordinates: generalized coordinates q, shape (n,).
@@ -48,7 +48,7 @@ class State:
 
 
 class System(abc.ABC):
-    """A reference system that is sampled with the step h. Interface: never instantiated.
+    """A System is a reference system, sampled with the step h. Interface: never instantiated.
 
     Implementations are final, cheap to construct (heavy work on first use) and are made again
     in every worker process from their dotted name and parameters.

@@ -18,7 +18,7 @@ from slide_fmu.network.base import BATCH, Float32Array, Network, Stepper, batche
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """One layer y = a(W x + b) (paper, section on feed-forward networks).
+    """A Layer gives y = a(W x + b) (paper, section on feed-forward networks).
 
     Attributes:
         weights: W, shape (n_out, n_in), float32.

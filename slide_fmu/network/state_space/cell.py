@@ -45,7 +45,7 @@ class Roles:
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """The weights of a cell: n states, q drives, H units, m static features, R factors, p values.
+    """A Cell has n states, q drives, H units, m static features, R factors, p values.
 
     They are arrays of numpy, in a network float32, or tensors of torch, while it is fitted.
 

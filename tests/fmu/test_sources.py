@@ -19,7 +19,8 @@ from slide_fmu.cli import app
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE, check_fmu
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.fmu.libraries.build import WARNINGS
+from slide_fmu.fmu.libraries import sources
+from slide_fmu.fmu.libraries.build import WARNINGS, BuildError
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.driver import host_compilers, run_compiler
 from tests.fmu.native import OK, Loaded, Native
@@ -178,3 +179,13 @@ def test_source_fmu_is_compiled_and_run_by_fmpy(tmp_path: Path) -> None:
     own = next((again / "binaries" / fmpy.platform).iterdir()).read_bytes()
     assert own != library
     assert check_fmu(loaded.path) == []
+
+
+def test_headers_that_form_names_in_an_unknown_way_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    header = tmp_path / "fmi2Functions.h"
+    header.write_text("#define fmi2FullName(name) other_##name\n")
+    monkeypatch.setattr(sources, "standard_headers", lambda fmi: [header])
+    with pytest.raises(BuildError, match=r"fmi2Functions\.h of fmpy has no .*pip install fmpy=="):
+        sources.source_members("any", b"")

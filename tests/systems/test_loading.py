@@ -24,6 +24,7 @@ def test_system_is_loaded_by_name_with_its_parameters() -> None:
     ("model", "parameters", "message"),
     [
         ("mbs_models.oscillators", {}, "expected 'package.module:Class'"),
+        ("mbs_models.oscillators/LinearOscillator", {}, "expected 'package.module:Class'"),
         (":DuffingOscillator", {}, "expected 'package.module:Class'"),
         ("mbs_models.missing:Model", {}, "'mbs_models.missing' cannot be imported"),
         ("my_model:Model", {}, "installed module, or one in a folder on PYTHONPATH"),

@@ -56,7 +56,7 @@ def source_members(name: str, payload: bytes) -> dict[str, bytes]:
             texts[file] = f'#include "{NAMES}"\n\n{texts[file]}'
     texts |= {header.name: header.read_text("utf-8") for header in standard_headers(2)}
     if _NO_PREFIX not in texts[_FUNCTIONS]:
-        raise BuildError(f"{_FUNCTIONS} of fmpy is unknown: install the fmpy of pyproject.toml")
+        raise BuildError(f"{_FUNCTIONS} of fmpy has no {_NO_PREFIX!r}: pip install fmpy==0.3.32")
     texts[_FUNCTIONS] = texts[_FUNCTIONS].replace(_NO_PREFIX, _PREFIX)
     texts |= {NAMES: names, "surrogate.h": _as_array(payload)}
     return {f"{FOLDER}/{file}": text.encode("utf-8") for file, text in texts.items()}

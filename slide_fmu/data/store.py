@@ -61,8 +61,9 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     the fingerprint: a store may hold more than a recipe reads.
     """
     system = recipe.system.model_dump(mode="json", exclude={"reference", "picture"})
-    if system["kind"] == "class":
-        del system["kind"]  # stores of earlier versions know no other
+    if system["kind"] == "class":  # stores of earlier versions know no other
+        for key in ("kind", "inputs", "outputs"):
+            del system[key]
     fingerprint = {
         "system": system,
         "step": recipe.window.step,

@@ -25,7 +25,7 @@ from slide_fmu.memory.decay import (
 )
 from slide_fmu.memory.modes import Spectrum, UnstableModeError, spectrum
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.systems.base import State, System
+from slide_fmu.systems.base import Linearizable, State, System
 
 MOTIONS = 40
 """At most this many pairs of motions are measured."""
@@ -144,6 +144,7 @@ def size_window(recipe: Recipe, system: System, seed: int | None = None) -> Sizi
         SimulationError: a motion could not be simulated.
         ValueError: the system has no damping, so that initial effects never decay.
     """
+    assert isinstance(system, Linearizable)
     amplitude = recipe.window.remaining_amplitude
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
     rest = system.rest_state(np.array([signal.start_value for signal in system.inputs]))
@@ -181,7 +182,7 @@ def require_window(recipe: Recipe, sizing: Sizing) -> None:
 
 
 def _decay_along_motions(
-    system: System, draws: list[Draw], stride: int, remaining_amplitude: float
+    system: Linearizable, draws: list[Draw], stride: int, remaining_amplitude: float
 ) -> list[Decay]:
     """Compute the decay along each of the motions, at every ``stride``-th sample."""
     along = []
@@ -208,9 +209,11 @@ def _decay_over_windows(along: list[Decay], window: Window, stride: int) -> Deca
     return decay_in_stretches(along, math.ceil(samples / stride))
 
 
-def _states_along(system: System, initial: State, inputs: FloatArray, stride: int) -> list[State]:
+def _states_along(
+    system: Linearizable, initial: State | None, inputs: FloatArray, stride: int
+) -> list[State]:
     """Simulate a motion and return its states at every ``stride``-th sample."""
-    system.set_state(initial)
+    system.begin(inputs[0]) if initial is None else system.set_state(initial)
     states = []
     for k, row in enumerate(inputs):
         system.advance(row)

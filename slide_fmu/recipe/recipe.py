@@ -6,6 +6,7 @@ from typing import Any
 
 from pydantic import Field, model_validator
 
+from slide_fmu.core.signals import Angle, Hold
 from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.estimator import EstimatorRecipe
@@ -19,6 +20,7 @@ from slide_fmu.recipe.learning import (
     Table,
     TrainingTable,
 )
+from slide_fmu.systems.specification import SignalChoice
 
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond")
 """Trajectories that are kept. Test trajectories are drawn anew for every validation."""
@@ -28,6 +30,29 @@ class RecipeError(ValueError):
     """A recipe cannot be used; the message holds one line per mistake."""
 
 
+class SignalRecipe(Table):
+    """A table ``system.inputs.NAME`` or ``system.outputs.NAME`` says what a model leaves open.
+
+    Attributes:
+        range: lowest and highest value of the intended range, in ``unit``.
+        unit, description, start, hold, angle: as of ``slide_fmu.core.signals.Signal``; those of
+            the model if not given.
+    """
+
+    range: tuple[float, float] | None = None
+    unit: str | None = None
+    description: str | None = None
+    start: float | None = None
+    hold: Hold | None = None
+    angle: Angle | None = None
+
+    def choice(self, name: str) -> SignalChoice:
+        """Return the choice that this table makes about the signal of a name."""
+        low, high = self.range or (None, None)
+        given = {key: value for key, value in self if key != "range"}
+        return SignalChoice(name, low=low, high=high, **given)
+
+
 class SystemRecipe(Table):
     """The table ``system`` names the reference system.
 
@@ -35,6 +60,8 @@ class SystemRecipe(Table):
         kind: one of ``slide_fmu.systems.loading.KINDS``, which says what ``model`` is.
         model: of a class, ``"module:Class"`` of a ``slide_fmu.systems.base.System``.
         parameters: those of the system beside ``step``; of a class, its keyword arguments.
+        inputs, outputs: what the model leaves open about its signals, by their names; empty of a
+            class, which declares its own.
         reference: those that are other when an FMU is measured: a finer model may be the reference
             of what a faster one has taught. Empty: the same model.
         picture: ``"module:function"`` that draws the reference system in motion, for the model
@@ -44,6 +71,8 @@ class SystemRecipe(Table):
     kind: str = "class"
     model: str
     parameters: dict[str, float | int | str | bool] = Field(default={})
+    inputs: dict[str, SignalRecipe] = Field(default={})
+    outputs: dict[str, SignalRecipe] = Field(default={})
     reference: dict[str, float | int | str | bool] = Field(default={})
     picture: str | None = Field(default=None, pattern=r"^[\w.]+:\w+$")
 

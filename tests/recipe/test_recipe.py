@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from slide_fmu.recipe.reading import load_recipe, parse_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import recipe_system, reference_parameters, system_parameters
+from slide_fmu.recipe.systems import data_specification, recipe_system, reference_specification
 from tests.recipes import ESTIMATOR, TINY, tiny_recipe
 
 TRAINING = Path(__file__).parents[2] / "training"
@@ -91,8 +91,8 @@ def test_reference_may_have_parameters_of_its_own() -> None:
     text = TINY.replace("substeps = 6 }", "substeps = 6 }\nreference = { substeps = 48 }")
     recipe = parse_recipe(text, "mine.toml")
     assert recipe.system.reference == {"substeps": 48}
-    assert reference_parameters(recipe) == {"damping": 40.0, "substeps": 48, "step": 0.015625}
-    assert system_parameters(recipe) == {"damping": 40.0, "substeps": 6, "step": 0.015625}
+    assert reference_specification(recipe).parameters == {"damping": 40.0, "substeps": 48}
+    assert data_specification(recipe).parameters == {"damping": 40.0, "substeps": 6}
     assert Recipe.model_validate_json(recipe.model_dump_json()) == recipe
     assert parse_recipe(TINY, "mine.toml").system.reference == {}
     with pytest.raises(RecipeError, match=r"system\.reference = 48: Input should be a valid dict"):

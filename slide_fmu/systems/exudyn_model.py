@@ -19,21 +19,25 @@ from slide_fmu.systems.base import (
     simulate,
 )
 from slide_fmu.systems.exudyn_solver.model_file import ModelFile, read_model
-from slide_fmu.systems.exudyn_solver.plant import Integrator, Plant
-from slide_fmu.systems.exudyn_solver.wired_system import Solver, WiredSystem
+from slide_fmu.systems.exudyn_solver.plant import Integrator, Plant, told_by_exudyn
+from slide_fmu.systems.exudyn_solver.wired_system import Solver, WiredPlant, WiredSystem
 from slide_fmu.systems.exudyn_solver.wires import InputWire, OutputWire
 from slide_fmu.systems.found import Found, FoundParameter
 from slide_fmu.systems.specification import SignalChoice, Specification, chosen_signals
-from slide_fmu.systems.user_code import told
 
 SOLVER: dict[str, Parameter] = {"substeps": "auto", "integrator": "auto", "start": "equilibrium"}
-"""Parameters that every model has beside its own; a model's ``parameters`` may set other defaults.
+"""Every model has these parameters beside its own, whose table may set other defaults of these.
 
-``substeps``, integration steps per sample step, and ``integrator``: as of ``Solver``, which chooses
-where they are ``"auto"``. ``start``: where motions begin, at the static ``"equilibrium"`` under the
-first input, or at the ``"initial"`` configuration of the model.
+``substeps``, the integration steps per sample step, and ``integrator`` are as of ``Solver``, which
+chooses where they are ``"auto"``. ``start`` says where motions begin: at the static
+``"equilibrium"`` under the first input, or at the ``"initial"`` configuration of the model.
 """
 _CHOICES = {"integrator": ("auto", *get_args(Integrator)), "start": ("equilibrium", "initial")}
+_ACTS = {
+    "load": "is the load of its name",
+    "parameter": "sets a parameter of an item",
+    "variables": "is read from mbs.variables by user functions",
+}
 _TRIED_STEP = 0.01
 """Sample step in s with which a model is tried before there is a recipe."""
 
@@ -58,10 +62,14 @@ class _ExudynSystem(WiredSystem):
         super().__init__(0, inputs, outputs, solver)
         self._samples = 0
         model = self._built = self._build()
+        self._require_integrator(model)
         self._coordinates, self._velocities = model.plant.coordinates(), model.plant.velocities()
-        self._start = State(self._coordinates, self._velocities, self._last_input)
         self._last_input = np.array([signal.start_value for signal in inputs])
+        self._start = self.get_state()
         self.output()
+        if model.wires.unread():  # user functions of first-order coordinates answer in a step
+            self.advance(self._last_input)
+            self.set_state(self._start)
         model.wires.require_readers()
 
     @property
@@ -71,7 +79,7 @@ class _ExudynSystem(WiredSystem):
 
     @property
     def acts(self) -> dict[str, str]:
-        """What every input acts on, by its name, in words."""
+        """What every input acts on, by its name, as of ``Wires``."""
         return self._model().wires.acts
 
     def _fill(self, mbs: Any) -> object:
@@ -90,6 +98,19 @@ class _ExudynSystem(WiredSystem):
                 "of a load or connector do it"
             )
         return kept
+
+    def _require_integrator(self, model: WiredPlant) -> None:
+        """Refuse an explicit integrator that cannot do what the recipe or the file asks of it."""
+        if self._values["integrator"] != "explicit":
+            return
+        constrained = model.plant.mbs.systemData.AEsize() > 0
+        if constrained or model.wires.moves_parameters:
+            reason = (
+                "the model has constraints" if constrained else "a parameter moves within a step"
+            )
+            raise LoadError(
+                f"integrator = 'explicit', but {reason}; expected another integrator: set 'auto'"
+            )
 
     def _wires(self) -> tuple[Sequence[InputWire], Sequence[OutputWire]]:
         return read_model(self.specification.model).wires
@@ -176,7 +197,11 @@ def make(specification: Specification) -> ExudynSystem | LinearizableExudynSyste
     except Exception as error:  # a user's model may raise anything
         if isinstance(error, LoadError) and str(error).startswith("system "):
             raise
-        reason = str(error) if isinstance(error, (LoadError, SimulationError)) else _told(error)
+        reason = (
+            str(error)
+            if isinstance(error, (LoadError, SimulationError))
+            else told_by_exudyn(error)
+        )
         raise LoadError(f"system {specification.model!r}: {reason}") from error
     return system
 
@@ -192,9 +217,9 @@ def describe(model: str) -> Found:
         tuple(_with_range(choice) for choice in choices) for choices in (file.inputs, file.outputs)
     )
     given = Specification(model, {}, _TRIED_STEP, "exudyn", inputs, outputs)
-    values, remarks = {**SOLVER, **file.parameters}, []
+    values = {**SOLVER, **file.parameters}
     system = make(given)
-    remarks = [f"input {name} acts on {what}" for name, what in system.acts.items()]
+    remarks = [f"input {name} {_ACTS[what]}" for name, what in system.acts.items()]
     try:
         system.begin(np.array([signal.start_value for signal in system.inputs]))
     except SimulationError as error:
@@ -239,7 +264,7 @@ def _values(specification: Specification, file: ModelFile) -> dict[str, Paramete
         if values[name] not in words:
             raise LoadError(f"{what}: {name} = {values[name]!r}; expected one of {list(words)}")
     substeps = values["substeps"]
-    if substeps != "auto" and not (isinstance(substeps, int) and substeps >= 1):
+    if substeps != "auto" and (type(substeps) is not int or substeps < 1):
         raise LoadError(
             f"{what}: substeps = {substeps!r}; expected a whole number from 1, or 'auto'"
         )
@@ -254,8 +279,3 @@ def _with_range(choice: SignalChoice) -> SignalChoice:
 
 def _function(file: ModelFile) -> str:
     return f"{file.build.__name__}(mbs, p)"
-
-
-def _told(error: BaseException) -> str:
-    """Say what the user's code raised: exudyn wraps what its user functions raise."""
-    return told(error.__cause__ or error)

@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import ModuleType
-from typing import Any
+from typing import Any, cast
 
 from slide_fmu.systems.base import LoadError, Parameter
 from slide_fmu.systems.exudyn_solver.wires import InputWire, OutputWire
@@ -68,7 +68,7 @@ def _build_function(what: str, module: ModuleType, name: str) -> Callable[[Any, 
         signature.bind(None, None)
     except TypeError:
         raise LoadError(f"{what}: {name}{signature}; {remedy}: correct its arguments") from None
-    return found
+    return cast(Callable[[Any, Any], object], found)
 
 
 def _table(what: str, module: ModuleType, name: str) -> dict[str, dict[str, Any]]:
@@ -100,7 +100,9 @@ def _choice(what: str, role: str, name: str, said: object) -> SignalChoice:
             f"{what}: {role} {name!r} has the keys {unknown}; expected some of {sorted(keys)}: "
             "correct or remove them"
         )
-    texts = [key for key in ("unit", "description", *own) if not isinstance(said.get(key, ""), str)]
+    texts = [
+        key for key in ("unit", "description", *own) if not isinstance(said.get(key, ""), str)
+    ]
     limits = said.get("range", (None, None))
     if texts or not (isinstance(limits, (tuple, list)) and len(limits) == 2):
         raise LoadError(

@@ -7,6 +7,7 @@ use the time within the step (a first-order hold does).
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any, Literal
 
@@ -191,7 +192,7 @@ class Plant:
             fine = method(self.mbs, self._settings)
             complaint = repr(solver.GetErrorString())
         except Exception as error:  # a user function of the system may raise anything
-            fine, complaint = False, told(error.__cause__ or error)
+            fine, complaint = False, told_by_exudyn(error)
         if not fine:
             raise SimulationError(f"exudyn {what}: {complaint}. {_REMEDY}")
 
@@ -231,6 +232,14 @@ class Plant:
                 f"{velocities}; expected finite values. {_REMEDY}"
             )
         return coordinates, velocities
+
+
+def told_by_exudyn(error: BaseException) -> str:
+    """Say what a user's code raised, and where; exudyn wraps what its user functions raise."""
+    place = re.search(r"At:\s+(\S.*)\((\d+)\): ", str(error))
+    if error.__cause__ is None or place is None:
+        return told(error)
+    return f"{told(error.__cause__)} ({place[1]}, line {place[2]})"
 
 
 def _settings(step: float, substeps: int, integrator: Integrator) -> exu.SimulationSettings:

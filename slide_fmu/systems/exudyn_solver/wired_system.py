@@ -169,10 +169,10 @@ def _plant(container: Any, mbs: Any, solver: Solver, moves_parameters: bool) -> 
 def _fastest(plant: Plant) -> float:
     """Return the largest |v| in 1/s of the eigenvalues at the initial configuration."""
     found = plant.linearize(plant.coordinates(), plant.velocities())
+    size = len(found.mass)
     try:
         rates = np.linalg.solve(found.mass, np.hstack([found.stiffness, found.damping]))
+        first_order = np.block([[np.zeros((size, size)), np.eye(size)], [-rates]])
+        return float(np.max(np.abs(np.linalg.eigvals(first_order)), initial=0.0))
     except np.linalg.LinAlgError:  # coordinates without mass follow the others at once
         return np.inf
-    size = len(found.mass)
-    first_order = np.block([[np.zeros((size, size)), np.eye(size)], [-rates]])
-    return float(np.max(np.abs(np.linalg.eigvals(first_order)), initial=0.0))

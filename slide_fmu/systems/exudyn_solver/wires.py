@@ -16,7 +16,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import LoadError
 
 RATE = "_rate"
-"""User functions find the rate of an input at ``mbs.variables`` under its name with this behind."""
+"""The rate of an input stands in ``mbs.variables`` under its name with this behind."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Wires:
     """Wires lead the inputs into an assembled exudyn model, and the outputs out of it.
 
     Attributes:
-        acts: of every input by its name, what it acts on: "a load", "a parameter" or "variables".
+        acts: of every input by its name, what it acts on: "load", "parameter" or "variables".
     """
 
     def __init__(
@@ -106,7 +106,7 @@ class Wires:
     @property
     def moves_parameters(self) -> bool:
         """Whether parameters of items change within a step, which explicit integrators miss."""
-        return self._moving and "a parameter" in self.acts.values()
+        return self._moving and "parameter" in self.acts.values()
 
     @property
     def motion(self) -> Motion:
@@ -149,14 +149,18 @@ class Wires:
         Raises:
             LoadError: there is such an input; the message says what an input can act on.
         """
-        for name, acts in self.acts.items():
-            if acts == "variables" and name not in self._variables.asked:
-                raise LoadError(
-                    f"input {name!r} acts on nothing: there is no load of that name (loads: "
-                    f"{sorted(self._loads())}), its declaration names no parameter, and no user "
-                    f"function reads mbs.variables[{name!r}]; expected one of these: name a load "
-                    f"{name!r} in build, or let a user function read it"
-                )
+        for name in self.unread():
+            raise LoadError(
+                f"input {name!r} acts on nothing: there is no load of that name (loads: "
+                f"{sorted(self._loads())}), its declaration names no parameter, and no user "
+                f"function reads mbs.variables[{name!r}]; expected one of these: name a load "
+                f"{name!r} in build, or let a user function read it"
+            )
+
+    def unread(self) -> list[str]:
+        """Return the names of variables that no user function has asked for yet."""
+        asked = self._variables.asked
+        return [n for n, acts in self.acts.items() if acts == "variables" and n not in asked]
 
     def _connect(self, wire: InputWire) -> str:
         """Lead an input to what it acts on, and say what that is."""
@@ -166,8 +170,8 @@ class Wires:
         number = self._loads().get(wire.name)
         if number is not None:
             self._connect_load(wire.name, number)
-            return "a load"
-        return "variables" if wire.parameter is wire.rate is None else "a parameter"
+            return "load"
+        return "variables" if wire.parameter is wire.rate is None else "parameter"
 
     def _connect_load(self, name: str, number: Any) -> None:
         """Let an input be a load's value, or the magnitude of its vector."""
@@ -231,7 +235,7 @@ class Wires:
         if component is None or not 0 <= component < size:
             raise LoadError(
                 f"output {wire.name!r}: sensor {wire.sensor!r} measures {size} values; expected "
-                f"the number of one, from 0: write sensor = \"{wire.sensor}[0]\""
+                f'the number of one, from 0: write sensor = "{wire.sensor}[0]"'
             )
         return number, component if np.ndim(mbs.GetSensorValues(number)) else None
 

@@ -305,7 +305,12 @@ LAG = OSCILLATOR.replace(
 
 
 def test_state_of_first_order_is_a_coordinate_but_not_linearized(tmp_path: Path) -> None:
-    system, inputs = system_of(model(tmp_path, LAG)), noise(100)
+    path, inputs = model(tmp_path, LAG), noise(100)
+    with pytest.raises(
+        SimulationError, match=r"no equilibrium of first-order coordinates.*start ="
+    ):
+        simulate(system_of(path), inputs)
+    system = system_of(path, start="initial")
     assert isinstance(system, Restorable)
     assert not isinstance(system, Linearizable)
     whole = simulate(system, inputs).outputs
@@ -322,8 +327,8 @@ def test_state_of_first_order_is_a_coordinate_but_not_linearized(tmp_path: Path)
 FRICTION = OSCILLATOR.replace(
     SPRING,
     """item.CoordinateSpringDamperExt("spring", [wall, mark], mbs.AddNode(
-        item.NodeGenericData(initialCoordinates=[0, 0, 0], numberOfDataCoordinates=3)), p.stiffness, p.damping,
-        dynamicFrictionForce=4.0, stickingStiffness=1e4)""",
+        item.NodeGenericData(initialCoordinates=[0, 0, 0], numberOfDataCoordinates=3)),
+        p.stiffness, p.damping, dynamicFrictionForce=4.0, stickingStiffness=1e4)""",
 )
 """With dry friction, which keeps where it sticks in data coordinates."""
 
@@ -378,32 +383,35 @@ def test_another_function_of_a_module_builds_the_model(
     del sys.modules["a_module_of_tests"]
 
 
+TO_FORCE = '"force": {"unit": "N", '
+LOAD_7 = 'mbs.AddLoad(item.LoadCoordinate("force", 7))'
+OWN_LOAD = LOAD.replace("mark", "mark, loadUserFunction=lambda *_: 1.0")
+OWN_SPRING = f"{SPRING[:-1]}, springForceUserFunction=lambda *_: "
 MISTAKES = [
     (LOAD, "pass", r"'force' acts on nothing: there is no load of that name \(loads: \[\]\)"),
     ('"force", mark', '"push", mark', r"loads: \['push'\]"),
-    ('SensorNode("position"', 'SensorNode("place"', r"no sensor 'position'.*\['acceleration', 'pl"),
+    ('SensorNode("position"', 'SensorNode("place"', r"no sensor 'position'.*\['acceleration', "),
     ('"force": "N"', '"force": {}', "its unit, for example"),
     ('"force": "N"', '"force": 3', "its unit, for example"),
-    ('"force": "N"', '"force": {"unit": "N", "parameter": "spring"}', "'OBJECT.PARAMETER'"),
-    ('"force": "N"', '"force": {"unit": "N", "parameter": "a.b"}', r"objects \[.*'spring'"),
-    ('"force": "N"', '"force": {"unit": "N", "parameter": "spring.b"}', r"parameters \[.*'offset'"),
-    ('"force": "N"', '"force": {"unit": "N", "sensor": "b"}', r"keys \['sensor'\]; expected some"),
-    ('"force": "N"', '"force": {"unit": "N", "range": 3}', r"\[LOW, HIGH\]"),
+    ('"force": "N"', TO_FORCE + '"parameter": "spring"}', "'OBJECT.PARAMETER'"),
+    ('"force": "N"', TO_FORCE + '"parameter": "a.b"}', r"objects \[.*'spring'"),
+    ('"force": "N"', TO_FORCE + '"parameter": "spring.b"}', r"parameters \[.*'offset'"),
+    ('"force": "N"', TO_FORCE + '"sensor": "b"}', r"keys \['sensor'\]; expected some"),
+    ('"force": "N"', TO_FORCE + '"range": 3}', r"\[LOW, HIGH\]"),
     ('"position": "m"', '"position": {"unit": "m", "sensor": "position[1]"}', "measures 1 values"),
     ('inputs = {"force": "N"}', "inputs = {}", "at least one signal"),
-    ('outputs = {"position": "m", "acceleration": "m/s^2"}', "", "outputs = None; expected a dict"),
+    ('outputs = {"position": "m", "acceleration": "m/s^2"}', "", "outputs = None; expected"),
     ("parameters = {", "parameters = {'list': [1], ", "numbers, texts or Booleans"),
-    ("def build(mbs, p)", "def build(mbs)", r"build\(mbs\); expected a function build\(mbs, p\)"),
+    ("def build(mbs, p)", "def build(mbs)", r"build\(mbs\); expected a function"),
     ("def build(", "def other(", "build = None; expected a function"),
     ("p.mass", "p.weight", r"AttributeError: .*'weight'.*model.py, line 14\)"),
     ('"N"}', '"N"', "SyntaxError"),
     ("def build(mbs, p):", "def build(mbs, p):\n    return None", "added no object to mbs"),
-    (LOAD, f"{LOAD}\n    mbs.SetPreStepUserFunction(lambda mbs, t: True)", "pre-step user function"),
-    (LOAD, 'mbs.AddLoad(item.LoadCoordinate("force", 7))', "ModelError: .*invalid marker number 7"),
-    (LOAD, 'mbs.AddLoad(item.LoadCoordinate("force", mark, loadUserFunction=lambda *_: 1.0))',
-     "has a user function; expected none"),
-    (SPRING, f"{SPRING[:-1]}, springForceUserFunction=lambda *_: [][1])", "IndexError.*line 17"),
-    (SPRING, f"{SPRING[:-1]}, springForceUserFunction=lambda *_: float('nan'))", "= nan; expected"),
+    (LOAD, "mbs.SetPreStepUserFunction(lambda mbs, t: True)", "pre-step user function"),
+    (LOAD, LOAD_7, "ModelError: .*invalid marker number 7"),
+    (LOAD, OWN_LOAD, "has a user function; expected none"),
+    (SPRING, OWN_SPRING + "[][1])", "IndexError.*line 17"),
+    (SPRING, OWN_SPRING + "float('nan'))", "= nan; expected"),
 ]  # fmt: skip
 """What is replaced in the oscillator, by what, and what is then said."""
 

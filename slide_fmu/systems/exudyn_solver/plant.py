@@ -154,8 +154,11 @@ class Plant:
             Coordinates in SI units, shape (n,); the current state stays as it is.
 
         Raises:
-            SimulationError: exudyn's static solver found none, or a user function failed.
+            SimulationError: exudyn's static solver found none, or a user function failed; or there
+                are first-order coordinates, which that solver leaves as they are.
         """
+        if self.mbs.systemData.ODE1Size():
+            raise SimulationError("exudyn finds no equilibrium of first-order coordinates")
         self._running = self.visible = False
         self._to_initial(self._origin, np.zeros(len(self._origin)))
         solver: Any = exu.MainSolverStatic()

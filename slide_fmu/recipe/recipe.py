@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from slide_fmu.core.signals import Angle, Hold
 from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
+from slide_fmu.recipe.automatic import LENGTHS, with_guesses
 from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.learning import (
@@ -84,8 +85,8 @@ class WindowRecipe(Table):
 
     Attributes:
         step: sample step h in s.
-        n_in: number of input samples.
-        n_out: number of output samples.
+        n_in: number of input samples; found from the decay time if ``"auto"`` or not given.
+        n_out: number of output samples; follows ``n_in`` if ``"auto"`` or not given.
         remaining_amplitude: fraction to which initial effects must have decayed.
         allow_short: whether a window is accepted that is too short for the system.
     """
@@ -108,8 +109,10 @@ class DataRecipe(Table):
 
     Attributes:
         seed: entropy of every trajectory's own seed.
-        duration: length of a trajectory in s, after the burn-in.
-        burn_in: time in s that a random initial state is given to decay; not stored.
+        duration: length of a trajectory in s, after the burn-in; from the window if ``"auto"`` or
+            not given.
+        burn_in: time in s that a random initial state is given to decay; not stored; one window
+            if ``"auto"`` or not given.
         train, validation, estimator, estimator_validation: numbers of trajectories.
         beyond: number of trajectories beyond the range; a state-space network learns from them
             too, with a low weight, so that it stays sensible there.
@@ -170,6 +173,8 @@ class Recipe(Table):
         name: C identifier; names the run, the surrogate and the FMU.
         description: one line for people.
         equations: equations of motion and parameters, for the model card.
+        automatic: keys that the recipe leaves to be found (``"window.n_in"``); they hold first
+            guesses until ``with_resolved``, and nothing is learnt before. No key of a file.
     """
 
     name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
@@ -183,6 +188,12 @@ class Recipe(Table):
     estimator: EstimatorRecipe | None = None
     stability: StabilityRecipe = StabilityRecipe()
     validation: ValidationRecipe = ValidationRecipe()
+    automatic: tuple[str, ...] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _guess_what_is_automatic(cls, values: Any) -> Any:
+        return with_guesses(values) if isinstance(values, dict) else values
 
     @model_validator(mode="before")
     @classmethod
@@ -268,8 +279,14 @@ class Recipe(Table):
         scored = 1 if self.estimator is None else self.estimator.span or window.n_out
         return (first + scored - 1 - burn_in) * window.step
 
+    def _is_guessed(self) -> bool:
+        """Whether lengths are first guesses, with which nothing that is given need agree."""
+        return any(key in LENGTHS for key in self.automatic)
+
     @model_validator(mode="after")
     def _estimator_stays_in_the_window(self) -> Recipe:
+        if self._is_guessed():
+            return self
         lags = (self.estimator and self.estimator.lags) or (0,)
         if lags[-1] > self.window.n_in - self.window.n_out:
             raise ValueError(
@@ -281,6 +298,8 @@ class Recipe(Table):
 
     @model_validator(mode="after")
     def _trajectories_are_long_enough(self) -> Recipe:
+        if self._is_guessed():
+            return self
         window, data = self.window, self.data
         span = 0 if self.estimator is None else self.estimator.span or 0
         longest = max(window.n_in, window.n_in - window.n_out + span)

@@ -121,7 +121,7 @@ class DataRecipe(Table):
             not given.
     """
 
-    seed: int = Field(ge=0)
+    seed: int = Field(default=0, ge=0)
     duration: PositiveFloat
     burn_in: float = Field(ge=0, allow_inf_nan=False)
     train: PositiveInt

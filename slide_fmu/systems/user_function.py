@@ -64,7 +64,8 @@ class UserFunction:
         Raises:
             FunctionError: as of a call, or a number is not finite.
         """
-        values = self(x, u, p, du)
+        with np.errstate(all="ignore"):  # what comes of it is told here
+            values = self(x, u, p, du)
         if not np.isfinite(values).all():
             raise FunctionError(f"{self.name} gave {values.tolist()}; expected finite numbers")
         return values

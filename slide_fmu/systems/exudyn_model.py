@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
@@ -18,18 +19,20 @@ from slide_fmu.systems.base import (
     State,
     simulate,
 )
-from slide_fmu.systems.exudyn_solver.model_file import ModelFile, read_model
+from slide_fmu.systems.declarations import require_parameters
+from slide_fmu.systems.exudyn_solver.model_file import BUILD, ModelFile, read_model
 from slide_fmu.systems.exudyn_solver.plant import Integrator, Plant, told_by_exudyn
 from slide_fmu.systems.exudyn_solver.wired_system import Solver, WiredPlant, WiredSystem
 from slide_fmu.systems.exudyn_solver.wires import InputWire, OutputWire
 from slide_fmu.systems.found import Found, FoundParameter
 from slide_fmu.systems.specification import SignalChoice, Specification, chosen_signals
+from slide_fmu.systems.user_code import imported
 
-SOLVER: dict[str, Parameter] = {"substeps": "auto", "integrator": "auto", "start": "equilibrium"}
+SOLVER: dict[str, Parameter] = {"substeps": 0, "integrator": "auto", "start": "equilibrium"}
 """Every model has these parameters beside its own, whose table may set other defaults of these.
 
 ``substeps``, the integration steps per sample step, and ``integrator`` are as of ``Solver``, which
-chooses where they are ``"auto"``. ``start`` says where motions begin: at the static
+chooses where they are 0 and ``"auto"``. ``start`` says where motions begin: at the static
 ``"equilibrium"`` under the first input, or at the ``"initial"`` configuration of the model.
 """
 _CHOICES = {"integrator": ("auto", *get_args(Integrator)), "start": ("equilibrium", "initial")}
@@ -56,9 +59,9 @@ class _ExudynSystem(WiredSystem):
         self.specification, self._values = specification, _values(specification, file)
         inputs = chosen_signals("input", file.inputs, specification.inputs)
         outputs = chosen_signals("output", file.outputs, specification.outputs)
-        chosen, integrator = self._values["substeps"], cast(Any, self._values["integrator"])
-        substeps = None if chosen == "auto" else int(chosen)
-        solver = Solver(specification.sample_step(), substeps, integrator)
+        step = specification.step or file.step or specification.sample_step()
+        substeps, integrator = (cast(Any, self._values[n]) for n in ("substeps", "integrator"))
+        solver = Solver(step, substeps, integrator)
         super().__init__(0, inputs, outputs, solver)
         self._samples = 0
         model = self._built = self._build()
@@ -206,6 +209,18 @@ def make(specification: Specification) -> ExudynSystem | LinearizableExudynSyste
     return system
 
 
+def recognises(model: str) -> bool:
+    """Whether a model is a Python file or module that defines a function ``build``.
+
+    Raises:
+        LoadError: it cannot be run.
+    """
+    if model.endswith(".fmu"):
+        return False
+    module, function = imported(f"system {model!r}", model)
+    return inspect.isfunction(vars(module).get(function or BUILD))
+
+
 def describe(model: str) -> Found:
     """Build a model and say what it declares.
 
@@ -216,7 +231,7 @@ def describe(model: str) -> Found:
     inputs, outputs = (
         tuple(_with_range(choice) for choice in choices) for choices in (file.inputs, file.outputs)
     )
-    given = Specification(model, {}, _TRIED_STEP, "exudyn", inputs, outputs)
+    given = Specification(model, {}, file.step or _TRIED_STEP, "exudyn", inputs, outputs)
     values = {**SOLVER, **file.parameters}
     system = make(given)
     remarks = [f"input {name} {_ACTS[what]}" for name, what in system.acts.items()]
@@ -226,7 +241,7 @@ def describe(model: str) -> Found:
         values["start"] = "initial"
         remarks.append(f'start = "initial", since {error}')
     parameters = tuple(FoundParameter(name, value) for name, value in values.items())
-    return Found("exudyn", model, parameters, file.inputs, file.outputs, None, tuple(remarks))
+    return Found("exudyn", model, parameters, file.inputs, file.outputs, file.step, tuple(remarks))
 
 
 def integration_error(specification: Specification, inputs: FloatArray) -> FloatArray:
@@ -253,20 +268,16 @@ def _values(specification: Specification, file: ModelFile) -> dict[str, Paramete
     """Give all parameters of a model, those of the recipe before those of its file."""
     offered = {**SOLVER, **file.parameters}
     what = f"system {specification.model!r}"
-    unknown = sorted(set(specification.parameters) - set(offered))
-    if unknown:
-        raise LoadError(
-            f"{what}: unknown parameters {unknown}; expected some of {sorted(offered)}: correct "
-            "or remove them"
-        )
+    require_parameters(what, offered, specification.parameters)
     values = {**offered, **specification.parameters}
     for name, words in _CHOICES.items():
         if values[name] not in words:
             raise LoadError(f"{what}: {name} = {values[name]!r}; expected one of {list(words)}")
     substeps = values["substeps"]
-    if substeps != "auto" and (type(substeps) is not int or substeps < 1):
+    if type(substeps) is not int or substeps < 0:
         raise LoadError(
-            f"{what}: substeps = {substeps!r}; expected a whole number from 1, or 'auto'"
+            f"{what}: substeps = {substeps!r}; expected a whole number from 1, or 0 for as many "
+            "as the integrator usually needs"
         )
     return values
 

@@ -17,7 +17,7 @@ from slide_fmu.systems.exudyn_solver.plant_system import PlantSystem
 from slide_fmu.systems.exudyn_solver.wires import InputWire, OutputWire, Variables, Wires
 
 SUBSTEPS: dict[Integrator, int] = {"explicit": 4, "generalized_alpha": 20, "trapezoidal": 20}
-"""Integration steps per sample step where nobody gives a number."""
+"""Every integrator takes so many steps per sample step where nobody gives a number."""
 FASTEST = 1.0
 """An eigenvalue |v| in 1/s times the substep, up to which the explicit integrator is chosen."""
 
@@ -28,7 +28,7 @@ class Solver:
 
     Attributes:
         step: sample step h in s.
-        substeps: integration steps per sample step; None: 4 if explicit, else 20.
+        substeps: integration steps per sample step; 0: 4 if explicit, else 20 (``SUBSTEPS``).
         integrator: how; ``"auto"``: explicit, unless the model has constraints, coordinates that
             are not of second order, parameters that move within a step, or is stiff
             (``FASTEST``); then generalized-alpha.
@@ -36,7 +36,7 @@ class Solver:
     """
 
     step: float
-    substeps: int | None
+    substeps: int
     integrator: Integrator | Literal["auto"]
     accelerations: bool = True
 

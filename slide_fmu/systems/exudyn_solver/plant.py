@@ -126,7 +126,7 @@ class Plant:
                 numbers; the state is still the one before.
         """
         # a run that fails is not running: the next step starts anew from the state before
-        was_running = self._running and self.continuous
+        was_running = self._running and (self.continuous or self._solver is not self._starter)
         self._running = self.visible = False
         if was_running:  # it goes on from t = 0
             self._solver.it.currentTime = 0.0

@@ -89,22 +89,22 @@ class WiredSystem(PlantSystem[WiredPlant]):
         container, mbs, kept = assembled(self._fill)
         wires = Wires(mbs, inputs, outputs, self._moving)
         plant = _plant(container, mbs, self.solver, wires.moves_parameters)
-        plant.continuous = self._moving
+        plant.continuous = False  # forces jump with held inputs, and with rates of moving ones
         if wires.moves_parameters:
             plant.before_substep = wires.move
         return WiredPlant(plant, wires, kept)
 
     def _apply(self, model: WiredPlant, inputs: FloatArray) -> None:
         if self._moving:
-            model.wires.apply(self._last_input, (inputs - self._last_input) / self.step)
+            model.wires.ramp(self._last_input, (inputs - self._last_input) / self.step)
         else:
-            model.wires.apply(inputs, np.zeros(len(inputs)))
+            model.wires.hold(inputs)
 
     def output(self) -> FloatArray:
         """Return what the sensors measure, shape (n_outputs,)."""
         model = self._model()
         if not model.plant.visible:
-            self._hold(model, self._last_input)
+            model.wires.hold(self._last_input)
             model.plant.show()
         return model.wires.read()
 
@@ -116,22 +116,18 @@ class WiredSystem(PlantSystem[WiredPlant]):
             ValueError: the input is not finite.
         """
         held, model = self._finite_inputs("held input", held_input), self._model()
-        self._hold(model, held)
+        model.wires.hold(held)
         coordinates = model.plant.equilibrium()
         return State(coordinates, np.zeros(len(coordinates)), held)
 
     def linearize(self, state: State) -> Linearization:
         wires = self._model().wires
         kept = wires.motion
-        self._hold(self._model(), state.last_input)
+        wires.hold(state.last_input)
         try:
             return super().linearize(state)
         finally:
             wires.motion = kept
-
-    def _hold(self, model: WiredPlant, inputs: FloatArray) -> None:
-        """Let inputs, shape (n_inputs,), act without change."""
-        model.wires.apply(inputs, np.zeros(len(inputs)))
 
 
 def assembled(fill: Callable[[Any], object]) -> tuple[Any, Any, object]:

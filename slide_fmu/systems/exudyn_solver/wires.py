@@ -100,7 +100,8 @@ class Wires:
         self._variables: Variables = mbs.variables
         self._setters: list[tuple[str, Callable[[float], None]]] = []
         self.acts = {wire.name: self._connect(wire) for wire in inputs}
-        self.apply(np.zeros(len(inputs)), np.zeros(len(inputs)))
+        self._still: Motion = {wire.name + RATE: (0.0, 0.0) for wire in inputs}
+        self.hold(np.zeros(len(inputs)))
         self._sensors = [self._sensor(wire) for wire in outputs]
 
     @property
@@ -118,7 +119,15 @@ class Wires:
         self._variables.motion = motion
         self.move(float(self._mbs.systemData.GetTime()))
 
-    def apply(self, values: FloatArray, rates: FloatArray) -> None:
+    def hold(self, values: FloatArray) -> None:
+        """Let inputs, shape (n_inputs,), act without change."""
+        motion = dict(self._still)
+        for wire, value in zip(self._inputs, values.tolist(), strict=True):
+            motion[wire.name] = value, 0.0
+        self._variables.motion = motion
+        self.move(0.0)
+
+    def ramp(self, values: FloatArray, rates: FloatArray) -> None:
         """Let inputs, (n_inputs,), begin the next step, moving with rates per s, (n_inputs,)."""
         motion: Motion = {}
         for wire, value, rate in zip(self._inputs, values.tolist(), rates.tolist(), strict=True):
@@ -134,14 +143,7 @@ class Wires:
 
     def read(self) -> FloatArray:
         """Return what the sensors measure, shape (n_outputs,), perhaps not finite."""
-        values = (self._mbs.GetSensorValues(number) for number, _ in self._sensors)
-        return np.array(
-            [
-                value if component is None else value[component]
-                for value, (_, component) in zip(values, self._sensors, strict=True)
-            ],
-            dtype=np.float64,
-        )
+        return np.array([sensor() for sensor in self._sensors], dtype=np.float64)
 
     def require_readers(self) -> None:
         """Refuse inputs that act on nothing, after forces and outputs were evaluated once.
@@ -218,8 +220,8 @@ class Wires:
             )
         return lambda value: mbs.SetObjectParameter(objects[item], parameter, value)
 
-    def _sensor(self, wire: OutputWire) -> tuple[Any, int | None]:
-        """Find the sensor of an output, and which component of its values counts."""
+    def _sensor(self, wire: OutputWire) -> Callable[[], Any]:
+        """Find the sensor of an output, and return what reads it."""
         mbs = self._mbs
         count = mbs.systemData.NumberOfSensors()
         sensors = {mbs.GetSensor(i)["name"]: i for i in range(count)}
@@ -228,16 +230,17 @@ class Wires:
                 f"output {wire.name!r}: the model has no sensor {wire.sensor!r}; expected one of "
                 f"{sorted(sensors)}: name a sensor so in build, or give the output's sensor"
             )
-        number = sensors[wire.sensor]
-        size, component = np.size(mbs.GetSensorValues(number)), wire.component
-        if component is None and size == 1:
-            return number, 0 if np.ndim(mbs.GetSensorValues(number)) else None
-        if component is None or not 0 <= component < size:
+        number, component = sensors[wire.sensor], wire.component
+        value = mbs.GetSensorValues(number)
+        size = np.size(value)
+        if size > 1 if component is None else component >= size:
             raise LoadError(
                 f"output {wire.name!r}: sensor {wire.sensor!r} measures {size} values; expected "
                 f'the number of one, from 0: write sensor = "{wire.sensor}[0]"'
             )
-        return number, component if np.ndim(mbs.GetSensorValues(number)) else None
+        if np.ndim(value) == 0:
+            return lambda: mbs.GetSensorValues(number)
+        return lambda: mbs.GetSensorValues(number)[component or 0]
 
 
 def _direction(name: str, vector: Any) -> list[float]:

@@ -265,6 +265,22 @@ def test_linearization_is_taken_at_the_input_of_its_state(tmp_path: Path) -> Non
     assert found.stiffness == pytest.approx(57.0, rel=1e-6)
 
 
+def test_linearization_sees_loads_that_depend_on_the_state(tmp_path: Path) -> None:
+    function = (
+        "mbs.AddLoad(item.LoadCoordinate(markerNumber=mark, loadUserFunction=lambda mbs, t, load:"
+        " mbs.variables['force'] - 30.0 * mbs.GetNodeOutput(node, OF.Coordinates)))"
+    )
+    system = system_of(model(tmp_path, OSCILLATOR, (LOAD, function)))
+    assert system.linearize(system.get_state()).stiffness == pytest.approx(80.0, rel=1e-6)
+
+
+def test_linearization_at_a_kink_has_the_mean_slope() -> None:
+    system = system_of(QUARTER_CAR)
+    found = system.linearize(system.rest_state(np.zeros(1)))
+    expected = 1350.0 * np.array([[1, -1], [-1, 1]]) + np.diag([100.0, 0.0])
+    assert found.damping == pytest.approx(expected, rel=1e-6)
+
+
 ROD = OSCILLATOR.replace(
     LOAD,
     """other = mbs.AddNode(item.Node1D(referenceCoordinates=[0.0]))

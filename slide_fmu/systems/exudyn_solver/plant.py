@@ -38,6 +38,8 @@ _SMALLEST_SUBSTEP = 1.0 / 64.0
 _RELATIVE_TOLERANCE, _ABSOLUTE_TOLERANCE = 1e-4, 1e-6
 """Newton's residual must fall below these, the first relative to the first residual of the step.
 If the second one were too small, rounding would keep Newton's method from reaching it at rest."""
+_DIFFERENCE = 1e-6
+"""Linearizations move coordinates by this, and by this part of themselves."""
 _REMEDY = "Use more substeps, a shorter step, or inputs within the range of the system"
 
 
@@ -65,6 +67,8 @@ class Plant:
             implicit integrator that ends at it, and with 0 before initial accelerations and
             linearizations. What depends on time is set there, and on nothing else, since divided
             substeps go back in time.
+        has_kinks: whether forces may have kinks, as a damper at rest, or loads may depend on the
+            state; exudyn's own differences, which are faster, go to one side and leave out loads.
         visible: whether sensors see the current state.
     """
 
@@ -89,7 +93,7 @@ class Plant:
         """
         self.mbs: Any = mbs
         self.step, self.substeps = step, substeps
-        self.continuous = True
+        self.continuous, self.has_kinks = True, False
         self.before_substep: Callable[[float], None] = lambda time: None
         self._container = container
         explicit = integrator == "explicit"
@@ -176,13 +180,33 @@ class Plant:
         accelerations = data.GetODE2Coordinates_tt(_CURRENT)
         self._to_initial(coordinates, velocities)
         parts = self.mbs.ComputeLinearizedSystem(returnConstraintJacobian=True)
+        mass, stiffness, damping = parts[:3]
+        if self.has_kinks:
+            solver: Any = exu.MainSolverImplicitSecondOrder()
+            self._call("did not start", solver.InitializeSolver, solver)
+            stiffness = self._slopes(solver, coordinates, data.SetODE2Coordinates)
+            damping = self._slopes(solver, velocities, data.SetODE2Coordinates_t)
         data.SetSystemState(kept, _CURRENT)
         data.SetODE2Coordinates_tt(accelerations, _CURRENT)
         data.SetTime(time, _CURRENT)
-        mass, stiffness, damping = parts[:3]
         transposed = parts[3] if len(parts) > 3 else []  # a system without constraints gives none
-        constraints = np.array(transposed, dtype=np.float64).reshape(len(mass), -1).T
+        constraints = np.array(transposed, dtype=np.float64).reshape(self._size, -1).T
         return Linearization(mass, damping, stiffness, constraints)
+
+    def _slopes(self, solver: Any, values: FloatArray, set_to: Callable[..., None]) -> FloatArray:
+        """Return by how much forces fall with what ``set_to`` sets, by central differences."""
+        columns = []
+        for index, reach in enumerate(_DIFFERENCE * (1.0 + np.abs(values[: self._size]))):
+            forces = []
+            for sign in (1.0, -1.0):
+                moved = values[: self._size].copy()
+                moved[index] += sign * reach
+                set_to(moved, _CURRENT)
+                solver.ComputeODE2RHS(self.mbs)
+                forces.append(solver.GetSystemResidual()[: self._size])
+            columns.append((forces[1] - forces[0]) / (2.0 * reach))
+        set_to(values[: self._size], _CURRENT)
+        return np.array(columns).T
 
     def _start(self, solver: Any) -> None:
         """Begin a solver run at the current state; an implicit solver computes accelerations."""

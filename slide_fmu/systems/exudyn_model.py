@@ -63,6 +63,7 @@ class _ExudynSystem(WiredSystem):
         substeps, integrator = (cast(Any, self._values[n]) for n in ("substeps", "integrator"))
         solver = Solver(step, substeps, integrator)
         super().__init__(0, inputs, outputs, solver)
+        self._require_straight_inputs()
         self._samples = 0
         model = self._built = self._build()
         self._require_integrator(model)
@@ -102,18 +103,28 @@ class _ExudynSystem(WiredSystem):
             )
         return kept
 
+    def _require_straight_inputs(self) -> None:
+        """Refuse angles that turn within a step: inputs move along straight lines here."""
+        turning = [signal.name for signal in self.inputs if signal.angle and self._moving]
+        if turning:
+            raise LoadError(
+                f"inputs {turning} are cosine and sine of an angle with a first-order hold; "
+                "expected inputs that move linearly: give the angle itself as the input"
+            )
+
     def _require_integrator(self, model: WiredPlant) -> None:
         """Refuse an explicit integrator that cannot do what the recipe or the file asks of it."""
-        if self._values["integrator"] != "explicit":
-            return
-        constrained = model.plant.mbs.systemData.AEsize() > 0
-        if constrained or model.wires.moves_parameters:
-            reason = (
-                "the model has constraints" if constrained else "a parameter moves within a step"
-            )
-            raise LoadError(
-                f"integrator = 'explicit', but {reason}; expected another integrator: set 'auto'"
-            )
+        data = model.plant.mbs.systemData
+        reasons = {
+            "the model has constraints": data.AEsize(),
+            "the model has data coordinates": data.DataSize(),
+            "a parameter moves within a step": model.wires.moves_parameters,
+        }
+        for reason, applies in reasons.items():
+            if applies and self._values["integrator"] == "explicit":
+                raise LoadError(
+                    f"integrator = 'explicit', but {reason}; expected another one: set 'auto'"
+                )
 
     def _wires(self) -> tuple[Sequence[InputWire], Sequence[OutputWire]]:
         return read_model(self.specification.model).wires

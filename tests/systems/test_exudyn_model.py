@@ -353,6 +353,8 @@ FRICTION = OSCILLATOR.replace(
 def test_data_coordinates_are_a_part_of_the_state(tmp_path: Path) -> None:
     system, inputs = system_of(model(tmp_path, FRICTION)), noise(100, size=20.0)
     assert not isinstance(system, Linearizable)
+    with pytest.raises(LoadError, match="data coordinates"):
+        system_of(model(tmp_path, FRICTION), integrator="explicit")
     simulate(system, inputs[:40])
     state = system.get_state()
     assert state.coordinates.shape == (4,)
@@ -466,6 +468,14 @@ def test_explicit_integrator_refuses_parameters_that_move(tmp_path: Path) -> Non
     path = model(tmp_path, OSCILLATOR, ('{"force": "N"}', declared), (LOAD, "pass"))
     with pytest.raises(LoadError, match="moves within a step"):
         system_of(path, "first_order", integrator="explicit")
+
+
+def test_angle_that_turns_within_a_step_is_refused(tmp_path: Path) -> None:
+    pair = """{"force": {"unit": "1", "angle": "cosine"}, "sine": {"unit": "1", "angle": "sine"}}
+hold = "first_order\""""
+    path = model(tmp_path, OSCILLATOR, ('{"force": "N"}', pair))
+    with pytest.raises(LoadError, match=r"\['force', 'sine'\] are cosine and sine"):
+        describe(path)
 
 
 def test_failure_of_a_step_says_when_and_under_what_input(tmp_path: Path) -> None:

@@ -10,13 +10,15 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.table import Table
 
 from slide_fmu.cli.console import (
     console,
     errors,
     progress_bars,
+    show_draft,
     show_remark,
+    show_sizing,
+    show_trial,
     show_validation,
     write_json,
 )
@@ -32,6 +34,81 @@ from slide_fmu.cli.options import (
     TrajectoriesOption,
     WorkersOption,
 )
+
+
+def init(
+    model: Annotated[
+        str,
+        typer.Argument(
+            help="Take this model: an FMU, a Python file, or package.module:Class; with --kind, "
+            "a new model of this name is written where there is none."
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--recipe", help="Write the recipe here; NAME.toml otherwise."),
+    ] = None,
+    inputs: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--input",
+            metavar="NAME=LOW..HIGH",
+            help="Take this input, with this range; once for each. All inputs if not given.",
+        ),
+    ] = None,
+    outputs: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--output",
+            metavar="NAME",
+            help="Take this output; once for each. All outputs if not given.",
+        ),
+    ] = None,
+    kind: Annotated[
+        str | None, typer.Option(help="Take the model as this kind: class, exudyn, fmu, function.")
+    ] = None,
+    step: Annotated[
+        float | None, typer.Option(help="Sample step in s; found by simulation if not given.")
+    ] = None,
+    name: Annotated[str | None, typer.Option(help="Name of the recipe and of the FMU.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace what is there.")] = False,
+) -> None:
+    """Write a first recipe for a model of your own, and say what was found and assumed."""
+    from slide_fmu.core.files import write_whole
+    from slide_fmu.pipeline.proposal import Wish, parse_range, propose
+
+    with progress_bars() as bar:
+        wish = Wish(model, parse_range(inputs or []), tuple(outputs or ()), kind, step, name)
+        proposal = propose(wish, bar("motions"))
+        place = output or Path(f"{proposal.draft.name}.toml")
+        if place.exists() and not force:
+            raise ValueError(f"{place} is there already; choose another with -o, or add --force")
+        write_whole(place, proposal.text.encode("utf-8"))
+    show_draft(proposal)
+    console.print(f"recipe  {place}\nnext    slide-fmu try {place}")
+
+
+def try_(
+    recipe: RecipeArgument,
+    json_path: JsonOption = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Draw the motions with this seed.")
+    ] = None,
+    runs: RunsOption = Path("runs"),
+) -> None:
+    """Tell in a minute whether a recipe fits: signals, decay, window, and what data will cost."""
+    from slide_fmu.memory.sizing import require_window
+    from slide_fmu.pipeline.job import open_job
+    from slide_fmu.pipeline.trial import try_recipe
+
+    with progress_bars() as bar:
+        job = open_job(recipe, runs, bar)
+        trial = try_recipe(job, seed)
+    show_trial(trial.figures())
+    write_json(json_path, trial.figures())
+    with errors():
+        require_window(job.recipe, trial.sizing)
+    console.print(f"next    slide-fmu run {recipe}")
 
 
 def run(
@@ -67,21 +144,16 @@ def window(
     runs: RunsOption = Path("runs"),
 ) -> None:
     """Compute decay times of a system, linearized and measured, and the window they ask for."""
-    from slide_fmu.memory.sizing import decay_rows, require_window
+    from slide_fmu.memory.sizing import require_window
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.stages import size_recipe
 
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar)
         sizing = size_recipe(job, seed)
-    figures = sizing.figures()
-    headings, *rows = decay_rows(figures)
-    table = Table(*headings)
-    for row in rows:
-        table.add_row(*row)
-    console.print(table)
+    show_sizing(sizing.figures())
     show_remark(sizing.remark)
-    write_json(json_path, figures)
+    write_json(json_path, sizing.figures())
     with errors():
         require_window(job.recipe, sizing)
 

@@ -232,7 +232,8 @@ class Recipe(Table):
             return values
         if not (isinstance(step, int | float) and math.isfinite(step) and step > 0):
             return values  # the mistake in the step is told by its own check
-        return {**values, "data": {**data, "excitation": default_excitation(float(step))}}
+        mix = default_excitation(float(step), _inputs_move(values.get("system")))
+        return {**values, "data": {**data, "excitation": mix}}
 
     @model_validator(mode="after")
     def _beyond_is_learnt(self) -> Recipe:
@@ -316,3 +317,10 @@ class Recipe(Table):
                     f"n_in = {window.n_in}, n_out = {window.n_out} samples{also}"
                 )
         return self
+
+
+def _inputs_move(system: Any) -> bool:
+    """Whether the table ``system`` says of an input that it has a first-order hold."""
+    inputs = system.get("inputs") if isinstance(system, dict) else None
+    tables = inputs.values() if isinstance(inputs, dict) else ()
+    return any(isinstance(table, dict) and table.get("hold") == "first_order" for table in tables)

@@ -75,9 +75,13 @@ def recipe_text(draft: Draft) -> str:
         "[window]",
         *_comment(draft.step_origin),
         f"step = {_value(draft.step)}",
-        *_comment("n_in and n_out follow from how long the system remembers its past."),
+        *_comment(
+            "The lengths n_in and n_out follow from how long the system remembers: until this "
+            "part of what happened before is left."
+        ),
+        "remaining_amplitude = 0.001",
         "",
-        *_excitation_lines(draft.step),
+        *_excitation_lines(draft),
         *_comment("The FMU estimates its own error; without this table it does not."),
         "[estimator]",
         "",
@@ -120,13 +124,14 @@ def _signal_lines(what: str, signal: DraftSignal) -> list[str]:
     return [*lines, ""]
 
 
-def _excitation_lines(step: float) -> list[str]:
+def _excitation_lines(draft: Draft) -> list[str]:
     lines = _comment(
         "The inputs of the training: weights say how often a kind is drawn, amplitudes are parts "
         'of an input\'s range, angular frequencies are in rad/s, durations in s. A kind "file" '
         "with a path takes inputs of your own, recorded as CSV."
     )
-    for table in default_excitation(step):
+    moving = any(signal.choice.hold == "first_order" for signal in draft.inputs)
+    for table in default_excitation(draft.step, moving):
         lines.append("[[data.excitation]]")
         lines += [f"{key} = {_value(value)}" for key, value in table.items()]
         lines.append("")

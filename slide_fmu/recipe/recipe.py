@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from pydantic import Field, model_validator
@@ -10,6 +11,7 @@ from slide_fmu.core.signals import Angle, Hold
 from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.automatic import LENGTHS, with_guesses
+from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.learning import (
     METHODS,
@@ -115,10 +117,11 @@ class DataRecipe(Table):
         beyond: number of trajectories beyond the range; a state-space network learns from them
             too, with a low weight, so that it stays sensible there.
         beyond_factor: range of the factor on their excitation.
-        excitation: kinds of excitation with their weights.
+        excitation: kinds of excitation with their weights; a mix that follows from the step if
+            not given.
     """
 
-    seed: int = Field(ge=0)
+    seed: int = Field(default=0, ge=0)
     duration: PositiveFloat
     burn_in: float = Field(ge=0, allow_inf_nan=False)
     train: PositiveInt
@@ -216,6 +219,20 @@ class Recipe(Table):
                 f"{network['family']!r}"
             )
         return {**values, "network": network, "training": {"method": method, **training}}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _excitation_follows_the_step(cls, values: Any) -> Any:
+        """A recipe without ``data.excitation`` gets the mix that its step asks for."""
+        if not isinstance(values, dict):
+            return values
+        data, window = values.get("data", {}), values.get("window", {})
+        step = window.get("step") if isinstance(window, dict) else None
+        if not isinstance(data, dict) or "excitation" in data:
+            return values
+        if not (isinstance(step, int | float) and math.isfinite(step) and step > 0):
+            return values  # the mistake in the step is told by its own check
+        return {**values, "data": {**data, "excitation": default_excitation(float(step))}}
 
     @model_validator(mode="after")
     def _beyond_is_learnt(self) -> Recipe:

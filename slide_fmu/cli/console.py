@@ -151,6 +151,15 @@ def show_remark(remark: str | None) -> None:
         console.print(f"remark: {remark}", style="yellow")
 
 
+def show_found(resolved: dict[str, dict[str, Any]]) -> None:
+    """Print the values that were found for what a recipe leaves open."""
+    found = [
+        f"{t}.{key} = {value}" for t, inner in resolved.items() for key, value in inner.items()
+    ]
+    if found:
+        console.print(f"found   {', '.join(found)}")
+
+
 @contextmanager
 def progress_bars() -> Iterator[Stages]:
     """Show progress as bars on a terminal, as lines elsewhere; errors become messages."""

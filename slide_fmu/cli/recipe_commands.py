@@ -16,6 +16,7 @@ from slide_fmu.cli.console import (
     errors,
     progress_bars,
     show_draft,
+    show_found,
     show_remark,
     show_sizing,
     show_trial,
@@ -128,6 +129,7 @@ def run(
 
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar, seed, data_seed)
+        show_found(job.resolved)
         finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
     for name, validation in finished.figures["validation"].items():
         show_validation(validation, name)
@@ -144,16 +146,21 @@ def window(
     runs: RunsOption = Path("runs"),
 ) -> None:
     """Compute decay times of a system, linearized and measured, and the window they ask for."""
+    from slide_fmu.memory.bandwidth import step_remark
     from slide_fmu.memory.sizing import require_window
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.stages import size_recipe
 
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar)
+        show_found(job.resolved)
         sizing = size_recipe(job, seed)
-    show_sizing(sizing.figures())
+        coarse_or_wasted = step_remark(job.recipe)
+    figures = sizing.figures()
+    show_sizing(figures)
     show_remark(sizing.remark)
-    write_json(json_path, sizing.figures())
+    show_remark(coarse_or_wasted)
+    write_json(json_path, {**figures, "step_remark": coarse_or_wasted})
     with errors():
         require_window(job.recipe, sizing)
 

@@ -26,9 +26,11 @@ def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress)
     trajectory.
 
     Raises:
+        RecipeError: the recipe leaves something to be found.
         StoreError: the store belongs to another recipe or model.
         SimulationError: the system could not be simulated; trajectories in the store stay there.
     """
+    recipe.require_resolved()
     system = recipe_system(recipe)
     count = round(recipe.data.duration / recipe.window.step)
     shapes = {"inputs": (count, len(system.inputs)), "outputs": (count + 1, len(system.outputs))}

@@ -59,12 +59,14 @@ def fit_surrogate(
     interrupted trainings.
 
     Raises:
+        RecipeError: the recipe leaves something to be found.
         StoreError: trajectories are missing, or were made from another recipe or model.
         TrainingError: a training diverged.
         UnstableModeError: a mode of the system linearized at rest grows.
         ValueError: signs shall be flipped of signals that are not symmetric, or a signal never
             moves in the training data.
     """
+    recipe.require_resolved()
     require_origin(store, recipe, probe(recipe, system))
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     surrogate, history = _fit_network(recipe, system, (store, checkpoints), device, progress)

@@ -70,25 +70,35 @@ def proposed_step(make: Callable[[float], System], first: float = 0.01) -> Propo
 
     Raises:
         LoadError: the system cannot be made with the first step.
-        SimulationError: it cannot be simulated with it.
+        SimulationError: it cannot be simulated with any step that was tried.
     """
-    step, found = first, bandwidth(make(first))
+    step, (found, failure) = first, _seen(make(first))
     for _ in range(ZOOMS):
-        # of a system that follows its inputs at once only a finer step may show more
+        # where nothing is seen, only a finer step may show more
         part = 1.0 if found is None else 2.0 * found * step
         if WASTED <= part <= RESOLVED:
             break
         other = step / ZOOM if part > RESOLVED else step * ZOOM
         try:
-            seen = bandwidth(make(other))
-        except (LoadError, SimulationError):  # it has a step of its own, or none so long
+            seen, failure = _seen(make(other))
+        except LoadError:  # it has a step of its own
             break
         if part < WASTED and (seen is None or 2.0 * seen * other > RESOLVED):
             break
         step, found = other, seen
-    if found is None:
-        return ProposedStep(first, None)
-    return ProposedStep(tidy_step(1.0 / (SAMPLES_PER_PERIOD * found)), found)
+    if found is not None:
+        return ProposedStep(tidy_step(1.0 / (SAMPLES_PER_PERIOD * found)), found)
+    if failure is not None:
+        raise failure
+    return ProposedStep(first, None)
+
+
+def _seen(system: System) -> tuple[float | None, SimulationError | None]:
+    """Return the bandwidth of a system, or why it could not be simulated with its step."""
+    try:
+        return bandwidth(system), None
+    except SimulationError as error:
+        return None, error
 
 
 def bandwidth(system: System) -> float | None:

@@ -9,6 +9,7 @@ from importlib import metadata
 from pathlib import Path
 
 from slide_fmu.core.progress import Stages
+from slide_fmu.memory.sizing import Sizing
 from slide_fmu.pipeline.resolved import Resolved, resolved_lengths
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.reading import parse_recipe, read_recipe_text, with_resolved
@@ -27,6 +28,7 @@ class Job:
         folder: folder in which its files lie.
         bar: opens the progress of a stage.
         resolved: values that were found for what the recipe leaves open, as a table of tables.
+        sizing: how the window of this recipe was sized when it was found; None if it was not now.
     """
 
     text: str = field(repr=False)
@@ -34,6 +36,7 @@ class Job:
     folder: RunFolder
     bar: Stages = field(repr=False)
     resolved: Resolved = field(default_factory=dict)
+    sizing: Sizing | None = field(default=None, repr=False)
 
 
 def open_job(
@@ -57,14 +60,14 @@ def open_job(
     make_importable(recipe_path.parent)
     folder = RunFolder(runs / recipe.name)
     # found for the recipe as it is written: other seeds keep the window
-    resolved = resolved_lengths(recipe, folder.resolved)
+    resolved, sizing = resolved_lengths(recipe, folder.resolved)
     recipe = with_resolved(recipe, resolved, str(recipe_path))
     if training_seed is not None:
         recipe = with_training_seed(recipe, training_seed)
     if data_seed is not None:
         data = recipe.data.model_copy(update={"seed": data_seed})
-        recipe = recipe.model_copy(update={"data": data})
-    return Job(text, recipe, folder, bar, resolved)
+        recipe, sizing = recipe.model_copy(update={"data": data}), None
+    return Job(text, recipe, folder, bar, resolved, sizing)
 
 
 def make_importable(folder: Path) -> None:

@@ -33,7 +33,7 @@ def check_window(job: Job) -> Sizing:
         LoadError, RecipeError: as of ``check_recipe``.
         ShortWindowError: the window is too short for the system.
     """
-    sizing = size_recipe(job)
+    sizing = job.sizing or size_recipe(job)
     require_window(job.recipe, sizing)
     return sizing
 

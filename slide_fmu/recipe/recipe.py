@@ -254,6 +254,19 @@ class Recipe(Table):
             )
         return self
 
+    def require_resolved(self) -> None:
+        """Refuse first guesses where nothing may be made of them.
+
+        Raises:
+            RecipeError: a key is left to be found.
+        """
+        if self.automatic:
+            raise RecipeError(
+                f"recipe {self.name!r} leaves {', '.join(self.automatic)} to be found; expected "
+                "a whole recipe here: find them first (slide_fmu.memory.lengths.find_lengths), or "
+                "give them"
+            )
+
     def count(self, split: str) -> int:
         """Return the number of trajectories of a split; none are for an estimator that is not."""
         if split.startswith("estimator") and self.estimator is None:

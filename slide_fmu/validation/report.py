@@ -107,7 +107,7 @@ EIGENVALUES = (
 )
 MEASURED_ALONE = (
     "measured as the time in which two motions under the same input meet. The system does not "
-    "offer its linearized equations, so the slowest pair of motions decides."
+    "offer its linearized equations, so the mean rate of the pairs of motions decides."
 )
 """How decay times were found, as the report says it."""
 

@@ -276,8 +276,8 @@ def test_planned_are_the_iterations_of_the_runs_to_come(
 
 
 def test_search_keeps_to_the_dense_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(state_space, "FIRST_UNITS", 12)
-    monkeypatch.setattr(state_space, "MOST_UNITS", 24)
+    monkeypatch.setattr(sizes, "FIRST_UNITS", 12)
+    monkeypatch.setattr(sizes, "MOST_UNITS", 24)
     monkeypatch.setattr(preconditioned_descent, "STRETCH", 2)
     problem = problem_of(tmp_path)
     found = fit(problem, {"order": 2}, dense_limit=100, stretches=1)

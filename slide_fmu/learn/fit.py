@@ -27,7 +27,7 @@ from slide_fmu.learn.problem import Problem
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import System
+from slide_fmu.systems.base import Linearizable, System, chain_of
 
 STILL = 1e-9
 """A standard deviation below this part of the range is rounding, not motion."""
@@ -92,7 +92,7 @@ def fit_surrogate(
 
 def _chain(system: System) -> object:
     """The numbers of the serial chain that features may be formed of, and data need not show."""
-    chain = system.chain
+    chain = chain_of(system)
     return (
         None if chain is None else {name: values.tolist() for name, values in vars(chain).items()}
     )
@@ -149,14 +149,17 @@ def _fit_network(
     return surrogate, history
 
 
-def eigenvalues_at_rest(system: System) -> NDArray[np.complex128]:
+def eigenvalues_at_rest(system: System) -> NDArray[np.complex128] | None:
     """Return the eigenvalues in 1/s of the system linearized at rest under its start inputs.
 
-    There is one of each conjugate pair, and none of rigid-body modes.
+    There is one of each conjugate pair, and none of rigid-body modes; None of a system that does
+    not offer to be linearized.
 
     Raises:
         UnstableModeError: a mode grows.
     """
+    if not isinstance(system, Linearizable):
+        return None
     start = np.array([signal.start_value for signal in system.inputs])
     found = spectrum(system.linearize(system.rest_state(start)))
     return np.array([mode.eigenvalue for mode in found.modes], dtype=np.complex128)

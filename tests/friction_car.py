@@ -14,7 +14,13 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.systems.base import Linearization, SimulationError, State, System
+from slide_fmu.systems.base import (
+    Linearizable,
+    Linearization,
+    RandomStates,
+    SimulationError,
+    State,
+)
 from tests.recipes import merged
 
 BODY, WHEEL = 300.0, 40.0
@@ -29,7 +35,7 @@ SUBSTEPS = 4
 Values = tuple[float, float, float, float]
 
 
-class FrictionCar(System):
+class FrictionCar(RandomStates, Linearizable):
     """Road height in, a first-order hold; acceleration, travel and tyre deflection out. Final."""
 
     def __init__(self, *, step: float = 0.01, friction: float = FRICTION) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from rich.console import Console, ConsoleDimensions
 from rich.table import Table
 
 from slide_fmu.core.progress import Progress, Stages
+from slide_fmu.validation.tables import curve_rows, size_rows
 
 TRACEBACK = "SLIDE_FMU_TRACEBACK"
 """Environment variable: if set, errors show where they come from."""
@@ -84,6 +85,25 @@ def show_validation(figures: dict[str, Any], title: str) -> None:
             f"{100 * estimate['mean_relative_deviation']:.3g} %, 95 % within "
             f"{100 * estimate['p95_relative_deviation']:.3g} %",
         )
+
+
+def show_search(figures: dict[str, Any]) -> None:
+    """Print what was searched for: numbers of trajectories, sizes, and what may be missing."""
+    curve = figures.get("learning_curve")
+    if curve is not None:
+        _show_table("learning curve", curve_rows(curve))
+        console.print(f"it ended: {curve['ended']}")
+    if figures.get("sizes_tried"):
+        _show_table("sizes tried", size_rows(figures["sizes_tried"]))
+    show_remark(figures.get("remark"))
+
+
+def _show_table(title: str, rows: Sequence[Sequence[str]]) -> None:
+    console.print(title)
+    table = Table(*rows[0])
+    for row in rows[1:]:
+        table.add_row(*row)
+    console.print(table)
 
 
 def show_remark(remark: str | None) -> None:

@@ -208,6 +208,11 @@ def standard_deviation_scaling(signals: tuple[Signal, ...], split: Split) -> Aff
     return Affine(range_scaling(signals).offset, deviation)
 
 
+def checkpoint_key(*parts: Any) -> str:
+    """Return a key for a checkpoint: of the training's code, and of what JSON can hold."""
+    return _digest(_code(), *parts)
+
+
 def _content(split: Split) -> str:
     """Return a digest of a split's values: a checkpoint belongs to the data it was trained on."""
     return hashlib.sha256(split.inputs.tobytes() + split.outputs.tobytes()).hexdigest()

@@ -1,8 +1,9 @@
-"""What is told about a training: its course, the sizes it tried, and what it may have missed."""
+"""What is told about a training: its course, what it tried, and what it may have missed."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -42,3 +43,39 @@ class History:
     validation_error: tuple[float, ...]
     sizes: tuple[TriedSize, ...] = ()
     remark: str | None = None
+
+
+@dataclass(frozen=True)
+class CurvePoint:
+    """A point of a learning curve.
+
+    Attributes:
+        trajectories: number of trajectories that were learnt from.
+        validation_error: RMS on other trajectories, in scaled units.
+        seconds: time that its data and its learning took.
+    """
+
+    trajectories: int
+    validation_error: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A learning curve, from few trajectories to many, and why it ended.
+
+    The reason is None as long as it has not ended.
+    """
+
+    points: tuple[CurvePoint, ...] = ()
+    reason: str | None = None
+
+    def figures(self) -> dict[str, Any]:
+        """Return the curve as plain values, for JSON."""
+        return {"points": [asdict(point) for point in self.points], "ended": self.reason}
+
+    @staticmethod
+    def of_figures(figures: dict[str, Any]) -> Curve:
+        """Return the curve that gave these figures."""
+        points = tuple(CurvePoint(**point) for point in figures["points"])
+        return Curve(points, figures["ended"])

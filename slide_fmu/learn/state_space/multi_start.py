@@ -229,10 +229,15 @@ class MultiStart:
 
     def judged(self, candidate: Candidate) -> Candidate:
         """Run the best start of a size as long as those that are kept, on the same data."""
-        shape, theta = candidate.shape, candidate.state.best
+        shape, iterations = candidate.shape, self.training.kept_iterations
         name = f"judged, {shape.n_states} states, {shape.n_units} units"
-        iterations = self.training.kept_iterations
-        return self._descend(name, shape, theta, self.data.part, iterations)
+        return self._descend(name, shape, candidate.state.best, self.data.part, iterations)
+
+    def with_more_data(self, candidate: Candidate, iterations: int) -> Candidate:
+        """Run a network on all data of this fit, perhaps one that was learnt from fewer."""
+        name = f"{len(self.data.features)} trajectories"
+        theta = candidate.state.best
+        return self._descend(name, candidate.shape, theta, self.data.whole, iterations)
 
     def refine(self, candidate: Candidate) -> Candidate:
         """Run the winner on all data."""

@@ -13,8 +13,7 @@ import torch
 
 from slide_fmu.core.window import Window
 from slide_fmu.learn.problem import Problem
-from slide_fmu.learn.state_space import fit as state_space
-from slide_fmu.learn.state_space import ledger, preconditioned_descent
+from slide_fmu.learn.state_space import ledger, preconditioned_descent, sizes
 from slide_fmu.learn.state_space import multi_start as multi_start_module
 from slide_fmu.learn.state_space.fit import prepare
 from slide_fmu.learn.state_space.multi_start import LINEAR_ITERATIONS, MultiStart

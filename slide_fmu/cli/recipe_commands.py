@@ -15,13 +15,16 @@ from slide_fmu.cli.console import (
     console,
     errors,
     progress_bars,
-    show_draft,
-    show_found,
     show_remark,
-    show_sizing,
-    show_trial,
     show_validation,
     write_json,
+)
+from slide_fmu.cli.findings import (
+    show_draft,
+    show_found,
+    show_search,
+    show_sizing,
+    show_trial,
 )
 from slide_fmu.cli.options import (
     UNSEEN_SEED,
@@ -131,6 +134,7 @@ def run(
         job = open_job(recipe, runs, bar, seed, data_seed)
         show_found(job.resolved)
         finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
+    show_search(finished.figures)
     for name, validation in finished.figures["validation"].items():
         show_validation(validation, name)
     write_json(json_path, finished.figures)
@@ -175,13 +179,15 @@ def generate(
 ) -> None:
     """Make the trajectories of a recipe; go on where that was stopped."""
     from slide_fmu.pipeline.job import open_job
-    from slide_fmu.pipeline.stages import check_window, generate_data
+    from slide_fmu.pipeline.stages import check_window, choose_numbers, generate_data
 
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar, data_seed=seed)
         check_window(job)
-        figures = generate_data(job, workers, overwrite)
+        job = choose_numbers(job, workers, overwrite)
+        figures = generate_data(job, workers)
         write_json(json_path, figures)
+    show_search(figures)
     console.print(f"data    {job.folder.store}")
 
 
@@ -202,6 +208,7 @@ def train(
         check_window(job)
         figures = train_surrogate(job, threads)
         write_json(json_path, figures)
+    show_search(figures)
     console.print(f"surrogate  {job.folder.surrogate}")
 
 

@@ -113,7 +113,11 @@ class DataRecipe(Table):
             not given.
         burn_in: time in s that a random initial state is given to decay; not stored; one window
             if ``"auto"`` or not given.
-        train, validation, estimator, estimator_validation: numbers of trajectories.
+        train, validation: numbers of trajectories; found from a learning curve if ``"auto"`` or
+            not given.
+        estimator, estimator_validation: those of the error estimator, if there is one; likewise.
+        budget_minutes: time for the learning curve and its data; it ends before a doubling that
+            would take longer. No limit if not given.
         beyond: number of trajectories beyond the range; a state-space network learns from them
             too, with a low weight, so that it stays sensible there.
         beyond_factor: range of the factor on their excitation.
@@ -128,6 +132,7 @@ class DataRecipe(Table):
     validation: PositiveInt
     estimator: int = Field(0, ge=0)
     estimator_validation: int = Field(0, ge=0)
+    budget_minutes: PositiveFloat | None = None
     beyond: int = Field(default=0, ge=0)
     beyond_factor: PositiveRange = (1.0, 3.0)
     excitation: tuple[Excitation, ...] = Field(min_length=1)
@@ -260,15 +265,34 @@ class Recipe(Table):
         Raises:
             RecipeError: a key is left to be found.
         """
-        if self.automatic:
+        guessed = [key for key in self.automatic if key in LENGTHS]
+        if guessed:
             raise RecipeError(
-                f"recipe {self.name!r} leaves {', '.join(self.automatic)} to be found; expected "
+                f"recipe {self.name!r} leaves {', '.join(guessed)} to be found; expected "
                 "a whole recipe here: find them first (slide_fmu.memory.lengths.find_lengths), or "
                 "give them"
             )
 
+    @model_validator(mode="after")
+    def _numbers_can_be_found(self) -> Recipe:
+        if "data.train" in self.automatic and self.network.family != "state_space":
+            raise ValueError(
+                f'data.train is left out, or "auto"; expected a number for network.family = '
+                f"{self.network.family!r}: the learning curve is that of a state-space network"
+            )
+        return self
+
     def count(self, split: str) -> int:
-        """Return the number of trajectories of a split; none are for an estimator that is not."""
+        """Return the number of trajectories of a split; none are for an estimator that is not.
+
+        Raises:
+            RecipeError: the number is left to be found, and was not yet.
+        """
+        if f"data.{split}" in self.automatic:
+            raise RecipeError(
+                f'recipe {self.name!r}: data.{split} is "auto" and was not found yet; make the '
+                "data first (slide-fmu generate RECIPE), or give a number"
+            )
         if split.startswith("estimator") and self.estimator is None:
             return 0
         return int(getattr(self.data, split))

@@ -191,7 +191,7 @@ class Chained(System):
     chain: SerialChain | None = None
 
 
-OFFERS: dict[str, type[System]] = {
+OFFERS: dict[str, type] = {
     "steps": Stepping,
     "states": Restorable,
     "random initial states": RandomStates,

@@ -51,7 +51,7 @@ def studies(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     base = surrogate_only(job.recipe) if arguments.surrogate_only else job.recipe
     counts = sorted(set(arguments.train or [base.data.train]))
     job = dataclasses.replace(job, recipe=with_train(base, counts[-1]))
-    generate_data(job, None, False)
+    generate_data(job, None)
     recipes = {
         f"{count} trajectories, seed {seed}": with_training_seed(with_train(base, count), seed)
         for count in counts

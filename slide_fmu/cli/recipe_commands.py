@@ -21,7 +21,6 @@ from slide_fmu.cli.console import (
     write_json,
 )
 from slide_fmu.cli.options import (
-    UNSEEN_SEED,
     DataSeedOption,
     JsonOption,
     OverwriteOption,
@@ -32,6 +31,7 @@ from slide_fmu.cli.options import (
     TrajectoriesOption,
     WorkersOption,
 )
+from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
 
 def run(

@@ -27,7 +27,6 @@ from slide_fmu.cli.findings import (
     show_trial,
 )
 from slide_fmu.cli.options import (
-    UNSEEN_SEED,
     DataSeedOption,
     JsonOption,
     OverwriteOption,
@@ -38,6 +37,7 @@ from slide_fmu.cli.options import (
     TrajectoriesOption,
     WorkersOption,
 )
+from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
 
 def init(

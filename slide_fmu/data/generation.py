@@ -19,11 +19,11 @@ from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.base import System
 
 
-def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress) -> int:
+def generate(recipe: Recipe, path: Path, executor: Executor | None, progress: Progress) -> int:
     """Make all trajectories of a recipe that its store does not hold yet, and return their number.
 
-    The store is created where there is none. The progress is called at the start and after every
-    trajectory.
+    The store is created where there is none. Without an executor this process makes
+    them. The progress is called at the start and after every trajectory.
 
     Raises:
         RecipeError: the recipe leaves something to be found.
@@ -46,6 +46,7 @@ def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress)
     total = sum(counts.values())
     before = total - len(jobs)
     progress(before, total)
+    _worker.made = None  # an object of the same name may be another one by now
     in_parallel(executor, _generate_one, jobs, lambda made: progress(before + made, total))
     return len(jobs)
 

@@ -15,6 +15,7 @@ from slide_fmu.systems.user_code import imported
 KINDS: dict[str, str] = {
     "class": "slide_fmu.systems.python_class",
     "function": "slide_fmu.systems.function",
+    "object": "slide_fmu.systems.given",
 }
 """Every kind of reference system by its name in recipes: one module and one entry here.
 

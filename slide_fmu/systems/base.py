@@ -195,7 +195,15 @@ def chain_of(system: System) -> SerialChain | None:
 
 
 class SimulationError(RuntimeError):
-    """A reference system could not be simulated."""
+    """A reference system could not be simulated.
+
+    Attributes:
+        time: when it failed, in s from the begin of the record; None where that is not known.
+    """
+
+    def __init__(self, message: str, time: float | None = None) -> None:
+        super().__init__(message)
+        self.time = time
 
 
 class LoadError(ValueError):

@@ -7,11 +7,15 @@ import sys
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.reading import parse_recipe, read_recipe_text
 from slide_fmu.recipe.recipe import Recipe
+
+Resolved = dict[str, dict[str, Any]]
+"""Values by table and key of a recipe, as ``{"window": {"n_in": 96}}``."""
 
 VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "fmpy", "torch", "exudyn", "pythonfmu")
 
@@ -25,12 +29,14 @@ class Job:
         recipe: what it says, seeds of the command line included.
         folder: folder in which its files lie.
         bar: opens the progress of a stage.
+        resolved: values that were found for what the recipe leaves open, as a table of tables.
     """
 
     text: str = field(repr=False)
     recipe: Recipe
     folder: RunFolder
     bar: Stages = field(repr=False)
+    resolved: Resolved = field(default_factory=dict)
 
 
 def open_job(
@@ -77,11 +83,15 @@ def with_training_seed(recipe: Recipe, seed: int) -> Recipe:
 
 
 def provenance(job: Job, versions: dict[str, str]) -> dict[str, object]:
-    """Return where the surrogate of a job comes from: recipe, seeds, versions of the training."""
+    """Return where the surrogate of a job comes from: recipe, seeds, versions of the training.
+
+    What the recipe left to be found stands beside it, so that nobody need find it again.
+    """
     recipe = job.recipe
     estimator = recipe.estimator
     return {
         "recipe": job.text,
+        **({"resolved": job.resolved} if job.resolved else {}),
         "seeds": {
             "data": recipe.data.seed,
             "training": recipe.training.seed,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from pydantic import Field, model_validator
@@ -9,6 +10,8 @@ from pydantic import Field, model_validator
 from slide_fmu.core.signals import Angle, Hold
 from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
+from slide_fmu.recipe.automatic import LENGTHS, with_guesses
+from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.learning import (
     METHODS,
@@ -82,8 +85,8 @@ class WindowRecipe(Table):
 
     Attributes:
         step: sample step h in s.
-        n_in: number of input samples.
-        n_out: number of output samples.
+        n_in: number of input samples; found from the decay time if ``"auto"`` or not given.
+        n_out: number of output samples; follows ``n_in`` if ``"auto"`` or not given.
         remaining_amplitude: fraction to which initial effects must have decayed.
         allow_short: whether a window is accepted that is too short for the system.
     """
@@ -106,16 +109,19 @@ class DataRecipe(Table):
 
     Attributes:
         seed: entropy of every trajectory's own seed.
-        duration: length of a trajectory in s, after the burn-in.
-        burn_in: time in s that a random initial state is given to decay; not stored.
+        duration: length of a trajectory in s, after the burn-in; from the window if ``"auto"`` or
+            not given.
+        burn_in: time in s that a random initial state is given to decay; not stored; one window
+            if ``"auto"`` or not given.
         train, validation, estimator, estimator_validation: numbers of trajectories.
         beyond: number of trajectories beyond the range; a state-space network learns from them
             too, with a low weight, so that it stays sensible there.
         beyond_factor: range of the factor on their excitation.
-        excitation: kinds of excitation with their weights.
+        excitation: kinds of excitation with their weights; a mix that follows from the step if
+            not given.
     """
 
-    seed: int = Field(ge=0)
+    seed: int = Field(default=0, ge=0)
     duration: PositiveFloat
     burn_in: float = Field(ge=0, allow_inf_nan=False)
     train: PositiveInt
@@ -167,6 +173,8 @@ class Recipe(Table):
         name: C identifier; names the run, the surrogate and the FMU.
         description: one line for people.
         equations: equations of motion and parameters, for the model card.
+        automatic: keys that the recipe leaves to be found (``"window.n_in"``); they hold first
+            guesses until ``with_resolved``, and nothing is learnt before. No key of a file.
     """
 
     name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
@@ -180,6 +188,12 @@ class Recipe(Table):
     estimator: EstimatorRecipe | None = None
     stability: StabilityRecipe = StabilityRecipe()
     validation: ValidationRecipe = ValidationRecipe()
+    automatic: tuple[str, ...] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _guess_what_is_automatic(cls, values: Any) -> Any:
+        return with_guesses(values) if isinstance(values, dict) else values
 
     @model_validator(mode="before")
     @classmethod
@@ -205,6 +219,20 @@ class Recipe(Table):
                 f"{network['family']!r}"
             )
         return {**values, "network": network, "training": {"method": method, **training}}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _excitation_follows_the_step(cls, values: Any) -> Any:
+        """A recipe without ``data.excitation`` gets the mix that its step asks for."""
+        if not isinstance(values, dict):
+            return values
+        data, window = values.get("data", {}), values.get("window", {})
+        step = window.get("step") if isinstance(window, dict) else None
+        if not isinstance(data, dict) or "excitation" in data:
+            return values
+        if not (isinstance(step, int | float) and math.isfinite(step) and step > 0):
+            return values  # the mistake in the step is told by its own check
+        return {**values, "data": {**data, "excitation": default_excitation(float(step))}}
 
     @model_validator(mode="after")
     def _beyond_is_learnt(self) -> Recipe:
@@ -251,8 +279,14 @@ class Recipe(Table):
         scored = 1 if self.estimator is None else self.estimator.span or window.n_out
         return (first + scored - 1 - burn_in) * window.step
 
+    def _is_guessed(self) -> bool:
+        """Whether lengths are first guesses, with which nothing that is given need agree."""
+        return any(key in LENGTHS for key in self.automatic)
+
     @model_validator(mode="after")
     def _estimator_stays_in_the_window(self) -> Recipe:
+        if self._is_guessed():
+            return self
         lags = (self.estimator and self.estimator.lags) or (0,)
         if lags[-1] > self.window.n_in - self.window.n_out:
             raise ValueError(
@@ -264,6 +298,8 @@ class Recipe(Table):
 
     @model_validator(mode="after")
     def _trajectories_are_long_enough(self) -> Recipe:
+        if self._is_guessed():
+            return self
         window, data = self.window, self.data
         span = 0 if self.estimator is None else self.estimator.span or 0
         longest = max(window.n_in, window.n_in - window.n_out + span)

@@ -9,6 +9,7 @@ import traceback
 from pathlib import Path
 from types import ModuleType
 
+from slide_fmu.core.files import find_file as core_find_file
 from slide_fmu.systems.base import LoadError
 
 PACKAGE = str(Path(__file__).parents[1])
@@ -52,14 +53,10 @@ def find_file(what: str, name: str) -> Path:
     Raises:
         LoadError: there is no such file; the message begins with what names it.
     """
-    for folder in ("", *sys.path):
-        path = Path(folder) / name
-        if path.is_file():
-            return path.resolve()
-    raise LoadError(
-        f"{what}: no file {name!r} here ({Path.cwd()}) or beside the recipe; expected the path of "
-        "one: check the name"
-    )
+    try:
+        return core_find_file(name)
+    except FileNotFoundError as error:
+        raise LoadError(f"{what}: {error}") from error
 
 
 def told(error: BaseException) -> str:

@@ -33,8 +33,10 @@ def test_recipes_of_the_project_are_found() -> None:
     [
         ("n_in = 48", "n_in = 48\nn_inn = 3", "window.n_inn is not a known key"),
         ("[data]", "[date]\nx = 1\n[data]", "date is not a known key"),
-        ("n_in = 48\n", "", "window.n_in is missing"),
+        ("step = 0.015625\n", "", "window.step is missing"),
         ("seed = 7\n", "", "data.seed is missing"),
+        ("seed = 7\n", 'seed = "auto"\n', "data.seed = 'auto': Input should be a valid integer"),
+        ("[system]", "automatic = []\n[system]", "automatic is not a known key"),
         ("n_in = 48", 'n_in = "many"', "window.n_in = 'many': Input should be a valid integer"),
         ("n_in = 48", "n_in = 4.5", "window.n_in = 4.5: Input should be a valid integer"),
         ("n_in = 48", "n_in = -48", "window.n_in = -48: Input should be greater than 0"),
@@ -151,14 +153,14 @@ def test_mistakes_in_motions_give_one_line(old: str, new: str, line: str) -> Non
 
 
 def test_several_mistakes_give_several_lines() -> None:
-    text = TINY.replace("n_in = 48\n", "").replace("steps = 40", "steps = 0\nstop = 1")
+    text = TINY.replace("step = 0.015625\n", "").replace("steps = 40", "steps = 0\nstop = 1")
     with pytest.raises(RecipeError) as caught:
         parse_recipe(text, "mine.toml")
     lines = str(caught.value).splitlines()
     assert sorted(line.split(" ")[1] for line in lines) == [
         "training.steps",
         "training.stop",
-        "window.n_in",
+        "window.step",
     ]
 
 

@@ -91,8 +91,10 @@ def split_stream(recipe: Recipe, split: str, index: int) -> Stream:
     return Stream(STREAMS[split], recipe.data.seed, factors, recipe.data.duration)
 
 
-def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:
+def draw(recipe: Recipe, system: System, stream: Stream, index: int, attempt: int = 0) -> Draw:
     """Draw trajectory ``index``, from 0, of a stream; the result depends on the arguments alone.
+
+    A further ``attempt`` is another draw, for one that could not be simulated.
 
     Two systems of one recipe (a fast model and its reference) get the same inputs, but initial
     states of their own, which the burn-in lets decay.
@@ -105,7 +107,8 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:
         raise ValueError(
             f"duration = {duration:g} s; expected 1 to {MOST_SAMPLES} samples, {step:g} s apart"
         )
-    seeds = np.random.SeedSequence(stream.seed, spawn_key=(stream.number, index))
+    further = (attempt,) if attempt else ()
+    seeds = np.random.SeedSequence(stream.seed, spawn_key=(stream.number, index, *further))
     rng = np.random.default_rng(seeds)
     burn_in, count = round(recipe.data.burn_in / step), round(duration / step)
     factor = float(rng.uniform(*stream.factors))

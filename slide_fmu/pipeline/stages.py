@@ -53,13 +53,15 @@ def generate_data(job: Job, workers: int | None, overwrite: bool) -> dict[str, A
     """Make all trajectories that are not in the store yet.
 
     Returns:
-        Numbers of trajectories by split, the simulated time in s, and how many of them were made
-        now in which time.
+        Numbers of trajectories by split, the simulated time in s, how many of them were made now
+        in which time, and how many had failed, of which others took the place.
 
     Raises:
         LoadError, RecipeError: as of ``check_recipe``.
+        SimulationError: too many trajectories could not be simulated.
         StoreError: the store was made from other values.
     """
+    from slide_fmu.data.failures import kept_failures, remove_failures
     from slide_fmu.data.generation import generate
     from slide_fmu.data.pool import process_pool
     from slide_fmu.data.store import remove_store
@@ -67,6 +69,7 @@ def generate_data(job: Job, workers: int | None, overwrite: bool) -> dict[str, A
     check_recipe(job.recipe)
     if overwrite:
         remove_store(job.folder.store)
+        remove_failures(job.folder.store)
     job.folder.path.mkdir(parents=True, exist_ok=True)
     progress = job.bar("trajectories")
     begin = time.monotonic()
@@ -78,6 +81,7 @@ def generate_data(job: Job, workers: int | None, overwrite: bool) -> dict[str, A
         "trajectories": counts,
         "simulated_time_s": simulated,
         "made_now": made,
+        "failed": len(kept_failures(job.folder.store)),
         "wall_time_s": time.monotonic() - begin,
         "seed": job.recipe.data.seed,
     }

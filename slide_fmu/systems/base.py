@@ -233,7 +233,7 @@ def simulate(system: System, inputs: FloatArray, initial: State | None = None) -
         The trajectory: N inputs and N + 1 outputs.
 
     Raises:
-        SimulationError: the solver did not converge.
+        SimulationError: the solver did not converge, or an output is not finite.
         ValueError: the inputs have the wrong number of channels.
     """
     if inputs.ndim != 2 or inputs.shape[1] != len(system.inputs):
@@ -242,7 +242,25 @@ def simulate(system: System, inputs: FloatArray, initial: State | None = None) -
             f"inputs of shape {inputs.shape}; expected (samples, {len(names)}) for {names}"
         )
     if initial is None:
-        return Trajectory(system.step, inputs, system.simulate(inputs))
-    assert isinstance(system, Restorable)
-    system.set_state(initial)
-    return Trajectory(system.step, inputs, go_on(system, inputs))
+        outputs = system.simulate(inputs)
+    else:
+        assert isinstance(system, Restorable)
+        system.set_state(initial)
+        outputs = go_on(system, inputs)
+    trajectory = Trajectory(system.step, inputs, outputs)
+    _require_finite(system, trajectory)
+    return trajectory
+
+
+def _require_finite(system: System, trajectory: Trajectory) -> None:
+    """Refuse outputs that are not finite, with the first of them."""
+    broken = np.argwhere(~np.isfinite(trajectory.outputs))
+    if len(broken):
+        row, column = broken[0]
+        time, signal = float(row * system.step), system.outputs[column]
+        raise SimulationError(
+            f"output {signal.name!r} = {trajectory.outputs[row, column]} {signal.unit} at t = "
+            f"{time:g} s under the inputs {trajectory.inputs[max(0, row - 1)].tolist()}; expected "
+            "a finite value",
+            time,
+        )

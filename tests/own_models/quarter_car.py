@@ -12,6 +12,8 @@ from pathlib import Path
 
 import fmpy
 
+from slide_fmu.python_fmu.writer import write_python_fmu
+
 HERE = Path(__file__).parent
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 GUID = "{6f1c2a8e-quarter-car}"
@@ -43,13 +45,26 @@ def build_in_c(path: Path, *, co_simulation: bool = False, traps: bool = False) 
             (``fail_above``) and crashes (``crash_above``), and a reset that changes nothing.
     """
     source, library = HERE / "c" / "quarter_car_fmi2.c", path.with_suffix(".so")
-    flags = ["-std=c99", "-O2", "-shared", "-fPIC", f"-I{HEADERS}", *(["-DTRAPS"] if traps else [])]
+    flags = [
+        "-std=c99",
+        "-O2",
+        "-shared",
+        "-fPIC",
+        f"-I{HEADERS}",
+        *(["-DTRAPS"] if traps else []),
+    ]
     subprocess.run(["cc", *flags, str(source), "-o", str(library), "-lm"], check=True)
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("modelDescription.xml", description(co_simulation, traps))
         archive.write(library, f"binaries/{fmpy.platform}/quarter_car.so")
     library.unlink()
     return path
+
+
+def build_in_python(path: Path) -> Path:
+    """Write the quarter car as FMU of PythonFMU: co-simulation of FMI 2.0, Python where it runs."""
+    script = (HERE / "quarter_car_slave.py").read_text(encoding="utf-8")
+    return write_python_fmu("QuarterCar", script, path)
 
 
 def description(co_simulation: bool, traps: bool) -> str:
@@ -86,8 +101,8 @@ def description(co_simulation: bool, traps: bool) -> str:
     outputs = "".join(f'<Unknown index="{2 + i}"/>' for i in range(3))
     units = sorted({unit for _, _, unit, _ in parameters} | {unit for _, unit, _ in _OUTPUTS})
     slave = (
-        '<CoSimulation modelIdentifier="quarter_car" canHandleVariableCommunicationStepSize="true" '
-        'canInterpolateInputs="true"/>'
+        '<CoSimulation modelIdentifier="quarter_car" canInterpolateInputs="true" '
+        'canHandleVariableCommunicationStepSize="true"/>'
     )
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="quarter_car" guid="{GUID}"

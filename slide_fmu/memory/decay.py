@@ -46,6 +46,17 @@ class Decay:
         """The slowest motion or instant has this decay time in s."""
         return float(np.max(self.times))
 
+    @property
+    def meeting(self) -> float:
+        """This part of the motions or instants decays at all."""
+        return float(np.mean(self.rates < 0.0))
+
+    @property
+    def slowest(self) -> float:
+        """The slowest of those that decay at all has this decay time in s; infinite if none do."""
+        decaying = self.times[self.rates < 0.0]
+        return float(np.max(decaying)) if len(decaying) else math.inf
+
 
 def decay_along(
     system: Linearizable, states: Sequence[State], remaining_amplitude: float = 0.01

@@ -61,6 +61,11 @@ class RunFolder:
         """What the surrogate was trained from, and how that went, lies here."""
         return self.path / "training.json"
 
+    @property
+    def resolved(self) -> Path:
+        """What was found for keys that the recipe leaves open lies here."""
+        return self.path / "resolved.json"
+
     def fmu(self, recipe: Recipe) -> Path:
         """Return the place of the FMU."""
         return self.path / f"{recipe.name}.fmu"

@@ -78,11 +78,13 @@ class System(abc.ABC):
         step: sample step h in s.
         inputs, outputs: signals in channel order; inputs say how they act between samples and
             which of them are an angle (``check_inputs``).
+        remarks: one sentence each on what the system had to assume so far, for people.
     """
 
     step: float
     inputs: tuple[Signal, ...]
     outputs: tuple[Signal, ...]
+    remarks: tuple[str, ...] = ()
 
     @abc.abstractmethod
     def simulate(self, inputs: FloatArray) -> FloatArray:

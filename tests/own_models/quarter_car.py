@@ -62,7 +62,7 @@ def build_in_c(path: Path, *, co_simulation: bool = False, traps: bool = False) 
 
 
 def build_in_python(path: Path) -> Path:
-    """Write the quarter car as FMU of PythonFMU: co-simulation of FMI 2.0, Python where it runs."""
+    """Write the quarter car as FMU of PythonFMU: co-simulation of FMI 2.0, in Python."""
     script = (HERE / "quarter_car_slave.py").read_text(encoding="utf-8")
     return write_python_fmu("QuarterCar", script, path)
 

@@ -57,7 +57,13 @@ class QuarterCar(Fmi2Slave):
 def step(x, road, h):
     """Take one step of the method of Runge and Kutta."""
     k1 = rates(x, road)
-    k2 = rates([a + 0.5 * h * b for a, b in zip(x, k1)], road)
-    k3 = rates([a + 0.5 * h * b for a, b in zip(x, k2)], road)
-    k4 = rates([a + h * b for a, b in zip(x, k3)], road)
-    return [a + h / 6 * (b + 2 * c + 2 * d + e) for a, b, c, d, e in zip(x, k1, k2, k3, k4)]
+    k2 = rates(along(x, k1, 0.5 * h), road)
+    k3 = rates(along(x, k2, 0.5 * h), road)
+    k4 = rates(along(x, k3, h), road)
+    k = [a + 2 * b + 2 * c + d for a, b, c, d in zip(k1, k2, k3, k4, strict=True)]
+    return along(x, k, h / 6)
+
+
+def along(x, rate, time):
+    """Go from states along rates for a time."""
+    return [a + time * b for a, b in zip(x, rate, strict=True)]

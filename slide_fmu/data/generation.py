@@ -18,7 +18,7 @@ from slide_fmu.data.failures import (
     keep_failure,
     too_many_failures,
 )
-from slide_fmu.data.pool import in_parallel
+from slide_fmu.data.pool import in_parallel, process_pool
 from slide_fmu.data.store import missing_trajectories, open_store, write_trajectory
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_system
@@ -42,8 +42,7 @@ def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress)
     shapes = {"inputs": (count, len(system.inputs)), "outputs": (count + 1, len(system.outputs))}
     open_store(path, recipe, shapes, probe(recipe, system))
     counts = {split: recipe.count(split) for split in SPLITS}
-    # plain JSON crosses to the workers: it pickles on every executor and is cheap to compare
-    text = json.dumps(recipe.model_dump(mode="json"), sort_keys=True)
+    text = recipe_json(recipe)
     jobs = [
         (text, str(path), split, index)
         for split, count in counts.items()
@@ -64,6 +63,29 @@ def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress)
     except BrokenExecutor as error:
         raise SimulationError(ended_process(recipe)) from error
     return len(jobs)
+
+
+def require_survival(recipe: Recipe) -> None:
+    """Simulate a short motion in a process of its own, which a library that crashes would end.
+
+    Raises:
+        SimulationError: it ended, or the system could not be simulated.
+    """
+    with process_pool(1) as pool:
+        try:
+            pool.submit(_probe_one, recipe_json(recipe)).result()
+        except BrokenExecutor as error:
+            raise SimulationError(ended_process(recipe)) from error
+
+
+def _probe_one(text: str) -> None:
+    recipe = Recipe.model_validate_json(text)
+    probe(recipe, recipe_system(recipe))
+
+
+def recipe_json(recipe: Recipe) -> str:
+    """Write a recipe as plain JSON, which crosses to every executor and is cheap to compare."""
+    return json.dumps(recipe.model_dump(mode="json"), sort_keys=True)
 
 
 def ended_process(recipe: Recipe) -> str:

@@ -79,12 +79,14 @@ class System(abc.ABC):
         inputs, outputs: signals in channel order; inputs say how they act between samples and
             which of them are an angle (``check_inputs``).
         remarks: one sentence each on what the system had to assume so far, for people.
+        may_crash: whether it runs a library of somebody else, which may end the process.
     """
 
     step: float
     inputs: tuple[Signal, ...]
     outputs: tuple[Signal, ...]
     remarks: tuple[str, ...] = ()
+    may_crash: bool = False
 
     @abc.abstractmethod
     def simulate(self, inputs: FloatArray) -> FloatArray:

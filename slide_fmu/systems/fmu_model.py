@@ -7,22 +7,17 @@ units, ranges and parameters are those of the model description.
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, Hold
-from slide_fmu.systems.base import Linearizable, State, StateMatrix, Stepping, System
-from slide_fmu.systems.fmu_file import (
-    PREFIX,
-    FmuFile,
-    FmuOptions,
-    other_interface,
-    read_fmu_file,
-    split_options,
-)
+from slide_fmu.core.signals import FloatArray, hold_of
+from slide_fmu.systems.base import Linearizable, LoadError, State, StateMatrix, Stepping, System
+from slide_fmu.systems.fmu_file import FmuOptions, read_fmu_file, split_options
 from slide_fmu.systems.fmu_record import Records
+from slide_fmu.systems.fmu_remarks import default_hold, is_continuous, remarks_on
 from slide_fmu.systems.fmu_solver import SolverSteps
-from slide_fmu.systems.fmu_steps import CoSimulationSteps, Plan, Steps, interpolates
+from slide_fmu.systems.fmu_steps import CoSimulationSteps, Plan, Steps
 from slide_fmu.systems.fmu_variables import (
     choices_of,
     parameters_of,
@@ -52,7 +47,7 @@ def make(specification: Specification) -> System:
     inputs = signals_of(file, "input", specification.inputs, hold)
     outputs = signals_of(file, "output", specification.outputs, None)
     plan = Plan(file, specification.sample_step(), inputs, outputs, parameters)
-    return RestorableFmu(plan) if _is_continuous(file) else SteppedFmu(plan)
+    return RestorableFmu(plan) if is_continuous(file) else SteppedFmu(plan)
 
 
 def describe(model: str) -> Found:
@@ -66,28 +61,44 @@ def describe(model: str) -> Found:
     inputs = tuple(replace(choice, hold=hold) for choice in choices_of(file, "input"))
     outputs = choices_of(file, "output")
     return Found(
-        "fmu", model, parameters_of(file), inputs, outputs, file.own_step, tuple(_remarks(file))
+        "fmu", model, parameters_of(file), inputs, outputs, file.own_step, remarks_on(file, hold)
     )
 
 
-def default_hold(file: FmuFile) -> Hold:
-    """Give the hold of an FMU's inputs where a recipe names none: what costs no substeps."""
-    if file.interface == "model_exchange" or interpolates(file):
-        return "first_order"
-    return "zero_order"
+class FmuSystem(Stepping):
+    """An FmuSystem is an FMU that begins at its own start, and goes step by step.
 
+    Interface: never instantiated.
+    """
 
-class _Recorded(Stepping):
-    """What the systems of FMUs share: they begin at the FMU's own start, and go step by step."""
+    may_crash = True
 
     def __init__(self, plan: Plan) -> None:
         self.step, self.inputs, self.outputs = plan.step, plan.inputs, plan.outputs
+        self.remarks = remarks_on(plan.file, hold_of(plan.inputs))
         self._plan = plan
         self._records = Records(self._make_steps)
 
     def _make_steps(self) -> Steps:
         exchanged = self._plan.file.interface == "model_exchange"
         return SolverSteps(self._plan) if exchanged else CoSimulationSteps(self._plan)
+
+    def slave(self) -> Path:
+        """Give the file of the FMU, which runs by itself in a co-simulation as it is here.
+
+        Raises:
+            LoadError: it does not, since SSP 1.0 knows co-simulation FMUs of FMI 2.0 alone, and
+                takes no parameters here.
+        """
+        file, parameters = self._plan.file, sorted(self._plan.parameters)
+        if file.interface == "co_simulation" and not file.fmi_3 and not parameters:
+            return file.path
+        raise LoadError(
+            f"FMU {file.path.name!r} of FMI {file.description.fmiVersion}, used for "
+            f"{file.interface}, with parameters {parameters}; expected a co-simulation FMU of FMI "
+            "2.0 without parameters, to run as reference beside a surrogate: export the model so, "
+            "with its parameters as start values"
+        )
 
     def begin(self, held_input: FloatArray) -> None:
         """Go to the FMU's own start, initialized under an input that has always acted."""
@@ -103,11 +114,11 @@ class _Recorded(Stepping):
         return self._records.advance(values)
 
 
-class SteppedFmu(_Recorded):
+class SteppedFmu(FmuSystem):
     """A SteppedFmu goes on from its own start only: a co-simulation FMU, or one with events."""
 
 
-class RestorableFmu(_Recorded, Linearizable):
+class RestorableFmu(FmuSystem, Linearizable):
     """A RestorableFmu is a model exchange FMU whose continuous states are all its states."""
 
     @property
@@ -117,7 +128,7 @@ class RestorableFmu(_Recorded, Linearizable):
         return steps
 
     def begin(self, held_input: FloatArray) -> None:
-        _Recorded.begin(self, held_input)
+        FmuSystem.begin(self, held_input)
 
     def rest_state(self, held_input: FloatArray) -> State:
         """Give the FMU's own start under an input that has always acted."""
@@ -143,46 +154,3 @@ class RestorableFmu(_Recorded, Linearizable):
         if not self._records.running:
             self.set_state(state)
         return StateMatrix(self._steps.state_matrix(state.coordinates, state.last_input))
-
-
-def _is_continuous(file: FmuFile) -> bool:
-    """Whether the continuous states are all states of an FMU, as far as its description says."""
-    found = file.description
-    discrete = any(
-        v.variability == "discrete" and v.causality in ("local", "output")
-        for v in found.modelVariables
-    )
-    return (
-        file.interface == "model_exchange"
-        and found.numberOfContinuousStates > 0
-        and found.numberOfEventIndicators == 0
-        and not discrete
-    )
-
-
-def _remarks(file: FmuFile) -> list[str]:
-    """Say what is assumed about an FMU."""
-    kind = file.interface.replace("_", " ")
-    remarks = [f"{kind} of FMI {file.description.fmiVersion}"]
-    other = other_interface(file)
-    if other is not None:
-        remarks[0] += f'; {PREFIX}interface = "{other}" would take the other one'
-    if file.interface == "model_exchange":
-        remarks.append(
-            "fmpy's CVode integrates it, with inputs that move linearly from sample to sample"
-        )
-        remarks.append(
-            "it has no events, so its continuous states are all its states"
-            if _is_continuous(file)
-            else "it has events or discrete states: a motion to lead in makes up for its states"
-        )
-    elif interpolates(file):
-        remarks.append("its inputs move linearly from sample to sample, by input derivatives")
-    else:
-        remarks.append(
-            'its inputs are held over each step; hold = "first_order" lets them move linearly, as '
-            f"{file.options.substeps} stairs ({PREFIX}substeps), each a step of the FMU"
-        )
-    if file.type.needsExecutionTool:
-        remarks.append("it needs the tool that made it")
-    return remarks

@@ -109,8 +109,8 @@ class Instance:
         )
         return left
 
-    def set_inputs(self, values: FloatArray) -> None:
-        """Set the inputs, shape (n_inputs,), in their units."""
+    def set_inputs(self, values: Sequence[float] | FloatArray) -> None:
+        """Set the inputs, one value for each, in their units."""
         self._inputs.set(values)
 
     def set_slopes(self, values: FloatArray) -> None:
@@ -133,13 +133,13 @@ class _Block:
         self.references = [variable.valueReference for variable in variables]
         types = [variable.type for variable in variables]
         self._parts = [
-            _Part(calls, type_, np.array([i for i, t in enumerate(types) if t == type_]), self)
+            _Part(calls, type_, [i for i, t in enumerate(types) if t == type_], self)
             for type_ in dict.fromkeys(types)
         ]
 
-    def set(self, values: FloatArray) -> None:
+    def set(self, values: Sequence[float] | FloatArray) -> None:
         for part in self._parts:
-            part.set(values[part.columns])
+            part.set(values)
 
     def get(self) -> FloatArray:
         values = np.empty(len(self.references))
@@ -151,21 +151,20 @@ class _Block:
 class _Part:
     """The variables of a block that have the same type."""
 
-    def __init__(self, calls: Any, type_: str, columns: Any, block: _Block) -> None:
+    def __init__(self, calls: Any, type_: str, columns: list[int], block: _Block) -> None:
         self.columns = columns
         count, standard = len(columns), "fmi2" if type_ == "Real" else "fmi3"
         references = (fmi2.fmi2ValueReference * count)(*(block.references[i] for i in columns))
-        values = ((c_float if type_ == "Float32" else c_double) * count)()
-        self._array = np.ctypeslib.as_array(values)
+        self._values = ((c_float if type_ == "Float32" else c_double) * count)()
         lengths = () if type_ == "Real" else (count,)
-        self._arguments = (calls.component, references, count, values, *lengths)
+        self._arguments = (calls.component, references, count, self._values, *lengths)
         self._set = getattr(calls, f"{standard}Set{type_}")
         self._get = getattr(calls, f"{standard}Get{type_}")
 
-    def set(self, values: FloatArray) -> None:
-        self._array[:] = values
+    def set(self, values: Sequence[float] | FloatArray) -> None:
+        self._values[:] = [values[column] for column in self.columns]
         self._set(*self._arguments)
 
-    def get(self) -> FloatArray:
+    def get(self) -> list[float]:
         self._get(*self._arguments)
-        return self._array.astype(np.float64)
+        return list(self._values)

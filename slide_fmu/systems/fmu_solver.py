@@ -83,7 +83,8 @@ class SolverSteps(Steps):
 
     def _move(self, begin: float, value: FloatArray, slope: FloatArray | None = None) -> None:
         """Let the inputs move from a time and value on; they stay there without a slope."""
-        self._way = begin, value, np.zeros_like(value) if slope is None else slope
+        moved = np.zeros_like(value) if slope is None else slope
+        self._way = begin, list(zip(value.tolist(), moved.tolist(), strict=True))
 
     def _go_on(self, end: float) -> None:
         """Integrate up to the next event or the end of the sample step, and handle the event."""
@@ -137,8 +138,8 @@ class SolverSteps(Steps):
         self._set_inputs(time)
 
     def _set_inputs(self, time: float) -> None:
-        begin, value, slope = self._way
-        self.instance.set_inputs(value + (time - begin) * slope)
+        begin, ways = self._way  # plain numbers: this is done at every evaluation
+        self.instance.set_inputs([value + (time - begin) * slope for value, slope in ways])
 
     def apply(self, time: float) -> None:
         """Set the inputs that belong to a time; fmpy's solvers call it."""

@@ -84,7 +84,8 @@ class Records:
         """
         steps, number, before = self.steps, self._number, self._last
         begin = number * steps.plan.step
-        self._guarded(begin, inputs, lambda: steps.advance(number, before, inputs))
+        hint = "" if number else _about_step(steps)
+        self._guarded(begin, inputs, lambda: steps.advance(number, before, inputs), hint)
         self._number, self._last = number + 1, inputs
         outputs = self._read(begin + steps.plan.step, inputs)
         if self._resets is None and 0 < len(self._seen) <= COMPARED[0]:
@@ -133,18 +134,24 @@ class Records:
         return outputs
 
     def _guarded(
-        self, time: float, inputs: FloatArray, call: Callable[[], FloatArray | None]
+        self,
+        time: float,
+        inputs: FloatArray,
+        call: Callable[[], FloatArray | None],
+        hint: str = "",
     ) -> FloatArray:
-        """Call the FMU; what fails is told with its time and inputs."""
+        """Call the FMU; what fails is told with its time, its inputs and a hint."""
         try:
             result = call()
         except FAILURES as error:
             if getattr(error, "status", None) == fmi2Fatal:  # not even to be freed
                 self.steps.instance.free.detach()
-            raise self._failed(time, inputs, str(error)) from error
+            raise self._failed(time, inputs, str(error), hint) from error
         return np.empty(0) if result is None else result
 
-    def _failed(self, time: float, inputs: FloatArray, reason: str) -> SimulationError:
+    def _failed(
+        self, time: float, inputs: FloatArray, reason: str, hint: str = ""
+    ) -> SimulationError:
         steps = self.steps
         plan = steps.plan
         logged = "; ".join(steps.instance.messages[-3:])
@@ -153,7 +160,7 @@ class Records:
             f"{told_inputs(plan.inputs, inputs)}: {reason}{': ' + logged if logged else ''}"
         )
         self._drop()
-        return SimulationError(text + _about_step(steps, time), time)
+        return SimulationError(text + hint, time)
 
     def _drop(self) -> None:
         """Let the instance go, whatever state it is in."""
@@ -169,10 +176,10 @@ def told_inputs(signals: tuple[Signal, ...], values: FloatArray) -> str:
     return ", ".join(f"{signal.name} = {value:.6g} {signal.unit}" for signal, value in pairs)
 
 
-def _about_step(steps: Steps, time: float) -> str:
+def _about_step(steps: Steps) -> str:
     """Say what to do where an FMU does not get over its first step."""
     file, step = steps.plan.file, steps.plan.step
-    if time > 0 or file.interface != "co_simulation":
+    if file.interface != "co_simulation":
         return ""
     wanted = "" if file.own_step is None else f"; the FMU names a step of {file.own_step:g} s"
     stairs = f" in {file.options.substeps} parts (fmu-substeps)" if steps.plan.ramped else ""

@@ -6,7 +6,9 @@ that resists extension more than compression, and a wheel on a tyre on a road.
 
 from __future__ import annotations
 
+import shutil
 import subprocess
+import sys
 import zipfile
 from pathlib import Path
 
@@ -42,21 +44,34 @@ def build_in_c(path: Path, *, co_simulation: bool = False, traps: bool = False) 
         path: the file to write.
         co_simulation: whether it is for co-simulation too, beside model exchange.
         traps: whether it has parameters that say above which height of the road, in m, it fails
-            (``fail_above``) and crashes (``crash_above``), and a reset that changes nothing.
+            (``fail_above``) and crashes (``crash_above``), refuses steps of less than 1 ms, and
+            has a reset that changes nothing.
     """
-    source, library = HERE / "c" / "quarter_car_fmi2.c", path.with_suffix(".so")
-    flags = [
-        "-std=c99",
-        "-O2",
-        "-shared",
-        "-fPIC",
-        f"-I{HEADERS}",
-        *(["-DTRAPS"] if traps else []),
-    ]
-    subprocess.run(["cc", *flags, str(source), "-o", str(library), "-lm"], check=True)
+    source = (HERE / "c" / "quarter_car_fmi2.c").read_text(encoding="utf-8")
+    library = compiled(source, path.with_suffix(".so"), ("-DTRAPS",) if traps else ())
+    return write_fmu(path, description(co_simulation, traps), library, "quarter_car", fmi=2)
+
+
+def compiled(source: str, library: Path, flags: tuple[str, ...]) -> Path:
+    """Compile C code into a library for this platform, with the headers of both standards.
+
+    The compiler of the machine is the faster one; that of the module ``ziglang`` is always there.
+    """
+    found = shutil.which("cc")
+    compiler = [found] if found else [sys.executable, "-m", "ziglang", "cc"]
+    places = [f"-I{place}" for place in (HERE / "c", HEADERS)]
+    flags = ("-std=c99", "-O2", "-shared", "-fPIC", *flags)
+    code = ("-x", "c", "-", "-o", str(library), "-lm")
+    subprocess.run([*compiler, *flags, *places, *code], input=source.encode(), check=True)
+    return library
+
+
+def write_fmu(path: Path, description: str, library: Path, identifier: str, fmi: int) -> Path:
+    """Write an FMU of a model description and a library, which is removed."""
+    platform = fmpy.platform if fmi == 2 else fmpy.platform_tuple
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("modelDescription.xml", description(co_simulation, traps))
-        archive.write(library, f"binaries/{fmpy.platform}/quarter_car.so")
+        archive.writestr("modelDescription.xml", description)
+        archive.write(library, f"binaries/{platform}/{identifier}{fmpy.sharedLibraryExtension}")
     library.unlink()
     return path
 

@@ -13,7 +13,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.excitation.mix import choose_kind
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.systems.base import RandomStates, State, System, simulate
+from slide_fmu.systems.base import RandomStates, SimulationError, State, System, simulate
 
 STREAMS = {
     "train": 0,
@@ -32,6 +32,9 @@ PROBE = 5
 
 PROBE_SAMPLES = 50
 """The motion by which a changed model is noticed has this many samples."""
+
+PROBE_ATTEMPTS = 5
+"""A model that fails on this many such motions does not work."""
 
 STABILITY = 6
 """This stream draws the inputs under which networks are tested for stability."""
@@ -122,14 +125,21 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int, attempt: in
 def probe(recipe: Recipe, system: System) -> FloatArray:
     """Simulate a short motion of the recipe, whose outputs change when the model changes.
 
-    They are in their units, of the shape (PROBE_SAMPLES + 1, n_outputs).
+    They are in their units, of the shape (PROBE_SAMPLES + 1, n_outputs). Where the system fails on
+    the first motions that are drawn, it is the next.
 
     Raises:
-        SimulationError: the system could not be simulated.
+        SimulationError: the system could not be simulated on any of them.
     """
-    duration = PROBE_SAMPLES * recipe.window.step
-    drawn = draw(recipe, system, Stream(PROBE, recipe.data.seed, (1.0, 1.0), duration), 0)
-    return simulate(system, drawn.inputs[:PROBE_SAMPLES], drawn.initial).outputs
+    stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), PROBE_SAMPLES * recipe.window.step)
+    failure = SimulationError("no motion was drawn")
+    for attempt in range(PROBE_ATTEMPTS):
+        drawn = draw(recipe, system, stream, 0, attempt)
+        try:
+            return simulate(system, drawn.inputs[:PROBE_SAMPLES], drawn.initial).outputs
+        except SimulationError as error:
+            failure = error
+    raise failure
 
 
 def simulate_draw(system: System, drawn: Draw) -> Trajectory:

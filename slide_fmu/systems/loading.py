@@ -14,6 +14,7 @@ from slide_fmu.systems.user_code import imported
 
 KINDS: dict[str, str] = {
     "class": "slide_fmu.systems.python_class",
+    "fmu": "slide_fmu.systems.fmu_model",
     "function": "slide_fmu.systems.function",
     "object": "slide_fmu.systems.given",
 }

@@ -36,7 +36,7 @@ iterations = 20
 [validation]
 duration = 10.0
 """
-"""In place of what the recipe of the tutorial says about its data: enough for a first surrogate."""
+"""In place of what the tutorial's recipe says about its data: enough for a first surrogate."""
 
 
 @pytest.mark.extended

@@ -29,7 +29,7 @@ first order at five times its corner, a weakly damped resonance a little above i
 hardly counts, and to follow it would make the window many times as long."""
 SMOOTHED = 16
 """A spectrum is the mean of about so many of parts of the record, which makes it smooth."""
-SAMPLES_PER_PERIOD = 4.0
+SAMPLES_PER_PERIOD = 5.0
 """Samples in a period of the bandwidth; a resonance below it gets about twice as many."""
 SAMPLES, LEAD_IN = 4096, 1024
 """Samples of a spectrum, and those before it in which the start is forgotten."""

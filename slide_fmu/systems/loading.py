@@ -25,7 +25,8 @@ KINDS: dict[str, str] = {
 The module is imported when it is needed: exudyn is, for models of exudyn alone. Its ``make`` takes
 a ``Specification`` and gives the system; its ``describe`` takes a model's name and gives what is
 ``Found`` about it; both raise ``LoadError``. Its ``recognises`` says whether a model is of the
-kind, without running it where that can be seen from its name.
+kind, without running it where that can be seen from its name. A kind whose models are no files has
+neither of the last two.
 """
 
 
@@ -78,6 +79,8 @@ def describe_model(model: str, kind: str | None = None) -> Found:
         raise LoadError(f"kind of system {kind!r}; expected one of {sorted(KINDS)}")
     for name in [kind] if kind is not None else KINDS:
         module = kind_module(name)
+        if not hasattr(module, "describe"):
+            continue
         if kind is not None or module.recognises(model):
             return cast(Found, module.describe(model))
     raise LoadError(

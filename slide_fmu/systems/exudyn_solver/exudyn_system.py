@@ -115,6 +115,11 @@ class _ExudynSystem(WiredSystem):
                     f"integrator = 'explicit', but {reason}; expected another one: set 'auto'"
                 )
 
+    def _build(self) -> WiredPlant:
+        model = super()._build()
+        model.plant.has_kinks = True  # nobody knows what a user's forces look like
+        return model
+
     def _wires(self) -> tuple[Sequence[InputWire], Sequence[OutputWire]]:
         return read_model(self.specification.model).wires
 

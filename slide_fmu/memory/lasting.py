@@ -30,10 +30,16 @@ FLAT = 0.9
 ALONE = 0.2
 """A difference that a strong input changes by more than this part of itself is no sum of past and
 present: the system is not linear in it."""
+MOVING = 0.05
+"""Outputs that still move by more than this part of how far they are apart are not at rest."""
+TINY = 1e-300
+"""Differences are divided by at least this."""
 SAME = 0.02
 """Positions of rest that differ by less than this part of their spread are one."""
-FEW = 4
-"""Not more positions of rest than these, of ``CERTAIN_PASTS`` motions, are separate ones."""
+FEW = 2
+"""Not more positions of rest than these are those of a spring that snaps through."""
+TURNS = (0.0, 0.02, 0.06, 0.2)
+"""Pasts go back beyond the constant input by these parts of the way to their end."""
 
 Reason = Literal["hysteresis", "rests", "integral"]
 
@@ -87,6 +93,8 @@ class Lasting:
 def lasting(motions: Motions, count: int) -> Lasting | None:
     """Find out whether a difference lasts at rest; None if the outputs meet, however slowly.
 
+    It is None too where the outputs still move, as without damping: that is no rest.
+
     The time at rest is ``count`` samples at first. It grows while outputs are apart by more than
     the remaining amplitude, until what is left does not change any more.
 
@@ -97,7 +105,8 @@ def lasting(motions: Motions, count: int) -> Lasting | None:
     times, parts = [count], [pasts.part_left(PASTS, count)]
     while parts[-1] > amplitude:
         if len(parts) > 1 and parts[-1] > FLAT * parts[-2]:
-            return _reason(pasts, times[-1], parts[-1])
+            still = pasts.moving(PASTS, times[-1]) < MOVING
+            return _reason(pasts, times[-1], parts[-1]) if still else None
         if times[-1] > LONGEST * count:
             return None  # it still falls: the system is slow, which is another matter
         times.append(4 * times[-1])
@@ -110,7 +119,7 @@ def _reason(pasts: _Pasts, samples: int, part: float) -> Lasting:
     rests = _different(ends)
     strong = pasts.under_motion(PASTS)
     quiet = pasts.at_rest(PASTS, pasts.count)
-    change = _apart(strong[:, -1] - quiet[:, -1]) / max(_apart(quiet[:, -1]), 1e-300)
+    change = _apart(strong[:, -1] - quiet[:, -1]) / max(_apart(quiet[:, -1]), TINY)
     reason: Reason = "hysteresis" if rests > FEW else "rests"
     if change < ALONE:
         reason = "integral"
@@ -143,6 +152,11 @@ class _Pasts:
         first = _apart(outputs[:, : self.count])
         return _apart(newest) / first if first > 0.0 else 0.0
 
+    def moving(self, pasts: int, samples: int) -> float:
+        """Return how far outputs still move at the end, relative to how far they are apart."""
+        newest = self.at_rest(pasts, samples)[:, -max(2, samples // 8) :]
+        return float(np.sqrt(np.mean(np.var(newest, axis=1)))) / max(_apart(newest), TINY)
+
     def at_rest(self, pasts: int, samples: int) -> FloatArray:
         """Return scaled outputs under the constant input, (pasts, samples, n_outputs)."""
         return self._after(pasts, np.repeat(self.held, samples, axis=0))
@@ -168,11 +182,17 @@ class _Pasts:
         return np.stack(found)
 
     def _past(self, index: int) -> FloatArray:
-        """Return inputs that end with the constant ones, which they reach from above or below."""
+        """Return inputs that end with the constant ones.
+
+        They go to their largest or smallest value, back beyond the constant one by a part of that
+        way, and then rest: hysteresis keeps every such turn in mind.
+        """
         past = self.motions.inputs(1 + index, self.count)
         if not self.turning:
-            turn = np.max(past, axis=0) if index % 2 else np.min(past, axis=0)
-            past = np.concatenate([past, _towards(past, turn, RAMP)])
+            end = np.max(past, axis=0) if index % 2 else np.min(past, axis=0)
+            back = self.held[0] - TURNS[index // 2] * (end - self.held[0])
+            for turn in (end, back):
+                past = np.concatenate([past, _towards(past, turn, RAMP)])
         return np.concatenate([past, _towards(past, self.held[0], RAMP)])
 
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.draws import PROBE, PROBE_SAMPLES, Stream, draw
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system, reference_system, require_features
+from slide_fmu.systems.base import System
+from slide_fmu.systems.contract import check_system
 
 
 def check_recipe(recipe: Recipe) -> None:
@@ -13,6 +17,18 @@ def check_recipe(recipe: Recipe) -> None:
         LoadError: one of the recipe's systems cannot be made.
         RecipeError: they do not fit each other or the excitation, or a network sees what the
             system has not.
+        ContractError: the system that makes the data does not keep its word.
+        SimulationError: it could not be simulated on a short record.
     """
     reference_system(recipe)
-    require_features(recipe, recipe_system(recipe))
+    system = recipe_system(recipe)
+    require_features(recipe, system)
+    inputs = _some_inputs(recipe, system)
+    check_system(system, recipe.window.step, inputs)
+
+
+def _some_inputs(recipe: Recipe, system: System) -> FloatArray:
+    """Draw a short record of the recipe's inputs, (PROBE_SAMPLES, n_inputs)."""
+    duration = PROBE_SAMPLES * recipe.window.step
+    stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), duration)
+    return draw(recipe, system, stream, 0).inputs[:PROBE_SAMPLES]

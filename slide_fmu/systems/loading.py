@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import cast
 
 from slide_fmu.core.signals import check_inputs
+from slide_fmu.core.units import require_unit
 from slide_fmu.systems.base import LoadError, System
 from slide_fmu.systems.specification import Specification
 from slide_fmu.systems.user_code import imported
@@ -26,8 +27,8 @@ def load_system(specification: Specification) -> System:
     """Make a system.
 
     Raises:
-        LoadError: there is no such kind or model, the parameters do not fit, or the inputs do not
-            belong together (``check_inputs``).
+        LoadError: there is no such kind or model, the parameters do not fit, the inputs do not
+            belong together (``check_inputs``), or a unit is unknown.
     """
     kind, model = specification.kind, specification.model
     if kind not in KINDS:
@@ -36,6 +37,8 @@ def load_system(specification: Specification) -> System:
     system = make(specification)
     try:
         check_inputs(system.inputs)
+        for signal in (*system.inputs, *system.outputs):
+            require_unit(signal.name, signal.unit)
     except ValueError as error:
         given = dict(specification.parameters)
         raise LoadError(f"system {model!r} with {given}: {error}") from error

@@ -6,8 +6,12 @@ A generation may be killed at any moment: the next one makes what is missing.
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 import threading
 from concurrent.futures import BrokenExecutor, Executor
+from contextlib import suppress
 from pathlib import Path
 
 from slide_fmu.core.progress import Progress
@@ -18,25 +22,28 @@ from slide_fmu.data.failures import (
     keep_failure,
     too_many_failures,
 )
-from slide_fmu.data.pool import in_parallel, process_pool
+from slide_fmu.data.pool import in_parallel
 from slide_fmu.data.store import missing_trajectories, open_store, write_trajectory
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.base import SimulationError, System
 
 
-def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress) -> int:
+def generate(recipe: Recipe, path: Path, executor: Executor | None, progress: Progress) -> int:
     """Make all trajectories of a recipe that its store does not hold yet, and return their number.
 
-    The store is created where there is none. The progress is called at the start and after every
-    trajectory. A trajectory that cannot be simulated is kept beside the store
-    (``slide_fmu.data.failures``), and another draw takes its place.
+    The store is created where there is none. Without an executor this process makes them. The
+    progress is called at the start and after every trajectory. A trajectory that cannot be
+    simulated is kept beside the store (``slide_fmu.data.failures``), and another draw takes its
+    place.
 
     Raises:
+        RecipeError: the recipe leaves something to be found.
         StoreError: the store belongs to another recipe or model.
         SimulationError: too many trajectories could not be simulated, or the model ended the
             process that simulated it; trajectories in the store stay there.
     """
+    recipe.require_resolved()
     system = recipe_system(recipe)
     count = round(recipe.data.duration / recipe.window.step)
     shapes = {"inputs": (count, len(system.inputs)), "outputs": (count + 1, len(system.outputs))}
@@ -51,6 +58,7 @@ def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress)
     total = sum(counts.values())
     before = total - len(jobs)
     progress(before, total)
+    _worker.made = None  # an object of the same name may be another one by now
 
     def made(count: int) -> None:
         problem = too_many_failures(path, recipe)
@@ -66,21 +74,30 @@ def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress)
 
 
 def require_survival(recipe: Recipe) -> None:
-    """Simulate a short motion in a process of its own, which a library that crashes would end.
+    """Simulate a short motion in a program of its own, which a library that crashes would end.
 
     Raises:
-        SimulationError: it ended, or the system could not be simulated.
+        SimulationError: it ended.
     """
-    with process_pool(1) as pool:
-        try:
-            pool.submit(_probe_one, recipe_json(recipe)).result()
-        except BrokenExecutor as error:
-            raise SimulationError(ended_process(recipe)) from error
+    code = f"import sys; from {__name__} import try_once; try_once(sys.stdin.read())"
+    places = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        input=recipe_json(recipe).encode(),
+        env=places,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        check=False,
+    )
+    if done.returncode:
+        raise SimulationError(ended_process(recipe))
 
 
-def _probe_one(text: str) -> None:
-    recipe = Recipe.model_validate_json(text)
-    probe(recipe, recipe_system(recipe))
+def try_once(text: str) -> None:
+    """Simulate the short motion of a recipe in JSON; errors that it reports are no crash."""
+    with suppress(Exception):
+        recipe = Recipe.model_validate_json(text)
+        probe(recipe, recipe_system(recipe))
 
 
 def recipe_json(recipe: Recipe) -> str:

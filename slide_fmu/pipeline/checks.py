@@ -13,7 +13,7 @@ def check_recipe(recipe: Recipe) -> None:
         LoadError: one of the recipe's systems cannot be made.
         RecipeError: they do not fit each other or the excitation, or a network sees what the
             system has not.
-        SimulationError: a library of somebody else crashes, or cannot simulate a short motion.
+        SimulationError: a library of somebody else crashes on a short motion.
     """
     reference_system(recipe)
     system = recipe_system(recipe)

@@ -193,6 +193,16 @@ class Chained(System):
     chain: SerialChain | None = None
 
 
+OFFERS: dict[str, type] = {
+    "steps": Stepping,
+    "states": Restorable,
+    "random initial states": RandomStates,
+    "linearization": Linearizable,
+    "geometry of a serial chain": Chained,
+}
+"""What a system may offer beside its outputs, by its name for people."""
+
+
 def chain_of(system: System) -> SerialChain | None:
     """Give the serial chain of a system that has one, else None."""
     return system.chain if isinstance(system, Chained) else None

@@ -51,7 +51,7 @@ def make(specification: Specification) -> System:
 
 
 def recognises(model: str) -> bool:
-    """Whether it is the path of an FMU."""
+    """Whether a model is an FMU, by its name."""
     return model.endswith(".fmu")
 
 

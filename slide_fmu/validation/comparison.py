@@ -62,6 +62,7 @@ class Comparison:
         step_seconds: wall time per step of surrogate and reference, shapes (steps,).
         model: outputs of the model that made the data, shape (N, n_outputs), or None where the
             reference is the same model.
+        failed: number of draws before this one that the system could not simulate.
     """
 
     kind: int
@@ -73,6 +74,7 @@ class Comparison:
     true_error: FloatArray
     step_seconds: tuple[FloatArray, FloatArray]
     model: FloatArray | None
+    failed: int = 0
 
     @property
     def error(self) -> FloatArray:
@@ -91,9 +93,11 @@ class Validation:
 
     def figures(self) -> dict[str, Any]:
         """Return the figures as plain values, as written to JSON."""
+        failed = sum(comparison.failed for comparison in self.comparisons)
         return {
             "fmu": self.surrogate.name,
             "trajectories": len(self.comparisons),
+            **({"failed": failed} if failed else {}),
             "seed": self.task.seed,
             "amplitude": list(self.task.amplitude),
             "outputs": [self._output(index) for index in range(len(self.surrogate.outputs))],

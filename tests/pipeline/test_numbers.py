@@ -1,4 +1,4 @@
-"""Numbers of trajectories are found from a learning curve once, kept, and released with the FMU."""
+"""Numbers of trajectories are found once, from a learning curve, and released with the FMU."""
 
 from __future__ import annotations
 
@@ -137,7 +137,9 @@ def _killing() -> Callable[..., None]:
 def test_budget_ends_a_curve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pays(monkeypatch, 9.0)
     job = choose_numbers(opened(tmp_path, with_data("budget_minutes = 1e-6")), None, False)
-    assert curve_of(job).reason == "twice the trajectories would exceed data.budget_minutes = 1e-06"
+    assert (
+        curve_of(job).reason == "twice the trajectories would exceed data.budget_minutes = 1e-06"
+    )
     assert job.recipe.count("train") == FEW
 
 
@@ -173,4 +175,3 @@ def test_overwriting_makes_all_data_again(tmp_path: Path) -> None:
     generate_data(job, None)
     assert choose_numbers(job, None, overwrite=True) is job
     assert not job.folder.store.exists()
-

@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 import typer
 
-from slide_fmu.cli.console import ENDLESS
 from slide_fmu.cli.fmu_commands import bench, check, export, info, ssp, validate
 from slide_fmu.cli.recipe_commands import generate, init, reference, run, train, try_, window
+from slide_fmu.pipeline.display import ENDLESS
 
 SUBCOMMANDS: tuple[Callable[..., None], ...] = (
     init,

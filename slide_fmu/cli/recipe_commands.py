@@ -27,7 +27,6 @@ from slide_fmu.cli.findings import (
     show_trial,
 )
 from slide_fmu.cli.options import (
-    UNSEEN_SEED,
     DataSeedOption,
     JsonOption,
     OverwriteOption,
@@ -38,6 +37,7 @@ from slide_fmu.cli.options import (
     TrajectoriesOption,
     WorkersOption,
 )
+from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
 
 def init(
@@ -79,10 +79,15 @@ def init(
 ) -> None:
     """Write a first recipe for a model of your own, and say what was found and assumed."""
     from slide_fmu.core.files import write_whole
-    from slide_fmu.pipeline.proposal import Wish, parse_range, propose
+    from slide_fmu.pipeline.proposal import Wish, parse_range, propose, write_template
 
     with progress_bars() as bar:
-        wish = Wish(model, parse_range(inputs or []), tuple(outputs or ()), kind, step, name)
+        written = write_template(model, kind)
+        if written is not None:
+            console.print(f"model   {written}")
+        chosen = parse_range(inputs or []), tuple(outputs or ())
+        folder = output.parent if output is not None else Path()
+        wish = Wish(written or model, *chosen, kind, step, name, folder)
         proposal = propose(wish, bar("motions"))
         place = output or Path(f"{proposal.draft.name}.toml")
         if place.exists() and not force:

@@ -57,12 +57,30 @@ def open_job(
         LoadError, ShortWindowError, SimulationError, ValueError: as of ``resolved_lengths``.
     """
     text = read_recipe_text(recipe_path)
-    recipe = parse_recipe(text, str(recipe_path))
     make_importable(recipe_path.parent)
+    seeds = training_seed, data_seed
+    return job_of_text(text, str(recipe_path), runs, bar, seeds)
+
+
+def job_of_text(
+    text: str,
+    source: str,
+    runs: Path,
+    bar: Stages,
+    seeds: tuple[int | None, int | None] = (None, None),
+) -> Job:
+    """Return the job of a recipe's text, which messages call ``source``, as ``open_job`` does.
+
+    The seeds are those of the training and of the data; the recipe's where they are None.
+
+    Raises:
+        RecipeError, LoadError, ShortWindowError, SimulationError, ValueError: as of ``open_job``.
+    """
+    recipe, (training_seed, data_seed) = parse_recipe(text, source), seeds
     folder = RunFolder(runs / recipe.name)
     # found for the recipe as it is written: other seeds keep the window
     resolved, sizing = resolved_lengths(recipe, folder.resolved)
-    recipe = with_resolved(recipe, resolved, str(recipe_path))
+    recipe = with_resolved(recipe, resolved, source)
     if training_seed is not None:
         recipe = with_training_seed(recipe, training_seed)
     if data_seed is not None:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from importlib import resources
 from pathlib import Path
 
 import numpy as np
 from pydantic import TypeAdapter
 
+from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.excitation.mix import Excitation
@@ -32,6 +35,8 @@ MARGIN = 0.2
 """Ranges of outputs are wider than what was seen, by this part of it at both ends."""
 MOVING = ("m", "mm", "rad", "deg")
 """Inputs in these units are motions, which have no jumps: their hold is of first order."""
+TEMPLATES = ("function", "exudyn")
+"""Kinds of systems of which a small model can be written."""
 UNSEEN = (-1.0, 1.0)
 """Outputs whose range is still to be found are made with this one, which nothing depends on."""
 
@@ -48,6 +53,7 @@ class Wish:
         kind: kind of the system; found out if None.
         step: sample step in s; found out if None.
         name: name of the recipe; that of the model if None.
+        folder: folder of the recipe to be, from which its model is found.
     """
 
     model: str
@@ -56,6 +62,7 @@ class Wish:
     kind: str | None = None
     step: float | None = None
     name: str | None = None
+    folder: Path = Path()
 
 
 @dataclass(frozen=True)
@@ -71,6 +78,23 @@ class Proposal:
     text: str
     draft: Draft
     remarks: tuple[str, ...]
+
+
+def write_template(name: str, kind: str | None) -> str | None:
+    """Write a small model that runs, for a name that is no model yet, and return its path.
+
+    None is returned where the name is that of a file or module already, or the kind has no
+    template.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    path = Path(name if name.endswith(".py") else f"{name}.py")
+    if kind not in TEMPLATES or path.exists() or not path.stem.isidentifier():
+        return None
+    text = resources.files(__package__).joinpath("templates", f"{kind}.py").read_bytes()
+    write_whole(path, text)
+    return str(path)
 
 
 def propose(wish: Wish, progress: Progress) -> Proposal:
@@ -93,6 +117,7 @@ def propose(wish: Wish, progress: Progress) -> Proposal:
     name = wish.name or recipe_name(Path(found.model.replace(":", "_")).stem)
     description = f"{name}: inputs {_names(inputs)}, outputs {_names(outputs)}"
     signals = tuple(inputs), tuple(outputs)
+    found = replace(found, model=_from_folder(found.model, wish.folder))
     draft = Draft(name, description, found, *signals, step, origin, declares_signals=own)
     return Proposal(recipe_text(draft), draft, found.remarks)
 
@@ -118,6 +143,14 @@ def parse_range(texts: Sequence[str]) -> dict[str, tuple[float, float] | None]:
                 "first, as in --input road=-0.05..0.05"
             )
     return found
+
+
+def _from_folder(model: str, folder: Path) -> str:
+    """Return how a recipe in a folder names a model: a file by its path from there."""
+    file, colon, name = model.partition(":")
+    if not Path(file).is_file():
+        return model
+    return Path(os.path.relpath(file, folder)).as_posix() + colon + name
 
 
 def _chosen(what: str, found: Found, wish: Wish) -> list[SignalChoice]:

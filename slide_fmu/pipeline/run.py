@@ -60,7 +60,8 @@ def run_recipe(
         job: the recipe and its run folder.
         seed: seed of the unseen trajectories that the FMU is measured on.
         trajectories: their number; the recipe's if None.
-        workers: processes that make the training trajectories; one per core if None.
+        workers: processes that make the trajectories; one per core if None, and if 0 this one
+            makes them.
         threads: threads of the training.
         overwrite: whether data that were made from other values are made again.
 
@@ -81,7 +82,7 @@ def run_recipe(
     tests = examine_stability(job, surrogate)
     export_fmu(surrogate, fmu, provenance=origin)
     validations = {
-        name: validate_fmu_file(fmu, task, job.bar)
+        name: validate_fmu_file(fmu, task, job.bar, workers)
         for name, task in tasks(recipe, seed, trajectories).items()
     }
     report = _full_report(

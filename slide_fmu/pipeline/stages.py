@@ -49,11 +49,13 @@ def choose_numbers(job: Job, workers: int | None, overwrite: bool) -> Job:
         LoadError, RecipeError: as of ``check_recipe``.
         StoreError: the store was made from other values.
     """
+    from slide_fmu.data.failures import remove_failures
     from slide_fmu.data.store import remove_store
 
     check_recipe(job.recipe)
     if overwrite:
         remove_store(job.folder.store)
+        remove_failures(job.folder.store)
     numbers = find_numbers(job.recipe, job.folder, job.bar, workers)
     return with_values(job, numbers) if numbers else job
 
@@ -62,13 +64,16 @@ def generate_data(job: Job, workers: int | None) -> dict[str, Any]:
     """Make all trajectories that are not in the store yet.
 
     Returns:
-        Numbers of trajectories by split, the simulated time in s, and how many of them were made
-        now in which time; the learning curve, if there was one.
+        Numbers of trajectories by split, the simulated time in s, how many of them were made now
+        in which time, and how many had failed, of which others took the place; the learning
+        curve, if there was one.
 
     Raises:
         LoadError, RecipeError: as of ``check_recipe``.
+        SimulationError: too many trajectories could not be simulated.
         StoreError: the store was made from other values.
     """
+    from slide_fmu.data.failures import kept_failures
     from slide_fmu.data.generation import generate
     from slide_fmu.data.pool import process_pool
 
@@ -85,6 +90,7 @@ def generate_data(job: Job, workers: int | None) -> dict[str, Any]:
         "trajectories": counts,
         "simulated_time_s": simulated,
         "made_now": made,
+        "failed": len(kept_failures(job.folder.store)),
         "wall_time_s": time.monotonic() - begin,
         "seed": job.recipe.data.seed,
         **({"learning_curve": curve.figures()} if curve.points else {}),

@@ -121,6 +121,8 @@ class DataRecipe(Table):
         beyond: number of trajectories beyond the range; a state-space network learns from them
             too, with a low weight, so that it stays sensible there.
         beyond_factor: range of the factor on their excitation.
+        most_failures: part of all trajectories that may fail to be simulated; another draw takes
+            the place of each. One is always allowed.
         excitation: kinds of excitation with their weights; a mix that follows from the step if
             not given.
     """
@@ -135,6 +137,7 @@ class DataRecipe(Table):
     budget_minutes: PositiveFloat | None = None
     beyond: int = Field(default=0, ge=0)
     beyond_factor: PositiveRange = (1.0, 3.0)
+    most_failures: float = Field(default=0.02, ge=0, le=1)
     excitation: tuple[Excitation, ...] = Field(min_length=1)
 
 

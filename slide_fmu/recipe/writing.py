@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from slide_fmu.recipe.default_excitation import default_excitation
+from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.found import Found, FoundParameter
 from slide_fmu.systems.specification import SignalChoice
 
@@ -96,6 +99,29 @@ def recipe_name(text: str) -> str:
     return plain if plain[0].isalpha() else f"model_{plain}"
 
 
+def tables_text(tables: Mapping[str, Any]) -> str:
+    """Write the tables of a recipe as TOML; keys whose value is None are left out.
+
+    Raises:
+        RecipeError: a value is of a type that TOML does not have.
+    """
+    plain = {key: value for key, value in tables.items() if not isinstance(value, Mapping)}
+    lines = _lines(plain, "recipe")
+    for name, table in tables.items():
+        if isinstance(table, Mapping):
+            lines += ["", f"[{_key(name)}]", *_lines(table, name)]
+    return "\n".join([*lines, ""])
+
+
+def _lines(table: Mapping[str, Any], name: str) -> list[str]:
+    try:
+        return [f"{_key(k)} = {_value(v)}" for k, v in table.items() if v is not None]
+    except TypeError as error:
+        raise RecipeError(
+            f"{name}: {dict(table)} ({error}); expected numbers, texts, lists and dictionaries"
+        ) from error
+
+
 def _parameter_lines(parameters: Sequence[FoundParameter]) -> list[str]:
     if not parameters:
         return []
@@ -153,8 +179,13 @@ def _key(name: str) -> str:
 
 def _value(value: Any) -> str:
     """Write a value as TOML, in which texts, numbers and lists are as in JSON."""
+    if isinstance(value, np.generic):
+        value = value.item()
     if isinstance(value, float):
         return repr(value)
-    if isinstance(value, list):
+    if isinstance(value, list | tuple):
         return f"[{', '.join(_value(item) for item in value)}]"
+    if isinstance(value, Mapping):
+        inner = (f"{_key(k)} = {_value(v)}" for k, v in value.items() if v is not None)
+        return f"{{ {', '.join(inner)} }}"
     return json.dumps(value, ensure_ascii=False)

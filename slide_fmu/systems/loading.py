@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
+from types import ModuleType
 from typing import cast
 
 from slide_fmu.core.signals import check_inputs
@@ -14,14 +15,18 @@ from slide_fmu.systems.user_code import imported
 
 KINDS: dict[str, str] = {
     "class": "slide_fmu.systems.python_class",
+    "fmu": "slide_fmu.systems.fmu_model",
     "function": "slide_fmu.systems.function",
+    "object": "slide_fmu.systems.given",
+    "exudyn": "slide_fmu.systems.exudyn_model",
 }
 """Every kind of reference system by its name in recipes: one module and one entry here.
 
 The module is imported when it is needed: exudyn is, for models of exudyn alone. Its ``make`` takes
 a ``Specification`` and gives the system; its ``describe`` takes a model's name and gives what is
 ``Found`` about it; both raise ``LoadError``. Its ``recognises`` says whether a model is of the
-kind, without running it where that can be seen from its name.
+kind, without running it where that can be seen from its name. A kind whose models are no files has
+neither of the last two.
 """
 
 
@@ -35,7 +40,7 @@ def load_system(specification: Specification) -> System:
     kind, model = specification.kind, specification.model
     if kind not in KINDS:
         raise LoadError(f"kind of system {kind!r}; expected one of {sorted(KINDS)}")
-    make = cast(Callable[[Specification], System], import_module(KINDS[kind]).make)
+    make = cast(Callable[[Specification], System], kind_module(kind).make)
     system = make(specification)
     try:
         check_inputs(system.inputs)
@@ -43,6 +48,21 @@ def load_system(specification: Specification) -> System:
         given = dict(specification.parameters)
         raise LoadError(f"system {model!r} with {given}: {error}") from error
     return system
+
+
+def kind_module(kind: str) -> ModuleType:
+    """Import the module of a kind, one of ``KINDS``.
+
+    Raises:
+        LoadError: what it needs is not installed.
+    """
+    try:
+        return import_module(KINDS[kind])
+    except ModuleNotFoundError as error:
+        raise LoadError(
+            f"kind of system {kind!r} needs the package {error.name!r}, which is not installed: "
+            "install it (the extra 'train' brings exudyn)"
+        ) from error
 
 
 def describe_model(model: str, kind: str | None = None) -> Found:
@@ -58,7 +78,9 @@ def describe_model(model: str, kind: str | None = None) -> Found:
     if kind is not None and kind not in KINDS:
         raise LoadError(f"kind of system {kind!r}; expected one of {sorted(KINDS)}")
     for name in [kind] if kind is not None else KINDS:
-        module = import_module(KINDS[name])
+        module = kind_module(name)
+        if not hasattr(module, "describe"):
+            continue
         if kind is not None or module.recognises(model):
             return cast(Found, module.describe(model))
     raise LoadError(

@@ -35,9 +35,9 @@ from studies import (
 )
 
 from slide_fmu.cli.console import progress_bars
-from slide_fmu.cli.options import UNSEEN_SEED
 from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import export_fmu
+from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.job import open_job, with_training_seed
 from slide_fmu.pipeline.measurement import IN_RANGE, tasks
 from slide_fmu.pipeline.stages import generate_data

@@ -22,6 +22,7 @@ from slide_fmu.data.store import Split, read_split, require_origin
 from slide_fmu.learn.estimator import fit_estimator
 from slide_fmu.learn.family import FITS
 from slide_fmu.learn.feature_choice import choose_features, require_odd
+from slide_fmu.learn.input_forecast import fit_forecast
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.training import History
 from slide_fmu.memory.modes import spectrum
@@ -146,6 +147,9 @@ def _fit_network(
     network, history = family.fit(problem, *tables, progress("surrogate"))
     signals = system.inputs, system.outputs
     surrogate = Surrogate(recipe.name, window, *signals, input_scaling, output_scaling, network)
+    at_step_end = recipe.window.inputs == "step_end"
+    forecast = fit_forecast(system.inputs, splits[0].inputs, at_step_end)
+    surrogate = dataclasses.replace(surrogate, forecast=forecast)
     return surrogate, history
 
 

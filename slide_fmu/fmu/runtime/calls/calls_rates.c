@@ -43,6 +43,7 @@ SlideStatus slide_set_rates(SlideInstance *instance, const uint32_t references[]
     for (size_t i = 0; i < count; ++i) {
         if (orders[i] == 1) {
             state->rates[references[i]] = rates[i];
+            state->told[references[i]] = true;
         } else if (rates[i] != 0 && status == SLIDE_OK) {
             status = slide_report(instance, SLIDE_WARNING,
                                   "derivative of order %d of value reference %u; only order 1 "
@@ -50,9 +51,10 @@ SlideStatus slide_set_rates(SlideInstance *instance, const uint32_t references[]
                                   orders[i], references[i]);
         }
     }
+    const bool forecasts = slide_stream_forecasts(&instance->model, state);
     state->head->moving = 0;
     for (size_t i = 0; i < instance->model.n_inputs; ++i) {
-        state->head->moving |= state->rates[i] != 0;
+        state->head->moving |= state->rates[i] != 0 || (forecasts && state->told[i]);
     }
     return status;
 }

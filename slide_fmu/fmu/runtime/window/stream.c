@@ -9,6 +9,7 @@ static void place_before(SlideBeforeStep *before, const SlideModel *model, Slide
     size_t row = model->n_inputs * sizeof(double);
     before->given = slide_place(arena, 1, row);
     before->rates = slide_place(arena, 1, row);
+    before->told = slide_place(arena, model->n_inputs, sizeof *before->told);
     if (slide_is_recurrent(model->predictor.family)) {
         model->predictor.family->place_before(&before->predictor, &model->predictor, arena);
     }
@@ -20,6 +21,7 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
     start = arena->used - sizeof *state->head;
     state->inputs = slide_place(arena, n_inputs, sizeof(double));
     state->rates = slide_place(arena, n_inputs, sizeof(double));
+    state->told = slide_place(arena, n_inputs, sizeof *state->told);
     state->initial = slide_place(arena, n_inputs, sizeof(double));
     state->outputs = slide_place(arena, n_outputs, sizeof(double));
     state->goal = slide_place(arena, n_inputs, sizeof(double));
@@ -140,7 +142,9 @@ static void begin(const SlideModel *model, SlideState *state, double length) {
     state->head->moved = state->head->moving;
     if (state->head->moving) {
         memcpy(state->before.rates, state->rates, row);
+        memcpy(state->before.told, state->told, model->n_inputs * sizeof *state->told);
         memset(state->rates, 0, row);
+        memset(state->told, 0, model->n_inputs * sizeof *state->told);
         state->head->moving = 0;
     }
 }
@@ -266,16 +270,27 @@ static SlideIntake take_in_end(const SlideModel *model, SlideState *state) {
     return move_to(model, state, state->head->reached_length, state->inputs);
 }
 
-/* They move to where they are expected at the end of this step; or by their derivatives, where
- * the importer gave them. */
+/* Where the importer told derivatives, inputs move by these. */
+static void move_told(const SlideModel *model, SlideState *state) {
+    const SlideMovingStep step = moving_step(model, state);
+    const bool *told = state->before.told;
+    slide_move_on(&model->history, &step, step.length, model->inputs);
+    for (size_t i = 0; i < model->n_inputs; ++i) {
+        const bool of_angle = (model->cosine[i] && told[i + 1]) ||
+                              (i > 0 && model->cosine[i - 1] && told[i - 1]);
+        if (told[i] || of_angle) {
+            state->goal[i] = model->inputs[i];
+        }
+    }
+}
+
+/* They move to where they are expected at the end of this step. */
 static SlideIntake take_in_forecast(const SlideModel *model, SlideState *state) {
     const double length = state->head->last_length;
     slide_history_begin(&model->history, &state->history, SLIDE_MARK_FORECAST);
+    slide_forecast(&model->forecast, &model->history, &state->history, length, state->goal);
     if (state->head->moved) {
-        const SlideMovingStep step = moving_step(model, state);
-        slide_move_on(&model->history, &step, length, state->goal);
-    } else {
-        slide_forecast(&model->forecast, &model->history, &state->history, length, state->goal);
+        move_told(model, state);
     }
     return move_to(model, state, length, state->goal);
 }

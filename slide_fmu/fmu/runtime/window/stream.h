@@ -27,7 +27,8 @@ typedef struct {
                               those of the step's end */
     uint32_t mode;      /* SlideMode of instance.h */
     uint32_t current;   /* outputs belong to the present state */
-    uint32_t moving;    /* the inputs of the next step have derivatives that are not all zero */
+    uint32_t moving;    /* the inputs of the next step have derivatives that count: not all zero, or
+                           in the place of a forecast */
     uint32_t moved;     /* those of the last step had */
 } SlideHead;
 
@@ -36,6 +37,7 @@ typedef struct {
 typedef struct {
     double *given, *rates;  /* [n_inputs], the inputs as they were set; of a step whose inputs
                                moved, their derivatives */
+    bool *told; /* [n_inputs], of such a step: whose derivatives the importer told */
     SlideNetworkState predictor; /* of recurrent networks */
 } SlideBeforeStep;
 
@@ -44,6 +46,7 @@ typedef struct {
     SlideHead *head;
     double *inputs;  /* [n_inputs], as set last */
     double *rates;   /* [n_inputs], 1/s, derivatives of the inputs, of the next step only */
+    bool *told;      /* [n_inputs], which of them the importer told */
     double *initial; /* [n_inputs], before the start, where they are known */
     double *outputs; /* [n_outputs] */
     double *goal;    /* [n_inputs], the forecast for the end of the last step */

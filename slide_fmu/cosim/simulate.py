@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, cosines_of
+from slide_fmu.cosim.between import refined
 from slide_fmu.cosim.importer import Reader
 from slide_fmu.cosim.run import CoSimulationError, UnpackedFmu, instantiated, unpacked
 from slide_fmu.fmu.description.variables import (
@@ -32,8 +33,8 @@ def simulate(fmu: str | Path, t: NDArray[Any], u: NDArray[Any]) -> FloatArray:
 
     All inputs are known here, so that nothing is late and nothing is forecast. Inputs with a
     first-order hold are straight lines between the times (an angle that cosine and sine give turns
-    evenly), whatever the distances of these are; before the first time they were what they are
-    there. Inputs with a zero-order hold stay what they are from each time to the next; where the
+    evenly); where the times are farther apart than the FMU's step, smooth inputs are curves
+    between them. Before the first time they were what they are there. Inputs with a zero-order hold stay what they are from each time to the next; where the
     distances are no multiples of the FMU's step, the FMU takes its own steps, each under the mean
     of its inputs, and outputs are straight lines between them.
 
@@ -54,11 +55,12 @@ def simulate(fmu: str | Path, t: NDArray[Any], u: NDArray[Any]) -> FloatArray:
     path = Path(fmu)
     with unpacked(path) as files:
         inputs, outputs = _of_kind(files, "INPUT"), _of_kind(files, "OUTPUT")
-        first_order = _has_first_order_hold(path)
+        first_order, cosines = _meaning(path)
         times, values = _checked(t, u, inputs)
         run = _Run(files, inputs, outputs)
         if first_order:
-            return run.moving(times, values)
+            own, rows, places = refined(times, values, cosines, files.step)
+            return run.moving(own, rows)[places]
         if _whole(np.diff(times) / files.step):
             return run.held(times, values)
         own = times[0] + files.step * np.arange(np.ceil((times[-1] - times[0]) / files.step) + 1)
@@ -117,21 +119,22 @@ def _of_kind(fmu: UnpackedFmu, key: str) -> list[str]:
     return [found[reference] for reference in sorted(found)]
 
 
-def _has_first_order_hold(path: Path) -> bool:
-    """Whether the inputs move between communication points.
+def _meaning(path: Path) -> tuple[bool, tuple[int, ...]]:
+    """Say whether the inputs move between communication points, and which are cosines of angles.
 
     Raises:
         CoSimulationError: the FMU is none of slide-fmu, so that nothing says it.
     """
     if read_member(path, SURROGATE) is not None:
-        return read_fmu(path)[0].hold == "first_order"
+        surrogate, _ = read_fmu(path)
+        return surrogate.hold == "first_order", cosines_of(surrogate.inputs)
     module = read_member(path, MODULE)
     if module is None:
         raise CoSimulationError(
             f"{path.name} has no {SURROGATE} and no {MODULE}; expected an FMU of slide-fmu: only "
             "these say what their inputs do between communication points"
         )
-    return bool(json.loads(module)["hold"] == "first_order")
+    return bool(json.loads(module)["hold"] == "first_order"), ()
 
 
 def _checked(

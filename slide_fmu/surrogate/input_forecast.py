@@ -47,7 +47,7 @@ class InputForecast:
     at_step_end: bool = False
     weights: FloatArray = field(default_factory=lambda: np.zeros((1, 0, 1)))
     largest_change: FloatArray = field(default_factory=lambda: np.zeros(1))
-    n_scored: int = 8
+    n_scored: int = 12
 
     def __post_init__(self) -> None:
         shape, changes = self.weights.shape, self.largest_change

@@ -20,7 +20,7 @@ SLACK = 1e-6
 def refined(
     times: FloatArray, values: FloatArray, cosines: tuple[int, ...], step: float
 ) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
-    """Divide distances longer than a step into equal parts that are not, and find the inputs there.
+    """Divide distances longer than a step into equal parts, and find the inputs there.
 
     An input that is smooth is a cubic through the four values around; one that is not, a straight
     line. Smooth is what the neighbours of known values tell of them far better by cubics than by

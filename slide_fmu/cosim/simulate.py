@@ -34,9 +34,10 @@ def simulate(fmu: str | Path, t: NDArray[Any], u: NDArray[Any]) -> FloatArray:
     All inputs are known here, so that nothing is late and nothing is forecast. Inputs with a
     first-order hold are straight lines between the times (an angle that cosine and sine give turns
     evenly); where the times are farther apart than the FMU's step, smooth inputs are curves
-    between them. Before the first time they were what they are there. Inputs with a zero-order hold stay what they are from each time to the next; where the
-    distances are no multiples of the FMU's step, the FMU takes its own steps, each under the mean
-    of its inputs, and outputs are straight lines between them.
+    between them. Before the first time they were what they are there. Inputs with a zero-order
+    hold stay what they are from each time to the next; where the distances are no multiples of the
+    FMU's step, the FMU takes its own steps, each under the mean of its inputs, and outputs are
+    straight lines between them.
 
     Args:
         fmu: file of the FMU, of FMI 2.0 or FMI 3.0.
@@ -78,7 +79,10 @@ class _Run:
 
     def moving(self, times: FloatArray, values: FloatArray) -> FloatArray:
         """Set before each step what inputs with a first-order hold reach by its end."""
-        known = {INITIAL.replace("{signal}", name): u for name, u in zip(self.inputs, values[0], strict=True)}
+        known = {
+            INITIAL.replace("{signal}", name): u
+            for name, u in zip(self.inputs, values[0], strict=True)
+        }
         start = {PREHISTORY_KNOWN: 1.0, **known}
         if AT_STEP_END in self.fmu.references:  # FMUs of former versions know nothing else
             start[AT_STEP_END] = 1.0
@@ -162,7 +166,8 @@ def _checked(
     if len(falls):
         k = int(falls[0])
         raise ValueError(
-            f"t[{k}] = {times[k]:.9g} s, t[{k + 1}] = {times[k + 1]:.9g} s; expected times that rise"
+            f"t[{k}] = {times[k]:.9g} s, t[{k + 1}] = {times[k + 1]:.9g} s; expected times that "
+            "rise"
         )
     return times, values
 

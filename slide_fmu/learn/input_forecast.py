@@ -26,8 +26,8 @@ def fit_forecast(
     """Fit the forecast of inputs with a first-order hold; None of others.
 
     Every stretch of the inputs belongs to the candidate that forecasts it best, or to the held
-    value where none is clearly better; each candidate is the least squares fit to its stretches, of
-    which all count alike, whatever their amplitude.
+    value where none is clearly better; each candidate is the least squares fit to its stretches,
+    all of which count alike, whatever their amplitude.
 
     Args:
         signals: the inputs.

@@ -68,7 +68,7 @@ class InputForecast:
     @property
     def n_points(self) -> int:
         """The number of inputs, one step apart, that a forecast looks at."""
-        return self.weights.shape[2] + self.n_scored + 1
+        return int(self.weights.shape[2]) + self.n_scored + 1
 
     def ahead(
         self, past: FloatArray, signals: tuple[Signal, ...], scaling: Affine, steps: float = 1.0
@@ -85,7 +85,7 @@ class InputForecast:
             The inputs, shape (n_inputs,), in their units.
         """
         now = past[0]
-        ahead = np.empty_like(now)
+        ahead = np.empty(len(now))
         turning = {index + i for index in cosines_of(signals) for i in (0, 1)}
         for index in cosines_of(signals):
             angles = np.unwrap(np.arctan2(past[:, index + 1], past[:, index]))

@@ -23,11 +23,11 @@ finite and within offset -+ scale. Hold: 0 zero-order, 1 first-order; the same f
 Angle: 0 none; 1 the cosine of an angle, with its sine, 2, in the next row; both with offset 0 and
 the same scale. What else a signal is stands in META, and its start there too.
 
-MOVE says how inputs with a first-order hold go on (``input_forecast.py``); without it they are held
-while they are not known, and at_step_end is 1.
+MOVE says how inputs with a first-order hold go on (``input_forecast.py``); without it they are
+held while they are not known, and at_step_end is 1.
 
-Files of version 5 are those without MOVE. Files of version 4 (one hold for all inputs behind n_outputs in WIND, no hold and angle in SCIN)
-are read here only: their angle is found in the features of their network.
+Files of version 5 are those without MOVE. Files of version 4 (one hold for all inputs behind
+n_outputs in WIND, no hold and angle in SCIN) are read here only: their angle is found in the features of their network.
 
 A feed-forward surrogate gives n_outputs values per evaluation (n_samples = n_in - n_out + 1; a
 block is n_out evaluations, one per position), or n_out * n_outputs values (n_samples = n_in; a
@@ -85,15 +85,17 @@ class PayloadError(ValueError):
 def encode(
     name: str,
     window: Window,
-    inputs: tuple[Signal, ...],
-    outputs: tuple[Signal, ...],
-    input_scaling: Affine,
-    output_scaling: Affine,
+    signals: tuple[tuple[Signal, ...], tuple[Signal, ...]],
+    scalings: tuple[Affine, Affine],
     network: Network,
     estimator: ErrorEstimator | None,
     forecast: InputForecast | None,
 ) -> bytes:
-    """Write the bytes of a surrogate file from the fields of ``Surrogate``; they decide all."""
+    """Write the bytes of a surrogate file from the fields of ``Surrogate``; they decide all.
+
+    Signals and scalings are those of the inputs, then those of the outputs.
+    """
+    (inputs, outputs), (input_scaling, output_scaling) = signals, scalings
     sizes = window.n_in, window.n_out, len(inputs), len(outputs)
     rows = np.stack([output_scaling.offset, output_scaling.scale], 1)
     body = MAGIC + struct.pack("<I", VERSION)

@@ -242,7 +242,15 @@ class Surrogate:
 
     def to_bytes(self) -> bytes:
         """Write a surrogate file (``payload.py``); the same surrogate gives the same bytes."""
-        return encode(**vars(self))
+        return encode(
+            self.name,
+            self.window,
+            (self.inputs, self.outputs),
+            (self.input_scaling, self.output_scaling),
+            self.network,
+            self.estimator,
+            self.forecast,
+        )
 
     @staticmethod
     def from_bytes(data: bytes) -> Surrogate:

@@ -33,7 +33,7 @@ def moving_text(surrogate: Surrogate) -> str:
     return (
         " Both FMUs are told what the inputs reach by each step's end. An importer that sets what "
         "they are at its begin, which is all that a plain simulation does, has the errors of the "
-        f"column \"inputs set to what they are now\": {meaning_of(surrogate)}."
+        f'column "inputs set to what they are now": {meaning_of(surrogate)}.'
     )
 
 

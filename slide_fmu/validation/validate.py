@@ -166,9 +166,7 @@ def compare(
     )
 
 
-def _plain(
-    fmu: UnpackedFmu, surrogate: Surrogate, drawn: Draw, first: int
-) -> FloatArray | None:
+def _plain(fmu: UnpackedFmu, surrogate: Surrogate, drawn: Draw, first: int) -> FloatArray | None:
     """Return the outputs from a sample on of an FMU that is told what its inputs are now.
 
     ``drawn.inputs[k]`` is reached at t_k+1: so it is set before the step from there.

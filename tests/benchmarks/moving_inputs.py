@@ -10,8 +10,7 @@ acceleration, suspension travel and tyre deflection, after the window is filled.
 which is the surrogate's own error, as on a card. ``simulate``: ``slide_fmu.simulate`` on times as
 far apart as the factor says, in sample steps. ``plain``: ``fmpy.simulate_fmu`` with a table of
 u(t), at the FMU's own step. ``held``: the same with an FMU that holds the value that was set.
-``late``: the same with an FMU that takes it as reached by the step's end. ``derivatives``: plain,
-with the derivatives of the inputs told to the FMU.
+``late``: the same with an FMU that takes it as reached by the step's end.
 """
 
 from __future__ import annotations

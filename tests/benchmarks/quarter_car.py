@@ -1,7 +1,7 @@
 """A quarter car over a road: a cubic bump stop, an asymmetric damper, an input that moves.
 
-Equations, trajectories and training in numpy and torch alone, so that what is measured about moving
-inputs depends on no other model. Body and wheel move vertically; with the spring's compression
+Equations, trajectories and training in numpy and torch alone, so that what is measured about
+moving inputs depends on no other model. Body and wheel move vertically; with the spring's compression
 s = z_wheel - z_body it presses with k s + k_stop s^3 + c s' - c_more |s'| (rounded at 0).
 """
 
@@ -112,11 +112,11 @@ def roads(seed: int, count: int, samples: int) -> FloatArray:
 class Effort:
     """How much is learnt from, and how long."""
 
-    trajectories: int = 96
-    samples: int = 1200
-    hidden: int = 24
-    starts: int = 3
-    iterations: int = 60
+    trajectories: int = 48
+    samples: int = 900
+    hidden: int = 16
+    starts: int = 2
+    iterations: int = 40
 
 
 def train(effort: Effort, seed: int, progress: Progress) -> Surrogate:
@@ -132,10 +132,12 @@ def train(effort: Effort, seed: int, progress: Progress) -> Surrogate:
     deviation = np.float64(np.float32(seen.std()))
     features = FeatureMap(Differences(1), (0,), Affine.of_channels([0.0], [deviation]))
     tensors = [
-        (torch.as_tensor(features.along(scaling.apply(u)), dtype=torch.float64),
-         torch.as_tensor(of_outputs.apply(y)))
+        tuple(
+            torch.as_tensor(values, dtype=torch.float64)
+            for values in (features.along(scaling.apply(u)), of_outputs.apply(y))
+        )
         for u, y in parts
-    ]  # fmt: skip
+    ]
     network = StateSpaceRecipe(order=4, hidden=effort.hidden)
     training = LeastSquaresRecipe(
         seed=seed, starts=effort.starts, kept=1, iterations=effort.iterations

@@ -7,6 +7,7 @@ it.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 
 import numpy as np
@@ -51,7 +52,7 @@ def plain_ahead(surrogate: Surrogate, past: list[FloatArray], steps: float) -> F
     for i, signal in enumerate(surrogate.inputs):
         if signal.angle == "cosine":
             angles = [0.0]
-            for later, before in zip(past, past[1:], strict=False):
+            for later, before in itertools.pairwise(past):
                 turn = np.angle(complex(*before[i : i + 2]) / complex(*later[i : i + 2]))
                 angles.append(angles[-1] + float(turn))
             z = complex(*past[0][i : i + 2])
@@ -76,7 +77,9 @@ class Moving:
     def __init__(self, surrogate: Surrogate) -> None:
         self.surrogate, self.known, self._last = surrogate, Resampling(surrogate), math.nan
 
-    def step(self, length: float, inputs: FloatArray, rates: FloatArray | None = None) -> Resampling:
+    def step(
+        self, length: float, inputs: FloatArray, rates: FloatArray | None = None
+    ) -> Resampling:
         """Set inputs, take a step, and give the window that is expected at its end."""
         h = self.surrogate.window.step
         self.known.append(h if math.isnan(self._last) else self._last, inputs)

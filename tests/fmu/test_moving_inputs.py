@@ -1,9 +1,10 @@
-"""Inputs that move: the value set is u(t), the rest is forecast, the true sample takes its place."""
+"""Inputs that move: the value set is u(t), the rest is forecast until the true sample comes."""
 
 from __future__ import annotations
 
 import ctypes
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
@@ -200,7 +201,9 @@ def test_failed_step_leaves_no_trace_of_it(
 
 
 @pytest.mark.parametrize("shape", [SHAPES[0], SHAPES[2], SHAPES[5]], ids=["layers", "cell", "arc"])
-def test_initial_inputs_come_a_sample_step_before_the_first_value(load: Load, shape: Shape) -> None:
+def test_initial_inputs_come_a_sample_step_before_the_first_value(
+    load: Load, shape: Shape
+) -> None:
     """As if the FMU had run on them until a sample step before the start."""
     surrogate = moving(shape)
     n, loaded = len(surrogate.inputs), load(surrogate)
@@ -218,7 +221,9 @@ def test_initial_inputs_come_a_sample_step_before_the_first_value(load: Load, sh
     settled = np.array(knowing.get(n, len(surrogate.outputs)))
     np.testing.assert_allclose(settled, expected, rtol=0, atol=2 * OUTPUT_TOLERANCE * 8)
     slopes = derivative(knowing, len(surrogate.outputs), np.ones(n))
-    expected_slopes = five_point_slope(lambda amount: outputs_at_start(knowing, surrogate, rows[1] + amount), 2e-3)
+    expected_slopes = five_point_slope(
+        lambda amount: outputs_at_start(knowing, surrogate, rows[1] + amount), 2e-3
+    )
     np.testing.assert_allclose(slopes, expected_slopes, rtol=2e-2, atol=1e-3)
     assert knowing.set(*rows[1]) == OK
     expected = go(earlier, surrogate, [1.0] * 11, rows[1:])
@@ -240,7 +245,7 @@ def test_derivatives_of_inputs_go_before_the_forecast(
     surrogate = moving(shape)
     native, oracle = load(surrogate).instance().start(), Moving(surrogate)
     rows, n = moving_inputs(surrogate, 31), len(surrogate.outputs)
-    for row, ahead in zip(rows, rows[1:], strict=False):
+    for row, ahead in itertools.pairwise(rows):
         rates = (ahead - row) / (4 * length * STEP)
         assert native.set(*row) == native.set_rates(*rates) == OK
         assert native.do_step(native.time(), length * STEP) == OK, native.messages
@@ -250,7 +255,7 @@ def test_derivatives_of_inputs_go_before_the_forecast(
 
 
 def test_forecasts_outside_the_range_are_kept_in_it(load: Load) -> None:
-    """A value near the end of the range moves towards it; the outputs stay those of known inputs."""
+    """A value near the end of the range that moves towards it leaves it in no forecast."""
     surrogate = forecasting(sum_surrogate(hold="first_order"))
     native = load(surrogate).instance().start()
     in_range = [v.name for v in fmu_variables(surrogate)].index("inputs_in_range")

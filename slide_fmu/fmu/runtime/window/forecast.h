@@ -10,9 +10,9 @@
 typedef struct {
     uint32_t n_candidates, n_past, n_scored;
     double sample_step; /* s */
-    double *largest;    /* [n_inputs], the largest change in a sample step; of an angle its turn in
-                           rad, in the place of its cosine */
-    double *weights;    /* [n_inputs][n_candidates][n_past], of u(t - i H) - u(t), i = 1 .. n_past */
+    double *largest;    /* [n_inputs], the largest change in a sample step; of an angle its turn,
+                           in rad, in the place of its cosine */
+    double *weights;    /* [n_inputs][n_candidates][n_past], of u(t - i H) - u(t), i >= 1 */
     double *low, *high; /* [n_inputs], the range */
     double *past;       /* scratch [n_past + n_scored + 1][n_inputs]: inputs H apart, newest first */
     double *channel;    /* scratch [n_past + n_scored + 1], of one input, or the turns of an angle

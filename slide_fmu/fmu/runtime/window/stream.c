@@ -5,78 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-static void place_before(SlideBeforeStep *before, const SlideModel *model, SlideArena *arena) {
-    size_t row = model->n_inputs * sizeof(double);
-    before->given = slide_place(arena, 1, row);
-    before->rates = slide_place(arena, 1, row);
-    before->told = slide_place(arena, model->n_inputs, sizeof *before->told);
-    if (slide_is_recurrent(model->predictor.family)) {
-        model->predictor.family->place_before(&before->predictor, &model->predictor, arena);
-    }
-}
-
-void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *arena) {
-    size_t n_inputs = model->n_inputs, n_outputs = model->n_outputs, start, seen;
-    state->head = slide_place(arena, 1, sizeof *state->head);
-    start = arena->used - sizeof *state->head;
-    state->inputs = slide_place(arena, n_inputs, sizeof(double));
-    state->rates = slide_place(arena, n_inputs, sizeof(double));
-    state->told = slide_place(arena, n_inputs, sizeof *state->told);
-    state->initial = slide_place(arena, n_inputs, sizeof(double));
-    state->outputs = slide_place(arena, n_outputs, sizeof(double));
-    state->goal = slide_place(arena, n_inputs, sizeof(double));
-    state->strayed = slide_place(arena, 1, sizeof *state->strayed);
-    seen = arena->used - sizeof *state->strayed;
-    slide_samples_place(&state->samples, &model->samples, arena);
-    model->predictor.family->place_state(&state->predictor, &model->predictor, arena);
-    slide_estimate_place(&state->estimate, &model->estimator, arena);
-    state->seen_size = arena->used - seen;
-    place_before(&state->before, model, arena);
-    slide_history_place(&state->history, &model->history, arena);
-    state->before_steps = arena->used - start - slide_history_steps_size(&model->history);
-    state->window = slide_place(arena, model->memory_length, n_inputs * sizeof(double));
-    state->known = slide_place(arena, model->history.first_order ? state->seen_size : 0, 1);
-    state->size = arena->used - start;
-    state->backup = slide_place(
-        arena, state->before_steps + (model->history.first_order ? state->seen_size : 0), 1);
-}
-
-void slide_state_reset(const SlideModel *model, SlideState *state) {
-    memset(state->head, 0, state->size);
-    state->head->at_step_end = model->at_step_end;
-    memcpy(state->inputs, model->starts, model->n_inputs * sizeof(double));
-    memcpy(state->initial, model->starts, model->n_inputs * sizeof(double));
-    for (size_t sample = 0; sample < model->memory_length; ++sample) {
-        memcpy(state->window + sample * model->n_inputs, model->starts,
-               model->n_inputs * sizeof(double));
-    }
-}
-
-/* Before the first step: the inputs until then. */
-static const double *prehistory(const SlideModel *model, const SlideState *state) {
-    if (state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
-        return state->window + (size_t)(model->memory_length - 1) * model->n_inputs;
-    }
-    return state->head->prehistory == SLIDE_FIRST_HELD ? state->inputs : state->initial;
-}
-
-bool slide_stream_forecasts(const SlideModel *model, const SlideState *state) {
-    return model->history.first_order && state->head->at_step_end == 0;
-}
-
-bool slide_stream_fresh(const SlideState *state) { return *state->history.count == 0; }
-
-const double *slide_stream_reached(const SlideModel *model, const SlideState *state) {
-    return slide_stream_fresh(state) ? prehistory(model, state)
-                                     : slide_history_newest(&model->history, &state->history);
-}
-
-static void set_sample(const SlideModel *model, const double *inputs, double *sample) {
-    for (size_t i = 0; i < model->n_inputs; ++i) {
-        sample[i] = slide_scaled(model, i, inputs[i]);
-    }
-}
-
 /* The outputs that the network gives after the sample that it has seen. */
 static bool predict(const SlideModel *model, const SlideState *state, uint64_t sample) {
     bool finite = true;
@@ -172,157 +100,6 @@ static void restart(const SlideModel *model, SlideState *state, const double *sa
     watch_range(model, state, sample);
 }
 
-/* What is known of the inputs before the first step becomes the history. */
-static void recall(const SlideModel *model, SlideState *state) {
-    const bool window = state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN;
-    const size_t n_inputs = model->n_inputs, count = window ? model->memory_length : 1;
-    const double *rows = window ? state->window : prehistory(model, state);
-    for (size_t sample = 0; sample < count; ++sample) {
-        slide_history_append(&model->history, &state->history, model->step,
-                             rows + sample * n_inputs, true);
-    }
-}
-
-/* The step becomes the newest of the history. Beyond the samples that any result depends on, one
- * part of a step whose inputs move stands for all. */
-static SlideMovingStep moving_step(const SlideModel *model, const SlideState *state) {
-    return (SlideMovingStep){state->head->last_length, state->inputs, state->before.rates,
-                             model->step, model->memory_length + 1};
-}
-
-static void append(const SlideModel *model, SlideState *state) {
-    const double length = state->head->last_length;
-    if (state->head->moved) {
-        const SlideMovingStep step = moving_step(model, state);
-        slide_append_moving(&model->history, &state->history, &step, model->inputs);
-    } else {
-        slide_history_append(&model->history, &state->history, length, state->inputs, false);
-    }
-}
-
-/* The newest samples up to the end of the newest step of the history; from: NULL, or the inputs
- * that move evenly over so many samples to those of this step. */
-static void sample_past(const SlideModel *model, const SlideState *state, uint32_t count,
-                        const double *from) {
-    const double *to = slide_history_newest(&model->history, &state->history);
-    SlideReader reader = slide_history_reader(&model->history, &state->history);
-    for (uint32_t left = count; left-- > 0;) {
-        if (from != NULL) {
-            slide_history_between(&model->history, from, to, (double)left / count, model->inputs);
-        } else {
-            double begin = -((double)left + 1) * model->step, end = -(double)left * model->step;
-            slide_history_sample(&reader, begin, end, model->inputs);
-        }
-        set_sample(model, model->inputs, model->taken + left * model->n_inputs);
-    }
-}
-
-/* Samples one h apart that a step takes in; 0: it takes all anew. */
-static uint32_t count_whole(const SlideModel *model, double length) {
-    double count = nearbyint(length / model->step);
-    bool whole = length == count * model->step && count > 0 && count <= model->n_in;
-    return whole ? (uint32_t)count : 0;
-}
-
-static SlideIntake take_in_step(const SlideModel *model, SlideState *state) {
-    const bool first = slide_stream_fresh(state);
-    const bool settled = first && state->head->prehistory == SLIDE_FIRST_HELD;
-    const bool held = settled && !state->head->moved; /* slide_stream_hold took in one sample */
-    const uint32_t n_whole = count_whole(model, state->head->last_length);
-    const double *from = slide_stream_reached(model, state);
-    SlideIntake intake = {n_whole, n_whole == 0 && !held, settled};
-    if (intake.anew) {
-        intake.count = model->memory_length;
-    } else if (held && n_whole > 0) {
-        intake.count = n_whole - 1;
-    }
-    if (first && !held) {
-        recall(model, state);
-    }
-    append(model, state); /* a step of whole samples is joined to none under a first-order hold */
-    sample_past(model, state, intake.count,
-                model->history.first_order && !intake.anew ? from : NULL);
-    return intake;
-}
-
-/* A step on whose way the inputs move evenly becomes the newest of the history. */
-static SlideIntake move_to(const SlideModel *model, SlideState *state, double length,
-                           const double *inputs) {
-    const double *from = slide_stream_reached(model, state);
-    SlideIntake intake = {count_whole(model, length), false, false};
-    intake.anew = intake.count == 0;
-    intake.count = intake.anew ? model->memory_length : intake.count;
-    slide_history_append(&model->history, &state->history, length, inputs, false);
-    sample_past(model, state, intake.count, intake.anew ? NULL : from);
-    return intake;
-}
-
-/* The inputs that were set are the true end of the step before. Before the first one, they count
- * as held for ever, or come a sample step after what is known of those until then. */
-static SlideIntake take_in_end(const SlideModel *model, SlideState *state) {
-    const bool first = slide_stream_fresh(state);
-    if (first) {
-        recall(model, state);
-    }
-    if (first && state->head->prehistory == SLIDE_FIRST_HELD) {
-        return (SlideIntake){.settled = true};
-    }
-    return move_to(model, state, state->head->reached_length, state->inputs);
-}
-
-/* Where the importer told derivatives, inputs move by these. */
-static void move_told(const SlideModel *model, SlideState *state) {
-    const SlideMovingStep step = moving_step(model, state);
-    const bool *told = state->before.told;
-    slide_move_on(&model->history, &step, step.length, model->inputs);
-    for (size_t i = 0; i < model->n_inputs; ++i) {
-        const bool of_angle = (model->cosine[i] && told[i + 1]) ||
-                              (i > 0 && model->cosine[i - 1] && told[i - 1]);
-        if (told[i] || of_angle) {
-            state->goal[i] = model->inputs[i];
-        }
-    }
-}
-
-/* They move to where they are expected at the end of this step. */
-static SlideIntake take_in_forecast(const SlideModel *model, SlideState *state) {
-    const double length = state->head->last_length;
-    slide_history_begin(&model->history, &state->history, SLIDE_MARK_FORECAST);
-    slide_forecast(&model->forecast, &model->history, &state->history, length, state->goal);
-    if (state->head->moved) {
-        move_told(model, state);
-    }
-    return move_to(model, state, length, state->goal);
-}
-
-/* Both, one after the other. */
-static SlideIntake take_in_both(const SlideModel *model, SlideState *state) {
-    const size_t n_inputs = model->n_inputs;
-    const SlideIntake end = take_in_end(model, state);
-    if (state->head->last_length == 0) { /* there was no step yet */
-        return end;
-    }
-    const uint32_t n_whole = count_whole(model, state->head->last_length);
-    const bool joined = !end.anew && n_whole > 0 && end.count + n_whole <= model->memory_length;
-    if (joined) {
-        memmove(model->taken + n_whole * n_inputs, model->taken,
-                end.count * n_inputs * sizeof(double));
-    }
-    SlideIntake intake = take_in_forecast(model, state);
-    intake.settled = end.settled;
-    if (joined) {
-        intake.count += end.count;
-    } else if (!intake.anew) { /* the whole window gives the same, but for what it truncates */
-        intake = (SlideIntake){model->memory_length, true, end.settled};
-        sample_past(model, state, intake.count, NULL);
-    }
-    return intake;
-}
-
-SlideIntake slide_stream_take_in(const SlideModel *model, SlideState *state) {
-    return slide_stream_forecasts(model, state) ? take_in_both(model, state)
-                                                : take_in_step(model, state);
-}
 
 /* The predictor goes on by what is taken in; it sees its own part of what is taken in anew. Unless
  * outputs are wanted, layers are not evaluated. */
@@ -343,7 +120,7 @@ static bool take_all(const SlideModel *model, SlideState *state, const SlideInta
 }
 
 static bool hold(const SlideModel *model, SlideState *state) {
-    set_sample(model, prehistory(model, state), model->taken);
+    slide_intake_scale(model, slide_stream_prehistory(model, state), model->taken);
     restart(model, state, model->taken);
     for (uint64_t left = model->predictor.n_settling; left > 0; --left) {
         if (!advance(model, state, model->taken, left == 1)) {
@@ -358,8 +135,8 @@ static bool begin_run(const SlideModel *model, SlideState *state) {
     if (state->head->prehistory != SLIDE_INITIAL_WINDOW_KNOWN) {
         return hold(model, state);
     }
-    recall(model, state);
-    sample_past(model, state, model->memory_length, NULL);
+    slide_intake_recall(model, state);
+    slide_intake_sample(model, state, model->memory_length, NULL);
     const SlideIntake intake = {model->memory_length, .anew = true};
     const bool done = take_all(model, state, &intake, true);
     *state->history.count = 0;
@@ -370,7 +147,7 @@ static bool begin_run(const SlideModel *model, SlideState *state) {
 static bool reach_start(const SlideModel *model, SlideState *state) {
     state->head->reached_length = model->step;
     keep(model, state);
-    const SlideIntake intake = take_in_end(model, state);
+    const SlideIntake intake = slide_intake_end(model, state);
     return take_all(model, state, &intake, true);
 }
 
@@ -388,7 +165,7 @@ bool slide_stream_hold(const SlideModel *model, SlideState *state) {
 }
 
 static void count_filled(const SlideModel *model, SlideState *state, double length) {
-    const uint32_t n_whole = count_whole(model, length);
+    const uint32_t n_whole = slide_intake_whole(model, length);
     state->head->filled += n_whole > 0 ? n_whole : length / model->step;
 }
 
@@ -398,7 +175,7 @@ static bool step_of(const SlideModel *model, SlideState *state, double length) {
     }
     keep(model, state);
     begin(model, state, length);
-    const SlideIntake intake = take_in_step(model, state);
+    const SlideIntake intake = slide_intake_step(model, state);
     if (!take_all(model, state, &intake, true)) {
         return false;
     }
@@ -427,8 +204,8 @@ static bool reach_now(const SlideModel *model, SlideState *state, double length)
         state->head->reached_length = state->head->last_length;
     }
     keep(model, state);
-    const SlideIntake intake = take_in_end(model, state);
-    if (count_whole(model, length) > 0 && !take_all(model, state, &intake, false)) {
+    const SlideIntake intake = slide_intake_end(model, state);
+    if (slide_intake_whole(model, length) > 0 && !take_all(model, state, &intake, false)) {
         return false;
     }
     memcpy(state->known, state->strayed, state->seen_size);
@@ -436,7 +213,7 @@ static bool reach_now(const SlideModel *model, SlideState *state, double length)
 }
 
 static bool step_forecast(const SlideModel *model, SlideState *state) {
-    const SlideIntake intake = take_in_forecast(model, state);
+    const SlideIntake intake = slide_intake_forecast(model, state);
     bool done = take_all(model, state, &intake, true);
     if (done) {
         accept_outputs(model, state);
@@ -486,7 +263,7 @@ bool slide_stream_go_on(const SlideModel *model, SlideState *state) {
 
 /* The most frequent step, of one sample; until all is found, it changes nothing that counts. */
 static bool step_once(const SlideModel *model, SlideState *state) {
-    set_sample(model, state->inputs, model->taken);
+    slide_intake_scale(model, state->inputs, model->taken);
     if (!see(model, state, model->taken) || !predict(model, state, *state->samples.count)) {
         return false;
     }

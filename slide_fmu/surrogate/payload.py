@@ -27,7 +27,8 @@ MOVE says how inputs with a first-order hold go on (``input_forecast.py``); with
 held while they are not known, and at_step_end is 1.
 
 Files of version 5 are those without MOVE. Files of version 4 (one hold for all inputs behind
-n_outputs in WIND, no hold and angle in SCIN) are read here only: their angle is found in the features of their network.
+n_outputs in WIND, no hold and angle in SCIN) are read here only: their angle is found in the
+features of their network.
 
 A feed-forward surrogate gives n_outputs values per evaluation (n_samples = n_in - n_out + 1; a
 block is n_out evaluations, one per position), or n_out * n_outputs values (n_samples = n_in; a

@@ -1,8 +1,8 @@
 """A quarter car over a road: a cubic bump stop, an asymmetric damper, an input that moves.
 
 Equations, trajectories and training in numpy and torch alone, so that what is measured about
-moving inputs depends on no other model. Body and wheel move vertically; with the spring's compression
-s = z_wheel - z_body it presses with k s + k_stop s^3 + c s' - c_more |s'| (rounded at 0).
+moving inputs depends on no other model. Body and wheel move vertically; under a compression s =
+z_wheel - z_body the suspension presses with k s + k_stop s^3 + c s' - c_more |s'| (rounded at 0).
 """
 
 from __future__ import annotations

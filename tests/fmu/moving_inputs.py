@@ -16,16 +16,12 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.input_forecast import InputForecast
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.plain import Resampling, plain_moved
-
-CANDIDATES = np.array([[-1.0, 0.0, 0.0], [-3.02, 1.0, 0.0], [-5.9, 4.0, -1.0]])
-"""A straight line, about a parabola, about a cubic."""
+from tests.fmu.samples import forecast_of
 
 
 def forecasting(surrogate: Surrogate, at_step_end: bool = False) -> Surrogate:
-    """The surrogate with a forecast of every input, not the same for all."""
-    n = len(surrogate.inputs)
-    weights = np.array([CANDIDATES * (1 - 0.01 * index) for index in range(n)])
-    forecast = InputForecast(at_step_end, weights, np.linspace(0.3, 0.4, n), 5)
+    """The surrogate with a forecast of every input."""
+    forecast = forecast_of(len(surrogate.inputs), at_step_end)
     return dataclasses.replace(surrogate, forecast=forecast)
 
 

@@ -37,7 +37,7 @@ typedef struct {
 typedef struct {
     double *given, *rates;  /* [n_inputs], the inputs as they were set; of a step whose inputs
                                moved, their derivatives */
-    bool *told; /* [n_inputs], of such a step: whose derivatives the importer told */
+    bool *told; /* [n_inputs], of such a step: whose derivatives take the place of a forecast */
     SlideNetworkState predictor; /* of recurrent networks */
 } SlideBeforeStep;
 
@@ -46,7 +46,7 @@ typedef struct {
     SlideHead *head;
     double *inputs;  /* [n_inputs], as set last */
     double *rates;   /* [n_inputs], 1/s, derivatives of the inputs, of the next step only */
-    bool *told;      /* [n_inputs], which of them the importer told */
+    bool *told;      /* [n_inputs], which of them take the place of a forecast */
     double *initial; /* [n_inputs], before the start, where they are known */
     double *outputs; /* [n_outputs] */
     double *goal;    /* [n_inputs], the forecast for the end of the last step */

@@ -18,7 +18,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.driver import build_driver, required_sanitizer
 from tests.fmu.native import Load
 from tests.fmu.samples import CellShape, Shape, random_surrogate
-from tests.fmu.small_shapes import CELLS, DIRECTOR, GATED, MOVING, ONE_SAMPLE, ROLES, SMALL
+from tests.fmu.small_shapes import CELLS, DIRECTOR, GATED, MOVING, ONE_SAMPLE, RAMP, ROLES, SMALL
 from tests.limits import HANGS
 
 pytestmark = pytest.mark.extended

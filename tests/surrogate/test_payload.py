@@ -408,8 +408,8 @@ def test_file_of_version_5_has_no_forecast_and_its_inputs_are_those_of_the_step_
 
 def test_forecast_of_held_inputs_or_of_another_number_is_refused() -> None:
     moving, held = Surrogate.from_bytes(MOVING), Surrogate.from_bytes(SMALL)
-    with pytest.raises(ValueError, match="forecast of 2 inputs.*the hold 'zero_order'"):
+    with pytest.raises(ValueError, match=r"forecast of 2 inputs.*the hold 'zero_order'"):
         replace(held, forecast=moving.forecast)
     alone = random_surrogate(Shape(hold="first_order"))
-    with pytest.raises(ValueError, match="forecast of 2 inputs.*expected 1"):
+    with pytest.raises(ValueError, match=r"forecast of 2 inputs.*expected 1"):
         replace(alone, forecast=moving.forecast)

@@ -5,12 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-void slide_intake_scale(const SlideModel *model, const double *inputs, double *sample) {
-    for (size_t i = 0; i < model->n_inputs; ++i) {
-        sample[i] = slide_scaled(model, i, inputs[i]);
-    }
-}
-
 void slide_intake_recall(const SlideModel *model, SlideState *state) {
     const bool window = state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN;
     const size_t n_inputs = model->n_inputs, count = window ? model->memory_length : 1;

@@ -40,6 +40,11 @@ SlideIntake slide_intake_end(const SlideModel *model, SlideState *state);
 SlideIntake slide_intake_forecast(const SlideModel *model, SlideState *state);
 
 /* A sample as the networks see it. */
-void slide_intake_scale(const SlideModel *model, const double *inputs, double *sample);
+static inline void slide_intake_scale(const SlideModel *model, const double *inputs,
+                                      double *sample) {
+    for (size_t i = 0; i < model->n_inputs; ++i) {
+        sample[i] = slide_scaled(model, i, inputs[i]);
+    }
+}
 
 #endif

@@ -18,10 +18,8 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
     start = arena->used - sizeof *state->head;
     state->inputs = slide_place(arena, n_inputs, sizeof(double));
     state->rates = slide_place(arena, n_inputs, sizeof(double));
-    state->told = slide_place(arena, n_inputs, sizeof *state->told);
     state->initial = slide_place(arena, n_inputs, sizeof(double));
     state->outputs = slide_place(arena, n_outputs, sizeof(double));
-    state->goal = slide_place(arena, n_inputs, sizeof(double));
     state->strayed = slide_place(arena, 1, sizeof *state->strayed);
     seen = arena->used - sizeof *state->strayed;
     slide_samples_place(&state->samples, &model->samples, arena);
@@ -29,6 +27,8 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
     slide_estimate_place(&state->estimate, &model->estimator, arena);
     state->seen_size = arena->used - seen;
     place_before(&state->before, model, arena);
+    state->told = slide_place(arena, n_inputs, sizeof *state->told);
+    state->goal = slide_place(arena, n_inputs, sizeof(double));
     slide_history_place(&state->history, &model->history, arena);
     state->before_steps = arena->used - start - slide_history_steps_size(&model->history);
     state->window = slide_place(arena, model->memory_length, n_inputs * sizeof(double));
@@ -49,19 +49,12 @@ void slide_state_reset(const SlideModel *model, SlideState *state) {
     }
 }
 
-
 const double *slide_stream_prehistory(const SlideModel *model, const SlideState *state) {
     if (state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
         return state->window + (size_t)(model->memory_length - 1) * model->n_inputs;
     }
     return state->head->prehistory == SLIDE_FIRST_HELD ? state->inputs : state->initial;
 }
-
-bool slide_stream_forecasts(const SlideModel *model, const SlideState *state) {
-    return model->history.first_order && state->head->at_step_end == 0;
-}
-
-bool slide_stream_fresh(const SlideState *state) { return *state->history.count == 0; }
 
 const double *slide_stream_reached(const SlideModel *model, const SlideState *state) {
     return slide_stream_fresh(state) ? slide_stream_prehistory(model, state)

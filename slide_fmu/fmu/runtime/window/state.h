@@ -71,13 +71,17 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
 void slide_state_reset(const SlideModel *model, SlideState *state);
 
 /* No communication step yet? */
-bool slide_stream_fresh(const SlideState *state);
+static inline bool slide_stream_fresh(const SlideState *state) {
+    return *state->history.count == 0;
+}
 
 /* The inputs until now: of the last step, or before the first one. */
 const double *slide_stream_reached(const SlideModel *model, const SlideState *state);
 
 /* Are inputs set to what they are at the begin of a step? */
-bool slide_stream_forecasts(const SlideModel *model, const SlideState *state);
+static inline bool slide_stream_forecasts(const SlideModel *model, const SlideState *state) {
+    return model->history.first_order && state->head->at_step_end == 0;
+}
 
 /* The inputs until the first step, before it. */
 const double *slide_stream_prehistory(const SlideModel *model, const SlideState *state);

@@ -24,20 +24,41 @@ if TYPE_CHECKING:
     from slide_fmu.recipe.recipe import Recipe, RecipeError
     from slide_fmu.surrogate.gradient import gradient, jacobian
     from slide_fmu.surrogate.surrogate import Surrogate
-    from slide_fmu.systems.base import Linearization, SimulationError, State, System
+    from slide_fmu.systems.base import (
+        Linearizable,
+        Linearization,
+        RandomStates,
+        Restorable,
+        SimulationError,
+        State,
+        StateMatrix,
+        Stepping,
+        System,
+    )
+    from slide_fmu.systems.function_system import FunctionSystem
+    from slide_fmu.systems.integration import Solver
+    from slide_fmu.systems.record_system import RecordSystem
 
 __version__ = "0.6.0"
 
 __all__ = [
     "CoSimulationError",
     "FmuError",
+    "FunctionSystem",
+    "Linearizable",
     "Linearization",
     "NativeSurrogate",
+    "RandomStates",
     "Recipe",
     "RecipeError",
+    "RecordSystem",
+    "Restorable",
     "Signal",
     "SimulationError",
+    "Solver",
     "State",
+    "StateMatrix",
+    "Stepping",
     "Surrogate",
     "System",
     "Window",
@@ -61,7 +82,20 @@ _HOMES = {
     "slide_fmu.recipe.recipe": ("Recipe", "RecipeError"),
     "slide_fmu.surrogate.gradient": ("gradient", "jacobian"),
     "slide_fmu.surrogate.surrogate": ("Surrogate",),
-    "slide_fmu.systems.base": ("Linearization", "SimulationError", "State", "System"),
+    "slide_fmu.systems.base": (
+        "Linearizable",
+        "Linearization",
+        "RandomStates",
+        "Restorable",
+        "SimulationError",
+        "State",
+        "StateMatrix",
+        "Stepping",
+        "System",
+    ),
+    "slide_fmu.systems.function_system": ("FunctionSystem",),
+    "slide_fmu.systems.integration": ("Solver",),
+    "slide_fmu.systems.record_system": ("RecordSystem",),
 }
 """The module that each public name is imported from at its first use (PEP 562)."""
 

@@ -22,13 +22,13 @@ from slide_fmu.data.store import Split, read_split, require_origin
 from slide_fmu.learn.estimator import fit_estimator
 from slide_fmu.learn.family import FITS
 from slide_fmu.learn.feature_choice import choose_features, require_odd
+from slide_fmu.learn.history import History
 from slide_fmu.learn.input_forecast import fit_forecast
 from slide_fmu.learn.problem import Problem
-from slide_fmu.learn.training import History
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import System
+from slide_fmu.systems.base import Linearizable, System, chain_of
 
 STILL = 1e-9
 """A standard deviation below this part of the range is rounding, not motion."""
@@ -60,12 +60,14 @@ def fit_surrogate(
     interrupted trainings.
 
     Raises:
+        RecipeError: the recipe leaves something to be found.
         StoreError: trajectories are missing, or were made from another recipe or model.
         TrainingError: a training diverged.
         UnstableModeError: a mode of the system linearized at rest grows.
         ValueError: signs shall be flipped of signals that are not symmetric, or a signal never
             moves in the training data.
     """
+    recipe.require_resolved()
     require_origin(store, recipe, probe(recipe, system))
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     surrogate, history = _fit_network(recipe, system, (store, checkpoints), device, progress)
@@ -93,7 +95,7 @@ def fit_surrogate(
 
 def _chain(system: System) -> object:
     """The numbers of the serial chain that features may be formed of, and data need not show."""
-    chain = system.chain
+    chain = chain_of(system)
     return (
         None if chain is None else {name: values.tolist() for name, values in vars(chain).items()}
     )
@@ -153,14 +155,17 @@ def _fit_network(
     return surrogate, history
 
 
-def eigenvalues_at_rest(system: System) -> NDArray[np.complex128]:
+def eigenvalues_at_rest(system: System) -> NDArray[np.complex128] | None:
     """Return the eigenvalues in 1/s of the system linearized at rest under its start inputs.
 
-    There is one of each conjugate pair, and none of rigid-body modes.
+    There is one of each conjugate pair, and none of rigid-body modes; None of a system that does
+    not offer to be linearized.
 
     Raises:
         UnstableModeError: a mode grows.
     """
+    if not isinstance(system, Linearizable):
+        return None
     start = np.array([signal.start_value for signal in system.inputs])
     found = spectrum(system.linearize(system.rest_state(start)))
     return np.array([mode.eigenvalue for mode in found.modes], dtype=np.complex128)
@@ -207,6 +212,11 @@ def standard_deviation_scaling(signals: tuple[Signal, ...], split: Split) -> Aff
     require_motion(signals, split.outputs)
     deviation = split.outputs.reshape(-1, len(signals)).std(axis=0)
     return Affine(range_scaling(signals).offset, deviation)
+
+
+def checkpoint_key(*parts: Any) -> str:
+    """Return a key for a checkpoint: of the training's code, and of what JSON can hold."""
+    return _digest(_code(), *parts)
 
 
 def _content(split: Split) -> str:

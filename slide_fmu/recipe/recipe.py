@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
+from slide_fmu.core.signals import Angle, Hold
 from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
+from slide_fmu.recipe.automatic import LENGTHS, with_guesses
+from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.learning import (
     METHODS,
@@ -19,6 +23,7 @@ from slide_fmu.recipe.learning import (
     Table,
     TrainingTable,
 )
+from slide_fmu.systems.specification import SignalChoice
 
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond")
 """Trajectories that are kept. Test trajectories are drawn anew for every validation."""
@@ -28,6 +33,29 @@ class RecipeError(ValueError):
     """A recipe cannot be used; the message holds one line per mistake."""
 
 
+class SignalRecipe(Table):
+    """A table ``system.inputs.NAME`` or ``system.outputs.NAME`` says what a model leaves open.
+
+    Attributes:
+        range: lowest and highest value of the intended range, in ``unit``.
+        unit, description, start, hold, angle: as of ``slide_fmu.core.signals.Signal``; those of
+            the model if not given.
+    """
+
+    range: tuple[float, float] | None = None
+    unit: str | None = None
+    description: str | None = None
+    start: float | None = None
+    hold: Hold | None = None
+    angle: Angle | None = None
+
+    def choice(self, name: str) -> SignalChoice:
+        """Return the choice that this table makes about the signal of a name."""
+        low, high = self.range or (None, None)
+        given = {key: value for key, value in self if key != "range"}
+        return SignalChoice(name, low=low, high=high, **given)
+
+
 class SystemRecipe(Table):
     """The table ``system`` names the reference system.
 
@@ -35,6 +63,8 @@ class SystemRecipe(Table):
         kind: one of ``slide_fmu.systems.loading.KINDS``, which says what ``model`` is.
         model: of a class, ``"module:Class"`` of a ``slide_fmu.systems.base.System``.
         parameters: those of the system beside ``step``; of a class, its keyword arguments.
+        inputs, outputs: what the model leaves open about its signals, by their names; empty of a
+            class, which declares its own.
         reference: those that are other when an FMU is measured: a finer model may be the reference
             of what a faster one has taught. Empty: the same model.
         picture: ``"module:function"`` that draws the reference system in motion, for the model
@@ -44,6 +74,8 @@ class SystemRecipe(Table):
     kind: str = "class"
     model: str
     parameters: dict[str, float | int | str | bool] = Field(default={})
+    inputs: dict[str, SignalRecipe] = Field(default={})
+    outputs: dict[str, SignalRecipe] = Field(default={})
     reference: dict[str, float | int | str | bool] = Field(default={})
     picture: str | None = Field(default=None, pattern=r"^[\w.]+:\w+$")
 
@@ -53,8 +85,8 @@ class WindowRecipe(Table):
 
     Attributes:
         step: sample step h in s.
-        n_in: number of input samples.
-        n_out: number of output samples.
+        n_in: number of input samples; found from the decay time if ``"auto"`` or not given.
+        n_out: number of output samples; follows ``n_in`` if ``"auto"`` or not given.
         inputs: what an importer of the FMU sets inputs with a first-order hold to before a step,
             unless it sets the parameter ``inputs_at_step_end``: ``"now"``, what they are at its
             begin, so that the FMU forecasts what they do within it; or ``"step_end"``, what they
@@ -82,24 +114,35 @@ class DataRecipe(Table):
 
     Attributes:
         seed: entropy of every trajectory's own seed.
-        duration: length of a trajectory in s, after the burn-in.
-        burn_in: time in s that a random initial state is given to decay; not stored.
-        train, validation, estimator, estimator_validation: numbers of trajectories.
+        duration: length of a trajectory in s, after the burn-in; from the window if ``"auto"`` or
+            not given.
+        burn_in: time in s that a random initial state is given to decay; not stored; one window
+            if ``"auto"`` or not given.
+        train, validation: numbers of trajectories; found from a learning curve if ``"auto"`` or
+            not given.
+        estimator, estimator_validation: those of the error estimator, if there is one; likewise.
+        budget_minutes: time for the learning curve and its data; it ends before a doubling that
+            would take longer. No limit if not given.
         beyond: number of trajectories beyond the range; a state-space network learns from them
             too, with a low weight, so that it stays sensible there.
         beyond_factor: range of the factor on their excitation.
-        excitation: kinds of excitation with their weights.
+        most_failures: part of all trajectories that may fail to be simulated; another draw takes
+            the place of each. One is always allowed.
+        excitation: kinds of excitation with their weights; a mix that follows from the step if
+            not given.
     """
 
-    seed: int = Field(ge=0)
+    seed: int = Field(default=0, ge=0)
     duration: PositiveFloat
     burn_in: float = Field(ge=0, allow_inf_nan=False)
     train: PositiveInt
     validation: PositiveInt
     estimator: int = Field(0, ge=0)
     estimator_validation: int = Field(0, ge=0)
+    budget_minutes: PositiveFloat | None = None
     beyond: int = Field(default=0, ge=0)
     beyond_factor: PositiveRange = (1.0, 3.0)
+    most_failures: float = Field(default=0.02, ge=0, le=1)
     excitation: tuple[Excitation, ...] = Field(min_length=1)
 
 
@@ -143,6 +186,8 @@ class Recipe(Table):
         name: C identifier; names the run, the surrogate and the FMU.
         description: one line for people.
         equations: equations of motion and parameters, for the model card.
+        automatic: keys that the recipe leaves to be found (``"window.n_in"``); they hold first
+            guesses until ``with_resolved``, and nothing is learnt before. No key of a file.
     """
 
     name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
@@ -156,6 +201,12 @@ class Recipe(Table):
     estimator: EstimatorRecipe | None = None
     stability: StabilityRecipe = StabilityRecipe()
     validation: ValidationRecipe = ValidationRecipe()
+    automatic: tuple[str, ...] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _guess_what_is_automatic(cls, values: Any) -> Any:
+        return with_guesses(values) if isinstance(values, dict) else values
 
     @model_validator(mode="before")
     @classmethod
@@ -182,6 +233,21 @@ class Recipe(Table):
             )
         return {**values, "network": network, "training": {"method": method, **training}}
 
+    @model_validator(mode="before")
+    @classmethod
+    def _excitation_follows_the_step(cls, values: Any) -> Any:
+        """A recipe without ``data.excitation`` gets the mix that its step asks for."""
+        if not isinstance(values, dict):
+            return values
+        data, window = values.get("data", {}), values.get("window", {})
+        step = window.get("step") if isinstance(window, dict) else None
+        if not isinstance(data, dict) or "excitation" in data:
+            return values
+        if not (isinstance(step, int | float) and math.isfinite(step) and step > 0):
+            return values  # the mistake in the step is told by its own check
+        mix = default_excitation(float(step), _inputs_move(values.get("system")))
+        return {**values, "data": {**data, "excitation": mix}}
+
     @model_validator(mode="after")
     def _beyond_is_learnt(self) -> Recipe:
         if self.data.beyond and not self.network.LEARNS_BEYOND:
@@ -201,8 +267,40 @@ class Recipe(Table):
             )
         return self
 
+    def require_resolved(self) -> None:
+        """Refuse first guesses where nothing may be made of them.
+
+        Raises:
+            RecipeError: a key is left to be found.
+        """
+        guessed = [key for key in self.automatic if key in LENGTHS]
+        if guessed:
+            raise RecipeError(
+                f"recipe {self.name!r} leaves {', '.join(guessed)} to be found; expected "
+                "a whole recipe here: find them first (slide_fmu.memory.lengths.find_lengths), or "
+                "give them"
+            )
+
+    @model_validator(mode="after")
+    def _numbers_can_be_found(self) -> Recipe:
+        if "data.train" in self.automatic and self.network.family != "state_space":
+            raise ValueError(
+                f'data.train is left out, or "auto"; expected a number for network.family = '
+                f"{self.network.family!r}: the learning curve is that of a state-space network"
+            )
+        return self
+
     def count(self, split: str) -> int:
-        """Return the number of trajectories of a split; none are for an estimator that is not."""
+        """Return the number of trajectories of a split; none are for an estimator that is not.
+
+        Raises:
+            RecipeError: the number is left to be found, and was not yet.
+        """
+        if f"data.{split}" in self.automatic:
+            raise RecipeError(
+                f'recipe {self.name!r}: data.{split} is "auto" and was not found yet; make the '
+                "data first (slide-fmu generate RECIPE), or give a number"
+            )
         if split.startswith("estimator") and self.estimator is None:
             return 0
         return int(getattr(self.data, split))
@@ -227,8 +325,14 @@ class Recipe(Table):
         scored = 1 if self.estimator is None else self.estimator.span or window.n_out
         return (first + scored - 1 - burn_in) * window.step
 
+    def _is_guessed(self) -> bool:
+        """Whether lengths are first guesses, with which nothing that is given need agree."""
+        return any(key in LENGTHS for key in self.automatic)
+
     @model_validator(mode="after")
     def _estimator_stays_in_the_window(self) -> Recipe:
+        if self._is_guessed():
+            return self
         lags = (self.estimator and self.estimator.lags) or (0,)
         if lags[-1] > self.window.n_in - self.window.n_out:
             raise ValueError(
@@ -240,6 +344,8 @@ class Recipe(Table):
 
     @model_validator(mode="after")
     def _trajectories_are_long_enough(self) -> Recipe:
+        if self._is_guessed():
+            return self
         window, data = self.window, self.data
         span = 0 if self.estimator is None else self.estimator.span or 0
         longest = max(window.n_in, window.n_in - window.n_out + span)
@@ -256,3 +362,10 @@ class Recipe(Table):
                     f"n_in = {window.n_in}, n_out = {window.n_out} samples{also}"
                 )
         return self
+
+
+def _inputs_move(system: Any) -> bool:
+    """Whether the table ``system`` says of an input that it has a first-order hold."""
+    inputs = system.get("inputs") if isinstance(system, dict) else None
+    tables = inputs.values() if isinstance(inputs, dict) else ()
+    return any(isinstance(table, dict) and table.get("hold") == "first_order" for table in tables)

@@ -39,8 +39,9 @@ from unseen import Motion, scored, unseen_motions
 from slide_fmu.core.measures import rms
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.draws import TEST, Stream
+from slide_fmu.pipeline.checks import check_recipe
 from slide_fmu.pipeline.job import open_job
-from slide_fmu.pipeline.stages import check_recipe, generate_data
+from slide_fmu.pipeline.stages import generate_data
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -127,7 +128,7 @@ def study(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     for recipe in variants.values():
         check_recipe(recipe)
     most = max(variants.values(), key=lambda recipe: recipe.data.train)
-    generate_data(dataclasses.replace(job, recipe=most), None, False)
+    generate_data(dataclasses.replace(job, recipe=most), None)
     found = trained(variants, job.folder, arguments.workers, bar)
     motions = motions_of(job.recipe, arguments, bar("test motions"))
     times = step_times([one.surrogate for one in found], arguments.rounds)

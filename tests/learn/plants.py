@@ -8,7 +8,7 @@ import numpy as np
 
 from slide_fmu.core.signals import Angle, FloatArray, Signal
 from slide_fmu.features.serial_chain import SerialChain
-from slide_fmu.systems.base import Linearization, State, System
+from slide_fmu.systems.base import Chained, Linearizable, Linearization, RandomStates, State
 
 STEP = 0.1
 
@@ -25,7 +25,7 @@ ARM = SerialChain(
 """Turns about the upright, then lifts."""
 
 
-class Still(System):
+class Still(RandomStates, Linearizable, Chained):
     """Inputs from -1 to 1, or cosine and sine of an angle, and one output, at rest. Final."""
 
     def __init__(

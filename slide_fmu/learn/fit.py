@@ -23,6 +23,7 @@ from slide_fmu.learn.estimator import fit_estimator
 from slide_fmu.learn.family import FITS
 from slide_fmu.learn.feature_choice import choose_features, require_odd
 from slide_fmu.learn.history import History
+from slide_fmu.learn.input_forecast import fit_forecast
 from slide_fmu.learn.problem import Problem
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.recipe.recipe import Recipe
@@ -148,6 +149,9 @@ def _fit_network(
     network, history = family.fit(problem, *tables, progress("surrogate"))
     signals = system.inputs, system.outputs
     surrogate = Surrogate(recipe.name, window, *signals, input_scaling, output_scaling, network)
+    at_step_end = recipe.window.inputs == "step_end"
+    forecast = fit_forecast(system.inputs, splits[0].inputs, at_step_end)
+    surrogate = dataclasses.replace(surrogate, forecast=forecast)
     return surrogate, history
 
 

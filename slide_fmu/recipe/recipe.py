@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -87,6 +87,10 @@ class WindowRecipe(Table):
         step: sample step h in s.
         n_in: number of input samples; found from the decay time if ``"auto"`` or not given.
         n_out: number of output samples; follows ``n_in`` if ``"auto"`` or not given.
+        inputs: what an importer of the FMU sets inputs with a first-order hold to before a step,
+            unless it sets the parameter ``inputs_at_step_end``: ``"now"``, what they are at its
+            begin, so that the FMU forecasts what they do within it; or ``"step_end"``, what they
+            reach by its end, which suits set points that are known ahead.
         remaining_amplitude: fraction to which initial effects must have decayed.
         allow_short: whether a window is accepted that is too short for the system.
     """
@@ -94,6 +98,7 @@ class WindowRecipe(Table):
     step: PositiveFloat
     n_in: PositiveInt
     n_out: PositiveInt
+    inputs: Literal["now", "step_end"] = "now"
     remaining_amplitude: float = Field(0.01, gt=0, lt=1)
     allow_short: bool = False
 

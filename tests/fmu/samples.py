@@ -22,6 +22,7 @@ from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.network.state_space.cell import GATED, Cell, Roles
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
+from slide_fmu.surrogate.input_forecast import InputForecast
 from slide_fmu.surrogate.surrogate import Surrogate
 
 STEP = 0.005
@@ -65,6 +66,7 @@ class Shape:
     seed: int = 0
     hold: Hold = "zero_order"
     cell: CellShape | None = None
+    forecasts: bool = False  # inputs are set to what they are now, and forecast
 
 
 TWO_MASSES = Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3, name="two_masses")
@@ -252,7 +254,18 @@ def random_surrogate(shape: Shape) -> Surrogate:
         Affine.of_channels(rng.normal(size=shape.n_outputs), rng.uniform(1, 2, shape.n_outputs)),
         _predictor(shape),
         _estimator(shape),
+        forecast_of(shape.n_inputs) if shape.forecasts else None,
     )
+
+
+CANDIDATES = np.array([[-1.0, 0.0, 0.0], [-3.02, 1.0, 0.0], [-5.9, 4.0, -1.0]])
+"""A straight line, about a parabola, about a cubic."""
+
+
+def forecast_of(n_inputs: int, at_step_end: bool = False) -> InputForecast:
+    """A forecast of some inputs, not the same for all."""
+    weights = np.array([CANDIDATES * (1 - 0.01 * index) for index in range(n_inputs)])
+    return InputForecast(at_step_end, weights, np.linspace(0.3, 0.4, n_inputs), 5)
 
 
 def _inputs(shape: Shape, starts: FloatArray) -> tuple[Signal, ...]:

@@ -20,6 +20,7 @@ from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.payload import PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.moving_inputs import forecasting
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.strategies import all_shapes
 
@@ -47,11 +48,16 @@ GATED = random_surrogate(
 ANGLE = random_surrogate(Shape(n_inputs=2, features="director")).to_bytes()
 """Two inputs, cosine and sine of an angle."""
 
+MOVING = forecasting(
+    random_surrogate(Shape(n_in=3, n_out=2, n_inputs=2, hidden=(2,), hold="first_order"))
+).to_bytes()
+"""Inputs that move, with their forecast."""
+
 ROW = 32
 """Bytes of an input in SCIN."""
 
 both_files = pytest.mark.parametrize(
-    "data", [SMALL, CELLS, GATED], ids=["feed_forward", "cells", "gated"]
+    "data", [SMALL, CELLS, GATED, MOVING], ids=["feed_forward", "cells", "gated", "moving"]
 )
 
 
@@ -339,7 +345,7 @@ def test_huge_layer_is_refused_before_it_is_allocated() -> None:
 def test_message_about_a_damaged_payload_names_what_is_wrong() -> None:
     with pytest.raises(PayloadError, match="expected it to begin with 'SLIDEFMU'"):
         Surrogate.from_bytes(b"PK\x03\x04" + bytes(100))
-    with pytest.raises(PayloadError, match="version 2; expected version 5: make it again from"):
+    with pytest.raises(PayloadError, match="version 2; expected version 6: make it again from"):
         Surrogate.from_bytes(with_checksum(SMALL[:8] + struct.pack("<I", 2) + SMALL[12:-4]))
     with pytest.raises(PayloadError, match="checksum does not match"):
         Surrogate.from_bytes(SMALL[:-4] + bytes(4))
@@ -377,3 +383,33 @@ def test_metadata_of_another_kind_is_refused(text: str) -> None:
     content = text.ljust(8).encode()
     body = SMALL[:place] + b"META" + struct.pack("<I", len(content)) + content
     assert refused_or_read(with_checksum(body))
+
+
+def test_forecast_of_inputs_is_kept_to_the_bit() -> None:
+    surrogate = Surrogate.from_bytes(MOVING)
+    expected = forecasting(replace(surrogate, forecast=None)).forecast
+    assert surrogate.forecast is not None
+    assert expected is not None
+    assert not surrogate.inputs_at_step_end
+    assert vars(surrogate.forecast).keys() == vars(expected).keys()
+    for name, value in vars(expected).items():
+        np.testing.assert_array_equal(getattr(surrogate.forecast, name), value)
+    assert surrogate.to_bytes() == MOVING
+
+
+def test_file_of_version_5_has_no_forecast_and_its_inputs_are_those_of_the_step_end() -> None:
+    shape = Shape(n_in=3, n_out=2, hold="first_order")
+    data = random_surrogate(shape).to_bytes()
+    old = Surrogate.from_bytes(with_checksum(data[:8] + struct.pack("<I", 5) + data[12:-4]))
+    assert old.forecast is None
+    assert old.inputs_at_step_end
+    assert old.to_bytes() == data
+
+
+def test_forecast_of_held_inputs_or_of_another_number_is_refused() -> None:
+    moving, held = Surrogate.from_bytes(MOVING), Surrogate.from_bytes(SMALL)
+    with pytest.raises(ValueError, match=r"forecast of 2 inputs.*the hold 'zero_order'"):
+        replace(held, forecast=moving.forecast)
+    alone = random_surrogate(Shape(hold="first_order"))
+    with pytest.raises(ValueError, match=r"forecast of 2 inputs.*expected 1"):
+        replace(alone, forecast=moving.forecast)

@@ -73,7 +73,7 @@ class ChainMotion(Features):
         half_range: FloatArray,
         step: float,
     ) -> None:
-        n = len(chain.masses)
+        n = chain.n_joints
         if np.shape(middle) != (n,) or np.shape(half_range) != (n,):
             raise ValueError(
                 f"chain of {n} joints with {np.size(middle)} inputs; expected one input per "

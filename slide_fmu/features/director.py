@@ -70,12 +70,12 @@ class Director(Features):
     @classmethod
     def of_system(cls, names: tuple[str, ...], offered: Offered) -> Director:
         """Make the set on inputs some of which are angles: as ``period_of`` says, or in pairs."""
-        kinds = tuple(_kind(signal) for signal in offered.inputs)
+        kinds = kinds_of(offered.inputs)
         if set(kinds) == {OTHER}:
             raise ValueError(
                 f"features {list(names)} of {len(kinds)} inputs "
                 f"{[signal.name for signal in offered.inputs]}; expected an angle among them: an "
-                'input in rad or deg, or with a period, or two, the cosine and sine of an angle '
+                "input in rad or deg, or with a period, or two, the cosine and sine of an angle "
                 '(say so with angle = "cosine" and angle = "sine" in the system\'s signals); or '
                 "use other features"
             )
@@ -162,8 +162,12 @@ class Director(Features):
         return gradient
 
 
-def _kind(signal: Signal) -> int:
-    """What an input is."""
-    if signal.angle is not None:
-        return COSINE if signal.angle == "cosine" else SINE
-    return OTHER if period_of(signal) is None else ANGLE
+def kinds_of(signals: tuple[Signal, ...]) -> tuple[int, ...]:
+    """Say what each input is: ``OTHER``, ``ANGLE``, ``COSINE`` or ``SINE``."""
+
+    def kind(signal: Signal) -> int:
+        if signal.angle is not None:
+            return COSINE if signal.angle == "cosine" else SINE
+        return OTHER if period_of(signal) is None else ANGLE
+
+    return tuple(kind(signal) for signal in signals)

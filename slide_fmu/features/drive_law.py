@@ -72,7 +72,9 @@ class DriveLaw:
             rate, curvature: weights of the newest set point in rate and acceleration.
         """
         place = (newest, 1.0 - newest - oldest, oldest)
-        return cls(place, (rate, 1.0 - 2.0 * rate, rate - 1.0), (curvature, -2 * curvature, curvature))
+        return cls(
+            place, (rate, 1.0 - 2.0 * rate, rate - 1.0), (curvature, -2 * curvature, curvature)
+        )
 
     def numbers(self) -> tuple[float, float, float, float]:
         """Return the four numbers of ``of_numbers``."""

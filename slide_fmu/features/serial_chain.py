@@ -101,7 +101,7 @@ class SerialChain:
         return cls(prismatic=still, theta=still, alpha=alpha, steps=steps, **links)
 
     def __post_init__(self) -> None:
-        for name, shape in part_shapes(len(self.masses)).items():
+        for name, shape in part_shapes(len(self.theta)).items():
             value = getattr(self, name)
             if value.shape != shape or not np.isfinite(value).all():
                 raise ValueError(
@@ -130,7 +130,7 @@ class SerialChain:
     @property
     def n_joints(self) -> int:
         """The number of joints."""
-        return len(self.masses)
+        return len(self.theta)
 
     def turned(self, rotation: FloatArray) -> SerialChain:
         """Give the chain on a base whose axes are the columns of a rotation matrix, (3, 3).

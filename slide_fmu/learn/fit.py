@@ -19,13 +19,17 @@ from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.window import Window
 from slide_fmu.data.draws import probe
 from slide_fmu.data.store import Split, read_split, require_origin
+from slide_fmu.features.base import Offered
 from slide_fmu.learn.estimator import fit_estimator
 from slide_fmu.learn.family import FITS
 from slide_fmu.learn.feature_choice import choose_features, require_odd
+from slide_fmu.learn.feature_search import Trials, search_features
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.training import History
 from slide_fmu.memory.modes import spectrum
+from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import offered_features
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 
@@ -67,9 +71,12 @@ def fit_surrogate(
     """
     require_origin(store, recipe, probe(recipe, system))
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-    surrogate, history = _fit_network(recipe, system, (store, checkpoints), device, progress)
+    offered = offered_features(recipe, system, range_scaling(system.inputs))
+    surrogate, histories = _fit_network(
+        recipe, (system, offered), (store, checkpoints), device, progress
+    )
     if recipe.estimator is None:
-        return Fit(surrogate, {"surrogate": history})
+        return Fit(surrogate, histories)
     learnt, validation = (
         read_split(store, name, recipe.count(name))
         for name in ("estimator", "estimator_validation")
@@ -77,76 +84,80 @@ def fit_surrogate(
     key = _digest(
         _code(),
         surrogate.to_bytes().hex(),
-        _chain(system),
+        _machine(offered),
         _content(learnt),
         _content(validation),
         recipe.estimator.model_dump(mode="json"),
     )
     place, splits = checkpoints / f"estimator-{key}.pt", (learnt, validation)
-    estimator, histories = fit_estimator(
-        surrogate, system, splits, recipe.estimator, place, device, progress
+    estimator, more = fit_estimator(
+        surrogate, offered, splits, recipe.estimator, place, device, progress
     )
-    histories = {"surrogate": history, **histories}
-    return Fit(dataclasses.replace(surrogate, estimator=estimator), histories)
+    return Fit(dataclasses.replace(surrogate, estimator=estimator), {**histories, **more})
 
 
-def _chain(system: System) -> object:
-    """The numbers of the serial chain that features may be formed of, and data need not show."""
-    chain = system.chain
-    return (
-        None if chain is None else {name: values.tolist() for name, values in vars(chain).items()}
-    )
+def _machine(offered: Offered) -> object:
+    """The numbers of the machine that features may be formed of, and data need not show."""
+    chain, law = offered.chain, dataclasses.astuple(offered.law)
+    if chain is None:
+        return None
+    return {"law": law, **{name: values.tolist() for name, values in vars(chain).items()}}
 
 
 def _fit_network(
     recipe: Recipe,
-    system: System,
+    machine: tuple[System, Offered],
     places: tuple[Path, Path],
     device: torch.device,
     progress: Stages,
-) -> tuple[Surrogate, History]:
+) -> tuple[Surrogate, dict[str, History]]:
     """Fit the surrogate without its error estimator; places are the store and the checkpoints."""
+    system, offered = machine
     store, checkpoints = places
     kinds = ("train", "validation", *(["beyond"] if recipe.data.beyond else []))
     splits = [read_split(store, kind, recipe.count(kind)) for kind in kinds]
     if any(training.flip_signs for training in recipe.trainings()):
         require_symmetry((*system.inputs, *system.outputs))
     require_motion(system.inputs, splits[0].inputs)
-    input_scaling = range_scaling(system.inputs)
+    input_scaling = offered.scaling
     output_scaling = standard_deviation_scaling(system.outputs, splits[0])
     family = FITS[type(recipe.network)]
     eigenvalues = eigenvalues_at_rest(system) if family.linearized else None
     dtype = torch.float64 if family.linearized else getattr(torch, recipe.training.precision)
-    scaled_inputs = input_scaling.apply(splits[0].inputs)
-    names = recipe.network.feature_names()
-    features = choose_features(names, system, input_scaling, scaled_inputs)
-    if recipe.training.flip_signs:
-        require_odd(features)
-
-    def scaled(split: Split) -> tuple[torch.Tensor, torch.Tensor]:
-        seen = features.along(input_scaling.apply(split.inputs))
-        values = (seen, output_scaling.apply(split.outputs))
-        one, other = (torch.as_tensor(part, dtype=dtype).to(device) for part in values)
-        return one, other
-
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
     key = _digest(
         _code(),
         *(_content(split) for split in splits),
         str(eigenvalues),
-        _chain(system),
+        _machine(offered),
         *(values.tolist() for s in (input_scaling, output_scaling) for values in vars(s).values()),
         recipe.model_dump(mode="json", include={"window", "network", "training"}),
     )
-    training, validation, *beyond = (scaled(split) for split in splits)
     checkpoint = checkpoints / f"surrogate-{key}.pt"
+    values = [
+        (input_scaling.apply(split.inputs), output_scaling.apply(split.outputs))
+        for split in splits
+    ]
+    table, tried = recipe.network, {}
+    if isinstance(table, StateSpaceRecipe) and isinstance(recipe.training, LeastSquaresRecipe):
+        trials = Trials(offered, window, *values[:2], eigenvalues, checkpoint)
+        table, tried = search_features(table, recipe.training, trials, progress)
+    features = choose_features(table.feature_names(), offered, values[0][0])
+    if recipe.training.flip_signs:
+        require_odd(features)
+
+    def seen(inputs: FloatArray, outputs: FloatArray) -> tuple[torch.Tensor, torch.Tensor]:
+        parts = features.along(inputs), outputs
+        one, other = (torch.as_tensor(part, dtype=dtype).to(device) for part in parts)
+        return one, other
+
+    training, validation, *beyond = (seen(*pair) for pair in values)
     more = beyond[0] if beyond else None
     problem = Problem(window, features, training, validation, checkpoint, eigenvalues, more)
-    tables = recipe.network, recipe.training
-    network, history = family.fit(problem, *tables, progress("surrogate"))
+    network, history = family.fit(problem, table, recipe.training, progress("surrogate"))
     signals = system.inputs, system.outputs
     surrogate = Surrogate(recipe.name, window, *signals, input_scaling, output_scaling, network)
-    return surrogate, history
+    return surrogate, {**tried, "surrogate": history}
 
 
 def eigenvalues_at_rest(system: System) -> NDArray[np.complex128]:

@@ -107,7 +107,9 @@ class StateSpaceRecipe(Table):
             mechanisms whose inertia depends on their configuration.
         bias: whether there are constant terms; without, the network answers -u with -y: for
             features that change their sign with the inputs, and no readout.
-        drive: names of the features in the state input (``slide_fmu.features.sets``).
+        drive: names of the features in the state input (``slide_fmu.features.sets``); ``"auto"``:
+            the inputs, but where angles or a serial chain are among what the system offers and no
+            other features are named, the choice of all features with the best validation error.
         static: names of the features in the feedthrough, which the outputs follow at once; as the
             drive if not given.
         gated: names of the features that LPV units multiply beside the states; as the drive if not
@@ -124,7 +126,7 @@ class StateSpaceRecipe(Table):
     padding: int = Field(default=2, ge=0)
     units: Literal["tanh", "cubic", "gated"] = "tanh"
     bias: bool = True
-    drive: FeatureNames = ("inputs",)
+    drive: FeatureNames | Literal["auto"] = "auto"
     static: FeatureNames | None = None
     gated: FeatureNames | None = None
     schedule: tuple[str, ...] = ()
@@ -152,16 +154,22 @@ class StateSpaceRecipe(Table):
         return self
 
     def roles(self) -> dict[str, tuple[str, ...]]:
-        """Return the names of the features in each of a cell's ``Roles``."""
-        gated = self.units == "gated"
+        """Return the names of the features in each of a cell's ``Roles``; "auto" are the inputs."""
+        gated, drive = self.units == "gated", ("inputs",) if self.drive == "auto" else self.drive
         return {
-            "drive": self.drive,
-            "static": self.drive if self.static is None else self.static,
-            "gated": (self.drive if self.gated is None else self.gated) if gated else (),
+            "drive": drive,
+            "static": drive if self.static is None else self.static,
+            "gated": (drive if self.gated is None else self.gated) if gated else (),
             "schedule": self.schedule,
             "readout": self.readout,
             "turn": ("frame",) if self.turned_pairs else (),
         }
+
+    @property
+    def roles_are_named(self) -> bool:
+        """Whether the recipe names the features of any part of the network."""
+        others = (self.static, self.gated, self.schedule, self.readout)
+        return self.drive != "auto" or any(others)
 
     def feature_names(self) -> tuple[str, ...]:
         """Return the names of all features that it uses, each once."""

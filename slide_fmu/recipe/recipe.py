@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
+from slide_fmu.features.drive_law import DEFAULT_LAW, DRIVE_LAWS, DriveLaw
+from slide_fmu.features.urdf import STANDARD_GRAVITY
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.learning import (
     METHODS,
@@ -28,6 +30,43 @@ class RecipeError(ValueError):
     """A recipe cannot be used; the message holds one line per mistake."""
 
 
+class ChainRecipe(Table):
+    """The table ``system.chain`` names the serial chain whose joints' set points the inputs are.
+
+    Attributes:
+        urdf: path of the robot's URDF, found as models are: from the recipe's folder, the current
+            one, or one on PYTHONPATH.
+        tool: link whose origin is the tool point; the last one if not given.
+        gravity: acceleration of gravity in the axes of the URDF's base link, in m/s^2.
+    """
+
+    urdf: str
+    tool: str | None = None
+    gravity: tuple[float, float, float] = STANDARD_GRAVITY
+
+
+class DriveRecipe(Table):
+    """The table ``system.drive`` gives the drive law by its weights (``DriveLaw``).
+
+    Attributes:
+        position, rate, acceleration: weights of the newest set point and of the two before it in
+            the joint's place, its rate times the step, its acceleration times the step squared.
+    """
+
+    position: tuple[float, float, float]
+    rate: tuple[float, float, float]
+    acceleration: tuple[float, float, float]
+
+    @model_validator(mode="after")
+    def _is_a_law(self) -> DriveRecipe:
+        self.law()
+        return self
+
+    def law(self) -> DriveLaw:
+        """Return the law."""
+        return DriveLaw(self.position, self.rate, self.acceleration)
+
+
 class SystemRecipe(Table):
     """The table ``system`` names the reference system.
 
@@ -39,6 +78,11 @@ class SystemRecipe(Table):
             of what a faster one has taught. Empty: the same model.
         picture: ``"module:function"`` that draws the reference system in motion, for the model
             card: it takes the system and gives the bytes of a PNG file. None: no picture.
+        chain: serial chain whose joints' set points the inputs are, in the order of the joints;
+            the path of its URDF alone is short for its table. None: that of the model, if it has
+            one.
+        drive: how the joints follow the set points: a name in ``DRIVE_LAWS``, or a table of
+            weights.
     """
 
     kind: str = "class"
@@ -46,6 +90,28 @@ class SystemRecipe(Table):
     parameters: dict[str, float | int | str | bool] = Field(default={})
     reference: dict[str, float | int | str | bool] = Field(default={})
     picture: str | None = Field(default=None, pattern=r"^[\w.]+:\w+$")
+    chain: ChainRecipe | None = None
+    drive: str | DriveRecipe = DEFAULT_LAW
+
+    @field_validator("chain", mode="before")
+    @classmethod
+    def _path_is_short_for_the_table(cls, value: Any) -> Any:
+        return {"urdf": value} if isinstance(value, str) else value
+
+    @field_validator("drive")
+    @classmethod
+    def _law_is_known(cls, value: str | DriveRecipe) -> str | DriveRecipe:
+        if isinstance(value, str) and value not in DRIVE_LAWS:
+            raise ValueError(
+                f"expected one of {list(DRIVE_LAWS)}, or a table with the weights of position, "
+                "rate and acceleration"
+            )
+        return value
+
+    @property
+    def law(self) -> DriveLaw:
+        """Return the drive law."""
+        return DRIVE_LAWS[self.drive] if isinstance(self.drive, str) else self.drive.law()
 
 
 class WindowRecipe(Table):

@@ -5,13 +5,20 @@ What the recipe's networks see of their inputs is found here too, without data.
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 from slide_fmu.core.scaling import Affine, range_scaling
-from slide_fmu.features.base import Features, Offered
-from slide_fmu.features.sets import feature_set as set_of_names
+from slide_fmu.features.base import Offered
+from slide_fmu.features.sets import feature_set
+from slide_fmu.features.urdf import UrdfError, read_urdf
 from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.systems.base import System
 from slide_fmu.systems.loading import load_system
+
+GEOMETRY = ("prismatic", "theta", "steps", "alpha", "tool")
+"""Parts of a serial chain that are no masses."""
 
 
 def recipe_system(recipe: Recipe) -> System:
@@ -73,7 +80,7 @@ def _interface(system: System) -> dict[str, object]:
         # the outputs may be about lengths, twists and tool point
         "geometry of the serial chain": None
         if system.chain is None
-        else {name: getattr(system.chain, name).tolist() for name in ("a", "d", "alpha", "tool")},
+        else {name: getattr(system.chain, name).tolist() for name in GEOMETRY},
     }
 
 
@@ -102,14 +109,34 @@ def reference_parameters(recipe: Recipe) -> dict[str, float | int | str | bool]:
     return {**system_parameters(recipe), **recipe.system.reference}
 
 
-def feature_set(names: tuple[str, ...], system: System, scaling: Affine) -> Features:
-    """Return the set that all names belong to, on the inputs of a system with their scaling.
+def offered_features(recipe: Recipe, system: System, scaling: Affine) -> Offered:
+    """Return what features can be formed of: a system's inputs, and the machine behind them.
+
+    The serial chain is the recipe's, else the system's own; its drive law is the recipe's.
 
     Raises:
-        ValueError: names are unknown or of several sets, or the system has not what the set needs.
+        UrdfError: the recipe's chain cannot be read.
     """
-    offered = Offered(system.inputs, scaling, system.step, system.chain)
-    return set_of_names(names, offered)
+    wanted, chain = recipe.system.chain, system.chain
+    if wanted is not None:
+        chain = read_urdf(_found(wanted.urdf), wanted.tool, wanted.gravity).chain
+    return Offered(system.inputs, scaling, system.step, chain, recipe.system.law)
+
+
+def _found(name: str) -> Path:
+    """Find a file as Python finds models: in the current folder, then in those of the search path.
+
+    Raises:
+        UrdfError: it is in none of them.
+    """
+    folders = list(dict.fromkeys(Path(place).resolve() for place in ("", *sys.path)))
+    for folder in folders:
+        if (folder / name).is_file():
+            return folder / name
+    raise UrdfError(
+        f"system.chain = {name!r}: no such file; expected a robot's URDF beside the recipe, in "
+        "the current folder, or in one on PYTHONPATH"
+    )
 
 
 def require_features(recipe: Recipe, system: System) -> None:
@@ -123,9 +150,10 @@ def require_features(recipe: Recipe, system: System) -> None:
         tables["estimator.network"] = recipe.estimator.network
     for place, table in tables.items():
         try:
-            features = feature_set(table.feature_names(), system, range_scaling(system.inputs))
+            offered = offered_features(recipe, system, range_scaling(system.inputs))
+            features = feature_set(table.feature_names(), offered)
             if isinstance(table, StateSpaceRecipe) and table.turned_pairs:
-                drives = len(features.indices(table.drive))
+                drives = len(features.indices(table.roles()["drive"]))
                 require_turned_pairs(table.turned_pairs, table.order, drives, len(system.outputs))
         except ValueError as error:
             raise RecipeError(f"recipe {recipe.name!r}: {place}: {error}") from error

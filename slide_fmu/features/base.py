@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.features.drive_law import DRIVE_LAWS, DEFAULT_LAW, DriveLaw
+from slide_fmu.features.drive_law import DEFAULT_LAW, DRIVE_LAWS, DriveLaw
 from slide_fmu.features.serial_chain import SerialChain
 
 BEFORE = 3

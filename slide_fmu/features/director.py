@@ -30,7 +30,7 @@ class Director(Features):
     Args:
         kinds: what each input is: ``OTHER``, ``ANGLE``, ``COSINE`` or ``SINE``; the sine of an
             angle is directly behind its cosine.
-        scaling: of all inputs; those that are angles are in rad with it.
+        scaling: of the inputs that are ``ANGLE``, in rad; offset 0 and scale 1 of others.
 
     Raises:
         ValueError: no input is an angle, a cosine or sine stands alone, or the scaling is one of
@@ -80,8 +80,9 @@ class Director(Features):
                 "use other features"
             )
         factors = np.array([2 * np.pi / (period_of(s) or 2 * np.pi) for s in offered.inputs])
-        scaling = offered.scaling
-        return cls(kinds, Affine(scaling.offset * factors, scaling.scale * factors))
+        angles, scaling = np.array(kinds) == ANGLE, offered.scaling
+        middle = np.where(angles, scaling.offset * factors, 0.0)
+        return cls(kinds, Affine(middle, np.where(angles, scaling.scale * factors, 1.0)))
 
     @classmethod
     def read(cls, section: Reader, n_inputs: int) -> Director:

@@ -31,7 +31,7 @@ class DriveLaw:
         acceleration: weights of the acceleration times h^2; their sum is 0.
 
     Raises:
-        ValueError: weights are not finite, or are not those of a joint that follows its set points.
+        ValueError: weights are not finite, or those of a joint that leaves its set points.
     """
 
     position: Weights
@@ -94,12 +94,10 @@ class DriveLaw:
         return between + place, rate / step, acceleration / step**2
 
 
-SPLINE_ACCELERATION: Weights = (1.0, -2.0, 1.0)
-
 DRIVE_LAWS = {
-    "linear": DriveLaw((1.0, 0.0, 0.0), (1.0, -1.0, 0.0), SPLINE_ACCELERATION),
-    "quadratic_b_spline": DriveLaw((0.5, 0.5, 0.0), (1.0, -1.0, 0.0), SPLINE_ACCELERATION),
-    "cubic_b_spline": DriveLaw((1 / 6, 4 / 6, 1 / 6), (0.5, 0.0, -0.5), SPLINE_ACCELERATION),
+    "linear": DriveLaw.of_numbers(1.0, 0.0, 1.0, 1.0),
+    "quadratic_b_spline": DriveLaw.of_numbers(0.5, 0.0, 1.0, 1.0),
+    "cubic_b_spline": DriveLaw.of_numbers(1 / 6, 1 / 6, 0.5, 1.0),
 }
 """Laws by name. ``linear``: joints move evenly from one set point to the next, and reach it at the
 step's end. ``quadratic_b_spline``: with constant acceleration in every step, half a step late.

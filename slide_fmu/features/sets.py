@@ -16,8 +16,10 @@ runtime with a file that reads and forms the same, and its lines in ``feature_se
                            middle + half_range * input in rad
 
 The law has the weights of the newest and the oldest set point in the place, and of the newest in
-rate and acceleration; the others follow (``drive_law.py``). Sets 2 (one angle by cosine and sine, no parameters) and 3
-(chain motion of revolute joints on a quadratic B-spline) of former versions are read here only.
+rate and acceleration; the others follow (``drive_law.py``). Two sets of former versions are read
+here only: 2, one angle by cosine and sine, which had no parameters, and 3, the motion of revolute
+joints on a quadratic B-spline.
+
 The signals of a set and their order are its ``blocks``. All numbers are little-endian.
 """
 

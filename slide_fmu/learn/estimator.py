@@ -22,8 +22,8 @@ from slide_fmu.core.scaling import LogError
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.store import Split
-from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.base import Offered
+from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.learn.feature_choice import choose_features, require_odd
 from slide_fmu.learn.feed_forward import FeedForwardModule
 from slide_fmu.learn.training import History, Objective, train

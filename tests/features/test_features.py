@@ -15,8 +15,8 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.base import BEFORE
 from slide_fmu.features.chain_motion import ChainMotion
 from slide_fmu.features.differences import Differences
-from slide_fmu.features.director import ANGLE, COSINE, OTHER, SINE, Director
-from slide_fmu.features.drive_law import DRIVE_LAWS, DriveLaw
+from slide_fmu.features.director import COSINE, SINE, Director
+from slide_fmu.features.drive_law import DRIVE_LAWS
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.network.state_space.cell import Roles

@@ -113,7 +113,9 @@ def random_features(shape: Shape, seed: int) -> FeatureMap:
     features: Features = Differences(n, shape.differences)
     turn, scale = (0, n - 1), SMALL_TURN
     if shape.features == "director":
-        in_rad = Affine(rng.normal(size=n), rng.uniform(1, 2, n))
+        is_angle = np.array(DIRECTORS[:n]) == ANGLE
+        middle, half_range = rng.normal(size=n), rng.uniform(1, 2, n)
+        in_rad = Affine(np.where(is_angle, middle, 0), np.where(is_angle, half_range, 1))
         features, turn, scale = Director(DIRECTORS[:n], in_rad), (0, 1), 1.0
     elif shape.features == "chain":
         middle, half_range = rng.normal(size=n), rng.uniform(0.5, 1.5, n)

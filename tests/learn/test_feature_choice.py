@@ -184,7 +184,8 @@ def test_chain_that_never_moves_has_no_wrench_changes(name: str, rounding: float
 
 EXPECTED = (
     r"; expected names of one set: inputs, changes, second_changes \(differences\); direction, "
-    r"turn, turn_change, others, other_changes \(director\); wrench, .*turned_momentum \(chain motion\)$"
+    r"turn, turn_change, others, other_changes \(director\); wrench, .*turned_momentum "
+    r"\(chain motion\)$"
 )
 
 
@@ -199,8 +200,8 @@ EXPECTED = (
             ("wrench", "rates"),
             2,
             None,
-            r"^features \['wrench', 'rates'\] need a serial chain; this system has none: give it one "
-            r'\(system\.chain = "robot\.urdf"\), or use other features$',
+            r"^features \['wrench', 'rates'\] need a serial chain; this system has none: give it "
+            r'one \(system\.chain = "robot\.urdf"\), or use other features$',
         ),
         (
             ("direction",),

@@ -1,0 +1,193 @@
+"""What a state-space network sees where its recipe leaves that open: tried, and the best kept.
+
+Every choice is fitted shortly to a part of the data, with one size of the network for all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from slide_fmu.core.progress import Stages
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.window import Window
+from slide_fmu.features.base import Offered
+from slide_fmu.features.director import OTHER, kinds_of
+from slide_fmu.learn.family import FITS
+from slide_fmu.learn.feature_choice import choose_features
+from slide_fmu.learn.problem import Problem
+from slide_fmu.learn.training import History, TrainingError
+from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+
+STAGE = "choice of features"
+"""Its progress, and the begin of the names of its histories."""
+WORTHWHILE = 0.8
+"""A later, richer choice is taken when its error is below this part of the one taken before."""
+SAMPLES = 20_000
+"""A choice is judged on trajectories of about so many samples."""
+ORDER, UNITS, TURNED_PAIRS = 12, 16, 4
+"""The size of the networks that are compared, where the recipe does not give one."""
+SHORT = {
+    "starts": 2,
+    "start_iterations": 15,
+    "kept": 1,
+    "kept_iterations": 10,
+    "iterations": 10,
+    "part": 2,
+}
+"""The training of each."""
+
+Values = tuple[FloatArray, FloatArray]
+"""Scaled inputs (n_trajectories, N, n_inputs) and outputs (n_trajectories, N + 1, n_outputs)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trials:
+    """What the choices are tried on.
+
+    Attributes:
+        offered: what features can be formed of.
+        window: the surrogate's window.
+        training, validation: values to learn from, and to judge by.
+        eigenvalues: as of ``Problem``.
+        checkpoint: file beside which each trial has its checkpoint.
+    """
+
+    offered: Offered
+    window: Window
+    training: Values
+    validation: Values
+    eigenvalues: NDArray[np.complex128] | None
+    checkpoint: Path
+
+
+def choices(network: StateSpaceRecipe, offered: Offered, n_outputs: int) -> list[StateSpaceRecipe]:
+    """Return the tables of a network whose features are left open, one for each choice.
+
+    Angles are taken by their directions first; of a serial chain, the loads on its base come
+    next. A network that must be odd sees the inputs as they are.
+    """
+    plain = network.model_copy(update={"drive": ("inputs",)})
+    if network.roles_are_named or not network.bias:
+        return [network if network.drive else plain]
+    tables = [plain]
+    kinds = kinds_of(offered.inputs)
+    if set(kinds) != {OTHER}:
+        others = ("others",) if OTHER in kinds else ()
+        drive = ("direction", "turn", "turn_change", *others)
+        tables.insert(0, network.model_copy(update={"drive": drive}))
+    return tables if offered.chain is None else [*tables, *_of_chain(network, offered, n_outputs)]
+
+
+def _of_chain(
+    network: StateSpaceRecipe, offered: Offered, n_outputs: int
+) -> list[StateSpaceRecipe]:
+    """Choices of a machine whose serial chain is known, the richest last."""
+    assert offered.chain is not None
+    loads = {"drive": ("wrench_change",), "static": ("wrench",)}
+    found = [network.model_copy(update=loads)]
+    if network.units != StateSpaceRecipe().units:
+        return found
+    scheduled = {
+        **loads,
+        "units": "gated",
+        "gated": ("turned_wrench_change",),
+        "schedule": ("turned_inertia", "turned_momentum"),
+    }
+    found.append(network.model_copy(update={**scheduled}))
+    found.append(network.model_copy(update={**scheduled, "readout": ("position",)}))
+    order = ORDER if network.order == "auto" else int(network.order)
+    pairs = min(TURNED_PAIRS, order // 2)
+    if n_outputs % 3 == 0 and pairs and not offered.chain.prismatic[0]:
+        turning = {"readout": ("position",), "turned_pairs": pairs, "order": order, "padding": 0}
+        found.append(network.model_copy(update={**scheduled, **turning}))
+    return found
+
+
+def search_features(
+    network: StateSpaceRecipe, training: LeastSquaresRecipe, trials: Trials, progress: Stages
+) -> tuple[StateSpaceRecipe, dict[str, History]]:
+    """Return the table with its features chosen, and how each choice did by its name.
+
+    There are no trials where there is but one choice.
+
+    Raises:
+        TrainingError: no choice has a finite error.
+    """
+    tables = choices(network, trials.offered, trials.training[1].shape[2])
+    if training.flip_signs and network.drive is None:
+        tables = [table for table in tables if table.drive == ("inputs",)]
+    if len(tables) == 1:
+        return tables[0], {}
+    short = training.model_copy(update=SHORT)
+    show, best = progress(STAGE), float("inf")
+    taken, histories = tables[0], {}
+    for index, table in enumerate(tables):
+        show(index, len(tables), best)
+        history = _try(index, table, short, trials)
+        if history is None:
+            continue
+        histories[f"{STAGE}: {described(table)}"] = history
+        error = min(history.validation_error)
+        if error < WORTHWHILE * best:
+            taken, best = table, error
+    show(len(tables), len(tables), best)
+    if not histories:
+        raise TrainingError(
+            f"training diverged: none of {len(tables)} choices of features has a finite error; "
+            "name the features in the recipe ([network], drive)"
+        )
+    return taken, histories
+
+
+def described(table: StateSpaceRecipe) -> str:
+    """Say which features have which part in a network."""
+    parts = {
+        "drive": table.drive or (),
+        "static": table.static or (),
+        "schedule": table.schedule,
+        "readout": table.readout,
+    }
+    words = [f"{part} {', '.join(names)}" for part, names in parts.items() if names]
+    return "; ".join([*words, *(["in turning axes"] if table.turned_pairs else [])])
+
+
+def _try(
+    index: int, table: StateSpaceRecipe, short: LeastSquaresRecipe, trials: Trials
+) -> History | None:
+    """Fit a choice shortly; give its best error as a history of one entry, None if it diverges."""
+    sizes = {"order": ORDER, "hidden": UNITS}
+    size = {key: value for key, value in sizes.items() if getattr(table, key) == "auto"}
+    table = table.model_copy(update=size)
+    few = [_first(values) for values in (trials.training, trials.validation)]
+    features = choose_features(table.feature_names(), trials.offered, trials.training[0])
+
+    def seen(values: Values) -> tuple[torch.Tensor, torch.Tensor]:
+        parts = features.along(values[0]), values[1]
+        one, other = (torch.as_tensor(part, dtype=torch.float64) for part in parts)
+        return one, other
+
+    checkpoint = trials.checkpoint.with_name(f"{trials.checkpoint.stem}-choice-{index}.pt")
+    learnt, judged = (seen(values) for values in few)
+    problem = Problem(trials.window, features, learnt, judged, checkpoint, trials.eigenvalues)
+    try:
+        _, history = FITS[StateSpaceRecipe].fit(problem, table, short, _silent)
+    except TrainingError:
+        return None
+    best = int(np.argmin(history.validation_error))
+    steps, errors = history.step[best : best + 1], history.training_error[best : best + 1]
+    return History(steps, errors, history.validation_error[best : best + 1])
+
+
+def _first(values: Values) -> Values:
+    """The first trajectories, of about ``SAMPLES`` samples."""
+    count = -(-SAMPLES // values[0].shape[1])
+    return values[0][:count], values[1][:count]
+
+
+def _silent(done: int, total: int, error: float | None = None) -> None:
+    """Take in a progress that is not shown: that of the trials is."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -120,6 +121,7 @@ def _read(path: Path) -> Any:
     if not path.is_file():
         raise UrdfError(f"{path}: no such file; expected a robot's URDF")
     try:
+        ElementTree.parse(path)  # yourdfpy goes on with what it can read of a broken file
         return URDF.load(
             str(path), build_scene_graph=False, load_meshes=False, load_collision_meshes=False
         ).robot

@@ -138,9 +138,9 @@ def _fit_network(
         (input_scaling.apply(split.inputs), output_scaling.apply(split.outputs))
         for split in splits
     ]
-    table, tried = recipe.network, {}
+    table, tried = recipe.network, dict[str, History]()
     if isinstance(table, StateSpaceRecipe) and isinstance(recipe.training, LeastSquaresRecipe):
-        trials = Trials(offered, window, *values[:2], eigenvalues, checkpoint)
+        trials = Trials(offered, window, values[0], values[1], eigenvalues, checkpoint)
         table, tried = search_features(table, recipe.training, trials, progress)
     features = choose_features(table.feature_names(), offered, values[0][0])
     if recipe.training.flip_signs:

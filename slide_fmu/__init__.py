@@ -22,19 +22,34 @@ if TYPE_CHECKING:
     from slide_fmu.recipe.recipe import Recipe, RecipeError
     from slide_fmu.surrogate.gradient import gradient, jacobian
     from slide_fmu.surrogate.surrogate import Surrogate
-    from slide_fmu.systems.base import Linearization, SimulationError, State, System
+    from slide_fmu.systems.base import (
+        Linearizable,
+        Linearization,
+        RandomStates,
+        Restorable,
+        SimulationError,
+        State,
+        StateMatrix,
+        Stepping,
+        System,
+    )
 
 __version__ = "0.6.0"
 
 __all__ = [
     "FmuError",
+    "Linearizable",
     "Linearization",
     "NativeSurrogate",
+    "RandomStates",
     "Recipe",
     "RecipeError",
+    "Restorable",
     "Signal",
     "SimulationError",
     "State",
+    "StateMatrix",
+    "Stepping",
     "Surrogate",
     "System",
     "Window",
@@ -55,7 +70,17 @@ _HOMES = {
     "slide_fmu.recipe.recipe": ("Recipe", "RecipeError"),
     "slide_fmu.surrogate.gradient": ("gradient", "jacobian"),
     "slide_fmu.surrogate.surrogate": ("Surrogate",),
-    "slide_fmu.systems.base": ("Linearization", "SimulationError", "State", "System"),
+    "slide_fmu.systems.base": (
+        "Linearizable",
+        "Linearization",
+        "RandomStates",
+        "Restorable",
+        "SimulationError",
+        "State",
+        "StateMatrix",
+        "Stepping",
+        "System",
+    ),
 }
 """The module that each public name is imported from at its first use (PEP 562)."""
 

@@ -11,7 +11,7 @@ from mbs_models.plants.checks import finite_vector
 from mbs_models.plants.driven_plant import DrivenPlant
 from mbs_models.plants.solver import ExplicitPlant
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import Linearization, State, System
+from slide_fmu.systems.base import Linearizable, Linearization, RandomStates, State
 
 Plant = ExplicitPlant | DrivenPlant
 """A plant goes on from a state by one sample step, and is linearized at a state."""
@@ -27,7 +27,7 @@ class Model(Protocol):
 M = TypeVar("M", bound=Model)
 
 
-class PlantSystem(System, Generic[M]):
+class PlantSystem(RandomStates, Linearizable, Generic[M]):
     """A plant system is a system that exudyn integrates. Interface: never instantiated.
 
     States are in SI units. The exudyn system is built on first use and left out when pickled; a

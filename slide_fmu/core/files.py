@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import signal
+import sys
 import threading
 import zipfile
 from collections.abc import Iterator, Mapping
@@ -13,6 +14,24 @@ from pathlib import Path
 
 OLDEST = (1980, 1, 1, 0, 0, 0)
 """Time of all members: the earliest that zip archives know."""
+
+
+def find_file(name: str) -> Path:
+    """Find a file of the user: a path from here, or from a folder in which modules are looked for.
+
+    The folder of a recipe is one of those.
+
+    Raises:
+        FileNotFoundError: there is no such file; the message says where it was looked for.
+    """
+    for folder in ("", *sys.path):
+        path = Path(folder) / name
+        if path.is_file():
+            return path.resolve()
+    raise FileNotFoundError(
+        f"no file {name!r} in {Path.cwd()} or beside the recipe; expected the path of one: check "
+        "the name"
+    )
 
 
 def write_whole(path: Path, content: bytes) -> None:

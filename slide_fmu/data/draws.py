@@ -13,7 +13,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.excitation.mix import choose_kind
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.systems.base import State, System, simulate
+from slide_fmu.systems.base import RandomStates, State, System, simulate
 
 STREAMS = {
     "train": 0,
@@ -47,14 +47,15 @@ class Draw:
     Attributes:
         kind: index of its excitation in the recipe's mix.
         factor: factor on the excitation's amplitude.
-        initial: state of the system at the start of the burn-in.
+        initial: state of the system at the start of the burn-in; None where the system draws
+            none, but begins at its own start.
         inputs: inputs in their units, burn-in first, shape (burn_in + N, n_inputs).
         burn_in: number of leading samples in which the initial state decays; they are not used.
     """
 
     kind: int
     factor: float
-    initial: State
+    initial: State | None
     inputs: FloatArray
     burn_in: int
 
@@ -111,7 +112,8 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:
     kind = choose_kind(recipe.data.excitation, rng)
     time = step * np.arange(burn_in + count, dtype=np.float64)
     inputs = recipe.data.excitation[kind].inputs(system.inputs, time, factor, rng)
-    return Draw(kind, factor, system.random_state(rng, inputs[0]), inputs, burn_in)
+    initial = system.random_state(rng, inputs[0]) if isinstance(system, RandomStates) else None
+    return Draw(kind, factor, initial, inputs, burn_in)
 
 
 def probe(recipe: Recipe, system: System) -> FloatArray:

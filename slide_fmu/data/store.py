@@ -63,8 +63,9 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     system = recipe.system.model_dump(
         mode="json", exclude={"reference", "picture", "chain", "drive"}
     )
-    if system["kind"] == "class":
-        del system["kind"]  # stores of earlier versions know no other
+    if system["kind"] == "class":  # stores of earlier versions know no other
+        for key in ("kind", "inputs", "outputs"):
+            del system[key]
     fingerprint = {
         "system": system,
         "step": recipe.window.step,
@@ -74,6 +75,12 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
         keys = {"amplitude_factor", "in_range"}
         fingerprint["estimator"] = recipe.estimator.model_dump(mode="json", include=keys)
     return dict(json.loads(json.dumps(fingerprint)))
+
+
+def same_motion(before: FloatArray, now: FloatArray) -> bool:
+    """Whether two probes, each (N + 1, n_outputs), show the same model but for rounding."""
+    slack = SAME * np.max(np.abs(before), axis=0, initial=0.0)
+    return before.shape == now.shape and bool(np.all(np.abs(before - now) <= slack))
 
 
 def open_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) -> None:
@@ -151,9 +158,7 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray) -> None:
             f"{path} was generated from other values: {difference}; restore the recipe, or "
             "generate again (slide-fmu generate RECIPE --overwrite)"
         )
-    before = np.array(attributes["probe"])
-    slack = SAME * np.max(np.abs(before), axis=0, initial=0.0)
-    if before.shape != probe.shape or np.any(np.abs(before - probe) > slack):
+    if not same_motion(np.array(attributes["probe"]), probe):
         raise StoreError(
             f"{path}: {recipe.system.model!r} does not give the motions any more that are stored "
             "here; the model has changed since: generate again (slide-fmu generate RECIPE "

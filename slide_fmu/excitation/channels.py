@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 from pydantic import Field
+from scipy.signal import lfilter
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.base import CountRange, Kind, PositiveRange, Range
@@ -76,6 +77,29 @@ class MovingAverageRandom(ChannelKind):
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         values = rng.uniform(-1, 1, len(time) + len(self.coefficients) - 1)
         return np.convolve(values, self.coefficients, mode="valid")
+
+
+class FilteredRandom(ChannelKind):
+    """The input is white noise through a low-pass filter of first order, as a rough road is.
+
+    Its RMS is one over a long record, so that ``amplitude`` sets the RMS and not the peak.
+
+    Attributes:
+        angular_frequency: range in rad/s from which the filter's corner is drawn; its logarithm
+            is drawn uniformly.
+    """
+
+    kind: Literal["filtered_random"]
+    angular_frequency: PositiveRange
+
+    def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
+        low, high = np.log(self.angular_frequency)
+        step = time[1] - time[0] if len(time) > 1 else 0.0
+        pole = float(np.exp(-step * np.exp(rng.uniform(low, high))))
+        noise = rng.standard_normal(len(time)) * np.sqrt(max(1.0 - pole**2, 0.0))
+        # the first sample has the RMS of all others: the filter has run for ever
+        first = rng.standard_normal() * pole
+        return np.asarray(lfilter([1.0], [1.0, -pole], noise, zi=[first])[0])
 
 
 class Harmonic(ChannelKind):

@@ -13,6 +13,7 @@ from pydantic import Field
 
 from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.channels import (
+    FilteredRandom,
     Harmonic,
     HeldRandom,
     MovingAverageRandom,
@@ -22,18 +23,21 @@ from slide_fmu.excitation.channels import (
     Sweep,
 )
 from slide_fmu.excitation.point_to_point import PointToPoint
+from slide_fmu.excitation.recorded import Recorded
 from slide_fmu.excitation.speed_ramps import SpeedRamps
 
 Excitation = Annotated[
     HeldRandom
     | MovingAverageRandom
+    | FilteredRandom
     | Harmonic
     | Sweep
     | Multisine
     | Steps
     | Rest
     | SpeedRamps
-    | PointToPoint,
+    | PointToPoint
+    | Recorded,
     Field(discriminator="kind"),
 ]
 """The value is one entry of a recipe's mix; its ``kind`` says which class reads it."""

@@ -31,7 +31,7 @@ from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import offered_features
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import System
+from slide_fmu.systems.base import Linearizable, System
 
 STILL = 1e-9
 """A standard deviation below this part of the range is rounding, not motion."""
@@ -160,14 +160,17 @@ def _fit_network(
     return surrogate, {**tried, "surrogate": history}
 
 
-def eigenvalues_at_rest(system: System) -> NDArray[np.complex128]:
+def eigenvalues_at_rest(system: System) -> NDArray[np.complex128] | None:
     """Return the eigenvalues in 1/s of the system linearized at rest under its start inputs.
 
-    There is one of each conjugate pair, and none of rigid-body modes.
+    There is one of each conjugate pair, and none of rigid-body modes; None of a system that does
+    not offer to be linearized.
 
     Raises:
         UnstableModeError: a mode grows.
     """
+    if not isinstance(system, Linearizable):
+        return None
     start = np.array([signal.start_value for signal in system.inputs])
     found = spectrum(system.linearize(system.rest_state(start)))
     return np.array([mode.eigenvalue for mode in found.modes], dtype=np.complex128)

@@ -16,7 +16,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.core.window import Window
 from slide_fmu.memory.modes import UnstableModeError, slowest_rate, time_to_decay
-from slide_fmu.systems.base import State, System, simulate
+from slide_fmu.systems.base import Linearizable, RandomStates, State, System, simulate
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,9 +46,20 @@ class Decay:
         """The slowest motion or instant has this decay time in s."""
         return float(np.max(self.times))
 
+    @property
+    def meeting(self) -> float:
+        """This part of the motions or instants decays at all."""
+        return float(np.mean(self.rates < 0.0))
+
+    @property
+    def slowest(self) -> float:
+        """The slowest of those that decay at all has this decay time in s; infinite if none do."""
+        decaying = self.times[self.rates < 0.0]
+        return float(np.max(decaying)) if len(decaying) else math.inf
+
 
 def decay_along(
-    system: System, states: Sequence[State], remaining_amplitude: float = 0.01
+    system: Linearizable, states: Sequence[State], remaining_amplitude: float = 0.01
 ) -> Decay:
     """Compute the rates of the slowest mode at states in equal distances along a motion.
 
@@ -108,9 +119,43 @@ def measured_rate(
     """
     if hold_of(system.inputs) == "first_order":  # both motions see the same input from the start
         second = State(second.coordinates, second.velocities, first.last_input)
+    one, other = (simulate(system, inputs, state).outputs for state in (first, second))
+    return meeting_rate(system, one - other, remaining_amplitude)
+
+
+def rate_after(
+    system: System,
+    inputs: FloatArray,
+    histories: tuple[FloatArray, FloatArray],
+    remaining_amplitude: float = 0.01,
+) -> float:
+    """Measure the rate Re(v) in 1/s at which outputs meet after two histories of inputs.
+
+    This asks nothing of the system but to be simulated. The inputs, shape (N, n_inputs), follow
+    each of the histories, (M, n_inputs); rate and record are as of ``measured_rate``.
+
+    Raises:
+        ValueError, SimulationError: as of ``measured_rate``.
+    """
+    # with a first-order hold the first input of the record is reached on different ways
+    first = 1 if hold_of(system.inputs) == "first_order" else 0
+    one, other = (
+        simulate(system, np.concatenate([history, inputs])).outputs[len(history) + first :]
+        for history in histories
+    )
+    return meeting_rate(system, one - other, remaining_amplitude)
+
+
+def meeting_rate(system: System, gap: FloatArray, remaining_amplitude: float = 0.01) -> float:
+    """Return the rate Re(v) in 1/s at which a gap between outputs, (N, n_outputs), closes.
+
+    The result is 0 if it has not closed after three quarters of the record.
+
+    Raises:
+        ValueError: there is no gap, or it closes within two samples.
+    """
     ranges = np.array([signal.high - signal.low for signal in system.outputs])
-    one = simulate(system, inputs, first).outputs
-    difference = (one - simulate(system, inputs, second).outputs) / ranges
+    difference = gap / ranges
     ahead = np.cumsum(np.sum(difference[::-1] ** 2, axis=1))[::-1]
     if ahead[0] == 0.0:
         raise ValueError("measured decay: both initial states give the same outputs; expected two")
@@ -134,6 +179,8 @@ def measured_decay(
 ) -> Decay:
     """Measure the decay on several input records, (N, n_inputs), each from its own random states.
 
+    Of a system that draws no states, two motions start after different records.
+
     A nonlinear motion decays faster at some times than at others; the mean over several records is
     what compares with the linearized equations. A record in which the outputs do not meet counts
     with the rate 0 and has an infinite decay time.
@@ -145,9 +192,13 @@ def measured_decay(
     if not inputs:
         raise ValueError("measured decay: no inputs; expected at least one record")
     rates = []
-    for record in inputs:
-        one, other = (system.random_state(rng, record[0]) for _ in range(2))
-        rates.append(measured_rate(system, record, one, other, remaining_amplitude))
+    for index, record in enumerate(inputs):
+        if isinstance(system, RandomStates):
+            one, other = (system.random_state(rng, record[0]) for _ in range(2))
+            rates.append(measured_rate(system, record, one, other, remaining_amplitude))
+        else:  # other records, and one of them backwards, are its histories
+            before = inputs[index - 1]
+            rates.append(rate_after(system, record, (before, before[::-1]), remaining_amplitude))
     return Decay(np.array(rates), remaining_amplitude)
 
 

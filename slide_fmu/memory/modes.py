@@ -16,7 +16,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import Linearization
+from slide_fmu.systems.base import Linearized, StateMatrix
 
 INSTANT = 1e6
 """Eigenvalues above this multiple of the system's rate belong to coordinates without mass."""
@@ -104,7 +104,7 @@ def nullspace(constraints: FloatArray, rank_tolerance: float = 1e-10) -> FloatAr
 
 
 def spectrum(
-    linearization: Linearization, remaining_amplitude: float = 0.01, uncertainty: float = 1e-10
+    linearization: Linearized, remaining_amplitude: float = 0.01, uncertainty: float = 1e-10
 ) -> Spectrum:
     """Compute the modes of a system linearized at one state.
 
@@ -125,7 +125,7 @@ def spectrum(
     return Spectrum(modes, tuple(rigid.tolist()), n_instant)
 
 
-def slowest_rate(linearization: Linearization, uncertainty: float = 1e-10) -> float:
+def slowest_rate(linearization: Linearized, uncertainty: float = 1e-10) -> float:
     """Return Re(v) in 1/s of the mode that decays most slowly, at one instant of a motion.
 
     The rate is positive if the mode grows: in motion it may do so for a while, since the equations
@@ -140,9 +140,11 @@ def slowest_rate(linearization: Linearization, uncertainty: float = 1e-10) -> fl
 
 
 def _finite_eigenvalues(
-    linearization: Linearization, uncertainty: float
+    linearization: Linearized, uncertainty: float
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128], int]:
     """Return finite eigenvalues in 1/s, those of rigid-body modes, and how many are infinite."""
+    if isinstance(linearization, StateMatrix):
+        return _of_first_order(linearization.matrix, uncertainty)
     free = nullspace(linearization.constraints)
     mass, damping, stiffness = (
         free.T @ matrix @ free
@@ -152,6 +154,17 @@ def _finite_eigenvalues(
     unresolved = uncertainty * float(np.linalg.norm(stiffness))
     rigid = np.abs(values) <= _rigid_limits(mass, damping, unresolved, shapes)
     return values[~rigid], values[rigid], n_instant
+
+
+def _of_first_order(
+    matrix: FloatArray, uncertainty: float
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128], int]:
+    """Return the same of x' = A x; a rigid-body mode is then an integrator of its input."""
+    if not np.isfinite(matrix).all():
+        raise ValueError("linearization: the state matrix is not finite")
+    values = np.asarray(np.linalg.eigvals(matrix), dtype=np.complex128)
+    rigid = np.abs(values) <= uncertainty * float(np.linalg.norm(matrix))
+    return values[~rigid], values[rigid], 0
 
 
 def _rigid_limits(

@@ -9,8 +9,9 @@ from importlib import metadata
 from pathlib import Path
 
 from slide_fmu.core.progress import Stages
+from slide_fmu.pipeline.resolved import Resolved, resolved_lengths
 from slide_fmu.pipeline.run_folder import RunFolder
-from slide_fmu.recipe.reading import parse_recipe, read_recipe_text
+from slide_fmu.recipe.reading import parse_recipe, read_recipe_text, with_resolved
 from slide_fmu.recipe.recipe import Recipe
 
 VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "fmpy", "torch", "exudyn", "pythonfmu")
@@ -25,12 +26,14 @@ class Job:
         recipe: what it says, seeds of the command line included.
         folder: folder in which its files lie.
         bar: opens the progress of a stage.
+        resolved: values that were found for what the recipe leaves open, as a table of tables.
     """
 
     text: str = field(repr=False)
     recipe: Recipe
     folder: RunFolder
     bar: Stages = field(repr=False)
+    resolved: Resolved = field(default_factory=dict)
 
 
 def open_job(
@@ -40,23 +43,28 @@ def open_job(
     training_seed: int | None = None,
     data_seed: int | None = None,
 ) -> Job:
-    """Read a recipe and find its run folder.
+    """Read a recipe, find its run folder, and what it leaves to be found about its lengths.
 
     The training seed replaces those of initialisation and order of windows, the data seed that of
     the trajectories.
 
     Raises:
         RecipeError: the recipe cannot be used.
+        LoadError, ShortWindowError, SimulationError, ValueError: as of ``resolved_lengths``.
     """
     text = read_recipe_text(recipe_path)
     recipe = parse_recipe(text, str(recipe_path))
     make_importable(recipe_path.parent)
+    folder = RunFolder(runs / recipe.name)
+    # found for the recipe as it is written: other seeds keep the window
+    resolved = resolved_lengths(recipe, folder.resolved)
+    recipe = with_resolved(recipe, resolved, str(recipe_path))
     if training_seed is not None:
         recipe = with_training_seed(recipe, training_seed)
     if data_seed is not None:
         data = recipe.data.model_copy(update={"seed": data_seed})
         recipe = recipe.model_copy(update={"data": data})
-    return Job(text, recipe, RunFolder(runs / recipe.name), bar)
+    return Job(text, recipe, folder, bar, resolved)
 
 
 def make_importable(folder: Path) -> None:
@@ -77,11 +85,15 @@ def with_training_seed(recipe: Recipe, seed: int) -> Recipe:
 
 
 def provenance(job: Job, versions: dict[str, str]) -> dict[str, object]:
-    """Return where the surrogate of a job comes from: recipe, seeds, versions of the training."""
+    """Return where the surrogate of a job comes from: recipe, seeds, versions of the training.
+
+    What the recipe left to be found stands beside it, so that nobody need find it again.
+    """
     recipe = job.recipe
     estimator = recipe.estimator
     return {
         "recipe": job.text,
+        **({"resolved": job.resolved} if job.resolved else {}),
         "seeds": {
             "data": recipe.data.seed,
             "training": recipe.training.seed,

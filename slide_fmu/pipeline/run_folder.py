@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from slide_fmu.core.files import write_whole
-from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -60,6 +60,11 @@ class RunFolder:
     def training(self) -> Path:
         """What the surrogate was trained from, and how that went, lies here."""
         return self.path / "training.json"
+
+    @property
+    def resolved(self) -> Path:
+        """What was found for keys that the recipe leaves open lies here."""
+        return self.path / "resolved.json"
 
     def fmu(self, recipe: Recipe) -> Path:
         """Return the place of the FMU."""
@@ -129,13 +134,17 @@ def _learnt(recipe: dict[str, Any]) -> dict[str, Any]:
 def recipe_of_provenance(provenance: dict[str, Any] | None, source: str) -> Recipe:
     """Return the recipe that a released FMU carries; ``source`` is its name in messages.
 
+    What the recipe left to be found has the values that it was resolved to (``resolved``).
+
     Raises:
         StageError: it carries none.
-        RecipeError: it is no valid recipe.
+        RecipeError: it is no valid recipe, or its values do not fit it.
     """
     if not provenance or not isinstance(provenance.get("recipe"), str):
         raise StageError(
             f"{source} carries no recipe, so its reference system is unknown; expected an FMU "
             "made by slide-fmu run or slide-fmu export"
         )
-    return parse_recipe(provenance["recipe"], f"recipe in {source}")
+    place = f"recipe in {source}"
+    recipe = parse_recipe(provenance["recipe"], place)
+    return with_resolved(recipe, provenance.get("resolved", {}), place)

@@ -16,7 +16,7 @@ from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.python_fmu.input_source import write_input_source
 from slide_fmu.python_fmu.reference_slave import write_reference_fmu
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import reference_parameters, reference_system
+from slide_fmu.recipe.systems import reference_specification, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Task
 
@@ -36,8 +36,7 @@ def write_reference(recipe: Recipe, path: Path) -> Path:
         ValueError: the path does not end in ``.fmu``.
     """
     reference_system(recipe)
-    named = recipe.system
-    return write_reference_fmu(named.model, reference_parameters(recipe), path, named.kind)
+    return write_reference_fmu(reference_specification(recipe), path)
 
 
 def write_side_by_side(

@@ -7,24 +7,13 @@ from typing import Any
 
 from slide_fmu.memory.sizing import Sizing, require_window, size_window
 from slide_fmu.memory.stability import AmplitudeTest, check_stability, require_stability
+from slide_fmu.pipeline.checks import check_recipe
 from slide_fmu.pipeline.job import Job, versions
-from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.recipe.systems import recipe_system, reference_system, require_features
+from slide_fmu.recipe.recipe import SPLITS
+from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 
 STABILITY_PICTURE = "stability.png"
-
-
-def check_recipe(recipe: Recipe) -> None:
-    """Refuse what can be found wrong without data, before any are made.
-
-    Raises:
-        LoadError: one of the recipe's systems cannot be made.
-        RecipeError: they do not fit each other or the excitation, or a network sees what the
-            system has not.
-    """
-    reference_system(recipe)
-    require_features(recipe, recipe_system(recipe))
 
 
 def size_recipe(job: Job, seed: int | None = None) -> Sizing:

@@ -5,9 +5,8 @@ They run side by side with their surrogates in any importer.
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -19,8 +18,9 @@ from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.python_fmu.slave import Slave, stored
 from slide_fmu.python_fmu.torch_window import Clock
 from slide_fmu.python_fmu.writer import write_python_fmu
-from slide_fmu.systems.base import Parameter, SimulationError, State
+from slide_fmu.systems.base import LoadError, Restorable, SimulationError, State, Stepping
 from slide_fmu.systems.loading import load_system
+from slide_fmu.systems.specification import Specification
 
 _SCRIPT = '''"""Reference FMU: names its system, which the Python environment must offer."""
 
@@ -28,71 +28,77 @@ from slide_fmu.python_fmu import reference_slave
 
 
 class {class_name}(reference_slave.SystemSlave):
-    KIND = {kind!r}
-    MODEL = {model!r}
-    PARAMETERS = {parameters!r}
+    SPECIFICATION = {specification!r}
 '''
 
 FROM_STATE = "start_from_state"
 """FMI parameter: start from the ``initial_...`` parameters instead of at rest."""
 
 
-def write_reference_fmu(
-    model: str, parameters: Mapping[str, Parameter], path: Path, kind: str = "class"
-) -> Path:
+def write_reference_fmu(specification: Specification, path: Path) -> Path:
     """Write a system as FMI 2.0 co-simulation FMU that runs in a Python environment.
 
     The FMU holds a small script only; slide_fmu and the system's package are imported from the
-    environment of the importer. It starts at rest under its first inputs, or, with the parameter
-    ``start_from_state``, from ``initial_coordinates[i]`` and ``initial_velocities[i]`` (and
-    ``initial_last_input[i]`` for inputs with a first-order hold).
+    environment of the importer. It starts at the system's own start under its first inputs. Where
+    the system's states can be set, the parameter ``start_from_state`` lets it start from
+    ``initial_coordinates[i]`` and ``initial_velocities[i]`` (and ``initial_last_input[i]`` for
+    inputs with a first-order hold).
 
     Args:
-        model: what names the system; of a class, ``"package.module:Class"``.
-        parameters: parameters of the system.
+        specification: what the system is made from.
         path: file to write, ending in ``.fmu``.
-        kind: one of ``slide_fmu.systems.loading.KINDS``.
 
     Returns:
         The path written.
 
     Raises:
-        LoadError: the system cannot be made from model and parameters.
+        LoadError: the system cannot be made, or does not go on step by step.
         ValueError: the path does not end in ``.fmu``.
     """
-    load_system(model, parameters, kind)
-    class_name = re.sub(r"\W", "_", re.split(r"[:/\\]", model)[-1]) + "Reference"
-    script = _SCRIPT.format(
-        class_name=class_name, kind=kind, model=model, parameters=dict(parameters)
-    )
-    return write_python_fmu(class_name, script, Path(path))
+    _stepping(specification)
+    name = re.sub(r"\W", "_", re.split(r"[:/\\]", specification.model)[-1]) + "Reference"
+    script = _SCRIPT.format(class_name=name, specification=specification.to_json())
+    return write_python_fmu(name, script, Path(path))
+
+
+def _stepping(specification: Specification) -> Stepping:
+    """Make a system that can be co-simulated."""
+    system = load_system(specification)
+    if not isinstance(system, Stepping):
+        raise LoadError(
+            f"system {specification.model!r} is simulated as a whole; expected one that goes on "
+            "step by step (slide_fmu.systems.base.Stepping): it cannot be an FMU itself"
+        )
+    return system
 
 
 class SystemSlave(Slave):
     """A reference system as co-simulation slave of FMI 2.0. Final but for its name."""
 
     CAPABILITIES = {"canHandleVariableCommunicationStepSize": "false"}  # noqa: RUF012 (constant)
-    KIND: ClassVar[str]
-    MODEL: ClassVar[str]
-    PARAMETERS: ClassVar[Mapping[str, Parameter]]
+    SPECIFICATION: ClassVar[str]
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self.system = load_system(self.MODEL, self.PARAMETERS, self.KIND)
-        identity = json.dumps([self.KIND, self.MODEL, dict(self.PARAMETERS)], sort_keys=True)
-        text = f"Reference system {self.MODEL}, simulated by its own solver"
-        self.introduce(identity.encode(), text, self.system.step, stop=1.0)
+        specification = Specification.from_json(self.SPECIFICATION)
+        self.model, self.system = specification.model, _stepping(specification)
+        text = f"Reference system {self.model}, simulated by its own solver"
+        self.introduce(self.SPECIFICATION.encode(), text, self.system.step, stop=1.0)
         self.input_values = np.array([signal.start_value for signal in self.system.inputs])
-        rest = self.system.rest_state(self.input_values)
-        self.initial = {
-            "coordinates": rest.coordinates.copy(),
-            "velocities": rest.velocities.copy(),
-        }
-        if hold_of(self.system.inputs) == "first_order":
-            self.initial["last_input"] = rest.last_input.copy()
+        self.initial = self._initial_state()
         self.from_state = False
         self.started = False
         self._register()
+
+    def _initial_state(self) -> dict[str, FloatArray]:
+        """Give the parts of the state that an importer may set; none of it has no states."""
+        if not isinstance(self.system, Restorable):
+            return {}
+        rest = self.system.rest_state(self.input_values)
+        parts = {"coordinates": rest.coordinates.copy(), "velocities": rest.velocities.copy()}
+        if hold_of(self.system.inputs) == "first_order":
+            parts["last_input"] = rest.last_input.copy()
+        return parts
 
     def _register(self) -> None:
         """Declare the variables: inputs, outputs, then the parameters of the initial state."""
@@ -104,9 +110,10 @@ class SystemSlave(Slave):
         for index, signal in enumerate(self.system.outputs):
             text, getter = signal.description, lambda index=index: self._outputs()[index]
             self.add(Real, signal.name, "output", "continuous", description=text, getter=getter)
-        text = "start from the initial_ parameters instead of at rest"
-        access = stored(vars(self), "from_state")
-        self.add(Boolean, FROM_STATE, "parameter", "fixed", description=text, **access)
+        if self.initial:
+            text = "start from the initial_ parameters instead of at rest"
+            access = stored(vars(self), "from_state")
+            self.add(Boolean, FROM_STATE, "parameter", "fixed", description=text, **access)
         for part, values in self.initial.items():
             for index in range(len(values)):
                 name, access = f"initial_{part}[{index}]", stored(values, index)
@@ -119,12 +126,12 @@ class SystemSlave(Slave):
 
     def _start(self) -> None:
         """Set the initial state: the given one, or the static equilibrium under the inputs."""
-        if self.from_state:
+        if self.from_state and isinstance(self.system, Restorable):
             last_input = self.initial.get("last_input", self.input_values)
             coordinates, velocities = self.initial["coordinates"], self.initial["velocities"]
             self.system.set_state(State(coordinates, velocities, last_input))
         else:
-            self.system.set_state(self.system.rest_state(self.input_values))
+            self.system.begin(self.input_values)
 
     def _outputs(self) -> FloatArray:
         """Give the outputs at the current state; before the first step, at the initial state."""
@@ -147,7 +154,7 @@ class SystemSlave(Slave):
         return True
 
     def _refuse(self, message: str) -> bool:
-        self.log(f"{self.MODEL}: {message}", Fmi2Status.error)
+        self.log(f"{self.model}: {message}", Fmi2Status.error)
         return False
 
     def described(self) -> Sequence[Signal]:

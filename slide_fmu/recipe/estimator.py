@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 from pydantic import Field, model_validator
 
@@ -19,8 +20,30 @@ ROUNDING = 1e-9
 """Added before a share of a number is cut to whole trajectories: a tenth of ten is one."""
 
 
+DEFAULTS: dict[str, dict[str, Any]] = {
+    "network": {
+        "family": "feed_forward",
+        "hidden": [64, 64],
+        "activation": "gelu",
+        "time_invariant": True,
+    },
+    "pretraining": {
+        "steps": 4000,
+        "batch": 1024,
+        "learning_rate": 2.5e-3,
+        "final_learning_rate": 0.02,
+        "gradient_clip": 1.0,
+    },
+    "training": {"steps": 2000, "batch": 6, "learning_rate": 3e-4, "gradient_clip": 1.0},
+}
+"""The tables of an estimator about which the recipe says nothing: smaller and more quickly trained
+ones than those of the released FMUs."""
+
+
 class EstimatorRecipe(Table):
     """The table ``estimator`` describes the error estimator.
+
+    A table without ``network`` gets a network and trainings that suit most systems.
 
     Attributes:
         network: its network; ``time_invariant`` here means the root of the mean square of one
@@ -50,6 +73,14 @@ class EstimatorRecipe(Table):
     amplitude_factor: PositiveRange = (1.0, 3.0)
     in_range: float = Field(0.5, ge=0, le=1)
     resolution: float = Field(1e-3, gt=0, lt=1)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _tables_have_defaults(cls, values: Any) -> Any:
+        """The network and its trainings belong together: they are given, or all left out."""
+        if not isinstance(values, dict) or "network" in values:
+            return values
+        return {**DEFAULTS, **values}
 
     def draws_beyond(self, index: int) -> bool:
         """Whether trajectory ``index`` is drawn with ``amplitude_factor``.

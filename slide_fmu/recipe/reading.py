@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +20,43 @@ def parse_recipe(text: str, source: str) -> Recipe:
         RecipeError: the text is no TOML or no recipe; there is one line per mistake.
     """
     try:
-        return Recipe.model_validate(tomllib.loads(text))
+        tables = tomllib.loads(text)
+        if "automatic" in tables:  # the recipe's own note of what is "auto"
+            raise RecipeError(
+                f'{source}: automatic is not a known key; remove it, or write "auto" at the keys '
+                "that are to be found"
+            )
+        return Recipe.model_validate(tables)
     except tomllib.TOMLDecodeError as error:
         raise RecipeError(f"{source}: not valid TOML: {error}") from error
+    except ValidationError as error:
+        raise RecipeError(mistakes(error, source)) from error
+
+
+def with_resolved(recipe: Recipe, values: Mapping[str, Mapping[str, Any]], source: str) -> Recipe:
+    """Put values that were found in the place of ``"auto"`` in a recipe.
+
+    Args:
+        recipe: what some of ``automatic`` are to be replaced in.
+        values: a table of tables, as ``{"window": {"n_in": 96}}``; keys that are left out stay.
+        source: what messages call the recipe.
+
+    Raises:
+        RecipeError: the values do not fit what the recipe gives, or it leaves another key open.
+    """
+    tables = recipe.model_dump()
+    found = [f"{table}.{key}" for table, inner in values.items() for key in inner]
+    unasked = [place for place in found if place not in recipe.automatic]
+    if unasked:
+        raise RecipeError(
+            f"{source}: values were found for {unasked}; expected some of {recipe.automatic}, "
+            'which are "auto": find them again for this recipe'
+        )
+    for table, inner in values.items():
+        tables[table].update(inner)
+    tables["automatic"] = tuple(key for key in recipe.automatic if key not in found)
+    try:
+        return Recipe.model_validate(tables)
     except ValidationError as error:
         raise RecipeError(mistakes(error, source)) from error
 

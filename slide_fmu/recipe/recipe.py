@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from pydantic import Field, field_validator, model_validator
 
+from slide_fmu.core.signals import Angle, Hold
 from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.features.drive_law import DEFAULT_LAW, DRIVE_LAWS, DriveLaw
-from slide_fmu.features.urdf import STANDARD_GRAVITY
+from slide_fmu.recipe.automatic import LENGTHS, with_guesses
+from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.learning import (
     METHODS,
@@ -21,6 +24,8 @@ from slide_fmu.recipe.learning import (
     Table,
     TrainingTable,
 )
+from slide_fmu.recipe.machine import ChainRecipe, DriveRecipe
+from slide_fmu.systems.specification import SignalChoice
 
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond")
 """Trajectories that are kept. Test trajectories are drawn anew for every validation."""
@@ -30,41 +35,27 @@ class RecipeError(ValueError):
     """A recipe cannot be used; the message holds one line per mistake."""
 
 
-class ChainRecipe(Table):
-    """The table ``system.chain`` names the serial chain whose joints' set points the inputs are.
+class SignalRecipe(Table):
+    """A table ``system.inputs.NAME`` or ``system.outputs.NAME`` says what a model leaves open.
 
     Attributes:
-        urdf: path of the robot's URDF, found as models are: from the recipe's folder, the current
-            one, or one on PYTHONPATH.
-        tool: link whose origin is the tool point; the last one if not given.
-        gravity: acceleration of gravity in the axes of the URDF's base link, in m/s^2.
+        range: lowest and highest value of the intended range, in ``unit``.
+        unit, description, start, hold, angle: as of ``slide_fmu.core.signals.Signal``; those of
+            the model if not given.
     """
 
-    urdf: str
-    tool: str | None = None
-    gravity: tuple[float, float, float] = STANDARD_GRAVITY
+    range: tuple[float, float] | None = None
+    unit: str | None = None
+    description: str | None = None
+    start: float | None = None
+    hold: Hold | None = None
+    angle: Angle | None = None
 
-
-class DriveRecipe(Table):
-    """The table ``system.drive`` gives the drive law by its weights (``DriveLaw``).
-
-    Attributes:
-        position, rate, acceleration: weights of the newest set point and of the two before it in
-            the joint's place, its rate times the step, its acceleration times the step squared.
-    """
-
-    position: tuple[float, float, float]
-    rate: tuple[float, float, float]
-    acceleration: tuple[float, float, float]
-
-    @model_validator(mode="after")
-    def _is_a_law(self) -> DriveRecipe:
-        self.law()
-        return self
-
-    def law(self) -> DriveLaw:
-        """Return the law."""
-        return DriveLaw(self.position, self.rate, self.acceleration)
+    def choice(self, name: str) -> SignalChoice:
+        """Return the choice that this table makes about the signal of a name."""
+        low, high = self.range or (None, None)
+        given = {key: value for key, value in self if key != "range"}
+        return SignalChoice(name, low=low, high=high, **given)
 
 
 class SystemRecipe(Table):
@@ -74,6 +65,8 @@ class SystemRecipe(Table):
         kind: one of ``slide_fmu.systems.loading.KINDS``, which says what ``model`` is.
         model: of a class, ``"module:Class"`` of a ``slide_fmu.systems.base.System``.
         parameters: those of the system beside ``step``; of a class, its keyword arguments.
+        inputs, outputs: what the model leaves open about its signals, by their names; empty of a
+            class, which declares its own.
         reference: those that are other when an FMU is measured: a finer model may be the reference
             of what a faster one has taught. Empty: the same model.
         picture: ``"module:function"`` that draws the reference system in motion, for the model
@@ -88,6 +81,8 @@ class SystemRecipe(Table):
     kind: str = "class"
     model: str
     parameters: dict[str, float | int | str | bool] = Field(default={})
+    inputs: dict[str, SignalRecipe] = Field(default={})
+    outputs: dict[str, SignalRecipe] = Field(default={})
     reference: dict[str, float | int | str | bool] = Field(default={})
     picture: str | None = Field(default=None, pattern=r"^[\w.]+:\w+$")
     chain: ChainRecipe | None = None
@@ -119,8 +114,8 @@ class WindowRecipe(Table):
 
     Attributes:
         step: sample step h in s.
-        n_in: number of input samples.
-        n_out: number of output samples.
+        n_in: number of input samples; found from the decay time if ``"auto"`` or not given.
+        n_out: number of output samples; follows ``n_in`` if ``"auto"`` or not given.
         remaining_amplitude: fraction to which initial effects must have decayed.
         allow_short: whether a window is accepted that is too short for the system.
     """
@@ -143,16 +138,19 @@ class DataRecipe(Table):
 
     Attributes:
         seed: entropy of every trajectory's own seed.
-        duration: length of a trajectory in s, after the burn-in.
-        burn_in: time in s that a random initial state is given to decay; not stored.
+        duration: length of a trajectory in s, after the burn-in; from the window if ``"auto"`` or
+            not given.
+        burn_in: time in s that a random initial state is given to decay; not stored; one window
+            if ``"auto"`` or not given.
         train, validation, estimator, estimator_validation: numbers of trajectories.
         beyond: number of trajectories beyond the range; a state-space network learns from them
             too, with a low weight, so that it stays sensible there.
         beyond_factor: range of the factor on their excitation.
-        excitation: kinds of excitation with their weights.
+        excitation: kinds of excitation with their weights; a mix that follows from the step if
+            not given.
     """
 
-    seed: int = Field(ge=0)
+    seed: int = Field(default=0, ge=0)
     duration: PositiveFloat
     burn_in: float = Field(ge=0, allow_inf_nan=False)
     train: PositiveInt
@@ -204,6 +202,8 @@ class Recipe(Table):
         name: C identifier; names the run, the surrogate and the FMU.
         description: one line for people.
         equations: equations of motion and parameters, for the model card.
+        automatic: keys that the recipe leaves to be found (``"window.n_in"``); they hold first
+            guesses until ``with_resolved``, and nothing is learnt before. No key of a file.
     """
 
     name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
@@ -217,6 +217,12 @@ class Recipe(Table):
     estimator: EstimatorRecipe | None = None
     stability: StabilityRecipe = StabilityRecipe()
     validation: ValidationRecipe = ValidationRecipe()
+    automatic: tuple[str, ...] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _guess_what_is_automatic(cls, values: Any) -> Any:
+        return with_guesses(values) if isinstance(values, dict) else values
 
     @model_validator(mode="before")
     @classmethod
@@ -242,6 +248,20 @@ class Recipe(Table):
                 f"{network['family']!r}"
             )
         return {**values, "network": network, "training": {"method": method, **training}}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _excitation_follows_the_step(cls, values: Any) -> Any:
+        """A recipe without ``data.excitation`` gets the mix that its step asks for."""
+        if not isinstance(values, dict):
+            return values
+        data, window = values.get("data", {}), values.get("window", {})
+        step = window.get("step") if isinstance(window, dict) else None
+        if not isinstance(data, dict) or "excitation" in data:
+            return values
+        if not (isinstance(step, int | float) and math.isfinite(step) and step > 0):
+            return values  # the mistake in the step is told by its own check
+        return {**values, "data": {**data, "excitation": default_excitation(float(step))}}
 
     @model_validator(mode="after")
     def _beyond_is_learnt(self) -> Recipe:
@@ -288,8 +308,14 @@ class Recipe(Table):
         scored = 1 if self.estimator is None else self.estimator.span or window.n_out
         return (first + scored - 1 - burn_in) * window.step
 
+    def _is_guessed(self) -> bool:
+        """Whether lengths are first guesses, with which nothing that is given need agree."""
+        return any(key in LENGTHS for key in self.automatic)
+
     @model_validator(mode="after")
     def _estimator_stays_in_the_window(self) -> Recipe:
+        if self._is_guessed():
+            return self
         lags = (self.estimator and self.estimator.lags) or (0,)
         if lags[-1] > self.window.n_in - self.window.n_out:
             raise ValueError(
@@ -301,6 +327,8 @@ class Recipe(Table):
 
     @model_validator(mode="after")
     def _trajectories_are_long_enough(self) -> Recipe:
+        if self._is_guessed():
+            return self
         window, data = self.window, self.data
         span = 0 if self.estimator is None else self.estimator.span or 0
         longest = max(window.n_in, window.n_in - window.n_out + span)

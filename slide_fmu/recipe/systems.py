@@ -6,6 +6,7 @@ What the recipe's networks see of their inputs is found here too, without data.
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from slide_fmu.core.scaling import Affine, range_scaling
@@ -14,8 +15,9 @@ from slide_fmu.features.sets import feature_set
 from slide_fmu.features.urdf import UrdfError, read_urdf
 from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.systems.base import System
+from slide_fmu.systems.base import System, chain_of
 from slide_fmu.systems.loading import load_system
+from slide_fmu.systems.specification import Specification
 
 GEOMETRY = ("prismatic", "theta", "steps", "alpha", "tool")
 """Parts of a serial chain that are no masses."""
@@ -29,8 +31,7 @@ def recipe_system(recipe: Recipe) -> System:
         RecipeError: an excitation of the recipe cannot drive the system's inputs, or the recipe
             gives the step as a parameter.
     """
-    system = load_system(recipe.system.model, system_parameters(recipe), recipe.system.kind)
-    return _drivable(system, recipe)
+    return _drivable(load_system(data_specification(recipe)), recipe)
 
 
 def reference_system(recipe: Recipe) -> System:
@@ -41,8 +42,7 @@ def reference_system(recipe: Recipe) -> System:
         RecipeError: as of ``recipe_system``; or signals or geometry are not those of the system
             that makes the data.
     """
-    system = load_system(recipe.system.model, reference_parameters(recipe), recipe.system.kind)
-    system = _drivable(system, recipe)
+    system = _drivable(load_system(reference_specification(recipe)), recipe)
     if recipe.system.reference:
         _require_same_signals(recipe, recipe_system(recipe), system)
     return system
@@ -73,40 +73,48 @@ def _require_same_signals(recipe: Recipe, made: System, reference: System) -> No
 
 def _interface(system: System) -> dict[str, object]:
     """Return what the surrogate of a system relies on, by its name in messages."""
+    chain = chain_of(system)
     return {
         "inputs": [(s.name, s.unit, s.low, s.high) for s in system.inputs],
         "outputs": [(s.name, s.unit, s.low, s.high) for s in system.outputs],
         "hold and angle of the inputs": [(s.hold, s.angle) for s in system.inputs],
         # the outputs may be about lengths, twists and tool point
         "geometry of the serial chain": None
-        if system.chain is None
-        else {name: getattr(system.chain, name).tolist() for name in GEOMETRY},
+        if chain is None
+        else {name: getattr(chain, name).tolist() for name in GEOMETRY},
     }
 
 
-def system_parameters(recipe: Recipe) -> dict[str, float | int | str | bool]:
-    """Return the keyword arguments of the system that makes the data.
+def data_specification(recipe: Recipe) -> Specification:
+    """Return what the system that makes the data is made from.
 
     Raises:
         RecipeError: the recipe gives the step as a parameter.
     """
+    system = recipe.system
     for table in ("parameters", "reference"):
-        values = getattr(recipe.system, table)
+        values = getattr(system, table)
         if "step" in values:
             raise RecipeError(
                 f"recipe {recipe.name!r}: system.{table}.step = {values['step']}; expected no "
                 f"step there: samples are window.step = {recipe.window.step} s apart; remove it"
             )
-    return {**recipe.system.parameters, "step": recipe.window.step}
+    inputs, outputs = (
+        tuple(table.choice(name) for name, table in tables.items())
+        for tables in (system.inputs, system.outputs)
+    )
+    step, kind = recipe.window.step, system.kind
+    return Specification(system.model, system.parameters, step, kind, inputs, outputs)
 
 
-def reference_parameters(recipe: Recipe) -> dict[str, float | int | str | bool]:
-    """Return the keyword arguments of the system that an FMU is measured against.
+def reference_specification(recipe: Recipe) -> Specification:
+    """Return what the system is made from that an FMU is measured against.
 
     Raises:
         RecipeError: the recipe gives the step as a parameter.
     """
-    return {**system_parameters(recipe), **recipe.system.reference}
+    made = data_specification(recipe)
+    return replace(made, parameters={**made.parameters, **recipe.system.reference})
 
 
 def offered_features(recipe: Recipe, system: System, scaling: Affine) -> Offered:
@@ -117,7 +125,7 @@ def offered_features(recipe: Recipe, system: System, scaling: Affine) -> Offered
     Raises:
         UrdfError: the recipe's chain cannot be read.
     """
-    wanted, chain = recipe.system.chain, system.chain
+    wanted, chain = recipe.system.chain, chain_of(system)
     if wanted is not None:
         chain = read_urdf(_found(wanted.urdf), wanted.tool, wanted.gravity).chain
     return Offered(system.inputs, scaling, system.step, chain, recipe.system.law)

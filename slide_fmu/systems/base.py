@@ -1,4 +1,9 @@
-"""What a reference system is: signals, simulation from a state, stepping, linearization."""
+"""What a reference system is: it takes inputs and gives outputs; everything else is an offer.
+
+``System`` is the least interface. The classes behind it are offers: a system inherits those that
+it can keep, and whoever needs one asks with ``isinstance``. What is not offered is measured
+instead, or left out, and the report says so.
+"""
 
 from __future__ import annotations
 
@@ -32,12 +37,28 @@ class Linearization:
 
 
 @dataclass(frozen=True, eq=False)
+class StateMatrix:
+    """A StateMatrix is the linearization x' = A x of a system of first order at a state.
+
+    Attributes:
+        matrix: A = df/dx in 1/s, shape (n, n).
+    """
+
+    matrix: FloatArray
+
+
+Linearized = Linearization | StateMatrix
+"""The equations of a system, linearized at a state: of second order or of first."""
+
+
+@dataclass(frozen=True, eq=False)
 class State:
     """A State is all that the future depends on at one sample, beside the inputs to come.
 
     Attributes:
-        coordinates: generalized coordinates q, shape (n,).
-        velocities: their rates q', shape (n,).
+        coordinates: generalized coordinates q, or the states x of a system of first order, shape
+            (n,).
+        velocities: their rates q', shape (n,); shape (0,) of a system of first order.
         last_input: the input that acted last, shape (n_inputs,); a first-order hold starts from
             it.
     """
@@ -51,47 +72,44 @@ class System(abc.ABC):
     """A System is a reference system, sampled with the step h. Interface: never instantiated.
 
     Implementations are final, cheap to construct (heavy work on first use) and are made again
-    in every worker process from their dotted name and parameters.
+    in every worker process from what the recipe says about them.
 
     Attributes:
         step: sample step h in s.
         inputs, outputs: signals in channel order; inputs say how they act between samples and
             which of them are an angle (``check_inputs``).
-        chain: rigid bodies of a system whose inputs are the joint angles of a serial chain, for
-            features of its motion; None for other systems.
+        remarks: one sentence each on what the system had to assume so far, for people.
     """
 
     step: float
     inputs: tuple[Signal, ...]
     outputs: tuple[Signal, ...]
-    chain: SerialChain | None = None
+    remarks: tuple[str, ...] = ()
 
     @abc.abstractmethod
-    def random_state(
-        self, rng: np.random.Generator, first_input: FloatArray | None = None
-    ) -> State:
-        """Draw an initial state from the range in which the system is used.
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        """Simulate from the system's own start, which is the same for the same first input.
+
+        Before the first sample ``inputs[0]`` has always acted; a system that knows its equilibrium
+        under it starts there.
 
         Args:
-            first_input: what acts first, shape (n_inputs,), if it is known; a system that is made
-                to follow its inputs starts somewhere near.
-        """
+            inputs: shape (N, n_inputs), in the units of the inputs; N is at least 1.
 
-    @abc.abstractmethod
-    def rest_state(self, held_input: FloatArray) -> State:
-        """Give the static equilibrium under a constant input, shape (n_inputs,)."""
-
-    @abc.abstractmethod
-    def set_state(self, state: State) -> None:
-        """Continue from this state with the next ``advance``.
+        Returns:
+            Outputs in their units, the one at the start first, shape (N + 1, n_outputs).
 
         Raises:
-            ValueError: a value is missing or not finite.
+            SimulationError: the motion diverged, or the solver did not converge.
         """
 
+
+class Stepping(System):
+    """The system goes on step by step, so that it can run in a co-simulation. An offer."""
+
     @abc.abstractmethod
-    def get_state(self) -> State:
-        """Give a copy of the current state."""
+    def begin(self, held_input: FloatArray) -> None:
+        """Go to the system's own start under an input that has always acted, (n_inputs,)."""
 
     @abc.abstractmethod
     def output(self) -> FloatArray:
@@ -106,12 +124,76 @@ class System(abc.ABC):
             ValueError: the input has a wrong shape or is not finite.
         """
 
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        self.begin(inputs[0])
+        return go_on(self, inputs)
+
+
+class Restorable(Stepping):
+    """States can be saved, and the system goes on from any of them. An offer."""
+
     @abc.abstractmethod
-    def linearize(self, state: State) -> Linearization:
+    def rest_state(self, held_input: FloatArray) -> State:
+        """Give the state to start from under a constant input, shape (n_inputs,).
+
+        It is the static equilibrium where the system knows one.
+        """
+
+    @abc.abstractmethod
+    def set_state(self, state: State) -> None:
+        """Continue from this state with the next ``advance``.
+
+        Raises:
+            ValueError: a value is missing or not finite.
+        """
+
+    @abc.abstractmethod
+    def get_state(self) -> State:
+        """Give a copy of the current state."""
+
+    def begin(self, held_input: FloatArray) -> None:
+        self.set_state(self.rest_state(held_input))
+
+
+class RandomStates(Restorable):
+    """Initial states can be drawn, so that no motion to lead in is needed. An offer."""
+
+    @abc.abstractmethod
+    def random_state(
+        self, rng: np.random.Generator, first_input: FloatArray | None = None
+    ) -> State:
+        """Draw an initial state from the range in which the system is used.
+
+        Args:
+            first_input: what acts first, shape (n_inputs,), if it is known; a system that is made
+                to follow its inputs starts somewhere near.
+        """
+
+
+class Linearizable(Restorable):
+    """The equations of motion are linearized at a state. An offer."""
+
+    @abc.abstractmethod
+    def linearize(self, state: State) -> Linearized:
         """Linearize the equations of motion at a state; the current state stays as it is.
 
         The paper's section on decay times needs this.
         """
+
+
+class Chained(System):
+    """The inputs are the joint set points of a serial chain, for features of its motion. An offer.
+
+    Attributes:
+        chain: the rigid bodies of the chain; None where the chosen model has none.
+    """
+
+    chain: SerialChain | None = None
+
+
+def chain_of(system: System) -> SerialChain | None:
+    """Give the serial chain of a system that has one, else None."""
+    return system.chain if isinstance(system, Chained) else None
 
 
 class SimulationError(RuntimeError):
@@ -122,12 +204,24 @@ class LoadError(ValueError):
     """A reference system could not be made from its name and parameters."""
 
 
-def simulate(system: System, inputs: FloatArray, initial: State) -> Trajectory:
-    """Simulate a system over a whole input record from a given initial state.
+def go_on(system: Stepping, inputs: FloatArray) -> FloatArray:
+    """Go on from the current state under inputs (N, n_inputs); give outputs (N + 1, n_outputs).
+
+    The outputs at the current state come first. The system raises what ``advance`` raises.
+    """
+    outputs = np.empty((len(inputs) + 1, len(system.outputs)))
+    outputs[0] = system.output()
+    for k, row in enumerate(inputs):
+        outputs[k + 1] = system.advance(row)
+    return outputs
+
+
+def simulate(system: System, inputs: FloatArray, initial: State | None = None) -> Trajectory:
+    """Simulate a system over a whole input record.
 
     Args:
         inputs: shape (N, n_inputs), in the units of ``system.inputs``.
-        initial: the state at sample 0.
+        initial: the state at sample 0, of a system whose states can be set; its own start if None.
 
     Returns:
         The trajectory: N inputs and N + 1 outputs.
@@ -141,9 +235,8 @@ def simulate(system: System, inputs: FloatArray, initial: State) -> Trajectory:
         raise ValueError(
             f"inputs of shape {inputs.shape}; expected (samples, {len(names)}) for {names}"
         )
+    if initial is None:
+        return Trajectory(system.step, inputs, system.simulate(inputs))
+    assert isinstance(system, Restorable)
     system.set_state(initial)
-    outputs = np.empty((len(inputs) + 1, len(system.outputs)))
-    outputs[0] = system.output()
-    for k, row in enumerate(inputs):
-        outputs[k + 1] = system.advance(row)
-    return Trajectory(system.step, inputs, outputs)
+    return Trajectory(system.step, inputs, go_on(system, inputs))

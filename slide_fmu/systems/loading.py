@@ -1,40 +1,44 @@
-"""A reference system from its name, as recipes and reference FMUs give it, whatever its kind."""
+"""A reference system from what a recipe says about it, whatever its kind."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from importlib import import_module
 from typing import cast
 
 from slide_fmu.core.signals import check_inputs
-from slide_fmu.systems.base import LoadError, Parameter, System
-from slide_fmu.systems.python_class import imported, system_of_class
+from slide_fmu.systems.base import LoadError, System
+from slide_fmu.systems.specification import Specification
+from slide_fmu.systems.user_code import imported
 
-Maker = Callable[[str, Mapping[str, Parameter]], System]
-"""Makes a system from its model and its parameters; raises ``LoadError`` where it cannot."""
+KINDS: dict[str, str] = {
+    "class": "slide_fmu.systems.python_class",
+    "function": "slide_fmu.systems.function",
+}
+"""Every kind of reference system by its name in recipes: one module and one entry here.
 
-KINDS: dict[str, Maker] = {"class": system_of_class}
-"""Every kind of reference system, by its name in recipes: one module and one entry here."""
+The module is imported when a system of its kind is made: exudyn is needed for models of exudyn
+alone. Its ``make`` takes a ``Specification`` and gives the system; it raises ``LoadError``.
+"""
 
 
-def load_system(model: str, parameters: Mapping[str, Parameter], kind: str = "class") -> System:
+def load_system(specification: Specification) -> System:
     """Make a system.
-
-    Args:
-        model: what the kind makes a system from; of a class, ``"package.module:Class"``.
-        parameters: parameters of the system, its sample step among them.
-        kind: one of ``KINDS``.
 
     Raises:
         LoadError: there is no such kind or model, the parameters do not fit, or the inputs do not
             belong together (``check_inputs``).
     """
+    kind, model = specification.kind, specification.model
     if kind not in KINDS:
         raise LoadError(f"kind of system {kind!r}; expected one of {sorted(KINDS)}")
-    system = KINDS[kind](model, parameters)
+    make = cast(Callable[[Specification], System], import_module(KINDS[kind]).make)
+    system = make(specification)
     try:
         check_inputs(system.inputs)
     except ValueError as error:
-        raise LoadError(f"system {model!r} with {dict(parameters)}: {error}") from error
+        given = dict(specification.parameters)
+        raise LoadError(f"system {model!r} with {given}: {error}") from error
     return system
 
 

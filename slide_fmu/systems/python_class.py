@@ -2,37 +2,44 @@
 
 from __future__ import annotations
 
-import importlib
 import inspect
-from collections.abc import Mapping
-from types import ModuleType
-from typing import cast
+from typing import Any, cast
 
-from slide_fmu.systems.base import LoadError, Parameter, System
+from slide_fmu.systems.base import LoadError, System
+from slide_fmu.systems.specification import Specification
+from slide_fmu.systems.user_code import imported, told
 
 
-def system_of_class(model: str, parameters: Mapping[str, Parameter]) -> System:
-    """Make a system from the name of its class.
+def make(specification: Specification) -> System:
+    """Make a system from the name of its class, ``"package.module:Class"`` or ``"file.py:Class"``.
 
-    Args:
-        model: ``"package.module:Class"``, importable in this environment.
-        parameters: keyword arguments of the class.
+    The parameters and the sample step are the keyword arguments of the class.
 
     Raises:
         LoadError: module or class is not there, or the parameters do not fit.
     """
-    system_class = _find_class(model)
-    accepted = inspect.signature(system_class).parameters
-    unknown = sorted(set(parameters) - set(accepted))
+    model, found = specification.model, _find_class(specification.model)
+    if specification.inputs or specification.outputs:
+        raise LoadError(
+            f"system {model!r}: system.inputs or system.outputs of the recipe; expected none, "
+            "since a class declares its own signals: remove them"
+        )
+    accepted = inspect.signature(found).parameters
+    unknown = sorted(set(specification.parameters) - set(accepted))
     if unknown:
         raise LoadError(
             f"system {model!r}: unknown parameters {unknown}; expected some of "
             f"{sorted(accepted)}: correct or remove them"
         )
+    arguments: dict[str, Any] = dict(specification.parameters)
+    if specification.step is not None:
+        arguments["step"] = specification.step
     try:
-        return system_class(**parameters)
+        return found(**arguments)
     except (TypeError, ValueError) as error:
-        raise LoadError(f"system {model!r} with {dict(parameters)}: {error}") from error
+        raise LoadError(f"system {model!r} with {arguments}: {error}") from error
+    except Exception as error:  # a user's class may raise anything
+        raise LoadError(f"system {model!r} with {arguments}: {told(error)}") from error
 
 
 def _find_class(model: str) -> type[System]:
@@ -47,11 +54,12 @@ def _find_class(model: str) -> type[System]:
     if not _is_system(found):
         lacks = sorted(getattr(found, "__abstractmethods__", ()))
         if inspect.isclass(found) and issubclass(found, System) and lacks:
-            raise LoadError(f"system {model!r} lacks {lacks}: define what System asks for")
+            raise LoadError(f"system {model!r} lacks {lacks}: define what its interfaces ask for")
         offered = sorted(name for name, item in vars(module).items() if _is_system(item))
         raise LoadError(
             f"system {model!r}: {class_name!r} is not a reference system in "
-            f"{module.__name__!r}; expected one of {offered}"
+            f"{module.__name__!r}; expected one of {offered}, or a class that inherits "
+            "slide_fmu.System or one of its offers"
         )
     return cast(type[System], found)
 
@@ -59,21 +67,3 @@ def _find_class(model: str) -> type[System]:
 def _is_system(item: object) -> bool:
     """Whether it is a class of systems that can be made."""
     return inspect.isclass(item) and issubclass(item, System) and not inspect.isabstract(item)
-
-
-def imported(what: str, name: str) -> tuple[ModuleType, str]:
-    """Import the module in ``"package.module:Name"``, and give it with the name behind the colon.
-
-    Raises:
-        LoadError: the module, or what it needs, is not installed here; the message begins with
-            what names it.
-    """
-    module_name, _, wanted = name.partition(":")
-    try:
-        return importlib.import_module(module_name), wanted
-    except ImportError as error:
-        raise LoadError(
-            f"{what}: module {module_name!r} cannot be imported ({error}); expected an "
-            "installed module, or one in a folder on PYTHONPATH: check the name, or install what "
-            "it needs (the extra 'train' brings exudyn)"
-        ) from error

@@ -131,18 +131,24 @@ def stability_tests(tests: Sequence[AmplitudeTest], step: float) -> bytes:
     return _png(figure)
 
 
-def decay_times(linearized: Decay, measured: Decay, truncation_time: float) -> bytes:
-    """Draw decay times, linearized and measured, and the time in s that the window truncates."""
-    figure = Figure(figsize=(7, 3.2), layout="constrained")
+def decay_times(linearized: Decay | None, measured: Decay, truncation_time: float) -> bytes:
+    """Draw decay times, linearized (where they are) and measured, and the window's truncation.
+
+    The truncation time is in s.
+    """
+    rows = [("measured\n(two motions)", measured, ESTIMATE)]
+    if linearized is not None:
+        rows.insert(0, ("linearized\n(eigenvalues)", linearized, SURROGATE))
+    figure = Figure(figsize=(7, 1.2 + len(rows)), layout="constrained")
     ax = figure.subplots()
-    for row, (decay, color) in enumerate(((linearized, SURROGATE), (measured, ESTIMATE))):
+    for row, (_, decay, color) in enumerate(rows):
         heights = row + np.linspace(-0.25, 0.25, len(decay.times))
         ax.plot(decay.times, heights, ".", color=color, ms=5)
         ax.plot([decay.mean, decay.mean], [row - 0.35, row + 0.35], color=color, lw=2)
     ax.axvline(truncation_time, color=REFERENCE, ls="--")
     ax.annotate(
         "truncated by the window",
-        (truncation_time, 0.5),
+        (truncation_time, 0.5 * (len(rows) - 1)),
         rotation=90,
         ha="right",
         va="center",
@@ -150,9 +156,9 @@ def decay_times(linearized: Decay, measured: Decay, truncation_time: float) -> b
         textcoords="offset points",
         fontsize=8,
     )
-    ax.set_yticks([0, 1], ["linearized\n(eigenvalues)", "measured\n(two initial states)"])
-    ax.set(xlabel="decay time / s   (line: of the mean rate)", ylim=(1.6, -0.6))
-    shown = np.concatenate([linearized.times, measured.times, [truncation_time]])
+    ax.set_yticks(range(len(rows)), [name for name, _, _ in rows])
+    ax.set(xlabel="decay time / s   (line: of the mean rate)", ylim=(len(rows) - 0.4, -0.6))
+    shown = np.concatenate([*(decay.times for _, decay, _ in rows), [truncation_time]])
     ax.set_xlim(0, 1.1 * float(np.max(shown[np.isfinite(shown)])))
     return _png(figure)
 

@@ -99,20 +99,31 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
     return sections
 
 
+EIGENVALUES = (
+    "from the eigenvalues of the equations linearized along motions, by their mean rate over "
+    "stretches of the motions, and measured as the time in which two motions under the same "
+    "input meet. At an instant on the way the slowest mode may decay more slowly, or grow "
+    "(without end): what counts is the mean."
+)
+MEASURED_ALONE = (
+    "measured as the time in which two motions under the same input meet. The system does not "
+    "offer its linearized equations, so the slowest pair of motions decides."
+)
+"""How decay times were found, as the report says it."""
+
+
 def sizing_section(sizing: Sizing) -> Section:
     """Show how long the system remembers its initial state, and what the window truncates."""
     window = sizing.window
     text = (
         f"Time until initial effects have decayed to {sizing.remaining_amplitude:g} of their "
-        "amplitude: from the eigenvalues of the equations linearized along motions, by their mean "
-        "rate over stretches of the motions, and measured as the time in which two motions under "
-        "the same input meet. At an instant on the way the slowest mode may decay more slowly, "
-        "or grow (without end): what counts is the mean. The window truncates "
+        f"amplitude: {EIGENVALUES if sizing.linearized else MEASURED_ALONE} The window truncates "
         f"{window.n_in} - {window.n_out} samples, {window.truncation_time:.4g} s."
     )
     if sizing.remark is not None:
         text += f" Remark: {sizing.remark}."
-    picture = figures.decay_times(sizing.linearized, sizing.measured, window.truncation_time)
+    linearized = None if sizing.linearized is None else sizing.linearized.decay
+    picture = figures.decay_times(linearized, sizing.measured, window.truncation_time)
     return Section("Window", text, decay_rows(sizing.figures()), [picture])
 
 

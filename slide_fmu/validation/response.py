@@ -9,7 +9,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import State, System, simulate
+from slide_fmu.systems.base import System, simulate
 
 
 def is_affine(surrogate: Surrogate) -> bool:
@@ -45,11 +45,10 @@ def exact_matrix(system: System, window: Window) -> FloatArray:
     n_inputs, n_outputs = len(system.inputs), len(system.outputs)
     result = np.zeros((window.n_out, n_outputs, window.n_in, n_inputs))
     for channel, signal in enumerate(system.inputs):
-        pulse = np.zeros((window.n_in, n_inputs))
-        pulse[0, channel] = 0.5 * (signal.high - signal.low)
-        rest = system.rest_state(np.zeros(n_inputs))
-        start = State(rest.coordinates, rest.velocities, np.zeros(n_inputs))
-        response = simulate(system, pulse, start).outputs / pulse[0, channel]
+        size = 0.5 * (signal.high - signal.low)
+        pulse = np.zeros((1 + window.n_in, n_inputs))  # the system starts under the first sample
+        pulse[1, channel] = size
+        response = simulate(system, pulse).outputs[1:] / size
         for row in range(window.n_out):
             newest = window.n_truncated + row
             for column in range(newest + 1):

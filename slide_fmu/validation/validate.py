@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 import time
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,15 +13,15 @@ import numpy as np
 
 from slide_fmu.core.measures import moving_rms
 from slide_fmu.core.progress import Progress
-from slide_fmu.core.signals import hold_of
+from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.data.pool import in_parallel, process_pool
 from slide_fmu.python_fmu.reference_slave import FROM_STATE, write_reference_fmu
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system, reference_parameters, reference_system
+from slide_fmu.recipe.systems import recipe_system, reference_specification, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import System, simulate
+from slide_fmu.systems.base import RandomStates, State, System, simulate
 from slide_fmu.validation.comparison import Comparison, Task, Validation
 
 WORTH_PROCESSES = 20.0
@@ -29,10 +30,13 @@ WORTH_PROCESSES = 20.0
 
 @dataclass(frozen=True, eq=False)
 class _Bench:
-    """A bench is what every trajectory is measured with; it goes to worker processes."""
+    """A bench is what every trajectory is measured with; it goes to worker processes.
+
+    There is no reference FMU of a system that simulates whole records by itself.
+    """
 
     fmu: UnpackedFmu
-    reference: UnpackedFmu
+    reference: UnpackedFmu | None
     surrogate: Surrogate
     recipe: Recipe
     stream: Stream
@@ -55,6 +59,8 @@ def validate(
     workers: int | None = 1,
 ) -> Validation:
     """Run an FMU and the reference FMU of its recipe side by side on unseen trajectories.
+
+    A reference system whose states cannot be set is no FMU: it simulates each record by itself.
 
     Samples are scored from the end of the burn-in on, and not before the input window is filled
     with inputs of the trajectory. Where the estimate is scored, its span is filled too. Where the
@@ -81,9 +87,11 @@ def validate(
     progress(0, count)
     with tempfile.TemporaryDirectory() as folder:
         reference_path = Path(folder) / "reference.fmu"
-        parameters, named = reference_parameters(recipe), recipe.system
-        write_reference_fmu(named.model, parameters, reference_path, named.kind)
-        with unpacked(fmu) as fmu_files, unpacked(reference_path) as reference_files:
+        with ExitStack() as stack:
+            fmu_files, reference_files = stack.enter_context(unpacked(fmu)), None
+            if _is_co_simulated(models.reference):
+                write_reference_fmu(reference_specification(recipe), reference_path)
+                reference_files = stack.enter_context(unpacked(reference_path))
             bench = _Bench(fmu_files, reference_files, surrogate, recipe, stream)
             comparisons = _measure_all(bench, models, count, workers, progress)
     return Validation(task, surrogate, recipe, tuple(comparisons))
@@ -131,43 +139,69 @@ def _measure(bench: _Bench, models: _Models, index: int) -> Comparison:
     return replace(found, model=outputs[len(outputs) - len(found.reference) :])
 
 
+def _is_co_simulated(system: System) -> bool:
+    """Whether a reference system runs as an FMU, which is started in drawn states."""
+    return isinstance(system, RandomStates)
+
+
+def _true_outputs(
+    reference: UnpackedFmu | None, system: System, drawn: Draw
+) -> tuple[FloatArray, FloatArray]:
+    """Return true outputs, (N + 1, n_outputs), and the wall time in s of every step, (N,)."""
+    if reference is None or drawn.initial is None:
+        begin = time.perf_counter()
+        outputs = simulate(system, drawn.inputs, drawn.initial).outputs
+        seconds = (time.perf_counter() - begin) / len(drawn.inputs)
+        return outputs, np.full(len(drawn.inputs), seconds)
+    names = [signal.name for signal in system.outputs]
+    inputs = {s.name: drawn.inputs[:, i] for i, s in enumerate(system.inputs)}
+    start = _initial_parameters(system, drawn.initial)
+    true = run_fmu(reference, inputs, names, start, system.step)
+    return true.values, true.seconds
+
+
 def compare(
-    fmu: UnpackedFmu, reference: UnpackedFmu, surrogate: Surrogate, system: System, drawn: Draw
+    fmu: UnpackedFmu,
+    reference: UnpackedFmu | None,
+    surrogate: Surrogate,
+    system: System,
+    drawn: Draw,
 ) -> Comparison:
-    """Run both FMUs on one drawn trajectory.
+    """Run an FMU and the reference, an FMU or the system itself, on one drawn trajectory.
 
     Raises:
         CoSimulationError: an FMU reports an error.
+        SimulationError: the system could not be simulated.
     """
     names = [signal.name for signal in surrogate.outputs]
     inputs = {s.name: drawn.inputs[:, i] for i, s in enumerate(surrogate.inputs)}
     step, span = surrogate.window.step, surrogate.estimated_samples
-    true = run_fmu(reference, inputs, names, _initial_parameters(system, drawn), step)
+    truth, true_seconds = _true_outputs(reference, system, drawn)
     estimates = [] if surrogate.estimator is None else [f"{n}_error_estimate" for n in names]
     own = run_fmu(fmu, inputs, [*names, *estimates], step=step)
     first = max(drawn.burn_in + 1, surrogate.network.memory_length)
-    error = own.values[first:, : len(names)] - true.values[first:]
+    error = own.values[first:, : len(names)] - truth[first:]
     true_error = np.full_like(error, np.nan)
     if len(error) >= span:
         true_error[span - 1 :] = moving_rms(error, span)
     return Comparison(
         drawn.kind,
-        step * np.arange(first, len(true.values), dtype=np.float64),
+        step * np.arange(first, len(truth), dtype=np.float64),
         drawn.inputs[first - 1 :],
-        true.values[first:],
+        truth[first:],
         own.values[first:, : len(names)],
         own.values[first:, len(names) :] if estimates else None,
         true_error,
-        (own.seconds, true.seconds),
+        (own.seconds, true_seconds),
         None,
     )
 
 
-def _initial_parameters(system: System, drawn: Draw) -> dict[str, float | bool]:
-    """Return the parameters that start the reference FMU in the drawn state."""
-    parts = {"coordinates": drawn.initial.coordinates, "velocities": drawn.initial.velocities}
+def _initial_parameters(system: System, initial: State) -> dict[str, float | bool]:
+    """Return the parameters that start the reference FMU in a drawn state."""
+    parts = {"coordinates": initial.coordinates, "velocities": initial.velocities}
     if hold_of(system.inputs) == "first_order":
-        parts["last_input"] = drawn.initial.last_input
+        parts["last_input"] = initial.last_input
     values: dict[str, float | bool] = {FROM_STATE: True}
     for part, vector in parts.items():
         values.update({f"initial_{part}[{i}]": float(v) for i, v in enumerate(vector)})

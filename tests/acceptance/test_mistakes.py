@@ -31,10 +31,10 @@ from tests.progress import no_stages
 CART = '''
 import numpy as np
 from slide_fmu.core.signals import Signal
-from slide_fmu.systems.base import Linearization, State, System
+from slide_fmu.systems.base import Linearizable, Linearization, RandomStates, State
 
 
-class Cart(System):
+class Cart(RandomStates, Linearizable):
     """A mass that a damper brakes and nothing holds: where it is depends on its past for ever."""
 
     def __init__(self, *, step):

@@ -35,7 +35,7 @@ from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system, reference_system, system_parameters
+from slide_fmu.recipe.systems import data_specification, recipe_system, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System, simulate
 
@@ -116,7 +116,11 @@ def timers(recipe: Recipe) -> dict[str, Timer]:
     if recipe.system.reference:
         found["reference"] = simulation_timer(reference_system(recipe))
     if _model(recipe) == "SliderCrank":
-        parameters: dict[str, Any] = {**system_parameters(recipe), **AUTHORS["SliderCrank"]}
+        parameters: dict[str, Any] = {
+            **data_specification(recipe).parameters,
+            "step": recipe.window.step,
+            **AUTHORS["SliderCrank"],
+        }
         found["authors_settings"] = simulation_timer(SliderCrank(**parameters))
     if _model(recipe) == "Robot6R":
         found["authors_settings"] = redundant_robot_timer(recipe.window.step)

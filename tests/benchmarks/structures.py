@@ -39,8 +39,9 @@ from unseen import Motion, scored, unseen_motions
 from slide_fmu.core.measures import rms
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.draws import TEST, Stream
+from slide_fmu.pipeline.checks import check_recipe
 from slide_fmu.pipeline.job import open_job
-from slide_fmu.pipeline.stages import check_recipe, generate_data
+from slide_fmu.pipeline.stages import generate_data
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 

@@ -8,13 +8,13 @@ import numpy as np
 
 from mbs_models.oscillators.oscillators import LinearOscillator
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import Linearization, State, System
+from slide_fmu.systems.base import Linearizable, Linearization, RandomStates, State
 
 LOG = "SLIDE_FMU_TEST_LOG"
 """Environment variable that names the log."""
 
 
-class LoggingSystem(System):
+class LoggingSystem(RandomStates, Linearizable):
     """Appends one line per simulated trajectory: its initial position, which is its own."""
 
     def __init__(self, *, step: float, damping: float, substeps: int) -> None:

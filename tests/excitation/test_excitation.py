@@ -19,6 +19,7 @@ SHIFTED = Signal("temperature", "K", 280.0, 300.0)
 TABLES = {
     "held_random": {},
     "moving_average_random": {"coefficients": [0.5, 0.3, 0.2]},
+    "filtered_random": {"angular_frequency": [5.0, 60.0]},
     "harmonic": {"angular_frequency": [5.0, 20.0]},
     "sweep": {"angular_frequency": [5.0, 60.0]},
     "multisine": {"angular_frequency": [5.0, 60.0]},
@@ -28,6 +29,7 @@ TABLES = {
 DRAWN = {
     "held_random": (1.28885499, 290.590784652, 0.775495966),
     "moving_average_random": (-0.20126041, 282.360778815, 0.007079944),
+    "filtered_random": (0.500131118, 278.408978881, 0.007079944),
     "harmonic": (-0.928812107, 288.574654995, 0.670445743),
     "sweep": (1.496348912, 297.630994378, 0.670445743),
     "multisine": (-0.928874621, 287.36934394, 0.691773264),
@@ -35,7 +37,7 @@ DRAWN = {
     "rest": (-1.616877881, 290.0, 0.007079944),
 }
 """Values that released data were drawn with: two of the signals, and the next random number."""
-BOUNDED = sorted(TABLES.keys() - {"multisine"})
+BOUNDED = sorted(TABLES.keys() - {"multisine", "filtered_random"})
 
 
 def kind_of(name: str, **extra: object) -> Excitation:
@@ -118,6 +120,17 @@ def test_multisine_has_its_frequencies_and_unit_rms() -> None:
         assert spectrum[~inside].sum() < 1e-3 * spectrum.sum()
         assert np.sum(spectrum > 0.01 * spectrum.max()) > 8  # not one line
     assert np.sqrt(np.mean(squares)) == pytest.approx(1.0, abs=0.05)  # sines may beat
+
+
+def test_filtered_random_has_unit_rms_and_falls_beyond_its_corner() -> None:
+    many = np.stack([signal("filtered_random", seed) for seed in range(60)])
+    assert np.sqrt(np.mean(many[:, 0] ** 2)) == pytest.approx(1.0, abs=0.25)  # from the start on
+    assert np.sqrt(np.mean(many**2)) == pytest.approx(1.0, abs=0.05)
+    power = np.mean(np.abs(np.fft.rfft(many * np.hanning(many.shape[1]))) ** 2, axis=0)
+    frequency = 2 * np.pi / (STEP * len(TIME)) * np.arange(len(power))
+    low, high = (power[(frequency > a) & (frequency < 1.5 * a)].mean() for a in (2.0, 100.0))
+    # one pole, corners from 5 to 60 rad/s: about (corner / frequency) squared
+    assert 20 < low / high < 400
 
 
 def test_sweep_crosses_its_range_in_both_directions() -> None:

@@ -10,7 +10,7 @@ from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import Angle, FloatArray, Signal
 from slide_fmu.features.base import Offered
 from slide_fmu.features.serial_chain import SerialChain
-from slide_fmu.systems.base import Linearization, State, System
+from slide_fmu.systems.base import Chained, Linearizable, Linearization, RandomStates, State
 
 STEP = 0.1
 
@@ -27,7 +27,7 @@ ARM = SerialChain.denavit_hartenberg(
 """Turns about the upright, then lifts."""
 
 
-class Still(System):
+class Still(RandomStates, Linearizable, Chained):
     """Inputs from -1 to 1, or cosine and sine of an angle, and one output, at rest. Final."""
 
     def __init__(

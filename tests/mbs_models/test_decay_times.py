@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from slide_fmu.cli import app
-from slide_fmu.memory import sizing
+from slide_fmu.memory import motions
 
 RECIPE = """
 name = "crank"
@@ -61,7 +61,7 @@ def window(
     folder: Path, monkeypatch: pytest.MonkeyPatch, proportional: float, motion: dict[str, float]
 ) -> tuple[int, str, dict[str, Any]]:
     """Exit code, output in one line and figures of ``slide-fmu window``."""
-    monkeypatch.setattr(sizing, "MOTIONS", 3)
+    monkeypatch.setattr(motions, "MOTIONS", 3)
     recipe, figures = folder / "crank.toml", folder / "figures.json"
     recipe.write_text(RECIPE.format(proportional=proportional, **motion), encoding="utf-8")
     result = CliRunner().invoke(app, ["window", str(recipe), "--json", str(figures)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from mbs_models.oscillators.oscillators import (
     DuffingOscillator,
     LinearOscillator,
 )
+from mbs_models.plants.plant_system import PlantSystem
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.window import Window
 from slide_fmu.memory.decay import (
@@ -24,23 +26,18 @@ from slide_fmu.memory.decay import (
     too_short,
 )
 from slide_fmu.memory.modes import UnstableModeError
-from slide_fmu.systems.base import Linearization, State, System
+from slide_fmu.systems.base import Linearizable, Linearization, State
 
 PAPER = math.log(100) / 4
 """1.151 s to 1 %: m = 1 kg, d = 8 N s/m."""
 
 
-class Rates(System):
+class Rates(Linearizable):
     """Unit mass whose damping is 2 times its coordinate: Re(v) = -q. Linearizes, nothing else."""
 
     def __init__(self) -> None:
         self.step = 0.1
         self.inputs = self.outputs = (Signal("x", "m", -1.0, 1.0),)
-
-    def random_state(
-        self, rng: np.random.Generator, first_input: FloatArray | None = None
-    ) -> State:
-        raise NotImplementedError
 
     def rest_state(self, held_input: FloatArray) -> State:
         return State(np.array([1.0]), np.zeros(1), np.zeros(1))
@@ -109,7 +106,7 @@ def test_stretches_have_the_mean_rates_of_their_instants() -> None:
 
 
 @pytest.mark.parametrize("make", [LinearOscillator, DuffingOscillator, DuffingBaseMotion])
-def test_measured_decay_agrees_with_the_linearized_one(make: type[System]) -> None:
+def test_measured_decay_agrees_with_the_linearized_one(make: type[PlantSystem[Any]]) -> None:
     system = make()
     rng = np.random.default_rng(5)
     signal, count = system.inputs[0], round(6.0 / system.step)

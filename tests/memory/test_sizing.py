@@ -16,10 +16,16 @@ from typer.testing import CliRunner
 from mbs_models.oscillators.oscillators import LinearOscillator
 from slide_fmu.cli import app
 from slide_fmu.core.window import Window
-from slide_fmu.memory import sizing
+from slide_fmu.memory import motions
 from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.modes import UnstableModeError
-from slide_fmu.memory.sizing import ShortWindowError, decay_rows, require_window, size_window
+from slide_fmu.memory.sizing import (
+    ShortWindowError,
+    Sizing,
+    decay_rows,
+    require_window,
+    size_window,
+)
 from slide_fmu.pipeline import stages
 from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.recipe.recipe import Recipe
@@ -45,13 +51,19 @@ DUFFING = Path(__file__).parents[2] / "training" / "duffing.toml"
 
 @pytest.fixture
 def few_motions(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sizing, "MOTIONS", 10)
+    monkeypatch.setattr(motions, "MOTIONS", 10)
 
 
 def duffing() -> Recipe:
     """The released recipe with its own excitations, but short trajectories."""
     recipe = load_recipe(DUFFING)
     return recipe.model_copy(update={"data": recipe.data.model_copy(update={"duration": 8.0})})
+
+
+def eigenvalues(found: Sizing) -> Decay:
+    """The decay that the linearized equations have."""
+    assert found.linearized is not None
+    return found.linearized.decay
 
 
 def oscillator(model: str, **window: Any) -> Recipe:
@@ -74,9 +86,9 @@ def oscillator(model: str, **window: Any) -> Recipe:
 def test_measured_and_linearized_decay_times_agree(recipe: Recipe, agreement: float) -> None:
     found = size_window(recipe, recipe_system(recipe))
     expected = -math.log(recipe.window.remaining_amplitude) / RATE
-    assert found.linearized.mean == pytest.approx(expected, rel=1e-3)
-    assert found.linearized.worst == pytest.approx(expected, rel=1e-3)
-    assert found.measured.mean == pytest.approx(found.linearized.mean, rel=agreement)
+    assert eigenvalues(found).mean == pytest.approx(expected, rel=1e-3)
+    assert eigenvalues(found).worst == pytest.approx(expected, rel=1e-3)
+    assert found.measured.mean == pytest.approx(eigenvalues(found).mean, rel=agreement)
     assert found.problem is None
     require_window(recipe, found)
 
@@ -85,7 +97,7 @@ def test_measured_and_linearized_decay_times_agree(recipe: Recipe, agreement: fl
 def test_figures_of_a_linear_oscillator_are_those_of_its_one_mode() -> None:
     recipe = oscillator("LinearOscillator")
     found = size_window(recipe, recipe_system(recipe))
-    assert len(found.linearized.times) == 10  # motions of 4.25 s, shorter than two windows
+    assert len(eigenvalues(found).times) == 10  # motions of 4.25 s, shorter than two windows
     assert len(found.measured.times) == 10
     figures = json.loads(json.dumps(found.figures()))
     assert figures["decay_time_s"] == pytest.approx(
@@ -110,8 +122,8 @@ def test_motions_depend_on_the_seed() -> None:
 def test_smaller_remaining_amplitude_needs_a_longer_window() -> None:
     recipe = oscillator("LinearOscillator", remaining_amplitude=1e-4)
     found = size_window(recipe, recipe_system(recipe))
-    assert found.linearized.mean == pytest.approx(2 * math.log(100) / 4, rel=1e-3)
-    assert found.measured.mean == pytest.approx(found.linearized.mean, rel=CLOSE)
+    assert eigenvalues(found).mean == pytest.approx(2 * math.log(100) / 4, rel=1e-3)
+    assert found.measured.mean == pytest.approx(eigenvalues(found).mean, rel=CLOSE)
 
 
 @pytest.mark.usefixtures("few_motions")
@@ -164,9 +176,11 @@ def test_longer_measured_decay_is_a_remark(tmp_path: Path) -> None:
 def test_measured_decay_that_the_window_just_holds_is_no_remark() -> None:
     recipe = oscillator("LinearOscillator")
     decay = Decay(np.array([-RATE]), 0.01)
+    sized = size_window(recipe, recipe_system(recipe))
+    assert sized.linearized is not None
     found = replace(
-        size_window(recipe, recipe_system(recipe)),
-        linearized=decay,
+        sized,
+        linearized=replace(sized.linearized, decay=decay),
         measured=decay,
         window=Window(decay.worst, 2, 1),  # truncates one step
     )
@@ -177,11 +191,12 @@ def test_measured_decay_that_the_window_just_holds_is_no_remark() -> None:
 def test_worst_instant_is_that_of_all_motions(monkeypatch: pytest.MonkeyPatch) -> None:
     rates = [[-4.0, -5.0], [-2.0, -7.0], [-3.0, -6.0]]
     along = [Decay(np.array(row), 0.01) for row in rates]
-    monkeypatch.setattr(sizing, "_decay_along_motions", lambda *work: along)
-    monkeypatch.setattr(sizing, "measured_decay", lambda *work: along[0])
+    monkeypatch.setattr(motions, "_decay_along_motions", lambda *work: along)
+    monkeypatch.setattr(motions, "measured_decay", lambda *work: along[0])
     recipe = oscillator("LinearOscillator")
     found = size_window(recipe, recipe_system(recipe))
-    assert found.local_worst == pytest.approx(math.log(100) / 2)
+    assert found.linearized is not None
+    assert found.linearized.local_worst == pytest.approx(math.log(100) / 2)
 
 
 @pytest.mark.usefixtures("few_motions")
@@ -288,7 +303,7 @@ def test_stretch_is_as_long_as_the_window_or_the_decay_whichever_is_longer(
 ) -> None:
     along = [Decay(RATES, 0.01), Decay(RATES[::-1] * 1.0, 0.01)]
     assert along[0].mean == pytest.approx(math.log(100) / 5)
-    found = sizing._decay_over_windows(along, Window(step, n_in, 1), 2)
+    found = motions._decay_over_windows(along, Window(step, n_in, 1), 2)
     parts = [
         part
         for motion in along
@@ -296,7 +311,7 @@ def test_stretch_is_as_long_as_the_window_or_the_decay_whichever_is_longer(
     ]
     assert found.rates == pytest.approx([np.mean(part) for part in parts])
     assert found.remaining_amplitude == 0.01
-    alone = sizing._decay_over_windows(along[:1], Window(step, n_in, 1), 2)
+    alone = motions._decay_over_windows(along[:1], Window(step, n_in, 1), 2)
     assert alone.rates == pytest.approx(found.rates[: len(alone.rates)])
 
 
@@ -325,7 +340,7 @@ def test_motions_are_as_many_and_as_long_as_window_and_decay_ask(
     linearized: list[tuple[int, int, int]] = []
     lengths: list[int] = []
     drawn_for: list[float] = []
-    original, draw = sizing._decay_along_motions, sizing.draw
+    original, draw = motions._decay_along_motions, motions.draw
 
     def draw_and_note(recipe: Recipe, system: Any, stream: Any, index: int) -> Any:
         assert stream.factors == (1.0, 1.0)  # the recipe's own amplitude
@@ -344,9 +359,9 @@ def test_motions_are_as_many_and_as_long_as_window_and_decay_ask(
         lengths.extend(len(record) for record in records)
         return Decay(np.full(len(records), -RATE), amplitude)
 
-    monkeypatch.setattr(sizing, "draw", draw_and_note)
-    monkeypatch.setattr(sizing, "_decay_along_motions", decay_along_motions)
-    monkeypatch.setattr(sizing, "measured_decay", decay_of_pairs)
+    monkeypatch.setattr(motions, "draw", draw_and_note)
+    monkeypatch.setattr(motions, "_decay_along_motions", decay_along_motions)
+    monkeypatch.setattr(motions, "measured_decay", decay_of_pairs)
     size_window(recipe, LinearOscillator(damping=damping, step=0.03))
     assert linearized == [(20, followed, 12)] * 20
     assert lengths == measured
@@ -357,7 +372,7 @@ def test_motions_are_as_many_and_as_long_as_window_and_decay_ask(
 def test_states_along_a_motion_are_those_after_every_stride_th_sample() -> None:
     system, inputs = LinearOscillator(damping=8.0, step=0.03), np.full((7, 1), 900.0)
     start = system.rest_state(np.zeros(1))
-    found = sizing._states_along(system, start, inputs, 3)
+    found = motions._states_along(system, start, inputs, 3)
     system.set_state(start)
     states = []
     for row in inputs:

@@ -68,7 +68,7 @@ PLANTED = {
         "::test_true_error_is_that_of_the_span_which_ends_at_the_sample",
     ),
     "stretches of motions are as long as the window, however long the decay takes": Planted(
-        "slide_fmu/memory/sizing.py",
+        "slide_fmu/memory/motions.py",
         "samples = max(window.n_in, decay_time / window.step)",
         "samples = window.n_in",
         "tests/memory/test_sizing.py"

@@ -43,7 +43,10 @@ MODULES = {
         ("tests/validation/test_compare.py", "tests/validation/test_figures.py",
          "tests/validation/test_validation.py", "tests/validation/test_worker_processes.py"),
     ),
-    "sizing": Module(("slide_fmu/memory/sizing.py",), ("tests/memory/test_sizing.py",)),
+    "sizing": Module(
+        ("slide_fmu/memory/sizing.py", "slide_fmu/memory/motions.py"),
+        ("tests/memory/test_sizing.py",),
+    ),
     "stability": Module(("slide_fmu/memory/stability.py",), ("tests/memory/test_stability.py",)),
     "estimate": Module(
         ("slide_fmu/surrogate/error_estimator.py",),

@@ -19,6 +19,7 @@ from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.python_fmu.reference_slave import write_reference_fmu
 from slide_fmu.systems.base import LoadError, State, System, simulate
 from slide_fmu.systems.loading import load_system
+from slide_fmu.systems.specification import Specification
 from tests.limits import largest_file
 
 SAME = 1e-12
@@ -76,8 +77,10 @@ def parts_of(system: System, state: State) -> dict[str, float]:
 
 @pytest.mark.parametrize("name", MODELS)
 def test_reference_fmu_equals_the_model(name: str, tmp_path: Path) -> None:
-    system = load_system(dotted(name), {"damping": 5.0})
-    path = write_reference_fmu(dotted(name), {"damping": 5.0}, tmp_path / "reference.fmu")
+    system = load_system(Specification(dotted(name), {"damping": 5.0}))
+    path = write_reference_fmu(
+        Specification(dotted(name), {"damping": 5.0}), tmp_path / "reference.fmu"
+    )
     assert validate_fmu(str(path)) == []
     rng = np.random.default_rng(2)
     for _ in range(3):
@@ -91,8 +94,8 @@ def test_reference_fmu_equals_the_model(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", MODELS)
 def test_it_starts_at_rest_under_the_first_input(name: str, tmp_path: Path) -> None:
-    system = load_system(dotted(name), {})
-    path = write_reference_fmu(dotted(name), {}, tmp_path / "reference.fmu")
+    system = load_system(Specification(dotted(name), {}))
+    path = write_reference_fmu(Specification(dotted(name), {}), tmp_path / "reference.fmu")
     first = 0.5 * system.inputs[0].high
     with instance(path, {system.inputs[0].name: first}) as slave:
         found = run(slave, np.full((20, 1), first), system.step)
@@ -101,8 +104,10 @@ def test_it_starts_at_rest_under_the_first_input(name: str, tmp_path: Path) -> N
 
 
 def test_reference_fmu_is_simulated_by_fmpy(tmp_path: Path) -> None:
-    system = load_system(dotted("DuffingOscillator"), {})
-    path = write_reference_fmu(dotted("DuffingOscillator"), {}, tmp_path / "reference.fmu")
+    system = load_system(Specification(dotted("DuffingOscillator"), {}))
+    path = write_reference_fmu(
+        Specification(dotted("DuffingOscillator"), {}), tmp_path / "reference.fmu"
+    )
     inputs = np.random.default_rng(0).uniform(-1000, 1000, (30, 1))
     columns = np.zeros(30, dtype=[("time", float), ("force", float)])
     columns["time"], columns["force"] = system.step * np.arange(30), inputs[:, 0]
@@ -120,7 +125,9 @@ def test_reference_fmu_is_simulated_by_fmpy(tmp_path: Path) -> None:
 
 
 def test_model_description_carries_units_ranges_and_step(tmp_path: Path) -> None:
-    path = write_reference_fmu(dotted("DuffingOscillator"), {}, tmp_path / "reference.fmu")
+    path = write_reference_fmu(
+        Specification(dotted("DuffingOscillator"), {}), tmp_path / "reference.fmu"
+    )
     description = fmpy.read_model_description(path)
     force, position = description.modelVariables[:2]
     assert (force.name, force.causality, force.unit, force.min) == (
@@ -132,13 +139,15 @@ def test_model_description_carries_units_ranges_and_step(tmp_path: Path) -> None
     assert (position.name, position.causality, position.unit) == ("position", "output", "m")
     assert float(description.defaultExperiment.stepSize) == 0.03
     assert not description.coSimulation.canHandleVariableCommunicationStepSize
-    again = write_reference_fmu(dotted("DuffingOscillator"), {}, tmp_path / "again.fmu")
+    again = write_reference_fmu(
+        Specification(dotted("DuffingOscillator"), {}), tmp_path / "again.fmu"
+    )
     assert fmpy.read_model_description(again).guid == description.guid
 
 
 def test_inputs_start_where_their_signals_say(tmp_path: Path) -> None:
     model = "mbs_models.slider_crank:SliderCrank"
-    path = write_reference_fmu(model, {}, tmp_path / "reference.fmu")
+    path = write_reference_fmu(Specification(model, {}), tmp_path / "reference.fmu")
     inputs = fmpy.read_model_description(path).modelVariables[:2]
     assert [float(variable.start) for variable in inputs] == [1.0, 0.0]
     assert validate_fmu(str(path)) == []
@@ -148,7 +157,9 @@ def test_inputs_start_where_their_signals_say(tmp_path: Path) -> None:
 def test_other_communication_steps_are_refused(
     step: float, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    path = write_reference_fmu(dotted("DuffingOscillator"), {}, tmp_path / "reference.fmu")
+    path = write_reference_fmu(
+        Specification(dotted("DuffingOscillator"), {}), tmp_path / "reference.fmu"
+    )
     with instance(path, {}) as slave:
         with pytest.raises(FMICallException):
             slave.doStep(0.0, step)
@@ -158,14 +169,16 @@ def test_other_communication_steps_are_refused(
 
 def test_steps_in_nanoseconds_are_taken(tmp_path: Path) -> None:
     path = write_reference_fmu(
-        dotted("DuffingOscillator"), {"step": 1 / 60}, tmp_path / "reference.fmu"
+        Specification(dotted("DuffingOscillator"), {"step": 1 / 60}), tmp_path / "reference.fmu"
     )
     with instance(path, {"force": 10.0}) as slave:
         slave.doStep(0.0, 1e-9 * round(1e9 / 60))
 
 
 def test_input_that_is_not_a_number_is_refused(tmp_path: Path) -> None:
-    path = write_reference_fmu(dotted("DuffingOscillator"), {}, tmp_path / "reference.fmu")
+    path = write_reference_fmu(
+        Specification(dotted("DuffingOscillator"), {}), tmp_path / "reference.fmu"
+    )
     with instance(path, {}) as slave:
         slave.setReal([0], [np.nan])
         with pytest.raises(FMICallException):
@@ -174,7 +187,10 @@ def test_input_that_is_not_a_number_is_refused(tmp_path: Path) -> None:
 
 def test_instances_of_several_fmus_do_not_disturb_each_other(tmp_path: Path) -> None:
     """Needs the spare references that ``SystemSlave`` keeps for PythonFMU."""
-    paths = [write_reference_fmu(dotted(name), {}, tmp_path / f"{name}.fmu") for name in MODELS]
+    paths = [
+        write_reference_fmu(Specification(dotted(name), {}), tmp_path / f"{name}.fmu")
+        for name in MODELS
+    ]
     for _ in range(3):
         with instance(paths[0], {}) as linear, instance(paths[1], {}) as duffing:
             linear.setReal([0], [100.0])
@@ -187,14 +203,19 @@ def test_instances_of_several_fmus_do_not_disturb_each_other(tmp_path: Path) -> 
 
 def test_mistakes_are_named_before_anything_is_written(tmp_path: Path) -> None:
     with pytest.raises(LoadError, match="Missing"):
-        write_reference_fmu(dotted("Missing"), {}, tmp_path / "reference.fmu")
+        write_reference_fmu(Specification(dotted("Missing"), {}), tmp_path / "reference.fmu")
     with pytest.raises(ValueError, match=r"ending in \.fmu"):
-        write_reference_fmu(dotted("LinearOscillator"), {}, tmp_path / "reference.zip")
+        write_reference_fmu(
+            Specification(dotted("LinearOscillator"), {}), tmp_path / "reference.zip"
+        )
     assert list(tmp_path.iterdir()) == []
 
 
 def test_it_is_the_same_file_every_time(tmp_path: Path) -> None:
-    paths = [write_reference_fmu(dotted(MODELS[0]), {}, tmp_path / f"{k}.fmu") for k in range(2)]
+    paths = [
+        write_reference_fmu(Specification(dotted(MODELS[0]), {}), tmp_path / f"{k}.fmu")
+        for k in range(2)
+    ]
     assert paths[0].read_bytes() == paths[1].read_bytes()
     with zipfile.ZipFile(paths[0]) as archive:
         assert {info.date_time for info in archive.infolist()} == {OLDEST}
@@ -202,10 +223,10 @@ def test_it_is_the_same_file_every_time(tmp_path: Path) -> None:
 
 
 def test_an_fmu_that_cannot_be_written_stays_as_it_was(tmp_path: Path) -> None:
-    path = write_reference_fmu(dotted(MODELS[0]), {}, tmp_path / "reference.fmu")
+    path = write_reference_fmu(Specification(dotted(MODELS[0]), {}), tmp_path / "reference.fmu")
     before = path.read_bytes()
     with largest_file(len(before) // 2), pytest.raises(OSError, match="File too large"):
-        write_reference_fmu(dotted(MODELS[1]), {}, path)
+        write_reference_fmu(Specification(dotted(MODELS[1]), {}), path)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
 
@@ -214,12 +235,14 @@ def test_a_folder_is_no_fmu(tmp_path: Path) -> None:
     folder = tmp_path / "d.fmu"
     folder.mkdir()
     with pytest.raises(IsADirectoryError):
-        write_reference_fmu(dotted(MODELS[0]), {}, folder)
+        write_reference_fmu(Specification(dotted(MODELS[0]), {}), folder)
     assert list(tmp_path.rglob("*")) == [folder]
 
 
 def test_reset_starts_anew(tmp_path: Path) -> None:
-    path = write_reference_fmu(dotted("DuffingOscillator"), {}, tmp_path / "reference.fmu")
+    path = write_reference_fmu(
+        Specification(dotted("DuffingOscillator"), {}), tmp_path / "reference.fmu"
+    )
     with instance(path, {}) as slave:
         first = run(slave, np.full((5, 1), 500.0), 0.03)
         slave.reset()

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import sys
+from types import ModuleType
 
 import pytest
 
 from mbs_models.oscillators.oscillators import DuffingOscillator
 from slide_fmu.data.store import data_fingerprint
-from slide_fmu.recipe.systems import recipe_system, system_parameters
-from slide_fmu.systems.base import LoadError, Parameter, System
+from slide_fmu.recipe.systems import data_specification, recipe_system
+from slide_fmu.systems.base import LoadError, System
 from slide_fmu.systems.loading import KINDS, load_system
+from slide_fmu.systems.specification import Specification
 from tests.recipes import tiny_recipe
 
 
 def test_system_is_loaded_by_name_with_its_parameters() -> None:
-    system = load_system("mbs_models.oscillators:DuffingOscillator", {"step": 0.01, "mass": 2})
+    system = load_system(
+        Specification("mbs_models.oscillators:DuffingOscillator", {"mass": 2}, 0.01)
+    )
     assert isinstance(system, DuffingOscillator)
     assert system.step == 0.01
 
@@ -27,7 +31,7 @@ def test_system_is_loaded_by_name_with_its_parameters() -> None:
         ("mbs_models.oscillators/LinearOscillator", {}, "expected 'package.module:Class'"),
         (":DuffingOscillator", {}, "expected 'package.module:Class'"),
         ("mbs_models.missing:Model", {}, "'mbs_models.missing' cannot be imported"),
-        ("my_model:Model", {}, "installed module, or one in a folder on PYTHONPATH"),
+        ("my_model:Model", {}, "installed module, or one beside the recipe"),
         ("mbs_models.oscillators:Missing", {}, "expected one of .*'LinearOscillator'"),
         ("mbs_models.oscillators:System", {}, "not a reference system"),
         ("mbs_models.oscillators:Signal", {}, "not a reference system"),
@@ -40,12 +44,12 @@ def test_mistake_in_a_name_or_parameter_is_named(
     model: str, parameters: dict[str, float], message: str
 ) -> None:
     with pytest.raises(LoadError, match=message):
-        load_system(model, parameters)
+        load_system(Specification(model, parameters))
 
 
 def test_load_system_of_unknown_kind_lists_the_kinds() -> None:
     with pytest.raises(LoadError, match=r"kind of system 'unheard'; expected one of \['class'"):
-        load_system("record.csv", {}, kind="unheard")
+        load_system(Specification("record.csv", kind="unheard"))
 
 
 def test_recipe_of_a_registered_kind_makes_its_system(
@@ -54,14 +58,17 @@ def test_recipe_of_a_registered_kind_makes_its_system(
     """Nothing else has to know a kind: the recipe names it."""
     asked = []
 
-    def system_of_record(model: str, parameters: Mapping[str, Parameter]) -> System:
-        asked.append((model, dict(parameters)))
+    def make(specification: Specification) -> System:
+        asked.append(specification)
         return DuffingOscillator(step=0.02)
 
-    monkeypatch.setitem(KINDS, "record", system_of_record)
+    module = ModuleType("kind_of_records")
+    vars(module)["make"] = make
+    monkeypatch.setitem(sys.modules, "kind_of_records", module)
+    monkeypatch.setitem(KINDS, "record", "kind_of_records")
     recipe = tiny_recipe(system={"kind": "record", "model": "a record.csv"})
     system = recipe_system(recipe)
-    assert (system.step, asked) == (0.02, [("a record.csv", system_parameters(recipe))])
+    assert (system.step, asked) == (0.02, [data_specification(recipe)])
     assert data_fingerprint(recipe)["system"]["kind"] == "record"
 
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from slide_fmu.pipeline.checks import check_recipe
 from slide_fmu.pipeline.side_by_side import write_reference
-from slide_fmu.pipeline.stages import check_recipe
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.systems import reference_system
 from slide_fmu.systems.base import LoadError, simulate

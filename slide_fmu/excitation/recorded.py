@@ -1,0 +1,151 @@
+"""The user's own recorded inputs drive the system: cut, scaled, resampled to the recipe's step."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import lru_cache
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from slide_fmu.core.files import find_file
+from slide_fmu.core.signals import FloatArray, Signal, cosines_of
+from slide_fmu.excitation.base import Kind, PositiveRange
+
+
+class Recorded(Kind):
+    """The inputs come from a file: each trajectory takes a stretch of it that begins anywhere.
+
+    The file has columns that are separated by commas, and their names in its first line. One of
+    them is the time in s, which rises; the others are inputs, in their units. Between its samples
+    an input moves linearly, or holds the last value where it has a zero-order hold. A trajectory
+    that is longer than the file runs to and fro in it, so that nothing jumps.
+
+    Attributes:
+        path: the file, from here or from the folder of the recipe.
+        time: name of the column of times.
+        columns: names of the columns by input, for inputs whose column has another name.
+        scale: range of the factor on the deviations from the record's means, drawn uniformly for
+            all inputs together.
+        digest: SHA-256 of the file; it is filled in when the recipe is read, and data of another
+            content are refused.
+
+    Raises:
+        ValueError: the file cannot be read, or is not the one of the digest.
+    """
+
+    kind: Literal["file"]
+    path: str
+    time: str = "time"
+    columns: dict[str, str] = Field(default={})
+    scale: PositiveRange = (1.0, 1.0)
+    digest: str | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _file_is_known(cls, values: Any) -> Any:
+        if not isinstance(values, dict) or not isinstance(values.get("path"), str):
+            return values
+        content = _content(values["path"])
+        found = hashlib.sha256(content).hexdigest()
+        given = values.get("digest")
+        if given not in (None, found):
+            raise ValueError(
+                f"path = {values['path']!r} has the SHA-256 {found}; expected {given}: the file "
+                "has changed since; remove the digest to use it as it is"
+            )
+        return {**values, "digest": found}
+
+    def check(self, signals: tuple[Signal, ...]) -> None:
+        """Refuse a file that lacks an input or a rising time.
+
+        Raises:
+            ValueError: what is wrong with the file, with the remedy.
+        """
+        table = _read(self.path, str(self.digest))
+        wanted = [self.time, *(self.columns.get(s.name, s.name) for s in signals)]
+        missing = [name for name in wanted if name not in table]
+        if missing:
+            raise ValueError(
+                f"kind = 'file': {self.path!r} has no columns {missing}; it has {list(table)}: "
+                "say which is which with time = ... and columns = { INPUT = COLUMN }"
+            )
+        for name in wanted:
+            wrong = np.flatnonzero(~np.isfinite(table[name]))
+            if len(wrong):
+                raise ValueError(
+                    f"kind = 'file': {self.path!r}, column {name!r}, line {wrong[0] + 2} is no "
+                    "finite number; expected numbers throughout: mend or cut the file"
+                )
+        steps = np.diff(table[self.time])
+        if len(steps) == 0 or not (steps > 0).all():
+            line = int(np.argmax(steps <= 0)) + 3 if len(steps) else 2
+            raise ValueError(
+                f"kind = 'file': {self.path!r}: the time does not rise at line {line}; expected "
+                "at least two samples whose times rise"
+            )
+
+    def inputs(
+        self,
+        signals: tuple[Signal, ...],
+        time: FloatArray,
+        factor: float,
+        rng: np.random.Generator,
+    ) -> FloatArray:
+        """Cut a stretch that begins at a random time, scale its deviations, and clip it.
+
+        The amplitude factor multiplies the deviations from the record's means and the range to
+        which inputs are clipped. Cosine and sine of an angle are neither scaled nor clipped.
+        """
+        table = _read(self.path, str(self.digest))
+        times = table[self.time] - table[self.time][0]
+        elapsed = _to_and_fro(rng.uniform(0.0, times[-1]) + time - time[0], float(times[-1]))
+        scale = factor * rng.uniform(*self.scale)
+        turning = {index + i for index in cosines_of(signals) for i in (0, 1)}
+        columns = []
+        for index, signal in enumerate(signals):
+            values = table[self.columns.get(signal.name, signal.name)]
+            cut = _sampled(times, values, elapsed, signal)
+            if index not in turning:
+                middle, half = 0.5 * (signal.high + signal.low), 0.5 * (signal.high - signal.low)
+                scaled = values.mean() + scale * (cut - values.mean())
+                cut = np.clip(scaled, middle - factor * half, middle + factor * half)
+            columns.append(cut)
+        return np.stack(columns, axis=1)
+
+
+def _sampled(times: FloatArray, values: FloatArray, at: FloatArray, signal: Signal) -> FloatArray:
+    """Return values (N,) at other times in s, as the signal's hold says."""
+    if signal.hold == "zero_order":
+        return np.asarray(values[np.searchsorted(times, at, side="right") - 1])
+    return np.interp(at, times, values)
+
+
+def _to_and_fro(elapsed: FloatArray, length: float) -> FloatArray:
+    """Fold rising times into a record: it is run through forwards, then backwards, and so on."""
+    phase = np.mod(elapsed, 2 * length)
+    return np.where(phase <= length, phase, 2 * length - phase)
+
+
+def _content(path: str) -> bytes:
+    try:
+        return find_file(path).read_bytes()
+    except OSError as error:
+        raise ValueError(f"path = {path!r}: {error}") from error
+
+
+@lru_cache(maxsize=8)
+def _read(path: str, digest: str) -> dict[str, FloatArray]:
+    """Read the columns of a file by name; the digest makes a changed file another one."""
+    lines = _content(path).decode("utf-8-sig", errors="replace").splitlines()
+    names = [name.strip().strip('"') for name in lines[0].split(",")] if lines else []
+    wrong = [k for k, line in enumerate(lines, 1) if line.count(",") + 1 != len(names)]
+    if len(lines) < 3 or wrong:
+        where = f"; line {wrong[0]} has another number of values" if wrong else ""
+        raise ValueError(
+            f"kind = 'file': {path!r} has {len(lines)} lines and the names {names}{where}; "
+            "expected columns of numbers, separated by commas, with their names in the first line"
+        )
+    values = np.genfromtxt(lines[1:], delimiter=",", ndmin=2)
+    return dict(zip(names, values.T, strict=True))

@@ -1,0 +1,113 @@
+"""What a recipe leaves to be found about its lengths: window, trajectories, and their burn-in.
+
+The window follows from how long the system remembers, the rest from the window. The same recipe
+and the same system always give the same lengths.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from slide_fmu.memory.motions import MEETING
+from slide_fmu.memory.sizing import ShortWindowError, Sizing, size_window
+from slide_fmu.recipe.automatic import LENGTHS, nested
+from slide_fmu.recipe.reading import with_resolved
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.systems.base import System
+
+MARGIN = 1.25
+"""The window truncates this many times the longest decay time that was found: between seeds of the
+motions that time differs by less (docs/window.md has the figures)."""
+OUTPUTS = 0.5
+"""Output samples of a window, relative to those that it truncates: a third of the window."""
+WINDOWS = 6
+"""A trajectory is this many windows long, so that its burn-in is a small part of the work."""
+LEAST_SAMPLES = 1024
+"""It scores at least this many samples, some segments of a training."""
+ROUNDS = 4
+"""So many times the window is sized at most: motions as long as the window found may ask for more
+than those of a first guess."""
+
+
+@dataclass(frozen=True)
+class Lengths:
+    """Lengths were found for a recipe.
+
+    Attributes:
+        recipe: the recipe with them, and without first guesses of any.
+        values: the same by table and key, as ``{"window": {"n_in": 96}}``.
+        sizing: how the window was sized; None where the recipe gives it.
+    """
+
+    recipe: Recipe
+    values: dict[str, dict[str, Any]]
+    sizing: Sizing | None
+
+
+def find_lengths(recipe: Recipe, system: System) -> Lengths:
+    """Find the lengths that a recipe leaves open.
+
+    Raises:
+        ShortWindowError: no window can hold the system, since it does not forget.
+        RecipeError: what the recipe gives does not fit the window that its system needs.
+        UnstableModeError, SimulationError, ValueError: as of ``size_window``.
+    """
+    if "window.n_in" not in recipe.automatic:
+        return _with_window(recipe, recipe.window.n_in, None)
+    sizing = size_window(recipe, system)
+    truncated = 0
+    for _ in range(ROUNDS):
+        truncated = max(truncated, _truncated(recipe, sizing))
+        n_out = recipe.window.n_out
+        if "window.n_out" in recipe.automatic:
+            n_out = max(1, int(OUTPUTS * truncated))
+        found = _with_window(recipe, truncated + n_out, n_out)
+        sizing = size_window(found.recipe, system)
+        if _time_to_hold(sizing) <= sizing.window.truncation_time:
+            break
+    return Lengths(found.recipe, found.values, sizing)
+
+
+def tidy(count: int) -> int:
+    """Round a number of samples up to one of eight numbers between two powers of two."""
+    unit = 1 << max(0, count.bit_length() - 4)
+    return -(-count // unit) * unit
+
+
+def _time_to_hold(sizing: Sizing) -> float:
+    """Return the longest decay time in s, by eigenvalues or of a pair of motions that meets."""
+    return max(sizing.needed, sizing.measured.slowest)
+
+
+def _truncated(recipe: Recipe, sizing: Sizing) -> int:
+    """Return how many samples the window of a recipe shall truncate.
+
+    Raises:
+        ShortWindowError: the system does not forget.
+    """
+    if sizing.measured.meeting < MEETING:
+        raise ShortWindowError(f"recipe {recipe.name!r}: {sizing.problem}")
+    lags = (recipe.estimator and recipe.estimator.lags) or (0,)
+    needed = math.ceil(MARGIN * _time_to_hold(sizing) / recipe.window.step * (1.0 - 1e-12))
+    return max(1, tidy(needed), lags[-1])
+
+
+def _with_window(recipe: Recipe, n_in: int, n_out: int | None) -> Lengths:
+    """Return a recipe with a window, and with the lengths that follow from it."""
+    if n_out is None:
+        given = "window.n_out" not in recipe.automatic
+        n_out = recipe.window.n_out if given else max(1, round(n_in * OUTPUTS / (1 + OUTPUTS)))
+    span = (recipe.estimator and recipe.estimator.span) or 0
+    scored = max(WINDOWS * n_in, LEAST_SAMPLES + n_in, span + n_in)
+    step = recipe.window.step
+    all_values = (n_in, n_out, round(scored * step, 9), round(n_in * step, 9))
+    found = {
+        key: value
+        for key, value in zip(LENGTHS, all_values, strict=True)
+        if key in recipe.automatic
+    }
+    source = f"recipe {recipe.name!r} with the lengths that its system needs"
+    values = nested(found)
+    return Lengths(with_resolved(recipe, values, source), values, None)

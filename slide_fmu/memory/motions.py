@@ -1,0 +1,179 @@
+"""How long a system remembers along the motions of its recipe: linearized, and measured.
+
+The equations are linearized along motions where the system offers that. The decay is measured on
+pairs of motions of any system, in records that grow until the motions meet.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.window import Window
+from slide_fmu.data.draws import Draw, Stream, draw, split_stream
+from slide_fmu.memory.decay import (
+    Decay,
+    decay_along,
+    decay_in_stretches,
+    measured_decay,
+    recommend_window,
+)
+from slide_fmu.memory.modes import Spectrum, UnstableModeError, spectrum
+from slide_fmu.recipe.recipe import Recipe, WindowRecipe
+from slide_fmu.systems.base import Linearizable, State, System
+
+MOTIONS = 40
+"""At most this many pairs of motions are measured."""
+LINEARIZED_MOTIONS = 20
+"""The equations are linearized along at most this many motions."""
+WINDOWS_PER_MOTION = 10
+"""These motions are at most this many input windows long."""
+POINTS_PER_WINDOW = 8
+"""The equations are linearized at this many states in each of these windows."""
+MEASURED_DECAYS = 3.0
+"""The measured motions are at least this many decay times long."""
+MEASURED_SAMPLES, LEAST_MEASURED = 20_000, 4
+"""No more motions are measured after this many samples, but at least this many motions: where the
+decay takes long, a few pairs show what the window needs."""
+GROWTH = 32
+"""Records grow to this many times their first length before motions count as never meeting."""
+MEETING = 0.5
+"""This part of the measured pairs must meet, or the system counts as one that does not forget."""
+
+
+@dataclass(frozen=True, eq=False)
+class Linearized:
+    """A system was linearized at rest and along motions.
+
+    Attributes:
+        modes: modes of the system linearized at rest.
+        decay: decay along stretches of the recipe's motions, each as long as the input window, or
+            as the mean decay time if that is longer.
+        local_worst: the longest decay time in s at a single instant; infinite where a mode grows
+            for a moment.
+    """
+
+    modes: Spectrum
+    decay: Decay
+    local_worst: float
+
+
+def motions_of(recipe: Recipe, seed: int | None) -> Stream:
+    """Return the stream of motions along which a recipe's window is sized.
+
+    The seed is the recipe's data seed if None.
+    """
+    training, window = split_stream(recipe, "train", 0), recipe.window
+    entropy = recipe.data.seed if seed is None else seed
+    duration = min(training.duration, WINDOWS_PER_MOTION * window.n_in * window.step)
+    return Stream(training.number, entropy, (1.0, 1.0), duration)
+
+
+def linearize_motions(recipe: Recipe, system: Linearizable, stream: Stream) -> Linearized:
+    """Linearize a system at rest and along motions of a recipe.
+
+    Raises:
+        UnstableModeError: a mode of the system linearized at rest grows, or the slowest mode grows
+            in the mean along a motion.
+        SimulationError: a motion could not be simulated.
+        ValueError: the system has no damping, so that initial effects never decay.
+    """
+    amplitude, window = recipe.window.remaining_amplitude, _window(recipe.window)
+    rest = system.rest_state(np.array([signal.start_value for signal in system.inputs]))
+    modes = spectrum(system.linearize(rest), amplitude)
+    draws = [draw(recipe, system, stream, i) for i in range(min(MOTIONS, LINEARIZED_MOTIONS))]
+    stride = -(-window.n_in // POINTS_PER_WINDOW)  # rounded up
+    along = _decay_along_motions(system, draws, stride, amplitude)
+    decay = _decay_over_windows(along, window, stride)
+    recommend_window(decay.worst, window.step, window.n_out)  # raises for an infinite time
+    return Linearized(modes, decay, max(each.worst for each in along))
+
+
+def measure_motions(recipe: Recipe, system: System, stream: Stream, expected: float) -> Decay:
+    """Measure the decay of the difference of two motions under the same input, on several pairs.
+
+    The records are as long as the window, or as several times the decay time in s that is
+    expected. They grow while most pairs have not met, and where a pair has not met, until the
+    record is several times as long as the slowest of the others took.
+
+    Raises:
+        SimulationError: a motion could not be simulated.
+        ValueError: the motions meet within two samples.
+    """
+    window = recipe.window
+    count = max(window.n_in, math.ceil(MEASURED_DECAYS * expected / window.step))
+    longest = GROWTH * count
+    while True:
+        measured = _measure(recipe, system, stream, count)
+        needed = _needed_record(measured, count, window.step)
+        if not count < needed <= longest:
+            return measured
+        count = needed
+
+
+def _needed_record(measured: Decay, count: int, step: float) -> int:
+    """Return how many samples a record needs after what was measured on one of ``count``."""
+    meeting = measured.meeting
+    if meeting == 1.0:
+        return count
+    if meeting < MEETING:
+        return 2 * count
+    return max(count, math.ceil(MEASURED_DECAYS * measured.slowest / step))
+
+
+def _measure(recipe: Recipe, system: System, stream: Stream, count: int) -> Decay:
+    """Measure the decay on records of ``count`` samples."""
+    duration = max(stream.duration, count * recipe.window.step)
+    whole = replace(stream, duration=duration)
+    pairs = min(MOTIONS, max(LEAST_MEASURED, MEASURED_SAMPLES // count))
+    records = [draw(recipe, system, whole, index).inputs[:count] for index in range(pairs)]
+    rng = np.random.default_rng(np.random.SeedSequence(stream.seed, spawn_key=(stream.number,)))
+    return measured_decay(system, records, rng, recipe.window.remaining_amplitude)
+
+
+def _decay_along_motions(
+    system: Linearizable, draws: list[Draw], stride: int, remaining_amplitude: float
+) -> list[Decay]:
+    """Compute the decay along each of the motions, at every ``stride``-th sample."""
+    along = []
+    for index, drawn in enumerate(draws):
+        states = _states_along(system, drawn.initial, drawn.inputs, stride)
+        try:
+            along.append(decay_along(system, states, remaining_amplitude))
+        except UnstableModeError as error:
+            raise UnstableModeError(f"motion {index} of {len(draws)}: {error}") from error
+    return along
+
+
+def _decay_over_windows(along: list[Decay], window: Window, stride: int) -> Decay:
+    """Return the decay over stretches of the motions, one mean rate for each.
+
+    A stretch is as long as the input window, as in the paper, but not shorter than the decay
+    takes in the mean: rates at single instants say little where the decay takes many windows.
+    """
+    decay_time = Decay(
+        np.concatenate([decay.rates for decay in along]), along[0].remaining_amplitude
+    ).mean
+    recommend_window(decay_time, window.step, window.n_out)  # raises for an infinite time
+    samples = max(window.n_in, decay_time / window.step)
+    return decay_in_stretches(along, math.ceil(samples / stride))
+
+
+def _states_along(
+    system: Linearizable, initial: State | None, inputs: FloatArray, stride: int
+) -> list[State]:
+    """Simulate a motion and return its states at every ``stride``-th sample."""
+    system.begin(inputs[0]) if initial is None else system.set_state(initial)
+    states = []
+    for k, row in enumerate(inputs):
+        system.advance(row)
+        if (k + 1) % stride == 0:
+            states.append(system.get_state())
+    return states
+
+
+def _window(recipe: WindowRecipe) -> Window:
+    return Window(recipe.step, recipe.n_in, recipe.n_out)

@@ -1,0 +1,63 @@
+"""What a recipe leaves to be found is found once, and kept in its run folder."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.core.files import write_whole
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.draws import probe
+from slide_fmu.data.store import same_motion
+from slide_fmu.memory.lengths import find_lengths
+from slide_fmu.pipeline.checks import check_recipe
+from slide_fmu.recipe.automatic import LENGTHS
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system
+
+Resolved = dict[str, dict[str, Any]]
+"""Values by table and key of a recipe, as ``{"window": {"n_in": 96}}``."""
+
+DECIDES = {"system", "window", "data", "estimator", "automatic"}
+"""Tables of a recipe on which its lengths depend."""
+
+
+def resolved_lengths(recipe: Recipe, place: Path) -> Resolved:
+    """Return the lengths that a recipe leaves open; none if it leaves none.
+
+    They are those that the file at ``place`` keeps, if it is about the same recipe and model; else
+    they are found from the system's motions, and kept there.
+
+    Raises:
+        LoadError, RecipeError: as of ``check_recipe``.
+        ShortWindowError: no window can hold the system.
+        RecipeError: what the recipe gives does not fit the window that its system needs.
+        UnstableModeError, SimulationError, ValueError: as of ``size_window``.
+    """
+    if not any(key in LENGTHS for key in recipe.automatic):
+        return {}
+    check_recipe(recipe)
+    system = recipe_system(recipe)
+    asked, motion = recipe.model_dump(mode="json", include=DECIDES), probe(recipe, system)
+    kept = _kept(place, asked, motion)
+    if kept is not None:
+        return kept
+    values = find_lengths(recipe, system).values
+    place.parent.mkdir(parents=True, exist_ok=True)
+    record = {"values": values, "recipe": asked, "probe": motion.tolist()}
+    write_whole(place, json.dumps(record, indent=1).encode("utf-8"))
+    return values
+
+
+def _kept(place: Path, asked: dict[str, Any], motion: FloatArray) -> Resolved | None:
+    """Return the values in a file, if they were found for the same recipe and model."""
+    if not place.exists():
+        return None
+    record = json.loads(place.read_text(encoding="utf-8"))
+    if record["recipe"] != asked or not same_motion(np.array(record["probe"]), motion):
+        return None
+    values: Resolved = record["values"]
+    return values

@@ -1,0 +1,87 @@
+"""Keys of a recipe that may be ``"auto"``: they are found from the system, and guessed until then.
+
+A key that is left out counts as ``"auto"``. The guesses only make a whole recipe of what there is,
+so that the system can be made and its motions drawn; nothing is learnt from them.
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeGuard
+
+AUTO = "auto"
+"""What a recipe says where a value is to be found."""
+
+LENGTHS = ("window.n_in", "window.n_out", "data.duration", "data.burn_in")
+"""Keys that follow from how long the system remembers, in the order in which they are guessed."""
+
+AUTOMATIC = LENGTHS
+"""All keys that may be ``"auto"``; each has its first guess in ``_GUESSES`` below."""
+
+GUESSED_N_OUT = 64
+"""The first guess of an output window, in samples; that of an input window is three times it."""
+
+
+def automatic_keys(tables: dict[str, Any]) -> tuple[str, ...]:
+    """Return which of the ``AUTOMATIC`` keys are left to be found, given tables as read."""
+    found = []
+    for place in AUTOMATIC:
+        table, key = place.split(".")
+        given = tables.get(table)
+        if isinstance(given, dict) and given.get(key, AUTO) == AUTO:
+            found.append(place)
+    return tuple(found)
+
+
+def with_guesses(tables: dict[str, Any]) -> dict[str, Any]:
+    """Return tables with a first guess for each key that is left to be found.
+
+    The key ``automatic`` of the result says which those are; it keeps those that it had.
+    """
+    keys = automatic_keys(tables)
+    guessed = {**tables, "automatic": (*tables.get("automatic", ()), *keys)}
+    for place in keys:
+        table, key = place.split(".")
+        guessed[table] = {**guessed[table], key: _GUESSES[place](guessed)}
+    return guessed
+
+
+def nested(values: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return values by dotted key (``"window.n_in"``) as a table of tables."""
+    found: dict[str, dict[str, Any]] = {}
+    for place, value in values.items():
+        table, key = place.split(".")
+        found.setdefault(table, {})[key] = value
+    return found
+
+
+def _guess_n_in(tables: dict[str, Any]) -> int:
+    n_out = tables["window"].get("n_out", AUTO)
+    return 3 * (n_out if _is_count(n_out) else GUESSED_N_OUT)
+
+
+def _guess_n_out(tables: dict[str, Any]) -> int:
+    n_in = tables["window"]["n_in"]  # guessed before, if it was not given
+    return max(1, n_in // 3) if _is_count(n_in) else GUESSED_N_OUT
+
+
+def _guess_time(tables: dict[str, Any]) -> float:
+    """Guess a duration or burn-in as one input window."""
+    window = tables.get("window")
+    if not isinstance(window, dict):
+        return 1.0
+    step, n_in = window.get("step"), window.get("n_in")
+    if not (isinstance(step, float | int) and step > 0 and _is_count(n_in)):
+        return 1.0
+    return float(step * n_in)
+
+
+def _is_count(value: Any) -> TypeGuard[int]:
+    return isinstance(value, int) and not isinstance(value, bool) and value > 0
+
+
+_GUESSES = {
+    "window.n_in": _guess_n_in,
+    "window.n_out": _guess_n_out,
+    "data.duration": _guess_time,
+    "data.burn_in": _guess_time,
+}

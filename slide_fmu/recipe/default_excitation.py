@@ -1,0 +1,48 @@
+"""A recipe that says nothing about its excitation gets this mix, which follows from its step.
+
+Networks answer what they have been taught. So the mix holds what inputs of machines usually do:
+noise, sums of sines, single sines and sweeps in the band that the sample step can show, steps and
+rests, each from small to large.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+TOP = 0.3
+"""The mix reaches this part of the highest frequency that samples show (that of Nyquist): at six
+samples per period a network still sees the waves."""
+DECADES = 2.5
+"""Frequencies reach this many decades below the highest one."""
+
+
+def default_excitation(step: float) -> list[dict[str, Any]]:
+    """Return the tables ``data.excitation`` for a sample step in s, as a recipe may hold them.
+
+    Frequencies are angular frequencies in rad/s, durations in s, amplitudes parts of the range.
+    """
+    top = _tidy(TOP * math.pi / step)
+    low = _tidy(top / 10**DECADES)
+    middle = _tidy(math.sqrt(top * low))
+    short, long = _tidy(5 * step), _tidy(math.pi / middle)
+    return [
+        {"kind": "filtered_random", "weight": 0.25, "amplitude": [0.05, 0.4],
+         "angular_frequency": [low, top]},
+        {"kind": "multisine", "weight": 0.2, "amplitude": [0.05, 0.4],
+         "angular_frequency": [low, middle]},
+        {"kind": "multisine", "weight": 0.15, "amplitude": [0.02, 0.3],
+         "angular_frequency": [middle, top]},
+        {"kind": "held_random", "weight": 0.15, "amplitude": [0.05, 1.0], "samples": [1, 20]},
+        {"kind": "sweep", "weight": 0.1, "amplitude": [0.02, 0.5],
+         "angular_frequency": [low, top]},
+        {"kind": "harmonic", "weight": 0.05, "amplitude": [0.02, 0.5],
+         "angular_frequency": [low, top]},
+        {"kind": "steps", "weight": 0.05, "amplitude": [0.1, 1.0], "duration": [short, long]},
+        {"kind": "rest", "weight": 0.05, "duration": [short, long]},
+    ]  # fmt: skip
+
+
+def _tidy(value: float) -> float:
+    """Return the value with two digits that count, as people write it."""
+    return float(f"{value:.2g}")

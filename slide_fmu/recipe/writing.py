@@ -1,0 +1,155 @@
+"""A first recipe is written here, with a comment on every line that was assumed."""
+
+from __future__ import annotations
+
+import json
+import re
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from slide_fmu.recipe.default_excitation import default_excitation
+from slide_fmu.systems.found import Found, FoundParameter
+from slide_fmu.systems.specification import SignalChoice
+
+WIDTH = 96
+"""Comments are wrapped to this many columns."""
+
+
+@dataclass(frozen=True)
+class DraftSignal:
+    """A DraftSignal is an input or output of the recipe, and where its range comes from."""
+
+    choice: SignalChoice
+    origin: str
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A Draft is what a first recipe says.
+
+    Attributes:
+        name: name of the recipe, a C identifier.
+        description: one line for people.
+        found: what the model declares.
+        inputs, outputs: signals that the surrogate shall have, in its order.
+        step: sample step h in s.
+        step_origin: where the step comes from.
+        declares_signals: whether the model declares its signals with their ranges itself, so that
+            the recipe has no tables for them.
+    """
+
+    name: str
+    description: str
+    found: Found
+    inputs: tuple[DraftSignal, ...]
+    outputs: tuple[DraftSignal, ...]
+    step: float
+    step_origin: str
+    declares_signals: bool = False
+
+
+def recipe_text(draft: Draft) -> str:
+    """Write a recipe as TOML; ``slide_fmu.recipe.reading.parse_recipe`` reads it."""
+    found = draft.found
+    lines = [
+        *_comment(
+            "This recipe was proposed by slide-fmu init. Every line may be changed; what is not "
+            "here has a default. Try it with: slide-fmu try, then run it with: slide-fmu run."
+        ),
+        f"name = {_value(draft.name)}",
+        f"description = {_value(draft.description)}",
+        "",
+        "[system]",
+        f"kind = {_value(found.kind)}",
+        f"model = {_value(found.model)}",
+        *_parameter_lines(found.parameters),
+        "",
+    ]
+    if not draft.declares_signals:
+        for what, signals in (("inputs", draft.inputs), ("outputs", draft.outputs)):
+            for signal in signals:
+                lines += _signal_lines(what, signal)
+    lines += [
+        "[window]",
+        *_comment(draft.step_origin),
+        f"step = {_value(draft.step)}",
+        *_comment("n_in and n_out follow from how long the system remembers its past."),
+        "",
+        *_excitation_lines(draft.step),
+        *_comment("The FMU estimates its own error; without this table it does not."),
+        "[estimator]",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def recipe_name(text: str) -> str:
+    """Make a C identifier of the name of a file or a class."""
+    plain = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", text)
+    plain = re.sub(r"\W+", "_", plain, flags=re.ASCII).strip("_").lower() or "model"
+    return plain if plain[0].isalpha() else f"model_{plain}"
+
+
+def _parameter_lines(parameters: Sequence[FoundParameter]) -> list[str]:
+    if not parameters:
+        return []
+    lines = [
+        "",
+        "# Parameters of the model with their values; remove the # to change one.",
+        "[system.parameters]",
+    ]
+    for parameter in parameters:
+        said = " ".join(part for part in (parameter.unit, parameter.description) if part)
+        remark = f"  # {_plain(said)}" if said else ""
+        lines.append(f"# {_key(parameter.name)} = {_value(parameter.value)}{remark}")
+    return lines
+
+
+def _signal_lines(what: str, signal: DraftSignal) -> list[str]:
+    choice, lines = signal.choice, []
+    lines.append(f"[system.{what}.{_key(choice.name)}]")
+    lines += _comment(signal.origin)
+    lines.append(f"range = {_value([choice.low, choice.high])}")
+    kept = ("unit", "start", "hold", "angle", "description")
+    for key in kept:
+        value = getattr(choice, key)
+        if value is not None:
+            lines.append(f"{key} = {_value(value)}")
+    return [*lines, ""]
+
+
+def _excitation_lines(step: float) -> list[str]:
+    lines = _comment(
+        "The inputs of the training: weights say how often a kind is drawn, amplitudes are parts "
+        'of an input\'s range, angular frequencies are in rad/s, durations in s. A kind "file" '
+        "with a path takes inputs of your own, recorded as CSV."
+    )
+    for table in default_excitation(step):
+        lines.append("[[data.excitation]]")
+        lines += [f"{key} = {_value(value)}" for key, value in table.items()]
+        lines.append("")
+    return lines
+
+
+def _comment(text: str) -> list[str]:
+    return [f"# {line}" for line in textwrap.wrap(_plain(text), WIDTH)]
+
+
+def _plain(text: str) -> str:
+    """Return text on one line: what a model says may hold line ends, which would end a comment."""
+    return " ".join(text.split())
+
+
+def _key(name: str) -> str:
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name)
+
+
+def _value(value: Any) -> str:
+    """Write a value as TOML, in which texts, numbers and lists are as in JSON."""
+    if isinstance(value, float):
+        return repr(value)
+    if isinstance(value, list):
+        return f"[{', '.join(_value(item) for item in value)}]"
+    return json.dumps(value, ensure_ascii=False)

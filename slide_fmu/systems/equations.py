@@ -1,0 +1,111 @@
+"""Equations x' = f(x, u, p) of the user over sample steps: their motion, and where they rest."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.systems.base import SimulationError
+from slide_fmu.systems.equilibrium import Field, equilibrium
+from slide_fmu.systems.integration import Solver
+from slide_fmu.systems.user_function import FunctionError, UserFunction
+
+SETTLING = (16, 48, 192, 768, 3072)
+"""An equilibrium is looked for from the start, and each time the system has gone on from there by
+so many more samples under the same input."""
+LONG = Solver("LSODA", 1e-6)
+"""Integrates until the system rests: its steps become long when little moves."""
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """Equations are a function of the user with its parameters, integrated over sample steps.
+
+    Attributes:
+        function: f of (x, u, p) or (x, u, p, du).
+        p: what the function finds its parameters in.
+        step: sample step h in s.
+        solver: how they are integrated.
+    """
+
+    function: UserFunction
+    p: SimpleNamespace
+    step: float
+    solver: Solver
+
+    def held(self, u: FloatArray) -> Field:
+        """Give x' = f(x) under an input that is held, shape (n_inputs,)."""
+        still = np.zeros_like(u)
+        return lambda x: self.function(x, u, self.p, still)
+
+    def after_step(self, state: FloatArray, last: FloatArray, rate: FloatArray) -> FloatArray:
+        """Give the state (n,) one sample step later, under inputs that go on from ``last``.
+
+        Args:
+            state: where the step begins, shape (n,).
+            last: the inputs there, shape (n_inputs,).
+            rate: their rates in 1/s, constant over the step; zeros for inputs that are held.
+
+        Raises:
+            SimulationError: the solver gave up, or the function failed.
+        """
+        trouble: list[str] = []
+
+        def rates(time: float, x: FloatArray) -> FloatArray:
+            try:
+                values = self.function(x, last + time * rate, self.p, rate)
+            except FunctionError as error:
+                # a step that is only tried may go where f is not defined: a shorter one follows
+                if time == 0.0 or not isinstance(error.__cause__, ArithmeticError | ValueError):
+                    raise
+                trouble[:] = [str(error)]
+                return np.full(len(x), np.nan)
+            if not np.isfinite(values).all():
+                trouble[:] = [f"f gave {values.tolist()} for x = {x.tolist()}"]
+            return values
+
+        try:
+            return self.solver.integrate(rates, state, self.step)
+        except FunctionError:
+            raise
+        except SimulationError as error:
+            raise SimulationError(
+                f"{'; '.join([str(error), *trouble])}; expected motions that stay finite: check "
+                'f, or choose method = "LSODA" if the system is stiff'
+            ) from error
+
+    def rest(self, start: FloatArray, u: FloatArray, sizes: FloatArray) -> FloatArray | None:
+        """Give the stable equilibrium that is found from a start under an input that is held.
+
+        It is looked for at the start itself, then where the system goes from there; None where it
+        goes nowhere near one. The sizes are as of ``slide_fmu.systems.equilibrium``.
+        """
+        field, state = self.held(u), start
+        try:
+            found = equilibrium(field, state, sizes)
+            for samples in SETTLING:
+                if found is not None:
+                    break
+                state = LONG.integrate(lambda _, x: field(x), state, samples * self.step)
+                found = equilibrium(field, state, sizes)
+        except SimulationError:  # it goes without end
+            return None
+        return found
+
+    def sizes(self, start: FloatArray, path: FloatArray) -> FloatArray:
+        """Give how large the states become along a path of inputs, (N, n_inputs), shape (n,).
+
+        All of them are positive: a state that stays 0 gets the size of the largest one.
+        """
+        state, largest = start, np.abs(start)
+        for last, now in itertools.pairwise(path):
+            try:
+                state = self.after_step(state, last, (now - last) / self.step)
+            except SimulationError:  # then the states so far must do
+                break
+            largest = np.maximum(largest, np.abs(state))
+        return np.where(largest > 0, largest, largest.max() or 1.0)

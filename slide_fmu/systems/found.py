@@ -1,0 +1,40 @@
+"""What can be found out about a model before there is a recipe for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from slide_fmu.systems.base import Parameter
+from slide_fmu.systems.specification import SignalChoice
+
+
+@dataclass(frozen=True)
+class FoundParameter:
+    """A FoundParameter is a parameter that a model declares, with the value that it has."""
+
+    name: str
+    value: Parameter
+    unit: str = ""
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A Found says what a model declares: the module of every kind has ``describe`` to find it.
+
+    Attributes:
+        kind: one of ``slide_fmu.systems.loading.KINDS``.
+        model: what a recipe calls the model.
+        parameters: parameters of the model, in its order.
+        inputs, outputs: its signals, in its order; what it leaves open is None.
+        step: sample step h in s that the model suggests; None where it suggests none.
+        remarks: one sentence each on what was assumed, for people.
+    """
+
+    kind: str
+    model: str
+    parameters: tuple[FoundParameter, ...]
+    inputs: tuple[SignalChoice, ...]
+    outputs: tuple[SignalChoice, ...]
+    step: float | None = None
+    remarks: tuple[str, ...] = ()

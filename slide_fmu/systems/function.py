@@ -1,0 +1,184 @@
+"""Reference systems of the kind "function": a file of the user with f and g, or with simulate.
+
+The file, or installed module, says what ``docs/own_model_function.md`` lists, as plain variables
+and functions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+from slide_fmu.systems.base import LoadError, Parameter, System
+from slide_fmu.systems.found import Found, FoundParameter
+from slide_fmu.systems.function_system import FunctionSystem
+from slide_fmu.systems.integration import Solver
+from slide_fmu.systems.record_system import RecordSystem
+from slide_fmu.systems.specification import SignalChoice, Specification, chosen_signals
+from slide_fmu.systems.user_code import imported
+
+SIGNAL_KEYS = ("unit", "range", "description", "start", "hold", "angle")
+"""What a model may say about a signal: the keys that the recipe's tables have too."""
+SOLVER_KEYS = ("method", "rtol", "atol")
+"""What a model may say about its integration, as of ``slide_fmu.systems.integration.Solver``."""
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A model is what a user's file declares, checked.
+
+    Attributes:
+        name: the file or module, as recipes name it.
+        inputs, outputs: its signals; what it leaves open is None.
+        parameters: their values by name.
+        step: sample step h in s that it suggests, or None.
+        values: everything that the file defines, by name.
+    """
+
+    name: str
+    inputs: tuple[SignalChoice, ...]
+    outputs: tuple[SignalChoice, ...]
+    parameters: Mapping[str, Parameter]
+    step: float | None
+    values: Mapping[str, Any]
+
+
+def make(specification: Specification) -> System:
+    """Make a system from a user's file: ``"file.py"`` here or beside the recipe, or a module.
+
+    Raises:
+        LoadError: the file is not there or cannot be run, or does not say what is needed; the
+            parameters do not fit; a range is not known.
+    """
+    model, what = read_model(specification.model), f"system {specification.model!r}"
+    parameters = {**model.parameters, **specification.parameters}
+    _require_parameters(what, model.parameters, specification.parameters)
+    signals = {
+        "inputs": chosen_signals("input", model.inputs, specification.inputs),
+        "outputs": chosen_signals("output", model.outputs, specification.outputs),
+    }
+    values, step = model.values, specification.step
+    common: dict[str, Any] = {**signals, "parameters": parameters}
+    common["step"] = model.step if step is None and model.step else specification.sample_step()
+    try:
+        if "simulate" in values:
+            return RecordSystem(values["simulate"], **common)
+        solver = Solver(**{key: values[key] for key in SOLVER_KEYS if key in values})
+        return FunctionSystem(
+            values["f"], values["g"], start=values["start"], solver=solver, **common
+        )
+    except LoadError as error:
+        raise LoadError(f"{what}: {error}") from error
+
+
+def describe(model: str) -> Found:
+    """Say what a user's file declares, without making a system of it.
+
+    Raises:
+        LoadError: the file is not there or cannot be run, or does not say what is needed.
+    """
+    found = read_model(model)
+    parameters = tuple(FoundParameter(name, value) for name, value in found.parameters.items())
+    return Found("function", model, parameters, found.inputs, found.outputs, found.step)
+
+
+def read_model(name: str) -> Model:
+    """Run a user's file and check what it declares.
+
+    Raises:
+        LoadError: the file is not there or cannot be run, or does not say what is needed.
+    """
+    what = f"system {name!r}"
+    module, wanted = imported(what, name)
+    if wanted:
+        raise LoadError(
+            f"{what}: {wanted!r} behind the colon; expected the file or module alone, all of "
+            "which is the model"
+        )
+    values = vars(module)
+    _require_parts(what, module)
+    parameters = values.get("parameters", {})
+    _require_table(what, "parameters", parameters, 'for example {"mass": 300.0}')
+    for key, value in parameters.items():
+        if not isinstance(value, float | int | str):
+            raise LoadError(
+                f"{what}: parameters[{key!r}] = {value!r}; expected a number, a text, or a "
+                "true or false"
+            )
+    step = values.get("step")
+    if step is not None and not (isinstance(step, float | int) and step > 0):
+        raise LoadError(f"{what}: step = {step!r}; expected a positive sample step in s")
+    inputs = _signals(what, "inputs", values["inputs"], values.get("hold"))
+    outputs = _signals(what, "outputs", values["outputs"])
+    return Model(name, inputs, outputs, parameters, step, values)
+
+
+def _require_parts(what: str, module: ModuleType) -> None:
+    """Refuse a file that lacks a part of a model, or has two models."""
+    values = vars(module)
+    ways = [name for name in ("f", "simulate") if name in values]
+    if len(ways) != 1:
+        raise LoadError(
+            f"{what} defines {' and '.join(ways) or 'neither f nor simulate'}; expected "
+            "f(x, u, p) and g(x, u, p), or simulate(t, u, p)"
+        )
+    needed = ("inputs", "outputs", *(("g", "start") if ways == ["f"] else ()))
+    lacks = [name for name in needed if name not in values]
+    if lacks:
+        raise LoadError(
+            f"{what} does not define {', '.join(lacks)}; expected {', '.join(needed)} beside "
+            f"{ways[0]}"
+        )
+
+
+def _require_table(what: str, name: str, table: object, example: str) -> None:
+    if not (isinstance(table, dict) and all(isinstance(key, str) for key in table)):
+        raise LoadError(f"{what}: {name} = {table!r}; expected names with values, {example}")
+
+
+def _signals(what: str, name: str, table: object, hold: object = None) -> tuple[SignalChoice, ...]:
+    """Give the signals of a table, whose values are units, or tables of all that is known."""
+    _require_table(what, name, table, 'for example {"position": "m"}')
+    assert isinstance(table, dict)
+    return tuple(
+        _signal(f"{what}: {name}[{key!r}]", key, {"hold": hold, **_as_table(value)})
+        for key, value in table.items()
+    )
+
+
+def _as_table(value: object) -> dict[str, object]:
+    return value if isinstance(value, dict) else {"unit": value}
+
+
+def _signal(what: str, name: str, said: dict[str, object]) -> SignalChoice:
+    """Give one signal from what a model says about it."""
+    unknown = sorted(set(said) - set(SIGNAL_KEYS))
+    if unknown or not isinstance(said.get("unit", ""), str):
+        raise LoadError(
+            f"{what} = {said}; expected a unit, or a table with some of {list(SIGNAL_KEYS)}"
+        )
+    given: dict[str, Any] = {key: value for key, value in said.items() if key != "range"}
+    limits = said.get("range", (None, None))
+    if not (isinstance(limits, list | tuple) and len(limits) == 2):
+        raise LoadError(f"{what}: range = {limits!r}; expected [LOW, HIGH]")
+    return SignalChoice(name, low=limits[0], high=limits[1], **given)
+
+
+def _require_parameters(
+    what: str, declared: Mapping[str, Parameter], given: Mapping[str, Parameter]
+) -> None:
+    """Refuse parameters that a model has not, and texts for numbers."""
+    unknown = sorted(set(given) - set(declared))
+    if unknown:
+        raise LoadError(
+            f"{what}: unknown parameters {unknown}; expected some of {sorted(declared)}: correct "
+            "or remove them"
+        )
+    for name, value in given.items():
+        if isinstance(value, str) != isinstance(declared[name], str):
+            raise LoadError(
+                f"{what}: parameter {name} = {value!r}; expected one like that of the model, "
+                f"{declared[name]!r}"
+            )

@@ -1,0 +1,179 @@
+"""A reference system from its equations x' = f(x, u, p), y = g(x, u, p), integrated by scipy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray, Signal, hold_of
+from slide_fmu.systems.base import (
+    Linearizable,
+    LoadError,
+    Parameter,
+    SimulationError,
+    State,
+    StateMatrix,
+)
+from slide_fmu.systems.equations import Equations
+from slide_fmu.systems.equilibrium import state_matrix
+from slide_fmu.systems.integration import Solver
+from slide_fmu.systems.user_function import (
+    FunctionError,
+    UserFunction,
+    called_with,
+    read_only,
+    real_numbers,
+    require_arguments,
+    require_signals,
+)
+
+PROBED_SAMPLES = 50
+"""The motion that shows how large the states become has twice as many samples."""
+
+Start = Sequence[float] | FloatArray | Callable[..., Any]
+"""The state to look for an equilibrium from, or a function of (u, p) that gives the start."""
+
+
+class FunctionSystem(Linearizable):
+    """A FunctionSystem is a reference system made of functions: x' = f(x, u, p), y = g(x, u, p).
+
+    States x are given and wanted as arrays (n,), inputs u as arrays (n_inputs,) in the units of
+    their signals, parameters as ``p.name``. A function of (x, u, p, du) gets the rates of the
+    inputs too, (n_inputs,), per second: they are constant between samples of inputs that move
+    linearly (first-order hold). For g they are those of the step that ends there, 0 at the start.
+
+    It starts at rest under its first input: at the stable equilibrium that is found from
+    ``start``, or from where the system goes from there under that input; at ``start`` itself where
+    none is found, which ``remarks`` then says. A function ``start(u, p)`` gives the state to start
+    from under the input u, which is taken as it is. Final.
+    """
+
+    def __init__(
+        self,
+        f: Callable[..., Any],
+        g: Callable[..., Any],
+        *,
+        inputs: Sequence[Signal],
+        outputs: Sequence[Signal],
+        start: Start,
+        step: float,
+        parameters: Mapping[str, Parameter] | None = None,
+        solver: Solver | None = None,
+    ) -> None:
+        """Take the functions; both are called once, at the start.
+
+        Args:
+            f, g: functions of (x, u, p) or (x, u, p, du) that give (n,) and (n_outputs,) numbers.
+            inputs, outputs: signals in channel order.
+            start: state to look for an equilibrium from, shape (n,), or a function of (u, p).
+            step: sample step h in s.
+            parameters: values that the functions find in p.
+            solver: how f is integrated; by DOP853 if None.
+
+        Raises:
+            LoadError: a function cannot be called as it should, or gives something else.
+        """
+        self.inputs, self.outputs, self.step = tuple(inputs), tuple(outputs), float(step)
+        require_signals(self.inputs, self.outputs, self.step)
+        self._p, self._given_start = SimpleNamespace(**(parameters or {})), start
+        if callable(start):
+            require_arguments("start", start, ("u", "p"), 2)
+        held = np.array([signal.start_value for signal in self.inputs])
+        try:
+            state = self._start(held)
+            self._g = UserFunction("g", g, len(self.outputs))
+            function = UserFunction("f", f, len(state))
+            self._equations = Equations(function, self._p, self.step, solver or Solver())
+            for one in (function, self._g):
+                self._require_rates(one)
+                one.finite(state, held, self._p, np.zeros_like(held))
+        except SimulationError as error:
+            raise LoadError(f"{error}, at the start: correct the model") from error
+        self.set_state(State(state, np.zeros(0), held))
+
+    def _require_rates(self, function: UserFunction) -> None:
+        if function.takes_rates and hold_of(self.inputs) == "zero_order":
+            raise LoadError(
+                f"{function.name} takes du, the rates of the inputs, but these inputs are held, "
+                'and jump; expected a function of (x, u, p), or hold = "first_order"'
+            )
+
+    def _start(self, held: FloatArray) -> FloatArray:
+        """Give the start that the model names, shape (n,)."""
+        given = self._given_start
+        if callable(given):
+            given = called_with("start", given, (read_only(held), self._p))
+        state = real_numbers("start", given, "a list of numbers, one for each state")
+        if state.ndim != 1 or not len(state) or not np.isfinite(state).all():
+            raise FunctionError(
+                f"start is {state.tolist()}; expected a list of finite numbers, one for each state"
+            )
+        return state
+
+    @cached_property
+    def _sizes(self) -> FloatArray:
+        """How large the states become on a slow motion through the ranges of the inputs, (n,)."""
+        corners = np.array([(s.start_value, s.high, s.low) for s in self.inputs])
+        at = np.linspace(0, 2, 2 * PROBED_SAMPLES + 1)
+        path = np.stack([np.interp(at, range(3), row) for row in corners], axis=1)
+        return self._equations.sizes(self._start(path[0]), path)
+
+    def rest_state(self, held_input: FloatArray) -> State:
+        start = self._start(held_input)
+        if callable(self._given_start):
+            return State(start, np.zeros(0), held_input.copy())
+        found = self._equations.rest(start, held_input, self._sizes)
+        if found is None:
+            self.remarks = (
+                f"no stable equilibrium was found from start = {start.tolist()} under the input "
+                f"{held_input.tolist()}: motions begin at the start itself",
+            )
+        return State(start if found is None else found, np.zeros(0), held_input.copy())
+
+    def set_state(self, state: State) -> None:
+        wanted = (self._equations.function.count,), (0,), (len(self.inputs),)
+        parts = state.coordinates, state.velocities, state.last_input
+        for part, shape in zip(parts, wanted, strict=True):
+            if np.shape(part) != shape or not np.isfinite(part).all():
+                raise ValueError(f"state with {part}; expected finite numbers of shape {shape}")
+        self._x, self._u = state.coordinates.copy(), state.last_input.copy()
+        self._du, self._sample = np.zeros_like(self._u), 0
+
+    def get_state(self) -> State:
+        return State(self._x.copy(), np.zeros(0), self._u.copy())
+
+    def output(self) -> FloatArray:
+        try:
+            return self._g.finite(self._x, self._u, self._p, self._du)
+        except FunctionError as error:
+            raise FunctionError(f"{error}; {self._place(self._u)}") from error
+
+    def advance(self, inputs: FloatArray) -> FloatArray:
+        if np.shape(inputs) != (len(self.inputs),) or not np.isfinite(inputs).all():
+            names = [signal.name for signal in self.inputs]
+            raise ValueError(f"input {inputs}; expected {len(names)} finite numbers for {names}")
+        last = self._u if hold_of(self.inputs) == "first_order" else inputs
+        rate = (inputs - last) / self.step
+        try:
+            self._x = self._equations.after_step(self._x, last, rate)
+        except SimulationError as error:
+            raise SimulationError(f"{error}; {self._place(inputs)}") from error
+        self._u, self._du = np.array(inputs, dtype=np.float64), rate
+        self._sample += 1
+        return self.output()
+
+    def _place(self, inputs: FloatArray) -> str:
+        """Say where in a simulation a function failed."""
+        time = self._sample * self.step
+        return (
+            f"in sample {self._sample} (t = {time:.6g} s) with x = {self._x.tolist()}, "
+            f"u = {np.asarray(inputs).tolist()}"
+        )
+
+    def linearize(self, state: State) -> StateMatrix:
+        field = self._equations.held(state.last_input)
+        return StateMatrix(state_matrix(field, state.coordinates, self._sizes))

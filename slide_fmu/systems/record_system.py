@@ -1,0 +1,84 @@
+"""A reference system from one function of the user that simulates a whole record."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.systems.base import Parameter, System
+from slide_fmu.systems.user_function import (
+    FunctionError,
+    called_with,
+    read_only,
+    real_numbers,
+    require_arguments,
+    require_signals,
+)
+
+
+class RecordSystem(System):
+    """A RecordSystem is a reference system made of one function: y = simulate(t, u, p).
+
+    The function gets the times t of all samples in s, (N + 1,), the values u that the inputs have
+    at these times, (N + 1, n_inputs), and the parameters as ``p.name``. It gives the outputs at
+    these times, (N + 1, n_outputs). Between two samples a first-order hold moves linearly, as
+    ``numpy.interp`` does; a zero-order hold has the value of the later one: u[k] has acted since
+    t[k - 1], so that the output at t[k] follows from u[0] to u[k]. Before the start, u[0] has
+    always acted: who knows the equilibrium under it starts there. Final.
+    """
+
+    def __init__(
+        self,
+        simulate: Callable[..., Any],
+        *,
+        inputs: Sequence[Signal],
+        outputs: Sequence[Signal],
+        step: float,
+        parameters: Mapping[str, Parameter] | None = None,
+    ) -> None:
+        """Take the function, which is not called yet.
+
+        Args:
+            simulate: function of (t, u, p).
+            inputs, outputs: signals in channel order.
+            step: sample step h in s.
+            parameters: values that the function finds in p.
+
+        Raises:
+            LoadError: the function takes other arguments, or the signals do not belong together.
+        """
+        self.inputs, self.outputs, self.step = tuple(inputs), tuple(outputs), float(step)
+        require_signals(self.inputs, self.outputs, self.step)
+        require_arguments("simulate", simulate, ("t", "u", "p"), 3)
+        self._simulate, self._p = simulate, SimpleNamespace(**(parameters or {}))
+
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        time = self.step * np.arange(len(inputs) + 1, dtype=np.float64)
+        values = np.concatenate([inputs[:1], inputs])
+        arguments = (read_only(time), read_only(values), self._p)
+        result = called_with("simulate", self._simulate, arguments)
+        shape = (len(time), len(self.outputs))
+        outputs = real_numbers("simulate", result, f"an array of shape {shape}")
+        if outputs.ndim == 1 and shape[1] == 1:
+            outputs = outputs[:, None]
+        if outputs.shape != shape:
+            raise FunctionError(
+                f"simulate gave an array of shape {outputs.shape}; expected {shape}: a row for "
+                f"each of the {shape[0]} times, a column for each output"
+            )
+        self._require_finite(outputs, values)
+        return outputs
+
+    def _require_finite(self, outputs: FloatArray, inputs: FloatArray) -> None:
+        """Refuse outputs that are not finite; the message has the first of them."""
+        finite = np.isfinite(outputs).all(axis=1)
+        if not finite.all():
+            k = int(np.argmin(finite))
+            raise FunctionError(
+                f"simulate gave {outputs[k].tolist()} in sample {k} (t = {k * self.step:.6g} s), "
+                f"where u = {inputs[k].tolist()}; expected finite numbers"
+            )

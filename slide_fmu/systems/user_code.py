@@ -1,0 +1,93 @@
+"""Models are code of the user: it is imported here, and its errors are told with file and line."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import sys
+import traceback
+from pathlib import Path
+from types import ModuleType
+
+from slide_fmu.core.files import find_file as core_find_file
+from slide_fmu.systems.base import LoadError
+
+PACKAGE = str(Path(__file__).parents[1])
+
+
+def imported(what: str, name: str) -> tuple[ModuleType, str]:
+    """Import the module in ``"package.module:Name"``, and give it with the name behind the colon.
+
+    The module may also be a file, as in ``"model.py:Name"``; ``find_file`` says where it may lie.
+
+    Raises:
+        LoadError: the module, or what it needs, is not installed here, or running it fails; the
+            message begins with what names it.
+    """
+    module_name, _, wanted = name.partition(":")
+    try:
+        if module_name.endswith(".py"):
+            return _module_of_file(find_file(what, module_name)), wanted
+        return importlib.import_module(module_name), wanted
+    except LoadError:
+        raise
+    except ModuleNotFoundError as error:
+        if error.name is not None and module_name.startswith(error.name):
+            raise LoadError(
+                f"{what}: module {module_name!r} cannot be imported ({error}); expected an "
+                "installed module, or one beside the recipe or in a folder on PYTHONPATH: check "
+                "the name"
+            ) from error
+        raise LoadError(
+            f"{what}: {told(error)}: install what it needs (the extra 'train' brings exudyn)"
+        ) from error
+    except Exception as error:  # a user's module may raise anything
+        raise LoadError(f"{what}: {told(error)}; correct the model") from error
+
+
+def find_file(what: str, name: str) -> Path:
+    """Find a file of the user: a path from here, or from a folder in which modules are looked for.
+
+    The folder of the recipe is one of those.
+
+    Raises:
+        LoadError: there is no such file; the message begins with what names it.
+    """
+    try:
+        return core_find_file(name)
+    except FileNotFoundError as error:
+        raise LoadError(f"{what}: {error}") from error
+
+
+def told(error: BaseException) -> str:
+    """Say what a user's code raised, and where: the innermost line that is not of this package."""
+    name = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    if isinstance(error, SyntaxError) and error.filename:
+        return f"{name.split(' (')[0]} ({error.filename}, line {error.lineno})"
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if _is_users(frame.filename)]
+    return f"{name} ({own[-1].filename}, line {own[-1].lineno})" if own else name
+
+
+def _is_users(filename: str) -> bool:
+    """Whether a file is neither of this package, nor installed, nor of Python's own library."""
+    inner = (PACKAGE, "<frozen", str(Path(importlib.__file__).parents[1]))
+    return not (filename.startswith(inner) or "site-packages" in filename)
+
+
+def _module_of_file(path: Path) -> ModuleType:
+    """Run a file as a module of its own, once in every process."""
+    name = f"slide_fmu_model_{abs(hash(str(path))):x}_{path.stem}"
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module

@@ -1,0 +1,160 @@
+"""Functions of the user: how they are called, and what is said when they give something else."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray, Signal, check_inputs, cosines_of, hold_of
+from slide_fmu.systems.base import LoadError, SimulationError
+from slide_fmu.systems.user_code import told
+
+REAL = "fiub"
+"""Kinds of numpy types that hold real numbers."""
+
+
+class FunctionError(SimulationError):
+    """A function of the user raised an error, or gave something else than the numbers expected."""
+
+
+class UserFunction:
+    """A UserFunction calls a function of (x, u, p) or (x, u, p, du) and checks what it gives.
+
+    Attributes:
+        name: name of the function, for messages.
+        count: how many numbers it must give.
+        takes_rates: whether it takes the rates of the inputs too.
+    """
+
+    def __init__(self, name: str, function: Callable[..., Any], count: int) -> None:
+        """Take a function that gives ``count`` numbers.
+
+        Raises:
+            LoadError: it is no function, or takes other arguments.
+        """
+        self.name, self.count, self._function = name, count, function
+        arguments = ("x", "u", "p", "du")
+        self.takes_rates = require_arguments(name, function, arguments, 3) == len(arguments)
+
+    def __call__(self, x: FloatArray, u: FloatArray, p: object, du: FloatArray) -> FloatArray:
+        """Give the numbers, shape (count,), perhaps not finite, as an array of their own.
+
+        Raises:
+            FunctionError: the function raised, or gave something else than ``count`` numbers.
+        """
+        arguments = (read_only(x), read_only(u), p)
+        rates = (read_only(du),) if self.takes_rates else ()
+        result = called_with(self.name, self._function, (*arguments, *rates))
+        values = real_numbers(self.name, result, f"{self.count} numbers")
+        if values.shape == (self.count,):
+            return values
+        if self.count == 1 and values.ndim == 0:
+            return values.reshape(1)
+        raise FunctionError(
+            f"{self.name} gave {_shown(result)} of shape {values.shape}; expected {self.count} "
+            f"numbers, shape ({self.count},)"
+        )
+
+    def finite(self, x: FloatArray, u: FloatArray, p: object, du: FloatArray) -> FloatArray:
+        """Give the numbers, which must be finite.
+
+        Raises:
+            FunctionError: as of a call, or a number is not finite.
+        """
+        values = self(x, u, p, du)
+        if not np.isfinite(values).all():
+            raise FunctionError(f"{self.name} gave {values.tolist()}; expected finite numbers")
+        return values
+
+
+def called_with(name: str, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+    """Call a function of the user.
+
+    Raises:
+        FunctionError: the function raised; the message has what, and its file and line.
+    """
+    try:
+        return function(*arguments)
+    except Exception as error:  # a user's function may raise anything
+        raise FunctionError(f"{name} raised {told(error)}") from error
+
+
+def read_only(values: FloatArray) -> FloatArray:
+    """Give a view that nobody can write to: a function that changes its arguments is told so."""
+    view = values.view()
+    view.flags.writeable = False
+    return view
+
+
+def real_numbers(name: str, result: object, expected: str) -> FloatArray:
+    """Give what a function gave as an array of its own.
+
+    Raises:
+        FunctionError: these are no real numbers; the message says what came.
+    """
+    try:
+        values = np.array(result)
+    except ValueError as error:  # rows of several lengths
+        raise FunctionError(
+            f"{name} gave {_shown(result)}; expected {expected} ({error})"
+        ) from error
+    if values.dtype.kind not in REAL:
+        raise FunctionError(
+            f"{name} gave {_shown(result)} of type {values.dtype}; expected {expected}, real ones"
+        )
+    return values.astype(np.float64, copy=False)
+
+
+def require_arguments(name: str, function: object, arguments: tuple[str, ...], least: int) -> int:
+    """Refuse what cannot be called with the first ``least`` of these arguments, or more of them.
+
+    Returns:
+        How many of the arguments it takes.
+
+    Raises:
+        LoadError: it is no function, or takes other arguments.
+    """
+    counts = range(len(arguments), least - 1, -1)
+    forms = " or ".join(f"{name}({', '.join(arguments[:n])})" for n in reversed(counts))
+    if not callable(function):
+        raise LoadError(f"{name} = {function!r}; expected a function {forms}")
+    signature = inspect.signature(function)
+    for count in counts:
+        try:
+            signature.bind(*arguments[:count])
+        except TypeError:
+            continue
+        return count
+    raise LoadError(f"{name}{signature}; expected {forms}: correct its arguments")
+
+
+def require_signals(inputs: tuple[Signal, ...], outputs: tuple[Signal, ...], step: float) -> None:
+    """Refuse signals that a model made of functions cannot have, and a step that is none.
+
+    Raises:
+        LoadError: there is none, they do not belong together, or the step is not positive.
+    """
+    if not (inputs and outputs):
+        raise LoadError(
+            f"{len(inputs)} inputs and {len(outputs)} outputs; expected at least one of each"
+        )
+    try:
+        check_inputs(inputs)
+    except ValueError as error:
+        raise LoadError(str(error)) from error
+    turning = [inputs[index].name for index in cosines_of(inputs)]
+    if turning and hold_of(inputs) == "first_order":
+        raise LoadError(
+            f"inputs {turning} are cosines of angles that move between samples; expected the "
+            "angles themselves, in rad, as inputs of functions"
+        )
+    if not step > 0:
+        raise LoadError(f"step = {step}; expected a positive sample step in s")
+
+
+def _shown(result: object) -> str:
+    text = repr(result)
+    return text if len(text) <= 120 else f"{text[:117]}..."

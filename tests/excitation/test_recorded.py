@@ -1,0 +1,102 @@
+"""Recorded inputs drive a system as they are in their file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydantic import TypeAdapter, ValidationError
+
+from slide_fmu.core.signals import Signal
+from slide_fmu.excitation.mix import Excitation
+from slide_fmu.excitation.recorded import Recorded
+
+ROAD = Signal("road", "m", -0.05, 0.05, hold="first_order")
+FORCE = Signal("force", "N", -5.0, 5.0)
+TIME = 0.01 * np.arange(300)
+
+
+def write_record(folder: Path, count: int = 201, names: str = "time,road,f") -> Path:
+    """Write a record of 1 s with a road in waves and a force in steps."""
+    time = np.linspace(3.0, 4.0, count)
+    road = 0.04 * np.sin(20.0 * time)
+    force = np.floor(10.0 * (time - 3.0)) - 4.0
+    path = folder / "drive.csv"
+    np.savetxt(path, np.stack([time, road, force], 1), delimiter=",", header=names, comments="")
+    return path
+
+
+def recorded(path: Path, **extra: object) -> Recorded:
+    table = {"kind": "file", "weight": 1.0, "path": str(path), "columns": {"force": "f"}, **extra}
+    kind = TypeAdapter(Excitation).validate_python(table)
+    assert isinstance(kind, Recorded)
+    return kind
+
+
+def test_stretches_are_those_of_the_file_forwards_and_backwards(tmp_path: Path) -> None:
+    kind = recorded(write_record(tmp_path, count=100_001))
+    kind.check((ROAD, FORCE))
+    inputs = kind.inputs((ROAD, FORCE), TIME, 1.0, np.random.default_rng(1))
+    # the road of the file, wherever the stretch begins and whichever way it runs
+    begin = np.random.default_rng(1).uniform(0.0, 1.0)
+    phase = np.mod(begin + TIME, 2.0)
+    seconds = 3.0 + np.where(phase <= 1.0, phase, 2.0 - phase)
+    assert inputs[:, 0] == pytest.approx(0.04 * np.sin(20.0 * seconds), abs=1e-6)
+    assert set(np.unique(inputs[:, 1])) <= set(range(-4, 7))
+    jumps = np.abs(np.diff(inputs[:, 0]))
+    assert jumps.max() <= 0.04 * 20.0 * 0.01 * 1.001  # it never jumps, at the file's ends either
+
+
+def test_scale_and_factor_multiply_deviations_and_widen_the_range(tmp_path: Path) -> None:
+    path = write_record(tmp_path, count=5001)
+    plain, scaled, wide = (
+        recorded(path, scale=[scale, scale]).inputs(
+            (ROAD,), TIME, factor, np.random.default_rng(4)
+        )[:, 0]
+        for scale, factor in ((1.0, 1.0), (0.5, 1.0), (1.0, 3.0))
+    )
+    mean = 0.04 * np.sin(20.0 * np.linspace(3.0, 4.0, 5001)).mean()
+    assert scaled - mean == pytest.approx(0.5 * (plain - mean), abs=1e-12)
+    assert np.abs(wide).max() > 0.1  # three times as far, within three times the range
+    assert np.abs(wide).max() <= 0.15
+
+
+def test_the_same_file_is_known_by_its_digest(tmp_path: Path) -> None:
+    path = write_record(tmp_path)
+    kind = recorded(path)
+    again = TypeAdapter(Excitation).validate_python(kind.model_dump(mode="json"))
+    assert again == kind
+    path.write_text(path.read_text() + "4.5,0.0,0.0\n")
+    with pytest.raises(ValidationError, match=r"the file has changed since; remove the digest"):
+        TypeAdapter(Excitation).validate_python(kind.model_dump(mode="json"))
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ValidationError, match=r"no file '.*missing.csv' in .* check the name"):
+        recorded(tmp_path / "missing.csv")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "time,way,f\n0,1,1\n1,2,2\n",
+            r"has no columns \['road'\]; it has \['time', 'way'",
+        ),
+        ("t,road,f\n0,1,1\n1,2,2\n", r"has no columns \['time'\]"),
+        ("time,road,f\n0,1,1\n1,,2\n", r"column 'road', line 3 is no finite number"),
+        ("time,road,f\n0,1,1\n0,2,2\n", r"the time does not rise at line 3"),
+        ("time,road,f\n0,1,1\n1,2\n", r"expected columns of numbers"),
+        ("time,road,f\n0,1,1\n", r"expected columns of numbers"),
+        ("", r"expected columns of numbers"),
+    ],
+)
+def test_a_file_that_cannot_drive_the_inputs_is_refused(
+    tmp_path: Path, text: str, message: str
+) -> None:
+    path = tmp_path / "drive.csv"
+    path.write_text(text)
+    kind = recorded(path)
+    with pytest.raises(ValueError, match=message):
+        kind.check((ROAD, FORCE))

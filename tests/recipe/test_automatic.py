@@ -1,0 +1,91 @@
+"""What a recipe leaves to be found is guessed, named, and replaced once."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Any
+
+import pytest
+
+from slide_fmu.recipe.reading import parse_recipe, with_resolved
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+from tests.recipes import ESTIMATOR, TINY, merged, tiny_recipe
+
+FOUND: dict[str, dict[str, Any]] = {
+    "window": {"n_in": 48, "n_out": 8},
+    "data": {"duration": 2.0, "burn_in": 0.25},
+}
+"""What the tiny recipe gives."""
+KEYS = ("window.n_in", "window.n_out", "data.duration", "data.burn_in")
+
+
+def open_recipe(**changes: Any) -> Recipe:
+    """The tiny recipe with all that can be found left out, and changes of it."""
+    tables = tomllib.loads(TINY)
+    for table, values in FOUND.items():
+        for key in values:
+            del tables[table][key]
+    return Recipe.model_validate(merged(tables, changes))
+
+
+def test_keys_that_are_left_out_or_auto_are_automatic() -> None:
+    assert open_recipe().automatic == KEYS
+    assert open_recipe(window={"n_out": "auto"}).automatic == KEYS
+    assert open_recipe(window={"n_in": 40}, data={"burn_in": 1.0}).automatic == KEYS[1:3]
+    assert tiny_recipe().automatic == ()
+
+
+@pytest.mark.parametrize("given", [{"n_in": 2}, {"n_out": 500}, {"n_in": 1}, {}])
+def test_guesses_are_a_window(given: dict[str, int]) -> None:
+    recipe = open_recipe(window=given)
+    window = recipe.window
+    assert 1 <= window.n_out <= window.n_in
+    assert given.items() <= window.model_dump().items()
+    assert recipe.data.burn_in == recipe.data.duration == window.step * window.n_in
+
+
+def test_what_is_given_need_not_agree_with_guesses() -> None:
+    """Lags and durations that a long window would not allow, and a short one does."""
+    estimator = {**ESTIMATOR, "network": {**ESTIMATOR["network"], "time_invariant": True}}
+    changes = {
+        "data": {"duration": 0.5, "estimator": 2, "estimator_validation": 1},
+        "estimator": {**estimator, "lags": [0, 200]},
+    }
+    assert open_recipe(**changes).automatic == (*KEYS[:2], KEYS[3])
+    with pytest.raises(RecipeError, match=r"estimator.lags end with 200; expected at most"):
+        with_resolved(
+            open_recipe(**changes), {"window": FOUND["window"], "data": {"burn_in": 0.0}}, "it"
+        )
+
+
+def test_open_recipe_survives_being_written() -> None:
+    recipe = open_recipe()
+    assert Recipe.model_validate_json(recipe.model_dump_json()) == recipe
+
+
+def test_resolved_recipe_is_the_one_that_gives_the_values() -> None:
+    assert with_resolved(open_recipe(), FOUND, "it") == tiny_recipe()
+    part = with_resolved(open_recipe(), {"window": FOUND["window"]}, "it")
+    assert part.automatic == KEYS[2:]
+    assert with_resolved(part, {"data": FOUND["data"]}, "it") == tiny_recipe()
+
+
+def test_values_for_what_is_given_are_refused() -> None:
+    with pytest.raises(RecipeError, match=r"it: values were found for \['window\.n_in'\]; exp"):
+        with_resolved(tiny_recipe(), {"window": {"n_in": 48}}, "it")
+
+
+def test_values_that_do_not_fit_what_is_given_are_refused() -> None:
+    recipe = open_recipe(data={"duration": 0.5})
+    found = {"window": FOUND["window"], "data": {"burn_in": 0.25}}
+    with pytest.raises(
+        RecipeError, match=r"it: .*data\.duration = 0\.5 s; expected at least 0\.75"
+    ):
+        with_resolved(recipe, found, "it")
+
+
+def test_window_without_a_step_is_a_mistake_of_the_step_alone() -> None:
+    text = TINY.replace("step = 0.015625\n", "").replace("n_in = 48\nn_out = 8\n", "")
+    with pytest.raises(RecipeError) as caught:
+        parse_recipe(text, "it")
+    assert str(caught.value) == "it: window.step is missing"

@@ -130,7 +130,9 @@ def test_tool_is_the_link_that_is_named(tmp_path: Path) -> None:
     link = read_urdf(path, tool="link_1").chain.tool_position(np.zeros(2))
     tool = read_urdf(path).chain.tool_position(np.zeros(2))
     assert np.linalg.norm(link - tool) > 0.1
-    with pytest.raises(UrdfError, match=r"no link 'hand' for the tool; expected one of \['base', "):
+    with pytest.raises(
+        UrdfError, match=r"no link 'hand' for the tool; expected one of \['base', "
+    ):
         read_urdf(path, tool="hand")
     with pytest.raises(UrdfError, match="'link_0' is not behind the last joint 'j1'; expected a"):
         read_urdf(path, tool="link_0")

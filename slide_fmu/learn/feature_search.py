@@ -27,16 +27,16 @@ STAGE = "choice of features"
 """Its progress, and the begin of the names of its histories."""
 WORTHWHILE = 0.8
 """A later, richer choice is taken when its error is below this part of the one taken before."""
-SAMPLES = 20_000
+SAMPLES = 8_000
 """A choice is judged on trajectories of about so many samples."""
 ORDER, UNITS, TURNED_PAIRS = 12, 16, 4
 """The size of the networks that are compared, where the recipe does not give one."""
 SHORT = {
-    "starts": 2,
-    "start_iterations": 15,
+    "starts": 1,
+    "start_iterations": 12,
     "kept": 1,
-    "kept_iterations": 10,
-    "iterations": 10,
+    "kept_iterations": 1,
+    "iterations": 6,
     "part": 2,
 }
 """The training of each."""

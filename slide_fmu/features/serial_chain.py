@@ -7,27 +7,15 @@ shape; C code can follow it line by line.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.features.link_motion import Frames, LinkMotion, cross, times
 
 SYMMETRY = 1e-9
 """Largest difference of an inertia tensor and its transpose, over the sum of the absolute values
 of the two diagonal entries in the same row and column; what rotations round is less."""
-
-
-class Frames(NamedTuple):
-    """The frames of a chain in base axes: the base (index 0) and the n link frames.
-
-    Attributes:
-        positions: origins in m, shape (..., n + 1, 3).
-        rotations: R, a link vector v being R v in base axes, shape (..., n + 1, 3, 3).
-    """
-
-    positions: FloatArray
-    rotations: FloatArray
 
 
 def part_shapes(n: int) -> dict[str, tuple[int, ...]]:
@@ -147,7 +135,7 @@ class SerialChain:
         rotations = np.empty((*positions.shape, 3))
         positions[..., 0, :], rotations[..., 0, :, :] = position, rotation
         for i in range(self.n_joints):
-            position = position + _times(rotation, steps[..., i, :])
+            position = position + times(rotation, steps[..., i, :])
             rotation = rotation @ turns[..., i, :, :]
             positions[..., i + 1, :], rotations[..., i + 1, :, :] = position, rotation
         return Frames(positions, rotations)
@@ -187,7 +175,7 @@ class SerialChain:
         forces = np.flip(np.cumsum(np.flip(forces, -2), axis=-2), -2)
         moments = np.flip(np.cumsum(np.flip(moments, -2), axis=-2), -2)
         axes, origins = frames.rotations[..., :-1, :, 2], frames.positions[..., :-1, :]
-        moments = moments - _cross(origins, forces)
+        moments = moments - cross(origins, forces)
         needed = np.where(self.prismatic[:, None] == 1, forces, moments)
         return np.asarray(np.sum(axes * needed, axis=-1))
 
@@ -215,16 +203,18 @@ class SerialChain:
         Joint places q and their rates, (..., n), give (..., 6), the linear momentum first.
         """
         frames = self.forward_kinematics(q)
-        motion = _Motion(self, self._places("dq", dq), np.zeros(q.shape), frames, np.zeros(3))
+        motion = LinkMotion(
+            self.prismatic, self._places("dq", dq), np.zeros(q.shape), frames, np.zeros(3)
+        )
         centres, inertias = self._centres(frames), self._inertias(frames)
         linear, angular = np.zeros((*q.shape[:-1], 3)), np.zeros((*q.shape[:-1], 3))
         for i in range(self.n_joints):
             arm = centres[..., i, :] - frames.positions[..., i, :]
             motion.enter(i)
-            momentum = self.masses[i] * (motion.velocity + _cross(motion.omega, arm))
+            momentum = self.masses[i] * (motion.velocity + cross(motion.omega, arm))
             linear = linear + momentum
-            angular = angular + _cross(centres[..., i, :], momentum)
-            angular = angular + _times(inertias[..., i, :, :], motion.omega)
+            angular = angular + cross(centres[..., i, :], momentum)
+            angular = angular + times(inertias[..., i, :, :], motion.omega)
             motion.leave(i)
         return np.concatenate([linear, angular], axis=-1)
 
@@ -234,7 +224,7 @@ class SerialChain:
         """Force and moment about the base origin that each link's motion needs, (..., n, 3)."""
         frames = self.forward_kinematics(q)
         rates, changes = self._places("dq", dq), self._places("ddq", ddq)
-        motion = _Motion(self, rates, changes, frames, -self.gravity)
+        motion = LinkMotion(self.prismatic, rates, changes, frames, -self.gravity)
         centres, inertias = self._centres(frames), self._inertias(frames)
         shape = np.broadcast_shapes(q.shape, dq.shape, ddq.shape)
         forces, moments = np.empty((*shape, 3)), np.empty((*shape, 3))
@@ -242,9 +232,9 @@ class SerialChain:
             centre, inertia = centres[..., i, :], inertias[..., i, :, :]
             motion.enter(i)
             force = self.masses[i] * motion.acceleration_at(centre - frames.positions[..., i, :])
-            spin = _times(inertia, motion.omega)
-            moment = _times(inertia, motion.alpha) + _cross(motion.omega, spin)
-            forces[..., i, :], moments[..., i, :] = force, moment + _cross(centre, force)
+            spin = times(inertia, motion.omega)
+            moment = times(inertia, motion.alpha) + cross(motion.omega, spin)
+            forces[..., i, :], moments[..., i, :] = force, moment + cross(centre, force)
             motion.leave(i)
         return forces, moments, frames
 
@@ -266,7 +256,7 @@ class SerialChain:
 
     def _centres(self, frames: Frames) -> FloatArray:
         """Centres of mass in base axes, shape (..., n, 3)."""
-        return frames.positions[..., 1:, :] + _times(frames.rotations[..., 1:, :, :], self.centres)
+        return frames.positions[..., 1:, :] + times(frames.rotations[..., 1:, :, :], self.centres)
 
     def _inertias(self, frames: Frames) -> FloatArray:
         """Inertia tensors about the centres of mass in base axes, shape (..., n, 3, 3)."""
@@ -280,58 +270,3 @@ class SerialChain:
                 f"serial chain: {name} of shape {values.shape}; expected (..., {self.n_joints})"
             )
         return values
-
-
-class _Motion:
-    """Velocity and acceleration of one link frame after the other, in base axes."""
-
-    def __init__(
-        self,
-        chain: SerialChain,
-        dq: FloatArray,
-        ddq: FloatArray,
-        frames: Frames,
-        base: FloatArray,
-    ) -> None:
-        """Start at the base, whose origin accelerates with ``base``, shape (3,)."""
-        self._slides = chain.prismatic == 1
-        self._dq, self._ddq, self._frames = dq[..., None], ddq[..., None], frames
-        self.omega, self.alpha = np.zeros(3), np.zeros(3)
-        self.velocity, self.acceleration = np.zeros(3), base
-
-    def enter(self, i: int) -> None:
-        """Go over to link i (from 0), at the origin of the frame before it."""
-        axis = self._frames.rotations[..., i, :, 2]
-        rate, change = axis * self._dq[..., i, :], axis * self._ddq[..., i, :]
-        if self._slides[i]:
-            coriolis = 2 * _cross(self.omega, rate)
-            self.acceleration = self.acceleration + change + coriolis
-            self.velocity = self.velocity + rate
-        else:
-            self.alpha = self.alpha + change + _cross(self.omega, rate)
-            self.omega = self.omega + rate
-
-    def leave(self, i: int) -> None:
-        """Go to the origin of the frame of link i (from 0)."""
-        arm = self._frames.positions[..., i + 1, :] - self._frames.positions[..., i, :]
-        self.acceleration = self.acceleration_at(arm)
-        self.velocity = self.velocity + _cross(self.omega, arm)
-
-    def acceleration_at(self, arm: FloatArray) -> FloatArray:
-        """Acceleration of a point of the link, ``arm`` (..., 3) away from the current origin."""
-        turning = _cross(self.omega, _cross(self.omega, arm))
-        return self.acceleration + _cross(self.alpha, arm) + turning
-
-
-def _times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Matrices (..., 3, 3) times vectors (..., 3)."""
-    return np.asarray((matrices @ vectors[..., None])[..., 0])
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Cross products of vectors (..., 3); as numpy's, but quick for single ones too."""
-    result = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    result[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
-    result[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
-    result[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    return result

@@ -6,7 +6,6 @@ and which frames their links get.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -14,7 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.features.serial_chain import SerialChain
+from slide_fmu.features.placed_chain import NO_PART, PlacedChain, RigidPart, chain_of_axes
 
 MOST_JOINTS = 7
 """A chain has at most so many joints."""
@@ -22,66 +21,17 @@ MOVING = {"revolute": 0.0, "continuous": 0.0, "prismatic": 1.0}
 """Types of joints that move, and whether they slide."""
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 """In base axes, m/s^2."""
-PARALLEL = 1e-12
-"""Axes whose unit vectors have a smaller cross product are parallel."""
 
 
 class UrdfError(ValueError):
     """A file is no URDF of a serial chain; the message has the file, and what to do."""
 
 
-@dataclass(frozen=True, eq=False)
-class UrdfChain:
-    """A UrdfChain is the serial chain of a robot, and how it stands in the file's base.
-
-    Attributes:
-        chain: the chain, in the axes of its first joint.
-        joints: names of its joints, from the base on.
-        position, rotation: of the chain's base axes in those of the file's base link, in m, shape
-            (3,), and shape (3, 3). For an upright first joint through the base's origin these are
-            zero and the identity.
-    """
-
-    chain: SerialChain
-    joints: tuple[str, ...]
-    position: FloatArray
-    rotation: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class _Link:
-    """A rigid part of the robot: all links that no joint moves against each other."""
-
-    mass: float
-    centre: FloatArray
-    inertia: FloatArray
-    """About the centre."""
-
-    def moved(self, pose: FloatArray) -> _Link:
-        """The same in other axes; ``pose`` is that of its axes there, shape (4, 4)."""
-        turn = pose[:3, :3]
-        return _Link(self.mass, turn @ self.centre + pose[:3, 3], turn @ self.inertia @ turn.T)
-
-    def with_part(self, other: _Link) -> _Link:
-        """Both as one rigid part."""
-        mass = self.mass + other.mass
-        if mass == 0:
-            return self
-        centre = (self.mass * self.centre + other.mass * other.centre) / mass
-        inertia = sum(
-            part.inertia + part.mass * _steiner(part.centre - centre) for part in (self, other)
-        )
-        return _Link(mass, centre, np.asarray(inertia))
-
-
-NOTHING = _Link(0.0, np.zeros(3), np.zeros((3, 3)))
-
-
 def read_urdf(
     path: Path,
     tool: str | None = None,
     gravity: tuple[float, float, float] = STANDARD_GRAVITY,
-) -> UrdfChain:
+) -> PlacedChain:
     """Read the serial chain of a robot from its URDF.
 
     Args:
@@ -186,9 +136,9 @@ def _require_kind(path: Path, joint: Any) -> None:
 
 def _chain(
     path: Path, joints: list[Any], links: dict[str, Any], wanted: tuple[str, FloatArray]
-) -> UrdfChain:
+) -> PlacedChain:
     """The chain of joints in their order; wanted are the tool's link and gravity."""
-    bodies, axes, slides, names = [NOTHING], [], [], []
+    bodies, axes, slides, names = [NO_PART], [], [], []
     described = [True]  # whether the file says anything of the masses
     tool_name, gravity = wanted
     pose, tool = np.eye(4), (0, np.zeros(3))  # of a link in the base where all joints are at 0
@@ -199,7 +149,7 @@ def _chain(
             axes.append((pose[:3, 3].copy(), pose[:3, :3] @ (axis / np.linalg.norm(axis))))
             slides.append(MOVING[joint.type])
             names.append(joint.name)
-            bodies.append(NOTHING)
+            bodies.append(NO_PART)
             described.append(False)
         body = _body(path, links[joint.child]).moved(pose)
         bodies[-1] = bodies[-1].with_part(body)
@@ -217,73 +167,14 @@ def _chain(
             f"{path}: the tool {tool_name!r} is not behind the last joint {names[-1]!r}; expected "
             "a link that all joints move"
         )
-    return _with_frames(axes, bodies[1:], (np.array(slides), tuple(names)), (gravity, tool[1]))
+    return chain_of_axes(axes, bodies[1:], (np.array(slides), tuple(names)), (gravity, tool[1]))
 
 
-def _with_frames(
-    axes: list[tuple[FloatArray, FloatArray]],
-    bodies: list[_Link],
-    joints: tuple[FloatArray, tuple[str, ...]],
-    points: tuple[FloatArray, FloatArray],
-) -> UrdfChain:
-    """Give each link its frame: z along the next joint's axis, x across both axes.
-
-    Where all joints are at 0, frame i lies at the next joint's origin; the base's on the first
-    axis, next to the base's origin. The last frame lies at the last joint's, as the one before.
-    """
-    n, (slides, names), (gravity, tool) = len(axes), joints, points
-    frames = [_base_frame(*axes[0])]
-    theta, alpha, steps = np.zeros(n), np.zeros(n), np.zeros((n, 3))
-    for i in range(n):
-        origin, z = axes[i + 1] if i + 1 < n else axes[i]
-        turn = frames[-1][:3, :3]
-        local = turn.T @ z
-        theta[i], alpha[i] = _turn_and_twist(local)
-        following = turn @ _about(2, theta[i]) @ _about(0, alpha[i])
-        steps[i] = _about(2, theta[i]).T @ turn.T @ (origin - frames[-1][:3, 3])
-        frame = np.eye(4)
-        frame[:3, :3], frame[:3, 3] = following, origin
-        frames.append(frame)
-    moved = [body.moved(_inverse(frame)) for body, frame in zip(bodies, frames[1:], strict=True)]
-    base, last = frames[0], frames[-1]
-    chain = SerialChain(
-        prismatic=slides,
-        theta=theta,
-        alpha=alpha,
-        steps=steps,
-        masses=np.array([body.mass for body in moved]),
-        centres=np.array([body.centre for body in moved]),
-        inertias=np.array([0.5 * (body.inertia + body.inertia.T) for body in moved]),
-        gravity=base[:3, :3].T @ gravity,
-        tool=last[:3, :3].T @ (tool - last[:3, 3]),
-    )
-    return UrdfChain(chain, names, base[:3, 3], base[:3, :3])
-
-
-def _turn_and_twist(z: FloatArray) -> tuple[float, float]:
-    """Angles theta and alpha with which turning about z, then about x, leads the z axis there."""
-    across = float(np.hypot(z[0], z[1]))
-    if across < PARALLEL:
-        return 0.0, 0.0 if z[2] > 0 else np.pi
-    # Rz(theta) Rx(alpha) e_z = (sin theta sin alpha, -cos theta sin alpha, cos alpha)
-    sign = -1.0 if z[1] > 0 else 1.0  # the smaller of the two turns
-    return float(np.arctan2(sign * z[0], -sign * z[1])), float(np.arctan2(sign * across, z[2]))
-
-
-def _base_frame(origin: FloatArray, axis: FloatArray) -> FloatArray:
-    """Axes at the point of an axis next to the base's origin, turned as little as can be."""
-    frame = np.eye(4)
-    theta, alpha = _turn_and_twist(axis)
-    frame[:3, :3] = _about(2, theta) @ _about(0, alpha) @ _about(2, -theta)
-    frame[:3, 3] = origin - axis * (axis @ origin)
-    return frame
-
-
-def _body(path: Path, link: Any) -> _Link:
+def _body(path: Path, link: Any) -> RigidPart:
     """Mass, centre and inertia of a link in its own axes; nothing where the file has none."""
     inertial = link.inertial
     if inertial is None:
-        return NOTHING
+        return NO_PART
     mass = 0.0 if inertial.mass is None else float(inertial.mass)
     inertia = np.zeros((3, 3)) if inertial.inertia is None else np.asarray(inertial.inertia)
     pose = _pose(path, link.name, inertial.origin)
@@ -294,7 +185,7 @@ def _body(path: Path, link: Any) -> _Link:
         )
     if mass > 0 and inertial.inertia is None:
         raise UrdfError(f"{path}: link {link.name!r} has a mass, but no <inertia>; expected both")
-    return _Link(mass, np.zeros(3), inertia.astype(np.float64)).moved(pose)
+    return RigidPart(mass, np.zeros(3), inertia.astype(np.float64)).moved(pose)
 
 
 def _pose(path: Path, name: str, origin: Any) -> FloatArray:
@@ -303,25 +194,3 @@ def _pose(path: Path, name: str, origin: Any) -> FloatArray:
     if not np.isfinite(pose).all():
         raise UrdfError(f"{path}: the origin of {name!r} is not finite; expected numbers")
     return pose
-
-
-def _about(axis: int, angle: float) -> FloatArray:
-    """Rotation about an axis (0 to 2), shape (3, 3)."""
-    c, s = np.cos(angle), np.sin(angle)
-    p, q = (axis + 1) % 3, (axis + 2) % 3
-    turn = np.eye(3)
-    turn[p, p], turn[p, q], turn[q, p], turn[q, q] = c, -s, s, c
-    return turn
-
-
-def _inverse(pose: FloatArray) -> FloatArray:
-    """The inverse of a pose, shape (4, 4)."""
-    result = np.eye(4)
-    result[:3, :3] = pose[:3, :3].T
-    result[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
-    return result
-
-
-def _steiner(arm: FloatArray) -> FloatArray:
-    """Inertia of a unit mass at a place, shape (3, 3)."""
-    return np.asarray(arm @ arm * np.eye(3) - np.outer(arm, arm))

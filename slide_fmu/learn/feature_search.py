@@ -27,10 +27,12 @@ STAGE = "choice of features"
 """Its progress, and the begin of the names of its histories."""
 WORTHWHILE = 0.8
 """A later, richer choice is taken when its error is below this part of the one taken before."""
-SAMPLES = 8_000
+SAMPLES = 6_000
 """A choice is judged on trajectories of about so many samples."""
-ORDER, UNITS, TURNED_PAIRS = 12, 16, 4
-"""The size of the networks that are compared, where the recipe does not give one."""
+ORDER, UNITS = 8, 8
+"""The networks that are compared have at most this size."""
+TURNED_ORDER, TURNED_PAIRS = 12, 4
+"""The order of a network in turning axes, where the recipe gives none, and its pairs at most."""
 SHORT = {
     "starts": 1,
     "start_iterations": 12,
@@ -100,7 +102,7 @@ def _of_chain(
     }
     found.append(network.model_copy(update={**scheduled}))
     found.append(network.model_copy(update={**scheduled, "readout": ("position",)}))
-    order = ORDER if network.order == "auto" else int(network.order)
+    order = TURNED_ORDER if network.order == "auto" else int(network.order)
     pairs = min(TURNED_PAIRS, order // 2)
     if n_outputs % 3 == 0 and pairs and not offered.chain.prismatic[0]:
         turning = {"readout": ("position",), "turned_pairs": pairs, "order": order, "padding": 0}
@@ -160,9 +162,10 @@ def _try(
     index: int, table: StateSpaceRecipe, short: LeastSquaresRecipe, trials: Trials
 ) -> History | None:
     """Fit a choice shortly; give its best error as a history of one entry, None if it diverges."""
-    sizes = {"order": ORDER, "hidden": UNITS}
-    size = {key: value for key, value in sizes.items() if getattr(table, key) == "auto"}
-    table = table.model_copy(update=size)
+    most = {"order": ORDER, "hidden": UNITS}
+    given = {key: getattr(table, key) for key in most}
+    sizes = {k: n if given[k] == "auto" else min(n, given[k]) for k, n in most.items()}
+    table = table.model_copy(update=sizes)
     few = [_first(values) for values in (trials.training, trials.validation)]
     features = choose_features(table.feature_names(), trials.offered, trials.training[0])
 

@@ -28,8 +28,8 @@ from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.training import History
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import offered_features
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Linearizable, System
 
@@ -66,6 +66,7 @@ def fit_surrogate(
         StoreError: trajectories are missing, or were made from another recipe or model.
         TrainingError: a training diverged.
         UnstableModeError: a mode of the system linearized at rest grows.
+        RecipeError, UrdfError: the recipe's serial chain cannot be read, or is not the system's.
         ValueError: signs shall be flipped of signals that are not symmetric, or a signal never
             moves in the training data.
     """

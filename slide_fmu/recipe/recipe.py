@@ -40,7 +40,7 @@ class SignalRecipe(Table):
 
     Attributes:
         range: lowest and highest value of the intended range, in ``unit``.
-        unit, description, start, hold, angle: as of ``slide_fmu.core.signals.Signal``; those of
+        unit, description, start, hold, angle, period: as of ``slide_fmu.core.signals.Signal``; those of
             the model if not given.
     """
 
@@ -50,6 +50,7 @@ class SignalRecipe(Table):
     start: float | None = None
     hold: Hold | None = None
     angle: Angle | None = None
+    period: float | None = None
 
     def choice(self, name: str) -> SignalChoice:
         """Return the choice that this table makes about the signal of a name."""

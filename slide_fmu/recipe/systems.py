@@ -5,15 +5,12 @@ What the recipe's networks see of their inputs is found here too, without data.
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
-from slide_fmu.core.scaling import Affine, range_scaling
-from slide_fmu.features.base import Offered
+from slide_fmu.core.scaling import range_scaling
 from slide_fmu.features.sets import feature_set
-from slide_fmu.features.urdf import UrdfError, read_urdf
 from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
+from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.systems.base import System, chain_of
 from slide_fmu.systems.loading import load_system
@@ -117,36 +114,6 @@ def reference_specification(recipe: Recipe) -> Specification:
     return replace(made, parameters={**made.parameters, **recipe.system.reference})
 
 
-def offered_features(recipe: Recipe, system: System, scaling: Affine) -> Offered:
-    """Return what features can be formed of: a system's inputs, and the machine behind them.
-
-    The serial chain is the recipe's, else the system's own; its drive law is the recipe's.
-
-    Raises:
-        UrdfError: the recipe's chain cannot be read.
-    """
-    wanted, chain = recipe.system.chain, chain_of(system)
-    if wanted is not None:
-        chain = read_urdf(_found(wanted.urdf), wanted.tool, wanted.gravity).chain
-    return Offered(system.inputs, scaling, system.step, chain, recipe.system.law)
-
-
-def _found(name: str) -> Path:
-    """Find a file as Python finds models: in the current folder, then in those of the search path.
-
-    Raises:
-        UrdfError: it is in none of them.
-    """
-    folders = list(dict.fromkeys(Path(place).resolve() for place in ("", *sys.path)))
-    for folder in folders:
-        if (folder / name).is_file():
-            return folder / name
-    raise UrdfError(
-        f"system.chain = {name!r}: no such file; expected a robot's URDF beside the recipe, in "
-        "the current folder, or in one on PYTHONPATH"
-    )
-
-
 def require_features(recipe: Recipe, system: System) -> None:
     """Refuse networks that see what the system has not, or turn more states than they have.
 
@@ -156,9 +123,9 @@ def require_features(recipe: Recipe, system: System) -> None:
     tables: dict[str, NetworkTable] = {"network": recipe.network}
     if recipe.estimator is not None:
         tables["estimator.network"] = recipe.estimator.network
+    offered = offered_features(recipe, system, range_scaling(system.inputs))
     for place, table in tables.items():
         try:
-            offered = offered_features(recipe, system, range_scaling(system.inputs))
             features = feature_set(table.feature_names(), offered)
             if isinstance(table, StateSpaceRecipe) and table.turned_pairs:
                 drives = len(features.indices(table.roles()["drive"]))

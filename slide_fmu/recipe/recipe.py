@@ -40,8 +40,8 @@ class SignalRecipe(Table):
 
     Attributes:
         range: lowest and highest value of the intended range, in ``unit``.
-        unit, description, start, hold, angle, period: as of ``slide_fmu.core.signals.Signal``; those of
-            the model if not given.
+        unit, description, start, hold, angle, period: as of ``slide_fmu.core.signals.Signal``;
+            those of the model if not given.
     """
 
     range: tuple[float, float] | None = None

@@ -17,7 +17,8 @@ class SignalChoice:
 
     Attributes:
         name: name of the signal in the model.
-        unit, low, high, description, start, hold, angle, period: as of ``slide_fmu.core.signals.Signal``.
+        unit, low, high, description, start, hold, angle, period: as of
+            ``slide_fmu.core.signals.Signal``.
     """
 
     name: str

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import model_validator
 
-from slide_fmu.features.drive_law import DriveLaw
+from slide_fmu.features.drive_law import DRIVE_LAWS, DriveLaw
 from slide_fmu.features.urdf import STANDARD_GRAVITY
 from slide_fmu.recipe.learning import Table
 
@@ -40,6 +40,20 @@ class DriveRecipe(Table):
     def _is_a_law(self) -> DriveRecipe:
         self.law()
         return self
+
+    @classmethod
+    def named(cls, name: str) -> DriveRecipe:
+        """Return the table of a law in ``DRIVE_LAWS``.
+
+        Raises:
+            ValueError: there is no such law.
+        """
+        if name not in DRIVE_LAWS:
+            raise ValueError(
+                f"expected one of {list(DRIVE_LAWS)}, or a table with the weights of position, "
+                "rate and acceleration"
+            )
+        return cls(**vars(DRIVE_LAWS[name]))
 
     def law(self) -> DriveLaw:
         """Return the law.

@@ -28,7 +28,7 @@ def offered_features(recipe: Recipe, system: System, scaling: Affine) -> Offered
         read = read_urdf(_found(wanted.urdf), wanted.tool, wanted.gravity)
         _require_set_points(recipe, system.inputs, read)
         chain = read.chain
-    return Offered(system.inputs, scaling, system.step, chain, recipe.system.law)
+    return Offered(system.inputs, scaling, system.step, chain, recipe.system.drive.law())
 
 
 def _require_set_points(recipe: Recipe, inputs: tuple[Signal, ...], read: PlacedChain) -> None:

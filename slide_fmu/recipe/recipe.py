@@ -10,7 +10,7 @@ from pydantic import Field, field_validator, model_validator
 from slide_fmu.core.signals import Angle, Hold
 from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
-from slide_fmu.features.drive_law import DEFAULT_LAW, DRIVE_LAWS, DriveLaw
+from slide_fmu.features.drive_law import DEFAULT_LAW
 from slide_fmu.recipe.automatic import LENGTHS, with_guesses
 from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.estimator import EstimatorRecipe
@@ -75,8 +75,8 @@ class SystemRecipe(Table):
         chain: serial chain whose joints' set points the inputs are, in the order of the joints;
             the path of its URDF alone is short for its table. None: that of the model, if it has
             one.
-        drive: how the joints follow the set points: a name in ``DRIVE_LAWS``, or a table of
-            weights.
+        drive: how the joints follow the set points: a name in ``DRIVE_LAWS`` is short for
+            the table of its weights.
     """
 
     kind: str = "class"
@@ -87,27 +87,17 @@ class SystemRecipe(Table):
     reference: dict[str, float | int | str | bool] = Field(default={})
     picture: str | None = Field(default=None, pattern=r"^[\w.]+:\w+$")
     chain: ChainRecipe | None = None
-    drive: str | DriveRecipe = DEFAULT_LAW
+    drive: DriveRecipe = DriveRecipe.named(DEFAULT_LAW)
 
     @field_validator("chain", mode="before")
     @classmethod
     def _path_is_short_for_the_table(cls, value: Any) -> Any:
         return {"urdf": value} if isinstance(value, str) else value
 
-    @field_validator("drive")
+    @field_validator("drive", mode="before")
     @classmethod
-    def _law_is_known(cls, value: str | DriveRecipe) -> str | DriveRecipe:
-        if isinstance(value, str) and value not in DRIVE_LAWS:
-            raise ValueError(
-                f"expected one of {list(DRIVE_LAWS)}, or a table with the weights of position, "
-                "rate and acceleration"
-            )
-        return value
-
-    @property
-    def law(self) -> DriveLaw:
-        """Return the drive law."""
-        return DRIVE_LAWS[self.drive] if isinstance(self.drive, str) else self.drive.law()
+    def _name_is_short_for_the_law(cls, value: Any) -> Any:
+        return DriveRecipe.named(value) if isinstance(value, str) else value
 
 
 class WindowRecipe(Table):

@@ -37,6 +37,8 @@ def test_released_robot_gives_the_same_with_the_chain_of_its_urdf() -> None:
     inputs = 0.8 * high * np.sin(phases)
     one, same = surrogate.predict(inputs), other.predict(inputs)
     assert one.shape == (500, 3)
-    assert rms(one[200:]) > 1e-3
-    assert rms(one - same) < SINGLE * rms(one)
-    assert rms(surrogate.estimate_error(inputs)[-1] / other.estimate_error(inputs)[-1] - 1) < 1e-3
+    assert np.all(rms(one[200:]) > 1e-3)
+    assert np.all(rms(one - same) < SINGLE * rms(one))
+    np.testing.assert_allclose(
+        other.estimate_error(inputs), surrogate.estimate_error(inputs), rtol=1e-3
+    )

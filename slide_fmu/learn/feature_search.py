@@ -5,6 +5,8 @@ Every choice is fitted shortly to a part of the data, with one size of the netwo
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,13 +17,21 @@ from numpy.typing import NDArray
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
+from slide_fmu.data.store import Split
 from slide_fmu.features.base import Offered
 from slide_fmu.features.director import OTHER, kinds_of
+from slide_fmu.learn.checkpoint_keys import checkpoint_key, content_of, machine_of
 from slide_fmu.learn.family import FITS
 from slide_fmu.learn.feature_choice import choose_features
+from slide_fmu.learn.history import History
 from slide_fmu.learn.problem import Problem
-from slide_fmu.learn.training import History, TrainingError
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.learn.training import TrainingError
+from slide_fmu.recipe.learning import (
+    LeastSquaresRecipe,
+    NetworkTable,
+    StateSpaceRecipe,
+    TrainingTable,
+)
 
 STAGE = "choice of features"
 """Its progress, and the begin of the names of its histories."""
@@ -54,17 +64,16 @@ class Trials:
     Attributes:
         offered: what features can be formed of.
         window: the surrogate's window.
-        training, validation: values to learn from, and to judge by.
+        splits: trajectories to learn from, and others to judge by; the first ones are used.
         eigenvalues: as of ``Problem``.
-        checkpoint: file beside which each trial has its checkpoint.
+        folder: place of the checkpoints.
     """
 
     offered: Offered
     window: Window
-    training: Values
-    validation: Values
+    splits: tuple[Split, Split]
     eigenvalues: NDArray[np.complex128] | None
-    checkpoint: Path
+    folder: Path
 
 
 def choices(network: StateSpaceRecipe, offered: Offered, n_outputs: int) -> list[StateSpaceRecipe]:
@@ -111,26 +120,34 @@ def _of_chain(
 
 
 def search_features(
-    network: StateSpaceRecipe, training: LeastSquaresRecipe, trials: Trials, progress: Stages
-) -> tuple[StateSpaceRecipe, dict[str, History]]:
+    network: NetworkTable, training: TrainingTable, trials: Trials, progress: Stages
+) -> tuple[NetworkTable, dict[str, History]]:
     """Return the table with its features chosen, and how each choice did by its name.
 
-    There are no trials where there is but one choice.
+    There are no trials where there is but one choice. Trials that were done are read from their
+    checkpoints, whatever else has been learnt since from more trajectories.
 
     Raises:
         TrainingError: no choice has a finite error.
     """
-    tables = choices(network, trials.offered, trials.training[1].shape[2])
+    if not (isinstance(network, StateSpaceRecipe) and isinstance(training, LeastSquaresRecipe)):
+        return network, {}
+    tables = choices(network, trials.offered, trials.splits[0].outputs.shape[2])
     if training.flip_signs and network.drive is None:
         tables = [table for table in tables if table.drive == ("inputs",)]
     if len(tables) == 1:
         return tables[0], {}
-    short = training.model_copy(update=SHORT)
-    show, best = progress(STAGE), float("inf")
-    taken, histories = tables[0], {}
+    few = [_first(split) for split in trials.splits]
+    about = {"window": dataclasses.asdict(trials.window), "training": training.model_dump()}
+    contents = [content_of(split) for split in few]
+    key = checkpoint_key(about, contents, machine_of(trials.offered), str(trials.eigenvalues))
+    values = _scaled(few, trials.offered)
+    show, best = progress(STAGE), math.inf
+    taken, histories = tables[0], dict[str, History]()
     for index, table in enumerate(tables):
         show(index, len(tables), best)
-        history = _try(index, table, short, trials)
+        place = trials.folder / f"choice-{key}-{index}.pt"
+        history = _try(table, training, (trials, values, place))
         if history is None:
             continue
         histories[f"{STAGE}: {described(table)}"] = history
@@ -159,24 +176,25 @@ def described(table: StateSpaceRecipe) -> str:
 
 
 def _try(
-    index: int, table: StateSpaceRecipe, short: LeastSquaresRecipe, trials: Trials
+    table: StateSpaceRecipe,
+    training: LeastSquaresRecipe,
+    on: tuple[Trials, list[Values], Path],
 ) -> History | None:
     """Fit a choice shortly; give its best error as a history of one entry, None if it diverges."""
+    trials, (learnt, judged), place = on
     most = {"order": ORDER, "hidden": UNITS}
     given = {key: getattr(table, key) for key in most}
     sizes = {k: n if given[k] == "auto" else min(n, given[k]) for k, n in most.items()}
-    table = table.model_copy(update=sizes)
-    few = [_first(values) for values in (trials.training, trials.validation)]
-    features = choose_features(table.feature_names(), trials.offered, trials.training[0])
+    table, short = table.model_copy(update=sizes), training.model_copy(update=SHORT)
+    features = choose_features(table.feature_names(), trials.offered, learnt[0])
 
     def seen(values: Values) -> tuple[torch.Tensor, torch.Tensor]:
         parts = features.along(values[0]), values[1]
         one, other = (torch.as_tensor(part, dtype=torch.float64) for part in parts)
         return one, other
 
-    checkpoint = trials.checkpoint.with_name(f"{trials.checkpoint.stem}-choice-{index}.pt")
-    learnt, judged = (seen(values) for values in few)
-    problem = Problem(trials.window, features, learnt, judged, checkpoint, trials.eigenvalues)
+    data = seen(learnt), seen(judged)
+    problem = Problem(trials.window, features, *data, place, trials.eigenvalues)
     try:
         _, history = FITS[StateSpaceRecipe].fit(problem, table, short, _silent)
     except TrainingError:
@@ -186,10 +204,19 @@ def _try(
     return History(steps, errors, history.validation_error[best : best + 1])
 
 
-def _first(values: Values) -> Values:
+def _first(split: Split) -> Split:
     """The first trajectories, of about ``SAMPLES`` samples."""
-    count = -(-SAMPLES // values[0].shape[1])
-    return values[0][:count], values[1][:count]
+    count = -(-SAMPLES // split.inputs.shape[1])
+    return Split(split.inputs[:count], split.outputs[:count], split.kinds[:count])
+
+
+def _scaled(few: list[Split], offered: Offered) -> list[Values]:
+    """Values of the splits, outputs about their mean over their standard deviation."""
+    outputs = few[0].outputs.reshape(-1, few[0].outputs.shape[2])
+    mean, deviation = outputs.mean(0), outputs.std(0)
+    return [
+        (offered.scaling.apply(split.inputs), (split.outputs - mean) / deviation) for split in few
+    ]
 
 
 def _silent(done: int, total: int, error: float | None = None) -> None:

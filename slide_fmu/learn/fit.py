@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import torch
@@ -20,14 +17,14 @@ from slide_fmu.core.window import Window
 from slide_fmu.data.draws import probe
 from slide_fmu.data.store import Split, read_split, require_origin
 from slide_fmu.features.base import Offered
+from slide_fmu.learn.checkpoint_keys import checkpoint_key, content_of, machine_of
 from slide_fmu.learn.estimator import fit_estimator
 from slide_fmu.learn.family import FITS
 from slide_fmu.learn.feature_choice import choose_features, require_odd
 from slide_fmu.learn.feature_search import Trials, search_features
+from slide_fmu.learn.history import History
 from slide_fmu.learn.problem import Problem
-from slide_fmu.learn.training import History
 from slide_fmu.memory.modes import spectrum
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -35,15 +32,6 @@ from slide_fmu.systems.base import Linearizable, System
 
 STILL = 1e-9
 """A standard deviation below this part of the range is rounding, not motion."""
-
-PACKAGE = Path(__file__).parents[1]
-ROOMS = (
-    *("core", "features", "excitation", "network", "systems"),
-    *("surrogate", "recipe", "data", "memory", "learn"),
-)
-"""A training runs the code of these rooms: all that this one imports, directly or by others. A
-test compares this list with the imports, so that no change of their code can pass unseen by the
-checkpoints: an estimator's targets are errors that ``surrogate`` and ``network`` compute."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +51,7 @@ def fit_surrogate(
     interrupted trainings.
 
     Raises:
+        RecipeError: the recipe leaves something to be found.
         StoreError: trajectories are missing, or were made from another recipe or model.
         TrainingError: a training diverged.
         UnstableModeError: a mode of the system linearized at rest grows.
@@ -70,6 +59,7 @@ def fit_surrogate(
         ValueError: signs shall be flipped of signals that are not symmetric, or a signal never
             moves in the training data.
     """
+    recipe.require_resolved()
     require_origin(store, recipe, probe(recipe, system))
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     offered = offered_features(recipe, system, range_scaling(system.inputs))
@@ -82,12 +72,11 @@ def fit_surrogate(
         read_split(store, name, recipe.count(name))
         for name in ("estimator", "estimator_validation")
     )
-    key = _digest(
-        _code(),
+    key = checkpoint_key(
         surrogate.to_bytes().hex(),
-        _machine(offered),
-        _content(learnt),
-        _content(validation),
+        machine_of(offered),
+        content_of(learnt),
+        content_of(validation),
         recipe.estimator.model_dump(mode="json"),
     )
     place, splits = checkpoints / f"estimator-{key}.pt", (learnt, validation)
@@ -95,14 +84,6 @@ def fit_surrogate(
         surrogate, offered, splits, recipe.estimator, place, device, progress
     )
     return Fit(dataclasses.replace(surrogate, estimator=estimator), {**histories, **more})
-
-
-def _machine(offered: Offered) -> object:
-    """The numbers of the machine that features may be formed of, and data need not show."""
-    chain, law = offered.chain, dataclasses.astuple(offered.law)
-    if chain is None:
-        return None
-    return {"law": law, **{name: values.tolist() for name, values in vars(chain).items()}}
 
 
 def _fit_network(
@@ -126,11 +107,10 @@ def _fit_network(
     eigenvalues = eigenvalues_at_rest(system) if family.linearized else None
     dtype = torch.float64 if family.linearized else getattr(torch, recipe.training.precision)
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
-    key = _digest(
-        _code(),
-        *(_content(split) for split in splits),
+    key = checkpoint_key(
+        *(content_of(split) for split in splits),
         str(eigenvalues),
-        _machine(offered),
+        machine_of(offered),
         *(values.tolist() for s in (input_scaling, output_scaling) for values in vars(s).values()),
         recipe.model_dump(mode="json", include={"window", "network", "training"}),
     )
@@ -139,10 +119,8 @@ def _fit_network(
         (input_scaling.apply(split.inputs), output_scaling.apply(split.outputs))
         for split in splits
     ]
-    table, tried = recipe.network, dict[str, History]()
-    if isinstance(table, StateSpaceRecipe) and isinstance(recipe.training, LeastSquaresRecipe):
-        trials = Trials(offered, window, values[0], values[1], eigenvalues, checkpoint)
-        table, tried = search_features(table, recipe.training, trials, progress)
+    trials = Trials(offered, window, (splits[0], splits[1]), eigenvalues, checkpoints)
+    table, tried = search_features(recipe.network, recipe.training, trials, progress)
     features = choose_features(table.feature_names(), offered, values[0][0])
     if recipe.training.flip_signs:
         require_odd(features)
@@ -218,22 +196,3 @@ def standard_deviation_scaling(signals: tuple[Signal, ...], split: Split) -> Aff
     require_motion(signals, split.outputs)
     deviation = split.outputs.reshape(-1, len(signals)).std(axis=0)
     return Affine(range_scaling(signals).offset, deviation)
-
-
-def _content(split: Split) -> str:
-    """Return a digest of a split's values: a checkpoint belongs to the data it was trained on."""
-    return hashlib.sha256(split.inputs.tobytes() + split.outputs.tobytes()).hexdigest()
-
-
-def _code() -> str:
-    """Return a digest of the training's code and of torch, to which checkpoints belong."""
-    total = hashlib.sha256(torch.__version__.encode())
-    for room in ROOMS:
-        for source in sorted((PACKAGE / room).rglob("*.py")):
-            name = source.relative_to(PACKAGE).as_posix()
-            total.update(name.encode() + b"\0" + source.read_bytes() + b"\0")
-    return total.hexdigest()
-
-
-def _digest(*parts: Any) -> str:
-    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]

@@ -179,7 +179,7 @@ def measured_decay(
 ) -> Decay:
     """Measure the decay on several input records, (N, n_inputs), each from its own random states.
 
-    Of a system that draws no states, two motions start after different records.
+    Of a system that draws no states, one motion comes from another record, and one from rest.
 
     A nonlinear motion decays faster at some times than at others; the mean over several records is
     what compares with the linearized equations. A record in which the outputs do not meet counts
@@ -196,9 +196,10 @@ def measured_decay(
         if isinstance(system, RandomStates):
             one, other = (system.random_state(rng, record[0]) for _ in range(2))
             rates.append(measured_rate(system, record, one, other, remaining_amplitude))
-        else:  # other records, and one of them backwards, are its histories
+        else:  # it comes from another record, or from rest under that one's first input
             before = inputs[index - 1]
-            rates.append(rate_after(system, record, (before, before[::-1]), remaining_amplitude))
+            histories = before, np.repeat(before[:1], len(before), axis=0)
+            rates.append(rate_after(system, record, histories, remaining_amplitude))
     return Decay(np.array(rates), remaining_amplitude)
 
 

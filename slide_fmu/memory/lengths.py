@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from slide_fmu.memory.motions import MEETING
+from slide_fmu.memory.motions import LEAST_MEASURED, MEETING
 from slide_fmu.memory.sizing import ShortWindowError, Sizing, size_window
 from slide_fmu.recipe.automatic import LENGTHS, nested
 from slide_fmu.recipe.reading import with_resolved
@@ -18,8 +18,8 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import System
 
 MARGIN = 1.25
-"""The window truncates this many times the longest decay time that was found: between seeds of the
-motions that time differs by less (docs/window.md has the figures)."""
+"""The window truncates this many times the longest decay time that was found, so that it holds all
+but rare motions of any other seed (docs/window.md has the figures)."""
 OUTPUTS = 0.5
 """Output samples of a window, relative to those that it truncates: a third of the window."""
 WINDOWS = 6
@@ -56,7 +56,7 @@ def find_lengths(recipe: Recipe, system: System) -> Lengths:
     """
     if "window.n_in" not in recipe.automatic:
         return _with_window(recipe, recipe.window.n_in, None)
-    sizing = size_window(recipe, system)
+    sizing = size_window(recipe, system, most=LEAST_MEASURED)  # a first look, which is cheap
     truncated = 0
     for _ in range(ROUNDS):
         truncated = max(truncated, _truncated(recipe, sizing))

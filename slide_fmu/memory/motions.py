@@ -61,19 +61,43 @@ class Linearized:
     local_worst: float
 
 
-def motions_of(recipe: Recipe, seed: int | None) -> Stream:
-    """Return the stream of motions along which a recipe's window is sized.
+@dataclass(frozen=True, eq=False)
+class Motions:
+    """Motions along which a recipe's window is sized.
 
-    The seed is the recipe's data seed if None.
+    Attributes:
+        recipe: what they are drawn from.
+        system: the recipe's system.
+        stream: their seeds, and how long those are that are linearized.
+        most: so many motions, or pairs of them, at most.
+    """
+
+    recipe: Recipe
+    system: System
+    stream: Stream
+    most: int
+
+    def inputs(self, index: int, count: int) -> FloatArray:
+        """Draw the inputs of a motion of at least so many samples, shape (count, n_inputs)."""
+        duration = max(self.stream.duration, count * self.recipe.window.step)
+        whole = replace(self.stream, duration=duration)
+        return draw(self.recipe, self.system, whole, index).inputs[:count]
+
+
+def motions_of(recipe: Recipe, system: System, seed: int | None, most: int | None) -> Motions:
+    """Return the motions along which a recipe's window is sized.
+
+    The seed is the recipe's data seed if None; there are ``MOTIONS`` at most if ``most`` is None.
     """
     training, window = split_stream(recipe, "train", 0), recipe.window
     entropy = recipe.data.seed if seed is None else seed
     duration = min(training.duration, WINDOWS_PER_MOTION * window.n_in * window.step)
-    return Stream(training.number, entropy, (1.0, 1.0), duration)
+    stream = Stream(training.number, entropy, (1.0, 1.0), duration)
+    return Motions(recipe, system, stream, MOTIONS if most is None else most)
 
 
-def linearize_motions(recipe: Recipe, system: Linearizable, stream: Stream) -> Linearized:
-    """Linearize a system at rest and along motions of a recipe.
+def linearize_motions(motions: Motions) -> Linearized:
+    """Linearize a system, which offers that, at rest and along motions of its recipe.
 
     Raises:
         UnstableModeError: a mode of the system linearized at rest grows, or the slowest mode grows
@@ -81,10 +105,13 @@ def linearize_motions(recipe: Recipe, system: Linearizable, stream: Stream) -> L
         SimulationError: a motion could not be simulated.
         ValueError: the system has no damping, so that initial effects never decay.
     """
+    recipe, system = motions.recipe, motions.system
+    assert isinstance(system, Linearizable)
     amplitude, window = recipe.window.remaining_amplitude, _window(recipe.window)
     rest = system.rest_state(np.array([signal.start_value for signal in system.inputs]))
     modes = spectrum(system.linearize(rest), amplitude)
-    draws = [draw(recipe, system, stream, i) for i in range(min(MOTIONS, LINEARIZED_MOTIONS))]
+    followed = range(min(motions.most, LINEARIZED_MOTIONS))
+    draws = [draw(recipe, system, motions.stream, index) for index in followed]
     stride = -(-window.n_in // POINTS_PER_WINDOW)  # rounded up
     along = _decay_along_motions(system, draws, stride, amplitude)
     decay = _decay_over_windows(along, window, stride)
@@ -92,7 +119,7 @@ def linearize_motions(recipe: Recipe, system: Linearizable, stream: Stream) -> L
     return Linearized(modes, decay, max(each.worst for each in along))
 
 
-def measure_motions(recipe: Recipe, system: System, stream: Stream, expected: float) -> Decay:
+def measure_motions(motions: Motions, expected: float) -> Decay:
     """Measure the decay of the difference of two motions under the same input, on several pairs.
 
     The records are as long as the window, or as several times the decay time in s that is
@@ -103,11 +130,11 @@ def measure_motions(recipe: Recipe, system: System, stream: Stream, expected: fl
         SimulationError: a motion could not be simulated.
         ValueError: the motions meet within two samples.
     """
-    window = recipe.window
+    window = motions.recipe.window
     count = max(window.n_in, math.ceil(MEASURED_DECAYS * expected / window.step))
     longest = GROWTH * count
     while True:
-        measured = _measure(recipe, system, stream, count)
+        measured = _measure(motions, count)
         needed = _needed_record(measured, count, window.step)
         if not count < needed <= longest:
             return measured
@@ -124,14 +151,13 @@ def _needed_record(measured: Decay, count: int, step: float) -> int:
     return max(count, math.ceil(MEASURED_DECAYS * measured.slowest / step))
 
 
-def _measure(recipe: Recipe, system: System, stream: Stream, count: int) -> Decay:
+def _measure(motions: Motions, count: int) -> Decay:
     """Measure the decay on records of ``count`` samples."""
-    duration = max(stream.duration, count * recipe.window.step)
-    whole = replace(stream, duration=duration)
-    pairs = min(MOTIONS, max(LEAST_MEASURED, MEASURED_SAMPLES // count))
-    records = [draw(recipe, system, whole, index).inputs[:count] for index in range(pairs)]
+    stream, amplitude = motions.stream, motions.recipe.window.remaining_amplitude
+    pairs = min(motions.most, max(LEAST_MEASURED, MEASURED_SAMPLES // count))
+    records = [motions.inputs(index, count) for index in range(pairs)]
     rng = np.random.default_rng(np.random.SeedSequence(stream.seed, spawn_key=(stream.number,)))
-    return measured_decay(system, records, rng, recipe.window.remaining_amplitude)
+    return measured_decay(motions.system, records, rng, amplitude)
 
 
 def _decay_along_motions(

@@ -1,7 +1,7 @@
 """The window of a recipe is sized by the decay along its own motions, linearized and measured.
 
 Where the system is linearized, its eigenvalues decide, and a measured decay that asks for more is
-a remark. Where it is not, the slowest pair of measured motions decides.
+a remark. Where it is not, the mean rate of the measured pairs of motions decides.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Sizing:
     def needed(self) -> float:
         """The window must truncate this time in s: the decay time by what decides about it."""
         decides = self.linearized
-        return self.measured.slowest if decides is None else decides.decay.worst
+        return self.measured.mean if decides is None else decides.decay.worst
 
     @property
     def problem(self) -> str | None:
@@ -64,7 +64,7 @@ class Sizing:
         if self.problem is not None or worst <= window.truncation_time:
             return None
         motions = f"the slowest of {len(self.measured.rates)} measured pairs of motions"
-        others = "the eigenvalues ask" if self.linearized else "the others ask"
+        others = "the eigenvalues ask" if self.linearized else "the mean rate asks"
         least = f"though {others} for {self.needed:.4g} s alone"
         truncated = f"the window truncates {window.truncation_time:.4g} s"
         if not math.isfinite(worst):
@@ -104,10 +104,13 @@ class Sizing:
         return recommend_window(self.needed, self.window.step, self.window.n_out).n_in
 
 
-def size_window(recipe: Recipe, system: System, seed: int | None = None) -> Sizing:
+def size_window(
+    recipe: Recipe, system: System, seed: int | None = None, most: int | None = None
+) -> Sizing:
     """Compute and measure the decay times of a recipe's system along its motions.
 
-    The seed of the motions is the recipe's data seed if None. Nothing is asked of the system but
+    The seed of the motions is the recipe's data seed if None; there are at most ``most`` motions,
+    for a first look, and as many as are worth it if None. Nothing is asked of the system but
     to be simulated; the equations are linearized too where it offers that.
 
     Raises:
@@ -117,12 +120,12 @@ def size_window(recipe: Recipe, system: System, seed: int | None = None) -> Sizi
         ValueError: the linearized system has no damping, so that initial effects never decay.
     """
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
-    stream = motions_of(recipe, seed)
+    motions = motions_of(recipe, system, seed, most)
     linearized, expected = None, window.n_in * window.step
     if isinstance(system, Linearizable):
-        linearized = linearize_motions(recipe, system, stream)
+        linearized = linearize_motions(motions)
         expected = linearized.decay.worst
-    measured = measure_motions(recipe, system, stream, expected)
+    measured = measure_motions(motions, expected)
     return Sizing(window, recipe.window.remaining_amplitude, linearized, measured)
 
 

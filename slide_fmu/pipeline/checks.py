@@ -13,6 +13,17 @@ def check_recipe(recipe: Recipe) -> None:
         LoadError: one of the recipe's systems cannot be made.
         RecipeError: they do not fit each other or the excitation, or a network sees what the
             system has not.
+        SimulationError: a library of somebody else crashes, or cannot simulate a short motion.
     """
     reference_system(recipe)
-    require_features(recipe, recipe_system(recipe))
+    system = recipe_system(recipe)
+    require_features(recipe, system)
+    if system.may_crash and recipe not in _survived:
+        from slide_fmu.data.generation import require_survival
+
+        require_survival(recipe)
+        _survived[:] = [recipe]
+
+
+_survived: list[Recipe] = []
+"""The recipe whose system was last simulated without a crash."""

@@ -13,6 +13,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import probe
 from slide_fmu.data.store import same_motion
 from slide_fmu.memory.lengths import find_lengths
+from slide_fmu.memory.sizing import Sizing
 from slide_fmu.pipeline.checks import check_recipe
 from slide_fmu.recipe.automatic import LENGTHS
 from slide_fmu.recipe.recipe import Recipe
@@ -25,11 +26,12 @@ DECIDES = {"system", "window", "data", "estimator", "automatic"}
 """Tables of a recipe on which its lengths depend."""
 
 
-def resolved_lengths(recipe: Recipe, place: Path) -> Resolved:
-    """Return the lengths that a recipe leaves open; none if it leaves none.
+def resolved_lengths(recipe: Recipe, place: Path) -> tuple[Resolved, Sizing | None]:
+    """Return the lengths that a recipe leaves open, and how the window was sized, if it was now.
 
-    They are those that the file at ``place`` keeps, if it is about the same recipe and model; else
-    they are found from the system's motions, and kept there.
+    There are none if it leaves none open. They are those that the file at ``place`` keeps, if it
+    is about the same recipe and model; else they are found from the system's motions, and kept
+    there.
 
     Raises:
         LoadError, RecipeError: as of ``check_recipe``.
@@ -38,18 +40,18 @@ def resolved_lengths(recipe: Recipe, place: Path) -> Resolved:
         UnstableModeError, SimulationError, ValueError: as of ``size_window``.
     """
     if not any(key in LENGTHS for key in recipe.automatic):
-        return {}
+        return {}, None
     check_recipe(recipe)
     system = recipe_system(recipe)
     asked, motion = recipe.model_dump(mode="json", include=DECIDES), probe(recipe, system)
     kept = _kept(place, asked, motion)
     if kept is not None:
-        return kept
-    values = find_lengths(recipe, system).values
+        return kept, None
+    found = find_lengths(recipe, system)
     place.parent.mkdir(parents=True, exist_ok=True)
-    record = {"values": values, "recipe": asked, "probe": motion.tolist()}
+    record = {"values": found.values, "recipe": asked, "probe": motion.tolist()}
     write_whole(place, json.dumps(record, indent=1).encode("utf-8"))
-    return values
+    return found.values, found.sizing
 
 
 def _kept(place: Path, asked: dict[str, Any], motion: FloatArray) -> Resolved | None:

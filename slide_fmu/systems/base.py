@@ -79,12 +79,14 @@ class System(abc.ABC):
         inputs, outputs: signals in channel order; inputs say how they act between samples and
             which of them are an angle (``check_inputs``).
         remarks: one sentence each on what the system had to assume so far, for people.
+        may_crash: whether it runs a library of somebody else, which may end the process.
     """
 
     step: float
     inputs: tuple[Signal, ...]
     outputs: tuple[Signal, ...]
     remarks: tuple[str, ...] = ()
+    may_crash: bool = False
 
     @abc.abstractmethod
     def simulate(self, inputs: FloatArray) -> FloatArray:
@@ -191,13 +193,31 @@ class Chained(System):
     chain: SerialChain | None = None
 
 
+OFFERS: dict[str, type] = {
+    "steps": Stepping,
+    "states": Restorable,
+    "random initial states": RandomStates,
+    "linearization": Linearizable,
+    "geometry of a serial chain": Chained,
+}
+"""What a system may offer beside its outputs, by its name for people."""
+
+
 def chain_of(system: System) -> SerialChain | None:
     """Give the serial chain of a system that has one, else None."""
     return system.chain if isinstance(system, Chained) else None
 
 
 class SimulationError(RuntimeError):
-    """A reference system could not be simulated."""
+    """A reference system could not be simulated.
+
+    Attributes:
+        time: when it failed, in s from the begin of the record; None where that is not known.
+    """
+
+    def __init__(self, message: str, time: float | None = None) -> None:
+        super().__init__(message)
+        self.time = time
 
 
 class LoadError(ValueError):
@@ -227,7 +247,7 @@ def simulate(system: System, inputs: FloatArray, initial: State | None = None) -
         The trajectory: N inputs and N + 1 outputs.
 
     Raises:
-        SimulationError: the solver did not converge.
+        SimulationError: the solver did not converge, or an output is not finite.
         ValueError: the inputs have the wrong number of channels.
     """
     if inputs.ndim != 2 or inputs.shape[1] != len(system.inputs):
@@ -236,7 +256,25 @@ def simulate(system: System, inputs: FloatArray, initial: State | None = None) -
             f"inputs of shape {inputs.shape}; expected (samples, {len(names)}) for {names}"
         )
     if initial is None:
-        return Trajectory(system.step, inputs, system.simulate(inputs))
-    assert isinstance(system, Restorable)
-    system.set_state(initial)
-    return Trajectory(system.step, inputs, go_on(system, inputs))
+        outputs = system.simulate(inputs)
+    else:
+        assert isinstance(system, Restorable)
+        system.set_state(initial)
+        outputs = go_on(system, inputs)
+    trajectory = Trajectory(system.step, inputs, outputs)
+    _require_finite(system, trajectory)
+    return trajectory
+
+
+def _require_finite(system: System, trajectory: Trajectory) -> None:
+    """Refuse outputs that are not finite, with the first of them."""
+    broken = np.argwhere(~np.isfinite(trajectory.outputs))
+    if len(broken):
+        row, column = broken[0]
+        time, signal = float(row * system.step), system.outputs[column]
+        raise SimulationError(
+            f"output {signal.name!r} = {trajectory.outputs[row, column]} {signal.unit} at t = "
+            f"{time:g} s under the inputs {trajectory.inputs[max(0, row - 1)].tolist()}; expected "
+            "a finite value",
+            time,
+        )

@@ -73,6 +73,18 @@ def make(specification: Specification) -> System:
         raise LoadError(f"{what}: {error}") from error
 
 
+def recognises(model: str) -> bool:
+    """Whether a model is a Python file or module that defines f or simulate.
+
+    Raises:
+        LoadError: it cannot be run.
+    """
+    if model.endswith(".fmu") or ":" in model:
+        return False
+    values = vars(imported(f"system {model!r}", model)[0])
+    return "f" in values or "simulate" in values
+
+
 def describe(model: str) -> Found:
     """Say what a user's file declares, without making a system of it.
 

@@ -11,13 +11,15 @@ import pytest
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.window import Window
+from slide_fmu.data.store import Split
 from slide_fmu.features.base import Offered
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.learn import feature_search
 from slide_fmu.learn.family import FamilyFit
 from slide_fmu.learn.feature_search import STAGE, Trials, choices, search_features
+from slide_fmu.learn.history import History
 from slide_fmu.learn.problem import Problem
-from slide_fmu.learn.training import History, TrainingError
+from slide_fmu.learn.training import TrainingError
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.learn.plants import ARM, STEP
 from tests.progress import no_stages
@@ -93,7 +95,14 @@ def trials(folder: Path, *signals: Signal, seed: int = 0) -> Trials:
         return inputs, outputs
 
     window = Window(STEP, 40, 10)
-    return Trials(offered(*signals), window, values(8), values(3), None, folder / "fit.pt")
+    made = offered(*signals)
+
+    def split(count: int) -> Split:
+        inputs, outputs = values(count)
+        in_units = inputs * made.scaling.scale + made.scaling.offset
+        return Split(in_units, outputs, np.zeros(count, np.int64))
+
+    return Trials(made, window, (split(8), split(3)), None, folder)
 
 
 SHORT = LeastSquaresRecipe(segment=50)
@@ -115,7 +124,7 @@ def test_trials_that_were_done_are_not_done_again(
     """A search that was killed goes on with the checkpoints of its trials."""
     made = trials(tmp_path, ANGLE)
     first = search_features(OPEN, SHORT, made, no_stages)
-    assert len(list(tmp_path.glob("fit-choice-*.pt"))) == 2
+    assert len(list(tmp_path.glob("choice-*.pt"))) == 2
 
     def fail(*_: Any) -> None:
         raise AssertionError("an iteration was done again")

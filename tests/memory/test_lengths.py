@@ -1,0 +1,137 @@
+"""Lengths that a recipe leaves open follow from how long the system remembers."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import pytest
+
+from slide_fmu.memory import lengths, motions
+from slide_fmu.memory.lengths import MARGIN, find_lengths, tidy
+from slide_fmu.memory.sizing import ShortWindowError, require_window, size_window
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.recipe.systems import recipe_system
+from tests.recipe.test_automatic import KEYS, open_recipe
+from tests.recipes import ESTIMATOR
+
+LAG = 0.5 * math.log(100)
+"""s to 1 %."""
+
+
+@pytest.fixture(autouse=True)
+def few_motions(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(motions, "MOTIONS", 6)
+
+
+def of_lag(name: str = "Lag", parameters: dict[str, Any] | None = None, **changes: Any) -> Recipe:
+    """A recipe that leaves all lengths open, of a system that can only be simulated."""
+    step = {"step": 0.05, **changes.pop("window", {})}
+    tables = open_recipe(window=step, **changes).model_dump(exclude={"automatic"})
+    tables["system"] = {
+        "model": f"tests.memory.plain_systems:{name}",
+        "parameters": parameters or {},
+    }
+    for place in open_recipe(window=step, **changes).automatic:
+        table, key = place.split(".")
+        del tables[table][key]
+    return Recipe.model_validate(tables)
+
+
+@pytest.mark.parametrize("model", ["plain", "oscillator"])
+def test_window_holds_the_decay_time_with_its_margin(model: str) -> None:
+    recipe = of_lag() if model == "plain" else open_recipe()
+    found = find_lengths(recipe, recipe_system(recipe))
+    assert found.sizing is not None
+    longest = max(found.sizing.needed, found.sizing.measured.slowest)
+    if model == "plain":
+        assert longest == pytest.approx(LAG, rel=0.02)
+    window = found.recipe.window
+    truncated = window.n_in - window.n_out
+    assert truncated == tidy(math.ceil(MARGIN * longest / window.step))
+    assert window.n_out == truncated // 2
+    assert found.recipe.data.burn_in == pytest.approx(window.n_in * window.step)
+    assert found.recipe.data.duration >= 6 * window.n_in * window.step
+    assert found.recipe.automatic == ()
+    assert set(found.values) == {"window", "data"}
+    require_window(found.recipe, size_window(found.recipe, recipe_system(recipe), seed=99))
+
+
+def test_same_recipe_gives_the_same_lengths() -> None:
+    one, other = (find_lengths(of_lag(), recipe_system(of_lag())).values for _ in range(2))
+    assert one == other
+
+
+def test_what_is_given_stays() -> None:
+    recipe = of_lag(window={"n_out": 7}, data={"duration": 9.0})
+    found = find_lengths(recipe, recipe_system(recipe)).recipe
+    assert (found.window.n_out, found.data.duration) == (7, 9.0)
+    assert found.window.n_in - 7 == tidy(math.ceil(MARGIN * LAG / 0.05))
+
+
+def test_given_window_needs_no_motions(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lengths, "size_window", None)
+    recipe = of_lag(window={"n_in": 90})
+    found = find_lengths(recipe, recipe_system(recipe))
+    assert found.values["window"] == {"n_out": 30}
+    assert found.sizing is None
+    assert found.values["data"]["burn_in"] == 4.5
+
+
+def test_lags_of_an_estimator_fit_into_the_window() -> None:
+    network = {**ESTIMATOR["network"], "time_invariant": True}
+    estimator = {**ESTIMATOR, "network": network, "lags": [0, 150], "span": 4000}
+    recipe = of_lag(estimator=estimator, data={"estimator": 2, "estimator_validation": 1})
+    found = find_lengths(recipe, recipe_system(recipe)).recipe
+    assert found.window.n_in - found.window.n_out == 150
+    assert found.data.duration >= 4000 * 0.05
+
+
+def test_given_duration_that_is_too_short_is_named() -> None:
+    recipe = of_lag(data={"duration": 1.0})
+    with pytest.raises(RecipeError, match=r"the lengths that its system needs: .*duration = 1 s"):
+        find_lengths(recipe, recipe_system(recipe))
+
+
+def test_integrator_is_refused_after_its_records_have_grown(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    counts: list[int] = []
+    measure = motions._measure
+
+    def note(found: motions.Motions, count: int) -> Any:
+        counts.append(count)
+        return measure(found, count)
+
+    monkeypatch.setattr(motions, "_measure", note)
+    recipe = of_lag("Integrator")
+    with pytest.raises(ShortWindowError, match=r"never meet in the outputs \(4 of 4 measured"):
+        find_lengths(recipe, recipe_system(recipe))
+    assert counts[-1] == motions.GROWTH * counts[0]
+    assert all(later == 2 * earlier for earlier, later in itertools.pairwise(counts))
+
+
+def test_record_grows_until_the_motions_of_a_slow_system_meet() -> None:
+    recipe = of_lag(parameters={"time_constant": 20.0})
+    first = motions.MEASURED_DECAYS * recipe.window.n_in * 0.05
+    decay = 20.0 * math.log(100)
+    assert first < decay
+    sizing = size_window(recipe, recipe_system(recipe))
+    assert sizing.linearized is None
+    assert sizing.measured.mean == pytest.approx(decay, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("count", "rounded"),
+    [(1, 1), (7, 7), (15, 15), (16, 16), (17, 18), (39, 40), (48, 48), (101, 104), (1000, 1024)],
+)
+def test_tidy_numbers_are_at_most_an_eighth_larger(count: int, rounded: int) -> None:
+    assert tidy(count) == rounded
+    assert count <= rounded <= 1.125 * count
+
+
+def test_all_keys_are_found() -> None:
+    recipe = of_lag()
+    values = find_lengths(recipe, recipe_system(recipe)).values
+    assert {f"{t}.{k}" for t, inner in values.items() for k in inner} == set(KEYS)

@@ -1,0 +1,122 @@
+"""What a recipe leaves open is found once, kept in the run folder, and released with the FMU."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from slide_fmu.data.generation import generate
+from slide_fmu.memory import motions
+from slide_fmu.pipeline import resolved
+from slide_fmu.pipeline.job import Job, open_job, provenance
+from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.pipeline.stages import check_window, size_recipe
+from slide_fmu.recipe.recipe import RecipeError
+from tests.data.test_generation import Inline
+from tests.memory.plain_systems import Lag
+from tests.progress import no_stages
+from tests.recipe.test_automatic import KEYS, open_recipe
+from tests.recipes import LINEAR_NETWORK, TINY
+
+OPEN = f"""
+name = "lag"
+description = "a lag of first order"
+[system]
+model = "tests.memory.plain_systems:Lag"
+[window]
+step = 0.05
+[data]
+seed = 7
+train = 4
+validation = 2
+{LINEAR_NETWORK}
+[training]
+steps = 40
+batch = 32
+learning_rate = 3e-3
+"""
+
+
+@pytest.fixture(autouse=True)
+def few_motions(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(motions, "MOTIONS", 4)
+
+
+def opened(folder: Path, text: str = OPEN, **seeds: int) -> Job:
+    place = folder / "lag.toml"
+    place.write_text(text, encoding="utf-8")
+    return open_job(place, folder / "runs", no_stages, **seeds)
+
+
+def note_searches(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    found: list[Any] = []
+    find = resolved.find_lengths
+
+    def note(*arguments: Any) -> Any:
+        found.append(arguments)
+        return find(*arguments)
+
+    monkeypatch.setattr(resolved, "find_lengths", note)
+    return found
+
+
+def test_lengths_are_found_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    searches = note_searches(monkeypatch)
+    first = opened(tmp_path)
+    assert first.recipe.automatic == ()
+    assert len(searches) == 1
+    assert first.sizing is not None
+    assert check_window(first) is first.sizing
+    assert size_recipe(first).figures() == first.sizing.figures()
+    again = opened(tmp_path, training_seed=3, data_seed=4)
+    assert len(searches) == 1
+    assert again.resolved == first.resolved
+    assert again.sizing is None
+    assert again.recipe.window == first.recipe.window
+    opened(tmp_path, OPEN.replace("steps = 40", "steps = 41"))
+    assert len(searches) == 1  # the training changes nothing about the lengths
+
+
+def test_lengths_are_found_again_for_another_recipe_or_model(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    searches = note_searches(monkeypatch)
+    first = opened(tmp_path)
+    longer = opened(tmp_path, OPEN.replace("[window]", "[window]\nremaining_amplitude = 1e-3"))
+    assert len(searches) == 2
+    assert longer.recipe.window.n_in > first.recipe.window.n_in
+    opened(tmp_path)
+    simulate = Lag.simulate
+    monkeypatch.setattr(Lag, "simulate", lambda self, inputs: 2.0 * simulate(self, inputs))
+    opened(tmp_path)
+    assert len(searches) == 4
+
+
+def test_recipe_that_leaves_nothing_open_has_no_file(tmp_path: Path) -> None:
+    job = opened(tmp_path, TINY)
+    assert job.resolved == {}
+    assert not job.folder.resolved.exists()
+    assert "resolved" not in provenance(job, {})
+
+
+def test_provenance_gives_the_resolved_recipe(tmp_path: Path) -> None:
+    job = opened(tmp_path)
+    released = json.loads(json.dumps(provenance(job, {})))
+    assert recipe_of_provenance(released, "lag.fmu") == job.recipe
+    del released["resolved"]
+    assert recipe_of_provenance(released, "lag.fmu").automatic == KEYS
+
+
+def test_values_that_are_not_the_recipes_are_refused(tmp_path: Path) -> None:
+    released = {"recipe": TINY, "resolved": {"window": {"n_in": 48}}}
+    with pytest.raises(RecipeError, match=r"recipe in it\.fmu: values were found for \['window"):
+        recipe_of_provenance(released, "it.fmu")
+
+
+def test_nothing_is_made_of_first_guesses(tmp_path: Path) -> None:
+    message = r"'tiny' leaves window\.n_in, window\.n_out, data\.duration, data\.burn_in to be"
+    with pytest.raises(RecipeError, match=message):
+        generate(open_recipe(), tmp_path / "data", Inline(), lambda *_: None)

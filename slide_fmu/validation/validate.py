@@ -212,7 +212,7 @@ def compare(
         true_error,
         (own.seconds, true_seconds),
         None,
-        _plain(fmu, surrogate, drawn, first),
+        plain=_plain(fmu, surrogate, drawn, first),
     )
 
 

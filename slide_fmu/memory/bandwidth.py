@@ -1,9 +1,8 @@
 """How finely a system must be sampled, from the spectrum of its outputs.
 
 A step is proposed before there is a recipe: inputs are drawn anew at every sample over their whole
-range, so that they move at all frequencies, and the step follows from the frequency up to which the
-outputs answer. Of a recipe's own step it is found what is lost between the
-samples.
+range, so that they move at all frequencies, and the step follows from the frequency up to which
+the outputs answer. Of a recipe's own step it is found what is lost between the samples.
 """
 
 from __future__ import annotations

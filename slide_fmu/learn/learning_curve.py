@@ -30,8 +30,8 @@ from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import System
 
-ITERATIONS = 20
-"""A point of the curve takes at most this many iterations."""
+FIRST_ITERATIONS, ITERATIONS = 20, 10
+"""The first point of the curve takes at most so many iterations, each further one so many."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,9 +90,11 @@ class LearningCurve:
         )
         data = prepare(problem, self._network, self._training)
         fit = MultiStart(problem, self._network, self._training, data, progress)
-        fit.plan(ITERATIONS)
-        before = self._first(fit) if self._candidate is None else self._candidate
-        self._candidate = fit.with_more_data(before, ITERATIONS)
+        first = self._candidate is None
+        iterations = FIRST_ITERATIONS if first else ITERATIONS
+        fit.plan(iterations)
+        before = self._candidate or self._first(fit)
+        self._candidate = fit.with_more_data(before, iterations)
         return self._candidate.error
 
     def _first(self, fit: MultiStart) -> Candidate:

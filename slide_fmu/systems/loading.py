@@ -8,6 +8,7 @@ from types import ModuleType
 from typing import cast
 
 from slide_fmu.core.signals import check_inputs
+from slide_fmu.core.units import require_unit
 from slide_fmu.systems.base import LoadError, System
 from slide_fmu.systems.found import Found
 from slide_fmu.systems.specification import Specification
@@ -34,8 +35,8 @@ def load_system(specification: Specification) -> System:
     """Make a system.
 
     Raises:
-        LoadError: there is no such kind or model, the parameters do not fit, or the inputs do not
-            belong together (``check_inputs``).
+        LoadError: there is no such kind or model, the parameters do not fit, the inputs do not
+            belong together (``check_inputs``), or a unit is unknown.
     """
     kind, model = specification.kind, specification.model
     if kind not in KINDS:
@@ -44,6 +45,8 @@ def load_system(specification: Specification) -> System:
     system = make(specification)
     try:
         check_inputs(system.inputs)
+        for signal in (*system.inputs, *system.outputs):
+            require_unit(signal.name, signal.unit)
     except ValueError as error:
         given = dict(specification.parameters)
         raise LoadError(f"system {model!r} with {given}: {error}") from error

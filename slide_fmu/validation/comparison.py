@@ -133,6 +133,8 @@ class Validation:
             "rms_reference": float(rms(reference)[index]),
             "rmse": float(rms(error)[index]),
             "relative_rmse": float(relative_rmse(error, reference)[index]),
+            # of an output far from 0, as a temperature in K, the RMS is no measure of its motion
+            "rmse_over_deviation": float(_over_deviation(error, reference)[index]),
             "max_error": float(np.max(np.abs(error[:, index]))),
             "relative_rmse_of_trajectories": _quantiles(single),
         }
@@ -193,6 +195,11 @@ def relative_rmse(error: FloatArray, reference: FloatArray) -> FloatArray:
     A reference that is zero throughout counts as tiny, so that the figure stays finite.
     """
     return rms(error) / np.maximum(rms(reference), np.finfo(np.float64).tiny)
+
+
+def _over_deviation(error: FloatArray, reference: FloatArray) -> FloatArray:
+    """Return the RMSE over the standard deviation of the reference, as of ``relative_rmse``."""
+    return relative_rmse(error, reference - reference.mean(axis=0))
 
 
 def _deviation(values: FloatArray) -> dict[str, float]:

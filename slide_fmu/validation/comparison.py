@@ -63,6 +63,10 @@ class Comparison:
         model: outputs of the model that made the data, shape (N, n_outputs), or None where the
             reference is the same model.
         failed: number of draws before this one that the system could not simulate.
+        plain: outputs of the surrogate FMU as it is, shape (N, n_outputs), where an importer sets
+            u(t) before the step from t, which is all that it knows; None with a zero-order hold.
+            In ``surrogate``, inputs with a first-order hold are set to what they reach by the
+            step's end, as in the reference.
     """
 
     kind: int
@@ -75,6 +79,7 @@ class Comparison:
     step_seconds: tuple[FloatArray, FloatArray]
     model: FloatArray | None
     failed: int = 0
+    plain: FloatArray | None = None
 
     @property
     def error(self) -> FloatArray:
@@ -142,6 +147,10 @@ class Validation:
         if differences:
             of_model = relative_rmse(np.concatenate(differences), reference)
             figures["model_relative_rmse"] = float(of_model[index])
+        plain = [c.plain - c.reference for c in self.comparisons if c.plain is not None]
+        if plain:
+            of_plain = relative_rmse(np.concatenate(plain), reference)
+            figures["plain_relative_rmse"] = float(of_plain[index])
         return figures
 
     def _excitations(self) -> list[dict[str, Any]]:
@@ -181,6 +190,16 @@ class Validation:
             "reference_step_us": 1e6 * reference,
             "speedup": reference / fmu,
         }
+
+
+def meaning_of(surrogate: Surrogate) -> str:
+    """Say what becomes of inputs that an importer sets to what they are at the begin of a step."""
+    if surrogate.inputs_at_step_end:
+        return (
+            "the FMU takes them as reached by the step's end, as its parameter inputs_at_step_end "
+            "says, and answers one step late"
+        )
+    return "the FMU forecasts what they do within the step, until they are set again"
 
 
 def _joined(comparisons: Sequence[Comparison]) -> tuple[FloatArray, FloatArray]:

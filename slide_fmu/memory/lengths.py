@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from slide_fmu.memory.motions import LEAST_MEASURED, MEETING
-from slide_fmu.memory.sizing import ShortWindowError, Sizing, size_window
+from slide_fmu.memory.motions import LEAST_MEASURED
+from slide_fmu.memory.sizing import NotForgettingError, Sizing, size_window
 from slide_fmu.recipe.automatic import LENGTHS, nested
 from slide_fmu.recipe.reading import with_resolved
 from slide_fmu.recipe.recipe import Recipe
@@ -50,7 +50,7 @@ def find_lengths(recipe: Recipe, system: System) -> Lengths:
     """Find the lengths that a recipe leaves open.
 
     Raises:
-        ShortWindowError: no window can hold the system, since it does not forget.
+        NotForgettingError: no window can hold the system, since it does not forget.
         RecipeError: what the recipe gives does not fit the window that its system needs.
         UnstableModeError, SimulationError, ValueError: as of ``size_window``.
     """
@@ -85,10 +85,10 @@ def _truncated(recipe: Recipe, sizing: Sizing) -> int:
     """Return how many samples the window of a recipe shall truncate.
 
     Raises:
-        ShortWindowError: the system does not forget.
+        NotForgettingError: the system does not forget.
     """
-    if sizing.measured.meeting < MEETING:
-        raise ShortWindowError(f"recipe {recipe.name!r}: {sizing.problem}")
+    if not sizing.forgets:
+        raise NotForgettingError(f"recipe {recipe.name!r}: {sizing.problem}")
     lags = (recipe.estimator and recipe.estimator.lags) or (0,)
     needed = math.ceil(MARGIN * _time_to_hold(sizing) / recipe.window.step * (1.0 - 1e-12))
     return max(1, tidy(needed), lags[-1])

@@ -119,23 +119,27 @@ def linearize_motions(motions: Motions) -> Linearized:
     return Linearized(modes, decay, max(each.worst for each in along))
 
 
-def measure_motions(motions: Motions, expected: float) -> Decay:
+def first_record(motions: Motions, expected: float) -> int:
+    """Return how many samples are measured at first, for an expected decay time in s."""
+    window = motions.recipe.window
+    return max(window.n_in, math.ceil(MEASURED_DECAYS * expected / window.step))
+
+
+def measure_motions(motions: Motions, count: int, grow: bool = True) -> Decay:
     """Measure the decay of the difference of two motions under the same input, on several pairs.
 
-    The records are as long as the window, or as several times the decay time in s that is
-    expected. They grow while most pairs have not met, and where a pair has not met, until the
-    record is several times as long as the slowest of the others took.
+    The records have ``count`` samples at first. They grow, if they may, while most pairs have not
+    met, and where a pair has not met, until the record is several times as long as the slowest of
+    the others took.
 
     Raises:
         SimulationError: a motion could not be simulated.
         ValueError: the motions meet within two samples.
     """
-    window = motions.recipe.window
-    count = max(window.n_in, math.ceil(MEASURED_DECAYS * expected / window.step))
-    longest = GROWTH * count
+    longest = GROWTH * count if grow else count
     while True:
         measured = _measure(motions, count)
-        needed = _needed_record(measured, count, window.step)
+        needed = _needed_record(measured, count, motions.recipe.window.step)
         if not count < needed <= longest:
             return measured
         count = needed

@@ -11,10 +11,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from slide_fmu.core.window import Window
+from slide_fmu.memory.contradiction import contradiction
 from slide_fmu.memory.decay import Decay, recommend_window, too_short
+from slide_fmu.memory.lasting import lasting
 from slide_fmu.memory.motions import (
     MEETING,
     Linearized,
+    Motions,
+    first_record,
     linearize_motions,
     measure_motions,
     motions_of,
@@ -27,6 +31,10 @@ class ShortWindowError(ValueError):
     """The recipe's window is too short for its system."""
 
 
+class NotForgettingError(ShortWindowError):
+    """No window is long enough for the system, since it does not forget."""
+
+
 @dataclass(frozen=True, eq=False)
 class Sizing:
     """A sizing says what the window of a recipe must hold, and what it holds.
@@ -37,12 +45,20 @@ class Sizing:
         linearized: what the equations say; None where the system does not offer linearization.
         measured: decay of the difference of two motions under the same input, one rate for each
             pair.
+        refusal: why no window can hold the system, or nothing sure can be said about it: it does
+            not forget at rest, or its linearized equations contradict it; None if neither is so.
     """
 
     window: Window
     remaining_amplitude: float
     linearized: Linearized | None
     measured: Decay
+    refusal: str | None = None
+
+    @property
+    def forgets(self) -> bool:
+        """Whether there is a window that can hold the system."""
+        return self.refusal is None and self.measured.meeting >= MEETING
 
     @property
     def needed(self) -> float:
@@ -53,6 +69,8 @@ class Sizing:
     @property
     def problem(self) -> str | None:
         """The text says why the window is too short; None if it is long enough."""
+        if self.refusal is not None:
+            return self.refusal
         if self.measured.meeting < MEETING:
             return _never_meet(self.measured, self.linearized)
         return too_short(self.window, self.needed)
@@ -84,7 +102,7 @@ class Sizing:
 
         None stands for what the system does not offer, and in a time for one without end.
         """
-        measured = self.measured.meeting >= MEETING
+        sized = self.measured.meeting >= MEETING or self.linearized is not None
         return {
             "remaining_amplitude": self.remaining_amplitude,
             **_linearized_figures(self.linearized),
@@ -95,8 +113,9 @@ class Sizing:
                 "n_out": self.window.n_out,
                 "truncation_time_s": self.window.truncation_time,
             },
-            "recommended_n_in": self._recommended() if measured or self.linearized else None,
+            "recommended_n_in": self._recommended() if sized else None,
             "sufficient": self.problem is None,
+            "refusal": self.refusal,
             "remark": self.remark,
         }
 
@@ -116,6 +135,7 @@ def size_window(
     Raises:
         UnstableModeError: a mode of the system linearized at rest grows, or the slowest mode grows
             in the mean along a motion.
+        NotForgettingError: the system linearized has no decay, since it does not forget at rest.
         SimulationError: a motion could not be simulated.
         ValueError: the linearized system has no damping, so that initial effects never decay.
     """
@@ -123,10 +143,26 @@ def size_window(
     motions = motions_of(recipe, system, seed, most)
     linearized, expected = None, window.n_in * window.step
     if isinstance(system, Linearizable):
-        linearized = linearize_motions(motions)
+        linearized = _linearized(recipe, motions)
         expected = linearized.decay.worst
-    measured = measure_motions(motions, expected)
-    return Sizing(window, recipe.window.remaining_amplitude, linearized, measured)
+    count = first_record(motions, expected)
+    found = lasting(motions, count)
+    measured = measure_motions(motions, count, grow=found is None)
+    refusal = None if found is None else str(found)
+    if linearized is not None and refusal is None and measured.meeting >= MEETING:
+        refusal = contradiction(motions, linearized, measured)
+    return Sizing(window, recipe.window.remaining_amplitude, linearized, measured, refusal)
+
+
+def _linearized(recipe: Recipe, motions: Motions) -> Linearized:
+    """Linearize along motions; a system that has no decay there may have a reason with a name."""
+    try:
+        return linearize_motions(motions)
+    except ValueError as error:
+        found = lasting(motions, recipe.window.n_in)
+        if found is None:
+            raise
+        raise NotForgettingError(f"recipe {recipe.name!r}: {found}") from error
 
 
 def require_window(recipe: Recipe, sizing: Sizing) -> None:
@@ -134,11 +170,11 @@ def require_window(recipe: Recipe, sizing: Sizing) -> None:
 
     Raises:
         ShortWindowError: the window is too short; the message gives the numbers and the remedy.
+        NotForgettingError: no window is long enough, or the sizing contradicts itself.
     """
     if sizing.problem is not None and not recipe.window.allow_short:
-        raise ShortWindowError(
-            f"recipe {recipe.name!r}: {sizing.problem}; or set window.allow_short = true"
-        )
+        kind = ShortWindowError if sizing.forgets else NotForgettingError
+        raise kind(f"recipe {recipe.name!r}: {sizing.problem}; or set window.allow_short = true")
 
 
 def decay_rows(figures: dict[str, Any]) -> list[tuple[str, str, str, str]]:

@@ -17,7 +17,7 @@ from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.excitation.mix import Excitation
-from slide_fmu.memory.bandwidth import POWER, proposed_step
+from slide_fmu.memory.bandwidth import GAIN, proposed_step
 from slide_fmu.pipeline.job import make_importable
 from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.recipe import RecipeError
@@ -176,9 +176,9 @@ def _input(choice: SignalChoice, wish: Wish, declared: bool) -> DraftSignal:
     given = wish.inputs.get(choice.name)
     if given is not None:
         choice = replace(choice, low=given[0], high=given[1])
-        origin = "the range that was given"
+        origin = "The range was given."
     else:
-        origin = "the range that the model declares"
+        origin = "The model declares the range."
     if choice.low is None or choice.high is None:
         raise RecipeError(
             f"input {choice.name!r} ({choice.unit or 'no unit'}): the model declares no range; "
@@ -188,11 +188,11 @@ def _input(choice: SignalChoice, wish: Wish, declared: bool) -> DraftSignal:
         moves = choice.unit in MOVING
         choice = replace(choice, hold="first_order" if moves else "zero_order")
         origin += (
-            "; it moves evenly between two samples, as a motion does"
+            " The input moves linearly between samples, as motions do."
             if moves
-            else "; it is held over each step, as co-simulation tools do"
+            else " The input is held between samples, as co-simulation tools do."
         )
-    return DraftSignal(choice, f"{origin}.")
+    return DraftSignal(choice, origin)
 
 
 def _maker(
@@ -219,7 +219,8 @@ def _step(wish: Wish, found: Found, make: Callable[[float], System]) -> tuple[fl
     if proposed.bandwidth is None:
         return proposed.step, "Assumed: the outputs show no dynamics of their own."
     return proposed.step, (
-        f"Of the power of every output {100 * POWER:g} % lies below {proposed.bandwidth:.3g} Hz."
+        f"Up to {proposed.bandwidth:.3g} Hz an output answers with {100 * GAIN:g} % of its "
+        "largest gain."
     )
 
 
@@ -232,10 +233,10 @@ def _with_ranges(
     for index, draft in enumerate(outputs):
         choice = draft.choice
         if choice.low is not None and choice.high is not None:
-            drafts.append(replace(draft, origin="The range that the model declares."))
+            drafts.append(replace(draft, origin="The model declares the range."))
             continue
         ends = _widened(float(low[index]), float(high[index]))
-        origin = f"Seen in {count} motions, and {100 * MARGIN:.0f} % more at both ends."
+        origin = f"Seen in {count} motions, and widened by {100 * MARGIN:.0f} % at both ends."
         drafts.append(DraftSignal(replace(choice, low=ends[0], high=ends[1]), origin))
     return drafts
 

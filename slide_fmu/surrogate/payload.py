@@ -58,7 +58,6 @@ from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.scaling import Affine, LogError
 from slide_fmu.core.signals import Angle, Hold, Signal
 from slide_fmu.core.window import Window
-from slide_fmu.features.director import Director
 from slide_fmu.network.base import Network
 from slide_fmu.network.bytes import decode_network, encode_network
 from slide_fmu.network.feed_forward.network import FeedForward
@@ -73,6 +72,9 @@ READABLE = (4, 5, VERSION)
 HOLDS: tuple[Hold, ...] = ("zero_order", "first_order")
 ANGLES: tuple[Angle | None, ...] = (None, "cosine", "sine")
 """Places in both are the numbers in the file."""
+
+FORMER_DIRECTOR = 2
+"""Number of the features of an angle in files of version 4."""
 
 INPUT_ROW = np.dtype(
     [("offset", "<f8"), ("scale", "<f8"), ("start", "<f8"), ("hold", "<u4"), ("angle", "<u4")]
@@ -161,7 +163,7 @@ def _sections_of_version_4(reader: Reader) -> bytes:
     reader.section(b"SCOU")
     network = reader.section(b"PRED")
     network.u32()  # its family
-    angles = (1, 2) if network.u32() == Director.NUMBER else ()
+    angles = (1, 2) if network.u32() == FORMER_DIRECTOR else ()
     rows = b""
     for index in range(len(inputs.data) // 24):
         angle = angles[index] if index < len(angles) else 0

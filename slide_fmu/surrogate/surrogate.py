@@ -80,8 +80,8 @@ class Surrogate:
                 f"{len(self.inputs)} inputs and {len(self.outputs)} outputs, but networks and "
                 f"scaling for {sorted(inputs)} inputs and {len(self.output_scaling.scale)} outputs"
             )
-        angle = cosines_of(self.inputs) == (0,)
-        if any(network.features.features.of_angle for network in networks) and not angle:
+        wanted = {i for network in networks for i in network.features.features.cosines}
+        if not wanted <= set(cosines_of(self.inputs)):
             raise ValueError(
                 f"inputs {[signal.name for signal in self.inputs]} are no angle, but a network "
                 "sees features of one; expected a signal with angle 'cosine' and one with 'sine'"

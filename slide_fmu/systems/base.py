@@ -8,6 +8,7 @@ instead, or left out, and the report says so.
 from __future__ import annotations
 
 import abc
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -230,10 +231,43 @@ def go_on(system: Stepping, inputs: FloatArray) -> FloatArray:
     The outputs at the current state come first. The system raises what ``advance`` raises.
     """
     outputs = np.empty((len(inputs) + 1, len(system.outputs)))
-    outputs[0] = system.output()
+    outputs[0] = _row(system, "output", system.output)
     for k, row in enumerate(inputs):
-        outputs[k + 1] = system.advance(row)
+        outputs[k + 1] = _row(system, "advance", system.advance, k, row)
     return outputs
+
+
+def _row(
+    system: System, method: str, call: Callable[..., FloatArray], k: int = -1, *inputs: FloatArray
+) -> FloatArray:
+    """Call a method that gives one row of outputs; whatever it raises says where."""
+    try:
+        row = call(*inputs)
+        if np.shape(row) == (len(system.outputs),):
+            return row
+    except (SimulationError, LoadError):
+        raise
+    except Exception as error:  # a user's method may raise anything
+        time = k * system.step if k >= 0 else None
+        raise SimulationError(_raised(system, method, error, k, *inputs), time) from error
+    raise SimulationError(
+        f"{type(system).__qualname__}.{method} gave outputs of shape {np.shape(row)}; expected "
+        f"({len(system.outputs)},), one number for each output: correct the model"
+    )
+
+
+def _raised(
+    system: System, method: str, error: Exception, k: int = -1, *inputs: FloatArray
+) -> str:
+    """Say what a method of a user raised, in which step, and where in which file."""
+    from slide_fmu.systems.user_code import told  # which imports this module
+
+    place = (
+        f" in sample {k} (t = {k * system.step:.6g} s) under {inputs[0].tolist()}"
+        if k >= 0
+        else ""
+    )
+    return f"{type(system).__qualname__}.{method} raised {told(error)}{place}: correct the model"
 
 
 def simulate(system: System, inputs: FloatArray, initial: State | None = None) -> Trajectory:
@@ -247,34 +281,59 @@ def simulate(system: System, inputs: FloatArray, initial: State | None = None) -
         The trajectory: N inputs and N + 1 outputs.
 
     Raises:
-        SimulationError: the solver did not converge, or an output is not finite.
-        ValueError: the inputs have the wrong number of channels.
+        SimulationError: the solver did not converge, the model raised an error, or gave outputs
+            of another shape, or such that are not finite; the message says where.
+        ValueError: the inputs have the wrong number of channels, or are not finite.
     """
     if inputs.ndim != 2 or inputs.shape[1] != len(system.inputs):
         names = [signal.name for signal in system.inputs]
         raise ValueError(
             f"inputs of shape {inputs.shape}; expected (samples, {len(names)}) for {names}"
         )
+    if not np.isfinite(inputs).all():
+        k = int(np.argmin(np.isfinite(inputs).all(axis=1)))
+        raise ValueError(f"inputs in sample {k}: {inputs[k].tolist()}; expected finite numbers")
     if initial is None:
+        return Trajectory(system.step, inputs, _whole(system, inputs))
+    assert isinstance(system, Restorable)
+    system.set_state(initial)
+    return Trajectory(system.step, inputs, _checked(system, inputs, go_on(system, inputs)))
+
+
+def _whole(system: System, inputs: FloatArray) -> FloatArray:
+    """Simulate from the system's own start; whatever it raises says where."""
+    try:
         outputs = system.simulate(inputs)
-    else:
-        assert isinstance(system, Restorable)
-        system.set_state(initial)
-        outputs = go_on(system, inputs)
-    trajectory = Trajectory(system.step, inputs, outputs)
-    _require_finite(system, trajectory)
-    return trajectory
+    except (SimulationError, LoadError):
+        raise
+    except Exception as error:  # a user's method may raise anything
+        raise SimulationError(_raised(system, "simulate", error)) from error
+    return _checked(system, inputs, outputs)
 
 
-def _require_finite(system: System, trajectory: Trajectory) -> None:
-    """Refuse outputs that are not finite, with the first of them."""
-    broken = np.argwhere(~np.isfinite(trajectory.outputs))
-    if len(broken):
-        row, column = broken[0]
-        time, signal = float(row * system.step), system.outputs[column]
+def _checked(system: System, inputs: FloatArray, outputs: object) -> FloatArray:
+    """Return outputs as numbers; refuse other shapes, and the first that are not finite."""
+    shape, name = (len(inputs) + 1, len(system.outputs)), f"{type(system).__qualname__}.simulate"
+    try:
+        found = np.asarray(outputs, dtype=np.float64)
+    except (TypeError, ValueError) as error:
         raise SimulationError(
-            f"output {signal.name!r} = {trajectory.outputs[row, column]} {signal.unit} at t = "
-            f"{time:g} s under the inputs {trajectory.inputs[max(0, row - 1)].tolist()}; expected "
-            "a finite value",
-            time,
+            f"{name} gave {type(outputs).__name__} ({error}); expected an array of numbers of "
+            f"shape {shape}: correct the model"
+        ) from error
+    if found.shape != shape:
+        raise SimulationError(
+            f"{name} gave an array of shape {found.shape}; expected {shape}: a row for the start "
+            f"and one for each of the {len(inputs)} inputs, a column for each output"
         )
+    finite = np.isfinite(found).all(axis=1)
+    if not finite.all():
+        k = int(np.argmin(finite))
+        under = inputs[max(0, k - 1)].tolist()
+        raise SimulationError(
+            f"{name} gave {found[k].tolist()} in sample {k} (t = {k * system.step:.6g} s) under "
+            f"the input {under}; expected finite numbers: excite it less (data.excitation), "
+            "choose a smaller step, or correct the model",
+            k * system.step,
+        )
+    return found

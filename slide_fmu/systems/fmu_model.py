@@ -50,6 +50,11 @@ def make(specification: Specification) -> System:
     return RestorableFmu(plan) if is_continuous(file) else SteppedFmu(plan)
 
 
+def recognises(model: str) -> bool:
+    """Whether a model is an FMU, by its name."""
+    return model.endswith(".fmu")
+
+
 def describe(model: str) -> Found:
     """Find out what an FMU says about itself.
 

@@ -8,6 +8,7 @@ from types import ModuleType
 from typing import cast
 
 from slide_fmu.core.signals import check_inputs
+from slide_fmu.core.units import require_unit
 from slide_fmu.systems.base import LoadError, System
 from slide_fmu.systems.found import Found
 from slide_fmu.systems.specification import Specification
@@ -25,7 +26,8 @@ KINDS: dict[str, str] = {
 The module is imported when it is needed: exudyn is, for models of exudyn alone. Its ``make`` takes
 a ``Specification`` and gives the system; its ``describe`` takes a model's name and gives what is
 ``Found`` about it; both raise ``LoadError``. Its ``recognises`` says whether a model is of the
-kind, without running it where that can be seen from its name.
+kind, without running it where that can be seen from its name. A kind whose models are no files has
+neither of the last two.
 """
 
 
@@ -33,8 +35,8 @@ def load_system(specification: Specification) -> System:
     """Make a system.
 
     Raises:
-        LoadError: there is no such kind or model, the parameters do not fit, or the inputs do not
-            belong together (``check_inputs``).
+        LoadError: there is no such kind or model, the parameters do not fit, the inputs do not
+            belong together (``check_inputs``), or a unit is unknown.
     """
     kind, model = specification.kind, specification.model
     if kind not in KINDS:
@@ -43,6 +45,8 @@ def load_system(specification: Specification) -> System:
     system = make(specification)
     try:
         check_inputs(system.inputs)
+        for signal in (*system.inputs, *system.outputs):
+            require_unit(signal.name, signal.unit)
     except ValueError as error:
         given = dict(specification.parameters)
         raise LoadError(f"system {model!r} with {given}: {error}") from error
@@ -78,6 +82,8 @@ def describe_model(model: str, kind: str | None = None) -> Found:
         raise LoadError(f"kind of system {kind!r}; expected one of {sorted(KINDS)}")
     for name in [kind] if kind is not None else KINDS:
         module = kind_module(name)
+        if not hasattr(module, "describe"):
+            continue
         if kind is not None or module.recognises(model):
             return cast(Found, module.describe(model))
     raise LoadError(

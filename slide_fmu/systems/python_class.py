@@ -44,10 +44,15 @@ def make(specification: Specification) -> System:
 
 
 def recognises(model: str) -> bool:
-    """Whether a model is a class of systems, or a file or module that defines one."""
+    """Whether a model is a class, or a file or module that defines a class of systems.
+
+    Raises:
+        LoadError: it cannot be run.
+    """
     if model.endswith(".fmu"):
         return False
-    return bool(_classes_of(model)) or ":" in model
+    module, name = imported(f"system {model!r}", model)
+    return inspect.isclass(getattr(module, name, None)) if name else bool(_classes_of(model))
 
 
 def describe(model: str) -> Found:

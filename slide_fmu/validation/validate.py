@@ -22,11 +22,15 @@ from slide_fmu.python_fmu.reference_slave import FROM_STATE, write_reference_fmu
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system, reference_specification, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import RandomStates, State, System, simulate
+from slide_fmu.systems.base import RandomStates, SimulationError, State, System, simulate
 from slide_fmu.validation.comparison import Comparison, Task, Validation
 
 WORTH_PROCESSES = 20.0
 """Work in s from which on worker processes, which take seconds to start, do the rest."""
+
+
+MOST_ATTEMPTS = 5
+"""A system that fails on this many draws for one trajectory cannot be measured against."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +77,8 @@ def validate(
     Raises:
         CoSimulationError: an FMU reports an error.
         LoadError: the reference system is not installed here.
-        SimulationError: the model that made the data could not be simulated.
+        SimulationError: the reference, or the model that made the data, could not be simulated,
+            nor on other draws.
         ValueError: the trajectories are too short to score anything.
     """
     models = _Models(recipe)
@@ -132,12 +137,21 @@ def _measure_here(index: int) -> Comparison:
 
 
 def _measure(bench: _Bench, models: _Models, index: int) -> Comparison:
-    """Draw a trajectory and run everything on it."""
-    drawn = draw(bench.recipe, models.reference, bench.stream, index)
+    """Draw a trajectory and run everything on it; where the system fails on it, another one."""
+    for attempt in range(MOST_ATTEMPTS):
+        try:
+            return replace(_measure_draw(bench, models, index, attempt), failed=attempt)
+        except SimulationError as error:
+            failure = error
+    raise failure
+
+
+def _measure_draw(bench: _Bench, models: _Models, index: int, attempt: int) -> Comparison:
+    drawn = draw(bench.recipe, models.reference, bench.stream, index, attempt)
     found = compare(bench.fmu, bench.reference, bench.surrogate, models.reference, drawn)
     if models.data is None:
         return found
-    own = draw(bench.recipe, models.data, bench.stream, index)
+    own = draw(bench.recipe, models.data, bench.stream, index, attempt)
     outputs = simulate(models.data, own.inputs, own.initial).outputs
     return replace(found, model=outputs[len(outputs) - len(found.reference) :])
 
@@ -198,7 +212,7 @@ def compare(
         true_error,
         (own.seconds, true_seconds),
         None,
-        _plain(fmu, surrogate, drawn, first),
+        plain=_plain(fmu, surrogate, drawn, first),
     )
 
 

@@ -33,6 +33,98 @@ class Integrator(Lag):
         return np.concatenate([[[0.0]], self.step * np.cumsum(inputs, axis=0)])
 
 
+class Undamped(Lag):
+    """A swinging mass without damping: it never comes to rest."""
+
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        turn = np.exp(1j * 3.0 * self.step)
+        state, values = 0j, [0.0]
+        for (value,) in inputs:
+            state = value + (state - value) * turn
+            values.append(state.real)
+        return np.array(values)[:, None]
+
+
+class Stepwise(Lag):
+    """A system of differential equations under a held input, by the midpoint rule."""
+
+    SUBSTEPS = 8
+    START: tuple[float, ...] = (0.0, 0.0)
+
+    def rates(self, state: list[float], value: float) -> list[float]:
+        raise NotImplementedError
+
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        state, h = list(self.START), self.step / self.SUBSTEPS
+        values = [state[0]]
+        for value in inputs[:, 0].tolist():
+            for _ in range(self.SUBSTEPS):
+                now = self.rates(state, value)
+                middle = [x + 0.5 * h * rate for x, rate in zip(state, now, strict=True)]
+                then = self.rates(middle, value)
+                state = [x + h * rate for x, rate in zip(state, then, strict=True)]
+            values.append(state[0])
+        return np.array(values)[:, None]
+
+
+class Buckled(Stepwise):
+    """A spring that snaps through: it rests at 1 m or at -1 m. Its unit of force is 200 N."""
+
+    START = (1.0, 0.0)
+
+    def rates(self, state: list[float], value: float) -> list[float]:
+        x, v = state
+        return [v, 200.0 * value - 100.0 * x * (x * x - 1.0) - 8.0 * v]
+
+
+class BoucWen(Stepwise):
+    """A mass on a spring and on a hysteretic joint of 2 N. Its unit of force is 5 N."""
+
+    START = (0.0, 0.0, 0.0)
+
+    def rates(self, state: list[float], value: float) -> list[float]:
+        x, v, z = state
+        slip = 1.0 - (abs(z) / 0.02 if v * z > 0 else 0.0)
+        return [v, 5.0 * value - 50.0 * x - 50.0 * z - 4.0 * v, v * slip]
+
+
+class Friction(Stepwise):
+    """A mass of 1 kg on a spring, with a damper and smooth friction. Its unit of force is 20 N."""
+
+    def rates(self, state: list[float], value: float) -> list[float]:
+        x, v = state
+        return [v, 20.0 * value - 100.0 * x - 2.0 * v - 2.0 * math.tanh(v / 0.05)]
+
+
+class DeadZone(Stepwise):
+    """A mass between two stops with a weak spring that centres it. Its unit of force is 20 N."""
+
+    def rates(self, state: list[float], value: float) -> list[float]:
+        x, v = state
+        stop = max(x - 0.1, 0.0) + min(x + 0.1, 0.0)
+        return [v, 20.0 * value - 10.0 * x - 400.0 * stop - 4.0 * v]
+
+
+class Play(Lag):
+    """Backlash of 0.2 in front of a lag: hysteresis without a differential equation."""
+
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        after, values = 0.0, [0.0]
+        for (value,) in inputs:
+            after = min(max(after, value - 0.2), value + 0.2)
+            values.append(self.decay * values[-1] + (1.0 - self.decay) * after)
+        return np.array(values)[:, None]
+
+
+class TwoLags(Lag):
+    """A fast lag, and a slow one that is a twentieth of the output."""
+
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        fast = super().simulate(inputs)
+        slow = Lag(self.step, 15.0).simulate(inputs)
+        return fast + 0.05 * slow
+
+
 class Acceleration(Lag):
     """Acceleration of a unit mass on a spring and a damper; it follows the force at once."""
 

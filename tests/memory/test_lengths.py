@@ -94,7 +94,7 @@ def test_given_duration_that_is_too_short_is_named() -> None:
         find_lengths(recipe, recipe_system(recipe))
 
 
-def test_integrator_is_refused_after_its_records_have_grown(
+def test_motions_that_never_meet_are_refused_after_their_records_have_grown(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     counts: list[int] = []
@@ -105,7 +105,7 @@ def test_integrator_is_refused_after_its_records_have_grown(
         return measure(found, count)
 
     monkeypatch.setattr(motions, "_measure", note)
-    recipe = of_lag("Integrator")
+    recipe = of_lag("Undamped")
     with pytest.raises(ShortWindowError, match=r"never meet in the outputs \(4 of 4 measured"):
         find_lengths(recipe, recipe_system(recipe))
     assert counts[-1] == motions.GROWTH * counts[0]

@@ -88,10 +88,14 @@ static void read_meanings(SlidePayload *payload, SlideCursor *file) {
 static void check_angle(const SlidePayload *payload, const SlideNetworkView *network,
                         SlideCursor *file) {
     const SlideFeatureSet *set = network->features.set;
-    slide_check(file, !set->of_angle || slide_angle_of(payload, 0) == SLIDE_COSINE,
-                "surrogate file: features of an angle (set %u) of inputs that are none; expected "
-                "its cosine and sine",
-                (unsigned)set->number);
+    for (uint32_t i = 0; set->is_cosine != NULL && i < payload->n_inputs; ++i) {
+        slide_check(file,
+                    !set->is_cosine(&network->features, i) ||
+                        slide_angle_of(payload, i) == SLIDE_COSINE,
+                    "surrogate file: features of an angle (set %u) of inputs that are none; "
+                    "expected its cosine and sine",
+                    (unsigned)set->number);
+    }
 }
 
 static void read_predictor(SlidePayload *payload, SlideCursor *file) {

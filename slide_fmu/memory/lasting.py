@@ -1,0 +1,218 @@
+"""Whether a system comes to rest at the same outputs, whatever it went through before.
+
+Motions with different pasts are given the same constant input. What forgets ends at the same
+outputs, however slowly. What does not is told apart by where it ends, and by what the same strong
+input does to the difference: hysteresis ends anywhere, and a strong input wipes its past out; of
+several positions of rest there are few; an integral keeps its difference under every input.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Literal
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.memory.motions import Motions
+from slide_fmu.systems.base import RandomStates, State, simulate
+
+PASTS, CERTAIN_PASTS = 3, 8
+"""Different pasts that are compared at first, and where the outputs stayed apart."""
+RAMP = 32
+"""Samples in which the inputs of a past go over to the constant ones."""
+LONGEST = 8
+"""A time at rest is not lengthened any more beyond this many times the first one."""
+FLAT = 0.9
+"""A difference that keeps this part of itself while the time at rest grows fourfold stays."""
+ALONE = 0.2
+"""A difference that a strong input changes by more than this part of itself is no sum of past and
+present: the system is not linear in it."""
+MOVING = 0.05
+"""Outputs that still move by more than this part of how far they are apart are not at rest."""
+TINY = 1e-300
+"""Differences are divided by at least this."""
+SAME = 0.02
+"""Positions of rest that differ by less than this part of their spread are one."""
+FEW = 2
+"""Not more positions of rest than these are those of a spring that snaps through."""
+TURNS = (0.0, 0.02, 0.06, 0.2)
+"""Pasts go back beyond the constant input by these parts of the way to their end."""
+
+Reason = Literal["hysteresis", "rests", "integral"]
+
+
+@dataclass(frozen=True)
+class Lasting:
+    """A difference lasts at rest: the system does not forget what it went through.
+
+    Attributes:
+        reason: ``"hysteresis"``, several positions of rest (``"rests"``), or an ``"integral"`` or
+            free direction.
+        part: what is left of the difference between two motions, relative to its size at first.
+        time: time in s at rest after which this is left.
+        rests: different positions of rest among ``CERTAIN_PASTS`` motions.
+    """
+
+    reason: Reason
+    part: float
+    time: float
+    rests: int
+
+    def __str__(self) -> str:
+        """Say what was found, and what to do."""
+        left = (
+            f"motions with different pasts stay apart by {100 * self.part:.3g} % of their first "
+            f"difference after {self.time:.4g} s under the same constant input, and no time "
+            "reduces it"
+        )
+        if self.reason == "hysteresis":
+            return (
+                f"hysteresis: {left}; they rest at {self.rests} different outputs after "
+                f"{CERTAIN_PASTS} pasts, and a strong input changes the difference. Such a system "
+                "keeps in mind where it last turned round, however long ago: no window can hold "
+                "it. Leave the hysteretic element out, replace it by a smooth friction that "
+                "creeps, or give what it keeps (its internal force) as an input"
+            )
+        if self.reason == "rests":
+            return (
+                f"several positions of rest: {left}; they rest at {self.rests} different outputs "
+                f"after {CERTAIN_PASTS} pasts. In which of them the system is, no window tells: "
+                "excite it less (data.excitation), so that it stays near one of them, or fix what "
+                "lets it change over"
+            )
+        return (
+            f"an integral or a free direction: {left}, whatever the input. No window can hold it: "
+            "fix the free direction, give the system damping and a spring, or choose outputs that "
+            "it does not move, such as its rate"
+        )
+
+
+def lasting(motions: Motions, count: int) -> Lasting | None:
+    """Find out whether a difference lasts at rest; None if the outputs meet, however slowly.
+
+    It is None too where the outputs still move, as without damping: that is no rest.
+
+    The time at rest is ``count`` samples at first. It grows while outputs are apart by more than
+    the remaining amplitude, until what is left does not change any more.
+
+    Raises:
+        SimulationError: a motion could not be simulated.
+    """
+    pasts, amplitude = _Pasts(motions, count), motions.recipe.window.remaining_amplitude
+    times, parts = [count], [pasts.part_left(PASTS, count)]
+    while parts[-1] > amplitude:
+        if len(parts) > 1 and parts[-1] > FLAT * parts[-2]:
+            still = pasts.moving(PASTS, times[-1]) < MOVING
+            return _reason(pasts, times[-1], parts[-1]) if still else None
+        if times[-1] > LONGEST * count:
+            return None  # it still falls: the system is slow, which is another matter
+        times.append(4 * times[-1])
+        parts.append(pasts.part_left(PASTS, times[-1]))
+    return None
+
+
+def _reason(pasts: _Pasts, samples: int, part: float) -> Lasting:
+    ends = pasts.at_rest(CERTAIN_PASTS, pasts.count)[:, -1]
+    rests = _different(ends)
+    strong = pasts.under_motion(PASTS)
+    quiet = pasts.at_rest(PASTS, pasts.count)
+    change = _apart(strong[:, -1] - quiet[:, -1]) / max(_apart(quiet[:, -1]), TINY)
+    reason: Reason = "hysteresis" if rests > FEW else "rests"
+    if change < ALONE:
+        reason = "integral"
+    return Lasting(reason, part, samples * pasts.step, rests)
+
+
+class _Pasts:
+    """Motions of a recipe whose pasts differ, and what follows is the same. Final."""
+
+    def __init__(self, motions: Motions, count: int) -> None:
+        """Take the motions; a past has ``count`` samples, where the system draws no states."""
+        self.motions, self.system, self.count = motions, motions.system, count
+        self.step = motions.recipe.window.step
+        self.scale = np.array([s.high - s.low for s in self.system.outputs])
+        self.turning = any(signal.angle for signal in self.system.inputs)
+        middle = [0.5 * (signal.low + signal.high) for signal in self.system.inputs]
+        # a direction in the middle of the ranges of cosine and sine is none
+        self.held = motions.inputs(0, 1) if self.turning else np.array([middle])
+        stream = motions.stream
+        seeds = np.random.SeedSequence(stream.seed, spawn_key=(stream.number, 1))
+        rng, self.states = np.random.default_rng(seeds), list[State]()
+        if isinstance(self.system, RandomStates):
+            drawn = (self.system.random_state(rng, self.held[0]) for _ in range(CERTAIN_PASTS))
+            self.states = [State(s.coordinates, s.velocities, self.held[0]) for s in drawn]
+
+    def part_left(self, pasts: int, samples: int) -> float:
+        """Return what is left of the difference at the end, relative to that at the start."""
+        outputs = self.at_rest(pasts, samples)
+        newest = outputs[:, -max(1, samples // 8) :]
+        first = _apart(outputs[:, : self.count])
+        return _apart(newest) / first if first > 0.0 else 0.0
+
+    def moving(self, pasts: int, samples: int) -> float:
+        """Return how far outputs still move at the end, relative to how far they are apart."""
+        newest = self.at_rest(pasts, samples)[:, -max(2, samples // 8) :]
+        return float(np.sqrt(np.mean(np.var(newest, axis=1)))) / max(_apart(newest), TINY)
+
+    def at_rest(self, pasts: int, samples: int) -> FloatArray:
+        """Return scaled outputs under the constant input, (pasts, samples, n_outputs)."""
+        return self._after(pasts, np.repeat(self.held, samples, axis=0))
+
+    def under_motion(self, pasts: int) -> FloatArray:
+        """Return the same under a motion of the recipe that goes back to the constant input."""
+        motion = self.motions.inputs(CERTAIN_PASTS + 1, self.count)
+        there = _towards(self.held, motion[0], RAMP), motion, _towards(motion, self.held[0], RAMP)
+        rest = np.repeat(self.held, self.count, axis=0)
+        return self._after(pasts, np.concatenate([*there, rest]))
+
+    def _after(self, pasts: int, inputs: FloatArray) -> FloatArray:
+        found = []
+        for index in range(pasts):
+            if self.states:
+                outputs = simulate(self.system, inputs, self.states[index]).outputs
+            else:
+                past = self._past(index)
+                outputs = simulate(self.system, np.concatenate([past, inputs])).outputs[
+                    len(past) :
+                ]
+            found.append(outputs / self.scale)
+        return np.stack(found)
+
+    def _past(self, index: int) -> FloatArray:
+        """Return inputs that end with the constant ones.
+
+        They go to their largest or smallest value, back beyond the constant one by a part of that
+        way, and then rest: hysteresis keeps every such turn in mind.
+        """
+        past = self.motions.inputs(1 + index, self.count)
+        if not self.turning:
+            end = np.max(past, axis=0) if index % 2 else np.min(past, axis=0)
+            back = self.held[0] - TURNS[index // 2] * (end - self.held[0])
+            for turn in (end, back):
+                past = np.concatenate([past, _towards(past, turn, RAMP)])
+        return np.concatenate([past, _towards(past, self.held[0], RAMP)])
+
+
+def _towards(inputs: FloatArray, last: FloatArray, samples: int) -> FloatArray:
+    """Return inputs that go evenly from the end of some to others, (samples, n_inputs)."""
+    parts = np.arange(1, samples + 1)[:, None] / samples
+    return np.asarray(inputs[-1] + parts * (last - inputs[-1]))
+
+
+def _apart(outputs: FloatArray) -> float:
+    """Return how far motions, (pasts, ..., n_outputs), are apart: RMS over all pairs."""
+    squares = [np.mean((a - b) ** 2) for a, b in combinations(outputs, 2)]
+    return math.sqrt(float(np.mean(squares)))
+
+
+def _different(ends: FloatArray) -> int:
+    """Count different rows of outputs at rest, (motions, n_outputs)."""
+    slack = SAME * np.max(np.ptp(ends, axis=0))
+    found: list[FloatArray] = []
+    for end in ends:
+        if not any(np.max(np.abs(end - other)) <= slack for other in found):
+            found.append(end)
+    return len(found)

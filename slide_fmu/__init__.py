@@ -33,20 +33,26 @@ if TYPE_CHECKING:
         Stepping,
         System,
     )
+    from slide_fmu.systems.function_system import FunctionSystem
+    from slide_fmu.systems.integration import Solver
+    from slide_fmu.systems.record_system import RecordSystem
 
 __version__ = "0.6.0"
 
 __all__ = [
     "FmuError",
+    "FunctionSystem",
     "Linearizable",
     "Linearization",
     "NativeSurrogate",
     "RandomStates",
     "Recipe",
     "RecipeError",
+    "RecordSystem",
     "Restorable",
     "Signal",
     "SimulationError",
+    "Solver",
     "State",
     "StateMatrix",
     "Stepping",
@@ -81,6 +87,9 @@ _HOMES = {
         "Stepping",
         "System",
     ),
+    "slide_fmu.systems.function_system": ("FunctionSystem",),
+    "slide_fmu.systems.integration": ("Solver",),
+    "slide_fmu.systems.record_system": ("RecordSystem",),
 }
 """The module that each public name is imported from at its first use (PEP 562)."""
 

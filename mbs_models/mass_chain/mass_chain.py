@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbs_models.plants.plant_system import PlantSystem
-from mbs_models.plants.spring_masses import SpringMasses, SpringMassPlant
+from mbs_models.plants.spring_masses import SpringMasses, SpringMassSystem
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.systems.base import State
 
@@ -26,7 +25,7 @@ REACH = 1.5
 limit; random forces reach 1.3 times that deflection."""
 
 
-class MassChain(PlantSystem[SpringMassPlant]):
+class MassChain(SpringMassSystem):
     """The masses follow m x_i'' + c x_i' + f_i - f_(i+1) = F_i, i = 1 .. 6.
 
     The springs have f_i = k s + alpha k s^3 + d s' with s = x_i - x_(i-1). The forces F_1 and F_4
@@ -59,24 +58,13 @@ class MassChain(PlantSystem[SpringMassPlant]):
         substeps: int = 12,
         force_limit: float = 250.0,
     ) -> None:
-        super().__init__(n_coordinates=MASSES, n_inputs=len(LOADED))
-        self._chain = SpringMasses(
+        chain = SpringMasses(
             mass, stiffness, damping, alpha, step, substeps, drag, MASSES, LOADED, second_wall=True
         )
-        self.step = step
-        self.inputs = tuple(_force_signal(index, force_limit) for index in LOADED)
-        limit = REACH * float(np.max(self._chain.equilibrium(np.full(len(LOADED), force_limit))))
-        self.outputs = tuple(_position_signal(index, limit) for index in OBSERVED)
-
-    def _build(self) -> SpringMassPlant:
-        return SpringMassPlant(self._chain)
-
-    def _apply(self, model: SpringMassPlant, inputs: FloatArray) -> None:
-        model.set_forces(inputs)
-
-    def output(self) -> FloatArray:
-        """Return the positions of the second, fourth and sixth mass in m, shape (3,)."""
-        return self._coordinates[list(OBSERVED)]
+        limit = REACH * float(np.max(chain.equilibrium(np.full(len(LOADED), force_limit))))
+        forces = tuple(_force_signal(index, force_limit) for index in LOADED)
+        positions = tuple(_position_signal(index, limit) for index in OBSERVED)
+        super().__init__(chain, forces, positions, OBSERVED)
 
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None
@@ -84,15 +72,6 @@ class MassChain(PlantSystem[SpringMassPlant]):
         """Draw positions from U(-0.05, 0.05) m and velocities from U(-2, 2) m/s."""
         coordinates = rng.uniform(-0.05, 0.05, MASSES)
         return State(coordinates, rng.uniform(-2.0, 2.0, MASSES), np.zeros(len(LOADED)))
-
-    def rest_state(self, held_input: FloatArray) -> State:
-        """Return the static deflection under constant forces in N, shape (2,).
-
-        Raises:
-            ValueError: the forces are not two finite numbers.
-        """
-        forces = self._finite_inputs("held input", held_input)
-        return State(self._chain.equilibrium(forces), np.zeros(MASSES), forces)
 
 
 def _force_signal(index: int, limit: float) -> Signal:

@@ -10,63 +10,30 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbs_models.plants.plant_system import PlantSystem
-from mbs_models.plants.spring_masses import SpringMasses, SpringMassPlant
+from mbs_models.plants.spring_masses import SpringMasses, SpringMassSystem
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.systems.base import Linearization, State
+from slide_fmu.systems.base import State
+from slide_fmu.systems.exudyn_solver.wires import InputWire, OutputWire
 
 
-class _OscillatorSystem(PlantSystem[SpringMassPlant]):
+class _OscillatorSystem(SpringMassSystem):
     """An oscillator system has one input and one position. Interface: never instantiated."""
 
     _drawn = 1.0, 10.0
     """Random states lie within plus and minus this position in m and this velocity in m/s."""
 
     def __init__(self, oscillator: SpringMasses, signal: Signal, limit: float) -> None:
-        super().__init__(n_coordinates=1, n_inputs=1)
         position = Signal("position", "m", -limit, limit, "position of the mass")
-        self.step = oscillator.step
-        self.inputs, self.outputs = (signal,), (position,)
-        self._oscillator = oscillator
-        self._moves = signal.hold == "first_order"  # the input is the motion of the base
-
-    def _build(self) -> SpringMassPlant:
-        return SpringMassPlant(self._oscillator, moving_base=self._moves)
-
-    def _apply(self, model: SpringMassPlant, inputs: FloatArray) -> None:
-        if self._moves:
-            rate = (inputs[0] - self._last_input[0]) / self.step
-            model.set_base(self._last_input[0], rate)
-        else:
-            model.set_forces(inputs)
-
-    def output(self) -> FloatArray:
-        """Return the position of the mass in m, shape (1,)."""
-        return self._coordinates.copy()
-
-    def linearize(self, state: State) -> Linearization:
-        if self._moves:
-            self._model().set_base(float(state.last_input[0]), 0.0)
-        return super().linearize(state)
+        super().__init__(oscillator, (signal,), (position,))
 
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None
     ) -> State:
         """Draw position, velocity and place of the base uniformly from symmetric ranges."""
         position, speed = self._drawn
-        last = self.inputs[0].high if self._moves else 0.0
+        last = self.inputs[0].high if self._moving else 0.0
         drawn = [rng.uniform(-limit, limit, 1) for limit in (position, speed, last)]
         return State(*drawn)
-
-    def rest_state(self, held_input: FloatArray) -> State:
-        """Return the static equilibrium under a constant force in N, or base in m, shape (1,).
-
-        Raises:
-            ValueError: the input is not one finite number.
-        """
-        held = self._finite_inputs("held input", held_input)
-        position = held.copy() if self._moves else self._oscillator.equilibrium(held)
-        return State(position, np.zeros(1), held)
 
 
 class LinearOscillator(_OscillatorSystem):
@@ -160,6 +127,11 @@ class DuffingBaseMotion(_OscillatorSystem):
         meaning = "position of the base at step end"
         base = Signal("base", "m", -base_limit, base_limit, meaning, hold="first_order")
         super().__init__(oscillator, base, position_limit)
+
+    def _wires(self) -> tuple[list[InputWire], list[OutputWire]]:
+        """Let the spring's force begin a step at the base and move with it."""
+        base = InputWire("base", "spring_1.offset", "spring_1.velocityOffset")
+        return [base], [OutputWire("position", "position")]
 
 
 def _force_signal(limit: float) -> Signal:

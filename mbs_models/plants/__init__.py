@@ -1,1 +1,1 @@
-"""The models share what is here: solvers, systems on a plant, spring masses, drives, checks."""
+"""The models share what is here: rows of masses and springs, and checks of parameters."""

@@ -1,12 +1,8 @@
-"""Parameters, states and inputs of the models are checked here."""
+"""Parameters of the models are checked here."""
 
 from __future__ import annotations
 
 import math
-
-import numpy as np
-
-from slide_fmu.core.signals import FloatArray
 
 
 def expect(name: str, value: float, fine: bool, expected: str) -> None:
@@ -38,17 +34,3 @@ def expect_substeps(substeps: float) -> None:
     """Refuse substeps that are no whole number from 1; ``expect`` raises the ValueError."""
     whole = math.isfinite(substeps) and substeps == int(substeps) and substeps >= 1
     expect("substeps", substeps, whole, "a whole number from 1")
-
-
-def finite_vector(name: str, values: FloatArray, size: int) -> FloatArray:
-    """Return a copy of a vector that must hold ``size`` finite numbers.
-
-    Raises:
-        ValueError: the vector, which the message names, has another shape, or is not finite.
-    """
-    vector = np.array(values, dtype=np.float64)
-    if vector.shape != (size,) or not np.isfinite(vector).all():
-        raise ValueError(
-            f"{name} = {vector} of shape {vector.shape}; expected finite numbers, shape ({size},)"
-        )
-    return vector

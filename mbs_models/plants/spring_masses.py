@@ -22,12 +22,14 @@ from exudyn.itemInterface import (
     Mass1D,
     Node1D,
     NodePointGround,
+    SensorNode,
 )
 from scipy.optimize import brentq
 
 from mbs_models.plants.checks import expect_not_negative, expect_positive, expect_substeps
-from mbs_models.plants.solver import ExplicitPlant
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.systems.base import Linearizable, RandomStates, State
+from slide_fmu.systems.exudyn_solver.wired_system import Solver, WiredSystem
 
 
 @dataclass(frozen=True)
@@ -107,70 +109,80 @@ class SpringMasses:
         return 2.0 / root * math.sinh(math.asinh(1.5 * root * force / self.stiffness) / 3.0)
 
 
-class SpringMassPlant:
-    """This plant is a row of masses in exudyn; its coordinates are their positions in m."""
+class SpringMassSystem(WiredSystem, RandomStates, Linearizable):
+    """A row of masses is a system of forces, or of the motion of its first wall, and of positions.
 
-    def __init__(self, row: SpringMasses, moving_base: bool = False) -> None:
-        """Build the row, at rest; its first wall is a base that may move.
+    The coordinates are the positions of the masses in m. Interface: never instantiated.
+    """
 
-        Linear springs on fixed walls do without the slower force function.
-        """
-        container = exu.SystemContainer()
-        self._mbs = container.AddSystem()
-        wall = add_marker(self._mbs, self._mbs.AddNode(NodePointGround()))
-        masses = [add_mass(self._mbs, row.mass) for _ in range(row.count)]
+    def __init__(
+        self,
+        row: SpringMasses,
+        inputs: tuple[Signal, ...],
+        outputs: tuple[Signal, ...],
+        observed: tuple[int, ...] = (0,),
+    ) -> None:
+        """Take the signals of a row; the outputs are the positions of the masses ``observed``."""
+        solver = Solver(row.step, row.substeps, "explicit", accelerations=False)
+        super().__init__(row.count, inputs, outputs, solver)
+        self._row, self._observed = row, observed
+
+    def _fill(self, mbs: Any) -> object:
+        """Build the row; linear springs on fixed walls do without the slower force function."""
+        row = self._row
+        wall = add_marker(mbs, mbs.AddNode(NodePointGround()))
+        names = {i: output.name for i, output in zip(self._observed, self.outputs, strict=True)}
+        masses = [add_mass(mbs, row.mass, sensor=names.get(i)) for i in range(row.count)]
         ends = [wall, *masses, wall] if row.second_wall else [wall, *masses]
-        self._forces: list[Any] = []  # exudyn keeps no reference to its force functions
-        cubic = moving_base or row.alpha > 0
-        add_spring = self._add_cubic_spring if cubic else self._add_linear_spring
-        self._springs = [add_spring([before, after], row) for before, after in pairwise(ends)]
-        for marker in masses if row.drag > 0 else []:
-            self._add(CoordinateSpringDamper, [wall, marker], 0.0, row.drag)
-        self._loads = [
-            self._mbs.AddLoad(LoadCoordinate(markerNumber=masses[index], load=0.0))
-            for index in row.loaded
+        cubic = self._moving or row.alpha > 0
+        add_spring = _add_cubic_spring if cubic else _add_linear_spring
+        forces = [
+            add_spring(mbs, f"spring_{k}", [*pair], row)
+            for k, pair in enumerate(pairwise(ends), 1)
         ]
-        self._mbs.Assemble()
-        self.plant = ExplicitPlant(container, self._mbs, row.step, row.substeps)
+        for marker in masses if row.drag > 0 else []:
+            drag = CoordinateSpringDamper(markerNumbers=[wall, marker], damping=row.drag)
+            mbs.AddObject(drag)
+        for index, force in zip(row.loaded, self.inputs, strict=True):
+            if not self._moving:
+                mbs.AddLoad(LoadCoordinate(markerNumber=masses[index], name=force.name))
+        return forces
 
-    def set_forces(self, forces: FloatArray) -> None:
-        """Let constant forces in N, shape (len(loaded),), act on the loaded masses."""
-        for load, force in zip(self._loads, forces, strict=True):
-            self._mbs.SetLoadParameter(load, "load", float(force))
+    def rest_state(self, held_input: FloatArray) -> State:
+        """Return the static deflection under constant forces in N, or with the base at rest in m.
 
-    def set_base(self, base: float, rate: float) -> None:
-        """Start the next step with the first wall at ``base`` m, moving with ``rate`` m/s."""
-        self._mbs.SetObjectParameter(self._springs[0], "offset", base)
-        self._mbs.SetObjectParameter(self._springs[0], "velocityOffset", rate)
-
-    def _add(self, item: Any, markers: list[Any], stiffness: float, damping: float) -> Any:
-        return self._mbs.AddObject(
-            item(markerNumbers=markers, stiffness=stiffness, damping=damping)
-        )
-
-    def _add_linear_spring(self, markers: list[Any], row: SpringMasses) -> Any:
-        return self._add(CoordinateSpringDamper, markers, row.stiffness, row.damping)
-
-    def _add_cubic_spring(self, markers: list[Any], row: SpringMasses) -> Any:
-        """Put a cubic spring between two coordinates, the second minus the first being x.
-
-        Its spring sees s = x - b for a base b that starts a step at the item's ``offset`` and
-        moves with its ``velocityOffset``; its damper sees x'. exudyn evaluates the force without
-        Python.
+        Raises:
+            ValueError: the input, shape (n_inputs,), is not finite.
         """
-        alpha = row.alpha
-        item = self._add(CoordinateSpringDamperExt, markers, row.stiffness, row.damping)
+        held = self._finite_inputs("held input", held_input)
+        positions = held.copy() if self._moving else self._row.equilibrium(held)
+        return State(positions, np.zeros(self._row.count), held)
 
-        def force(  # type: ignore[no-untyped-def]  # noqa: PLR0913 (exudyn calls it so)
-            mbs, t, item, x, v, stiffness, damping, base, base_rate, f1, f2, decay, f3, zone
-        ):  # fmt: skip
-            s = x - (base + base_rate * t)
-            return stiffness * s * (1.0 + alpha * s * s) + damping * v
 
-        symbolic = CreateSymbolicUserFunction(self._mbs, force, "springForceUserFunction", item)
-        self._mbs.SetObjectParameter(item, "springForceUserFunction", symbolic)
-        self._forces.append(symbolic)
-        return item
+def _add_linear_spring(mbs: Any, name: str, markers: list[Any], row: SpringMasses) -> None:
+    mbs.AddObject(CoordinateSpringDamper(name, markers, row.stiffness, row.damping))
+
+
+def _add_cubic_spring(mbs: Any, name: str, markers: list[Any], row: SpringMasses) -> Any:
+    """Put a cubic spring between two coordinates, the second minus the first being x.
+
+    Its spring sees s = x - b for a base b that starts a step at the item's ``offset`` and moves
+    with its ``velocityOffset``; its damper sees x'. exudyn evaluates the force without Python; it
+    is returned, since exudyn keeps no reference to it.
+    """
+    alpha = row.alpha
+    spring = CoordinateSpringDamperExt(name, markers, stiffness=row.stiffness, damping=row.damping)
+    item = mbs.AddObject(spring)
+
+    def force(  # type: ignore[no-untyped-def]  # noqa: PLR0913 (exudyn calls it so)
+        mbs, t, item, x, v, stiffness, damping, base, base_rate, f1, f2, decay, f3, zone
+    ):  # fmt: skip
+        s = x - (base + base_rate * t)
+        return stiffness * s * (1.0 + alpha * s * s) + damping * v
+
+    symbolic = CreateSymbolicUserFunction(mbs, force, "springForceUserFunction", item)
+    mbs.SetObjectParameter(item, "springForceUserFunction", symbolic)
+    return symbolic
 
 
 def add_marker(mbs: Any, node: Any, coordinate: int = 0) -> Any:
@@ -178,8 +190,14 @@ def add_marker(mbs: Any, node: Any, coordinate: int = 0) -> Any:
     return mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
 
 
-def add_mass(mbs: Any, mass: float, reference: float = 0.0) -> Any:
-    """Put a mass in kg that moves along one axis, and return the marker of its position in m."""
+def add_mass(mbs: Any, mass: float, reference: float = 0.0, sensor: str | None = None) -> Any:
+    """Put a mass in kg that moves along one axis, and return the marker of its position in m.
+
+    A sensor of the name, if there is one, measures the displacement from the reference in m.
+    """
     node = mbs.AddNode(Node1D(referenceCoordinates=[reference]))
     mbs.AddObject(Mass1D(nodeNumber=node, mass=mass))
+    if sensor is not None:
+        kind = exu.OutputVariableType.Coordinates
+        mbs.AddSensor(SensorNode(sensor, nodeNumber=node, outputVariableType=kind))
     return add_marker(mbs, node)

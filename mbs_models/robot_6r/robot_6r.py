@@ -15,14 +15,14 @@ from typing import Any
 import numpy as np
 
 from mbs_models.plants.checks import expect
-from mbs_models.plants.plant_system import PlantSystem
 from mbs_models.robot_6r.flange import euler_of, moment_of, rotation_of, vector_of
 from mbs_models.robot_6r.puma_560 import DAMPING, JOINTS, LIMITS, STIFFNESS, puma_560
 from mbs_models.robot_6r.robot_6r_plant import Manipulator, ManipulatorPlant
 from mbs_models.robot_6r.socket import FLANGE, Socket
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.features.serial_chain import SerialChain
-from slide_fmu.systems.base import Chained, Linearization, State
+from slide_fmu.systems.base import Chained, Linearizable, Linearization, RandomStates, State
+from slide_fmu.systems.exudyn_solver.plant_system import PlantSystem
 
 SOCKET_DAMPING = 8e-3
 """The socket's damping is its stiffness times this, in s."""
@@ -34,7 +34,7 @@ _ROUNDS, _SETTLED = 100, 1e-13
 """The search for the static equilibrium ends after this many rounds, or at this change in rad."""
 
 
-class Robot6R(PlantSystem[ManipulatorPlant], Chained):
+class Robot6R(PlantSystem[ManipulatorPlant], RandomStates, Linearizable, Chained):
     """The robot has six joints with PD control on a socket of plastics, under gravity.
 
     The torque on joint i is P (s_i - q_i) + D (s_i' - q_i'), where s(t) goes through the desired

@@ -29,13 +29,13 @@ from exudyn.itemInterface import (
 )
 
 from mbs_models.plants.checks import expect_positive, expect_substeps
-from mbs_models.plants.driven_plant import DrivenPlant
-from mbs_models.plants.solver import ImplicitPlant
 from mbs_models.robot_6r.puma_560 import JOINTS
 from mbs_models.robot_6r.socket import FLANGE, Socket
 from mbs_models.robot_6r.socket_spring import SocketSpring
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.serial_chain import SerialChain
+from slide_fmu.systems.exudyn_solver.driven_plant import DrivenPlant
+from slide_fmu.systems.exudyn_solver.plant import Plant
 
 _INITIAL, _CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
 _MATRICES: Any = exu.Matrix3DList  # exudyn's stubs know no arguments of these
@@ -112,8 +112,8 @@ class ManipulatorPlant:
         self._substep = manipulator.step / manipulator.substeps
         gains = manipulator.proportional, manipulator.differential
         self._gains = list(zip(*(gain.tolist() for gain in gains), strict=True))
-        self._solver = ImplicitPlant(
-            container, self._mbs, manipulator.step, manipulator.substeps, spectral_radius=None
+        self._solver = Plant(
+            container, self._mbs, manipulator.step, manipulator.substeps, "trapezoidal"
         )
         self.plant = DrivenPlant(self._solver, manipulator.step, JOINTS, self._set_forces)
         if not manipulator.exact:

@@ -11,16 +11,16 @@ import math
 import numpy as np
 
 from mbs_models.plants.checks import expect_positive
-from mbs_models.plants.plant_system import PlantSystem
 from mbs_models.slider_crank.slider_crank_plant import CRANK_LENGTH, Mechanism, SliderCrankPlant
 from slide_fmu.core.signals import Angle, FloatArray, Signal
-from slide_fmu.systems.base import State
+from slide_fmu.systems.base import Linearizable, RandomStates, State
+from slide_fmu.systems.exudyn_solver.plant_system import PlantSystem
 
 _SHORTEST_DIRECTOR = 1e-6
 """A director that is shorter than this has no direction."""
 
 
-class SliderCrank(PlantSystem[SliderCrankPlant]):
+class SliderCrank(PlantSystem[SliderCrankPlant], RandomStates, Linearizable):
     """The mechanism has a rigid crank (0.5 m, 2 kg), a flexible rod (1 m, 4 kg), a slider (1 kg).
 
     It moves in the plane, without gravity and friction. The torque on the crank is

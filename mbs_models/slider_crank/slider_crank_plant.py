@@ -32,10 +32,10 @@ from mbs_models.plants.checks import (
     expect_positive,
     expect_substeps,
 )
-from mbs_models.plants.driven_plant import DrivenPlant
-from mbs_models.plants.solver import ImplicitPlant
 from mbs_models.plants.spring_masses import add_marker, add_mass
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.systems.exudyn_solver.driven_plant import DrivenPlant
+from slide_fmu.systems.exudyn_solver.plant import Plant
 
 CRANK_LENGTH, CRANK_MASS = 0.5, 2.0
 ROD_LENGTH, ROD_MASS = 1.0, 4.0
@@ -155,7 +155,8 @@ class SliderCrankPlant:
             )
         )
         self._mbs.Assemble()
-        plant = ImplicitPlant(container, self._mbs, mechanism.step, mechanism.substeps)
+        step, substeps = mechanism.step, mechanism.substeps
+        plant = Plant(container, self._mbs, step, substeps, "generalized_alpha")
         self.plant = DrivenPlant(plant, mechanism.step, 1, self._set_drive)
 
     def _add_crank(self) -> tuple[Any, Any]:

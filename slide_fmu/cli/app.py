@@ -7,11 +7,13 @@ from collections.abc import Callable
 
 import typer
 
-from slide_fmu.cli.console import ENDLESS
 from slide_fmu.cli.fmu_commands import bench, check, export, info, ssp, validate
-from slide_fmu.cli.recipe_commands import generate, reference, run, train, window
+from slide_fmu.cli.recipe_commands import generate, init, reference, run, train, try_, window
+from slide_fmu.pipeline.display import ENDLESS
 
 SUBCOMMANDS: tuple[Callable[..., None], ...] = (
+    init,
+    try_,
     run,
     window,
     generate,
@@ -34,7 +36,9 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 for subcommand in SUBCOMMANDS:
-    app.command(short_help=subcommand.__doc__)(subcommand)  # a short help is never cut
+    # a short help is never cut; a word of Python's own has a mark behind it
+    name = subcommand.__name__.rstrip("_")
+    app.command(name, short_help=subcommand.__doc__)(subcommand)
 
 
 def main() -> None:

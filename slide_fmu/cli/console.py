@@ -10,38 +10,16 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from rich import progress as rich_progress
-from rich.console import Console, ConsoleDimensions
+from rich.console import Console
 from rich.table import Table
 
-from slide_fmu.core.progress import Progress, Stages
+from slide_fmu.core.progress import Stages
+from slide_fmu.pipeline.display import messages, shown
 
 TRACEBACK = "SLIDE_FMU_TRACEBACK"
 """Environment variable: if set, errors show where they come from."""
 
-ENDLESS = 1_000_000
-"""Columns of a pipe or a file: more than any message or table has."""
-
-
-class Messages(Console):
-    """A console that wraps and cuts lines on a terminal only.
-
-    Rich takes the width of a pipe from COLUMNS, or 80 columns; who reads a pipe looks for whole
-    sentences, whatever the width of some terminal is.
-    """
-
-    @property
-    def size(self) -> ConsoleDimensions:
-        """Columns and rows: those of the terminal, or no end of columns elsewhere."""
-        size = super().size
-        return size if self.file.isatty() else ConsoleDimensions(ENDLESS, size.height)
-
-    @size.setter
-    def size(self, new_size: tuple[int, int]) -> None:
-        self._width, self._height = new_size
-
-
-console = Messages(stderr=True, markup=False, highlight=False)
+console = messages()
 
 
 def write_json(path: str | None, figures: Any) -> None:
@@ -92,58 +70,11 @@ def show_remark(remark: str | None) -> None:
         console.print(f"remark: {remark}", style="yellow")
 
 
-def show_found(resolved: dict[str, dict[str, Any]]) -> None:
-    """Print the values that were found for what a recipe leaves open."""
-    found = [
-        f"{t}.{key} = {value}" for t, inner in resolved.items() for key, value in inner.items()
-    ]
-    if found:
-        console.print(f"found   {', '.join(found)}")
-
-
 @contextmanager
 def progress_bars() -> Iterator[Stages]:
     """Show progress as bars on a terminal, as lines elsewhere; errors become messages."""
-    if not console.file.isatty():  # not is_terminal, which FORCE_COLOR makes true for a pipe
-        with errors():
-            yield _lines
-        return
-    columns = (
-        rich_progress.TextColumn("{task.description:>24}"),
-        rich_progress.BarColumn(),
-        rich_progress.MofNCompleteColumn(),
-        rich_progress.TimeRemainingColumn(),
-        rich_progress.TextColumn("{task.fields[remark]}"),
-    )
-    with errors(), rich_progress.Progress(*columns, console=console) as bars:
-
-        def bar(stage: str) -> Progress:
-            task = bars.add_task(stage, total=None, remark="")
-
-            def progress(done: int, total: int, error: float | None = None) -> None:
-                bars.update(task, completed=done, total=total, remark=_remark(error))
-
-            return progress
-
-        yield bar
-
-
-def _lines(stage: str) -> Progress:
-    """Show progress as a line for every tenth of the work."""
-    printed = -1
-
-    def progress(done: int, total: int, error: float | None = None) -> None:
-        nonlocal printed
-        tenth = 10 * done // max(1, total)
-        if tenth > printed:
-            printed = tenth
-            console.print(f"{stage}: {done} of {total}  {_remark(error)}".rstrip())
-
-    return progress
-
-
-def _remark(error: float | None) -> str:
-    return "" if error is None else f"validation error {error:.3g}"
+    with errors(), shown(console) as stages:
+        yield stages
 
 
 @contextmanager

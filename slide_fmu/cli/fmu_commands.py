@@ -21,7 +21,6 @@ from slide_fmu.cli.console import (
     write_json,
 )
 from slide_fmu.cli.options import (
-    UNSEEN_SEED,
     DataSeedOption,
     FmuArgument,
     JsonOption,
@@ -29,6 +28,7 @@ from slide_fmu.cli.options import (
     TrajectoriesOption,
 )
 from slide_fmu.cosim.synthetic import SYNTHETIC, Effort
+from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
 
 class Backend(StrEnum):

@@ -62,5 +62,3 @@ DataSeedOption = Annotated[
 OverwriteOption = Annotated[
     bool, typer.Option("--overwrite", help="Generate data again that were made from other values.")
 ]
-UNSEEN_SEED = 20_260_000
-"""Default seed of validation trajectories; their stream of seeds is used for nothing else."""

@@ -10,19 +10,23 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.table import Table
 
 from slide_fmu.cli.console import (
     console,
     errors,
     progress_bars,
-    show_found,
     show_remark,
     show_validation,
     write_json,
 )
+from slide_fmu.cli.findings import (
+    show_draft,
+    show_found,
+    show_search,
+    show_sizing,
+    show_trial,
+)
 from slide_fmu.cli.options import (
-    UNSEEN_SEED,
     DataSeedOption,
     JsonOption,
     OverwriteOption,
@@ -33,6 +37,87 @@ from slide_fmu.cli.options import (
     TrajectoriesOption,
     WorkersOption,
 )
+from slide_fmu.pipeline.defaults import UNSEEN_SEED
+
+
+def init(
+    model: Annotated[
+        str,
+        typer.Argument(
+            help="Take this model: an FMU, a Python file, or package.module:Class; with --kind, "
+            "a new model of this name is written where there is none."
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--recipe", help="Write the recipe here; NAME.toml otherwise."),
+    ] = None,
+    inputs: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--input",
+            metavar="NAME=LOW..HIGH",
+            help="Take this input, with this range; once for each. All inputs if not given.",
+        ),
+    ] = None,
+    outputs: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--output",
+            metavar="NAME",
+            help="Take this output; once for each. All outputs if not given.",
+        ),
+    ] = None,
+    kind: Annotated[
+        str | None, typer.Option(help="Take the model as this kind: class, exudyn, fmu, function.")
+    ] = None,
+    step: Annotated[
+        float | None, typer.Option(help="Sample step in s; found by simulation if not given.")
+    ] = None,
+    name: Annotated[str | None, typer.Option(help="Name of the recipe and of the FMU.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace what is there.")] = False,
+) -> None:
+    """Write a first recipe for a model of your own, and say what was found and assumed."""
+    from slide_fmu.core.files import write_whole
+    from slide_fmu.pipeline.proposal import Wish, parse_range, propose, write_template
+
+    with progress_bars() as bar:
+        written = write_template(model, kind)
+        if written is not None:
+            console.print(f"model   {written}")
+        chosen = parse_range(inputs or []), tuple(outputs or ())
+        folder = output.parent if output is not None else Path()
+        wish = Wish(written or model, *chosen, kind, step, name, folder)
+        proposal = propose(wish, bar("motions"))
+        place = output or Path(f"{proposal.draft.name}.toml")
+        if place.exists() and not force:
+            raise ValueError(f"{place} is there already; choose another with -o, or add --force")
+        write_whole(place, proposal.text.encode("utf-8"))
+    show_draft(proposal)
+    console.print(f"recipe  {place}\nnext    slide-fmu try {place}")
+
+
+def try_(
+    recipe: RecipeArgument,
+    json_path: JsonOption = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Draw the motions with this seed.")
+    ] = None,
+    runs: RunsOption = Path("runs"),
+) -> None:
+    """Tell in a minute whether a recipe fits: signals, decay, window, and what data will cost."""
+    from slide_fmu.memory.sizing import require_window
+    from slide_fmu.pipeline.job import open_job
+    from slide_fmu.pipeline.trial import try_recipe
+
+    with progress_bars() as bar:
+        job = open_job(recipe, runs, bar)
+        trial = try_recipe(job, seed)
+    show_trial(trial.figures())
+    write_json(json_path, trial.figures())
+    with errors():
+        require_window(job.recipe, trial.sizing)
+    console.print(f"next    slide-fmu run {recipe}")
 
 
 def run(
@@ -54,6 +139,7 @@ def run(
         job = open_job(recipe, runs, bar, seed, data_seed)
         show_found(job.resolved)
         finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
+    show_search(finished.figures)
     for name, validation in finished.figures["validation"].items():
         show_validation(validation, name)
     write_json(json_path, finished.figures)
@@ -70,7 +156,7 @@ def window(
 ) -> None:
     """Compute decay times of a system, linearized and measured, and the window they ask for."""
     from slide_fmu.memory.bandwidth import step_remark
-    from slide_fmu.memory.sizing import decay_rows, require_window
+    from slide_fmu.memory.sizing import require_window
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.stages import size_recipe
 
@@ -80,11 +166,7 @@ def window(
         sizing = size_recipe(job, seed)
         coarse_or_wasted = step_remark(job.recipe)
     figures = sizing.figures()
-    headings, *rows = decay_rows(figures)
-    table = Table(*headings)
-    for row in rows:
-        table.add_row(*row)
-    console.print(table)
+    show_sizing(figures)
     show_remark(sizing.remark)
     show_remark(coarse_or_wasted)
     write_json(json_path, {**figures, "step_remark": coarse_or_wasted})
@@ -102,13 +184,15 @@ def generate(
 ) -> None:
     """Make the trajectories of a recipe; go on where that was stopped."""
     from slide_fmu.pipeline.job import open_job
-    from slide_fmu.pipeline.stages import check_window, generate_data
+    from slide_fmu.pipeline.stages import check_window, choose_numbers, generate_data
 
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar, data_seed=seed)
         check_window(job)
-        figures = generate_data(job, workers, overwrite)
+        job = choose_numbers(job, workers, overwrite)
+        figures = generate_data(job, workers)
         write_json(json_path, figures)
+    show_search(figures)
     console.print(f"data    {job.folder.store}")
 
 
@@ -129,6 +213,7 @@ def train(
         check_window(job)
         figures = train_surrogate(job, threads)
         write_json(json_path, figures)
+    show_search(figures)
     console.print(f"surrogate  {job.folder.surrogate}")
 
 

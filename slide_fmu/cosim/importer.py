@@ -12,6 +12,7 @@ from fmpy import fmi2, fmi3
 from fmpy.model_description import ModelDescription
 
 from slide_fmu.fmu.export import FmuError
+from slide_fmu.systems.fmu_log import callbacks_of_fmi2, logger
 
 
 def read_description(path: Path, validate: bool = True) -> ModelDescription:
@@ -110,36 +111,11 @@ def open_slave(
     with chdir(Path.cwd()):  # fmpy stays in its folder when loading fails
         if description.fmiVersion.startswith("3."):
             slave = fmi3.FMU3Slave(**arguments)
-            slave.instantiate(logMessage=_logger(messages))
+            slave.instantiate(logMessage=logger(messages))
         else:
             slave = fmi2.FMU2Slave(**arguments)
-            slave.instantiate(callbacks=_callbacks2(messages))
+            slave.instantiate(callbacks=callbacks_of_fmi2(messages))
     try:
         yield Slave(slave)
     finally:
         slave.freeInstance()
-
-
-def _callbacks2(messages: list[str]) -> Any:
-    """Make callbacks of FMI 2.0 that keep what the FMU logs.
-
-    fmpy's own proxy for printf-like messages is left alone: it serves one logger per process, and
-    would outlive this one. Messages without arguments need it only for their doubled signs.
-    """
-    callbacks = fmi2.fmi2CallbackFunctions()
-    callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(_logger(messages))
-    callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
-    callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
-    return callbacks
-
-
-def _logger(messages: list[str]) -> Callable[..., None]:
-    """Make a callback, of either standard, that keeps what the FMU logs as warning or worse."""
-
-    def log(*arguments: Any) -> None:
-        *caller, status, _category, message = arguments
-        if status > fmi2.fmi2OK and message:
-            text = message.decode("utf-8", "replace")
-            messages.append(text.replace("%%", "%") if len(caller) == 2 else text)
-
-    return log

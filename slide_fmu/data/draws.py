@@ -13,7 +13,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.excitation.mix import choose_kind
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.systems.base import RandomStates, State, System, simulate
+from slide_fmu.systems.base import RandomStates, SimulationError, State, System, simulate
 
 STREAMS = {
     "train": 0,
@@ -32,6 +32,9 @@ PROBE = 5
 
 PROBE_SAMPLES = 50
 """The motion by which a changed model is noticed has this many samples."""
+
+PROBE_ATTEMPTS = 5
+"""A model that fails on this many such motions does not work."""
 
 STABILITY = 6
 """This stream draws the inputs under which networks are tested for stability."""
@@ -91,8 +94,10 @@ def split_stream(recipe: Recipe, split: str, index: int) -> Stream:
     return Stream(STREAMS[split], recipe.data.seed, factors, recipe.data.duration)
 
 
-def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:
+def draw(recipe: Recipe, system: System, stream: Stream, index: int, attempt: int = 0) -> Draw:
     """Draw trajectory ``index``, from 0, of a stream; the result depends on the arguments alone.
+
+    A further ``attempt`` is another draw, for one that could not be simulated.
 
     Two systems of one recipe (a fast model and its reference) get the same inputs, but initial
     states of their own, which the burn-in lets decay.
@@ -105,7 +110,8 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:
         raise ValueError(
             f"duration = {duration:g} s; expected 1 to {MOST_SAMPLES} samples, {step:g} s apart"
         )
-    seeds = np.random.SeedSequence(stream.seed, spawn_key=(stream.number, index))
+    further = (attempt,) if attempt else ()
+    seeds = np.random.SeedSequence(stream.seed, spawn_key=(stream.number, index, *further))
     rng = np.random.default_rng(seeds)
     burn_in, count = round(recipe.data.burn_in / step), round(duration / step)
     factor = float(rng.uniform(*stream.factors))
@@ -119,14 +125,21 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int) -> Draw:
 def probe(recipe: Recipe, system: System) -> FloatArray:
     """Simulate a short motion of the recipe, whose outputs change when the model changes.
 
-    They are in their units, of the shape (PROBE_SAMPLES + 1, n_outputs).
+    They are in their units, of the shape (PROBE_SAMPLES + 1, n_outputs). Where the system fails on
+    the first motions that are drawn, it is the next.
 
     Raises:
-        SimulationError: the system could not be simulated.
+        SimulationError: the system could not be simulated on any of them.
     """
-    duration = PROBE_SAMPLES * recipe.window.step
-    drawn = draw(recipe, system, Stream(PROBE, recipe.data.seed, (1.0, 1.0), duration), 0)
-    return simulate(system, drawn.inputs[:PROBE_SAMPLES], drawn.initial).outputs
+    stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), PROBE_SAMPLES * recipe.window.step)
+    failure = SimulationError("no motion was drawn")
+    for attempt in range(PROBE_ATTEMPTS):
+        drawn = draw(recipe, system, stream, 0, attempt)
+        try:
+            return simulate(system, drawn.inputs[:PROBE_SAMPLES], drawn.initial).outputs
+        except SimulationError as error:
+            failure = error
+    raise failure
 
 
 def simulate_draw(system: System, drawn: Draw) -> Trajectory:

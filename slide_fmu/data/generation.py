@@ -7,28 +7,37 @@ from __future__ import annotations
 
 import json
 import threading
-from concurrent.futures import Executor
+from concurrent.futures import BrokenExecutor, Executor
 from pathlib import Path
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.data.draws import draw, probe, simulate_draw, split_stream
-from slide_fmu.data.pool import in_parallel
+from slide_fmu.data.failures import (
+    Failure,
+    allowed_failures,
+    keep_failure,
+    too_many_failures,
+)
+from slide_fmu.data.pool import in_parallel, process_pool
 from slide_fmu.data.store import missing_trajectories, open_store, write_trajectory
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_system
-from slide_fmu.systems.base import System
+from slide_fmu.systems.base import SimulationError, System
 
 
-def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress) -> int:
+def generate(recipe: Recipe, path: Path, executor: Executor | None, progress: Progress) -> int:
     """Make all trajectories of a recipe that its store does not hold yet, and return their number.
 
-    The store is created where there is none. The progress is called at the start and after every
-    trajectory.
+    The store is created where there is none. Without an executor this process makes them. The
+    progress is called at the start and after every trajectory. A trajectory that cannot be
+    simulated is kept beside the store (``slide_fmu.data.failures``), and another draw takes its
+    place.
 
     Raises:
         RecipeError: the recipe leaves something to be found.
         StoreError: the store belongs to another recipe or model.
-        SimulationError: the system could not be simulated; trajectories in the store stay there.
+        SimulationError: too many trajectories could not be simulated, or the model ended the
+            process that simulated it; trajectories in the store stay there.
     """
     recipe.require_resolved()
     system = recipe_system(recipe)
@@ -36,8 +45,7 @@ def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress)
     shapes = {"inputs": (count, len(system.inputs)), "outputs": (count + 1, len(system.outputs))}
     open_store(path, recipe, shapes, probe(recipe, system))
     counts = {split: recipe.count(split) for split in SPLITS}
-    # plain JSON crosses to the workers: it pickles on every executor and is cheap to compare
-    text = json.dumps(recipe.model_dump(mode="json"), sort_keys=True)
+    text = recipe_json(recipe)
     jobs = [
         (text, str(path), split, index)
         for split, count in counts.items()
@@ -46,8 +54,53 @@ def generate(recipe: Recipe, path: Path, executor: Executor, progress: Progress)
     total = sum(counts.values())
     before = total - len(jobs)
     progress(before, total)
-    in_parallel(executor, _generate_one, jobs, lambda made: progress(before + made, total))
+    _worker.made = None  # an object of the same name may be another one by now
+
+    def made(count: int) -> None:
+        problem = too_many_failures(path, recipe)
+        if problem is not None:
+            raise SimulationError(problem)
+        progress(before + count, total)
+
+    try:
+        in_parallel(executor, _generate_one, jobs, made)
+    except BrokenExecutor as error:
+        raise SimulationError(ended_process(recipe)) from error
     return len(jobs)
+
+
+def require_survival(recipe: Recipe) -> None:
+    """Simulate a short motion in a process of its own, which a library that crashes would end.
+
+    Raises:
+        SimulationError: it ended, or the system could not be simulated.
+    """
+    with process_pool(1) as pool:
+        try:
+            in_parallel(pool, _probe_one, [(recipe_json(recipe),)], lambda done: None)
+        except BrokenExecutor as error:
+            raise SimulationError(ended_process(recipe)) from error
+
+
+def _probe_one(text: str) -> None:
+    recipe = Recipe.model_validate_json(text)
+    probe(recipe, recipe_system(recipe))
+
+
+def recipe_json(recipe: Recipe) -> str:
+    """Write a recipe as plain JSON, which crosses to every executor and is cheap to compare."""
+    return json.dumps(recipe.model_dump(mode="json"), sort_keys=True)
+
+
+def ended_process(recipe: Recipe) -> str:
+    """Say that a model ended the process that simulated it, as a library does that crashes."""
+    system = recipe.system
+    return (
+        f"system {system.model!r} (kind {system.kind!r}) ended the process that simulated it: "
+        "its library crashed, or the memory is full. Expected a model that reports errors: narrow "
+        "the ranges of its inputs (system.inputs, data.excitation), use fewer workers, or ask who "
+        "made it"
+    )
 
 
 class _Worker(threading.local):
@@ -67,5 +120,14 @@ def _generate_one(text: str, path: str, split: str, index: int) -> None:
         recipe = Recipe.model_validate_json(text)
         _worker.made = text, recipe, recipe_system(recipe)
     _, recipe, system = _worker.made
-    drawn = draw(recipe, system, split_stream(recipe, split, index), index)
-    write_trajectory(Path(path), split, index, simulate_draw(system, drawn), drawn.kind)
+    stream = split_stream(recipe, split, index)
+    for attempt in range(allowed_failures(recipe) + 1):
+        drawn = draw(recipe, system, stream, index, attempt)
+        try:
+            trajectory = simulate_draw(system, drawn)
+        except SimulationError as error:
+            failure = Failure(split, index, attempt, error.time, str(error))
+            keep_failure(Path(path), failure, system, drawn.inputs)
+        else:
+            write_trajectory(Path(path), split, index, trajectory, drawn.kind)
+            return

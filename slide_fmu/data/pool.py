@@ -1,4 +1,7 @@
-"""Worker processes simulate in parallel; they never outlive the process that started them."""
+"""Worker processes simulate in parallel; they never outlive the process that started them.
+
+Where there shall be none, this process does their work.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,8 @@ from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
+from slide_fmu.systems import given
+
 Result = TypeVar("Result")
 
 
@@ -18,23 +23,32 @@ def process_pool(
     workers: int | None = None,
     set_up: Callable[..., object] | None = None,
     arguments: tuple[Any, ...] = (),
-) -> Iterator[Executor]:
+) -> Iterator[Executor | None]:
     """Open a pool of processes, one per core if None, that end with their parent, however it ends.
 
-    ``set_up`` is called once in every worker with the arguments, which must be picklable. The pool
-    is shut down at the end of the ``with`` block.
+    ``set_up`` is called once in every worker with the arguments, which must be picklable; systems
+    that were given as objects are given there too. The pool is shut down at the end of the
+    ``with`` block. No workers, 0, are no pool: then this process is set up.
     """
+    if workers == 0:
+        if set_up is not None:
+            set_up(*arguments)
+        yield None
+        return
     # "spawn": a forked worker would inherit threads and solver states in an undefined condition
     context = multiprocessing.get_context("spawn")
     count = workers or os.cpu_count() or 1
     with ProcessPoolExecutor(
-        count, mp_context=context, initializer=_start, initargs=(set_up, arguments)
+        count,
+        mp_context=context,
+        initializer=_start,
+        initargs=(given.crossing(), set_up, arguments),
     ) as pool:
         yield pool
 
 
 def in_parallel(
-    pool: Executor,
+    pool: Executor | None,
     function: Callable[..., Result],
     jobs: Sequence[tuple[Any, ...]],
     done: Callable[[int], None],
@@ -42,7 +56,14 @@ def in_parallel(
     """Call a function with the arguments of every job; return the results in the jobs' order.
 
     ``done`` hears how many are done. Where one raises, those that have not begun are left out.
+    Without a pool this process does one job after the other.
     """
+    if pool is None:
+        results = []
+        for job in jobs:
+            results.append(function(*job))
+            done(len(results))
+        return results
     futures = [pool.submit(function, *job) for job in jobs]
     try:
         for count, future in enumerate(as_completed(futures), start=1):
@@ -54,8 +75,11 @@ def in_parallel(
     return [future.result() for future in futures]
 
 
-def _start(set_up: Callable[..., object] | None, arguments: tuple[Any, ...]) -> None:
+def _start(
+    crossed: bytes, set_up: Callable[..., object] | None, arguments: tuple[Any, ...]
+) -> None:
     _end_with_parent()
+    given.take(crossed)
     if set_up is not None:
         set_up(*arguments)
 

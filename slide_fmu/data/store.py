@@ -67,7 +67,9 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     fingerprint = {
         "system": system,
         "step": recipe.window.step,
-        "data": recipe.data.model_dump(mode="json", exclude=set(SPLITS)),
+        "data": recipe.data.model_dump(
+            mode="json", exclude={*SPLITS, "budget_minutes", "most_failures"}
+        ),
     }
     if recipe.estimator is not None:
         keys = {"amplitude_factor", "in_range"}

@@ -25,7 +25,8 @@ from slide_fmu.data.store import Split
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.learn.feature_choice import choose_features, require_odd
 from slide_fmu.learn.feed_forward import FeedForwardModule
-from slide_fmu.learn.training import History, Objective, train
+from slide_fmu.learn.history import History
+from slide_fmu.learn.training import Objective, train
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.network.base import Float32Array
 from slide_fmu.recipe.estimator import EstimatorRecipe

@@ -8,9 +8,9 @@ from typing import Any
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.learn.feed_forward import fit_feed_forward
+from slide_fmu.learn.history import History
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space.fit import fit_state_space
-from slide_fmu.learn.training import History
 from slide_fmu.network.base import Network
 from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
 

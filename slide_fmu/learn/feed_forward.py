@@ -12,8 +12,9 @@ import torch
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.window import Window
 from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.learn.history import History
 from slide_fmu.learn.problem import Problem
-from slide_fmu.learn.training import History, block_mean_square, train
+from slide_fmu.learn.training import block_mean_square, train
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.network.activations import ACTIVATIONS
 from slide_fmu.network.base import Network

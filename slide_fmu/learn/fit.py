@@ -22,8 +22,8 @@ from slide_fmu.data.store import Split, read_split, require_origin
 from slide_fmu.learn.estimator import fit_estimator
 from slide_fmu.learn.family import FITS
 from slide_fmu.learn.feature_choice import choose_features, require_odd
+from slide_fmu.learn.history import History
 from slide_fmu.learn.problem import Problem
-from slide_fmu.learn.training import History
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -208,6 +208,11 @@ def standard_deviation_scaling(signals: tuple[Signal, ...], split: Split) -> Aff
     require_motion(signals, split.outputs)
     deviation = split.outputs.reshape(-1, len(signals)).std(axis=0)
     return Affine(range_scaling(signals).offset, deviation)
+
+
+def checkpoint_key(*parts: Any) -> str:
+    """Return a key for a checkpoint: of the training's code, and of what JSON can hold."""
+    return _digest(_code(), *parts)
 
 
 def _content(split: Split) -> str:

@@ -20,6 +20,7 @@ import torch
 
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Progress
+from slide_fmu.learn.history import History
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.recipe.learning import TrainingRecipe
 
@@ -74,21 +75,6 @@ def block_mean_square(n_out: int, newest_weight: float) -> Objective:
         return mean
 
     return Objective(loss, math.sqrt)
-
-
-@dataclass(frozen=True)
-class History:
-    """A history is the course of a training, with one entry for each validation.
-
-    Attributes:
-        step: optimizer steps done until then.
-        training_error: error of the batches since the entry before, as the objective reports it.
-        validation_error: error on the validation windows, as the objective reports it.
-    """
-
-    step: tuple[int, ...]
-    training_error: tuple[float, ...]
-    validation_error: tuple[float, ...]
 
 
 class TrainingError(RuntimeError):

@@ -1,9 +1,8 @@
 """How finely a system must be sampled, from the spectrum of its outputs.
 
 A step is proposed before there is a recipe: inputs are drawn anew at every sample over their whole
-range, so that they move at all frequencies, and the step follows from the frequency below which
-nearly all of the outputs' power lies. Of a recipe's own step it is found what is lost between the
-samples.
+range, so that they move at all frequencies, and the step follows from the frequency up to which
+the outputs answer. Of a recipe's own step it is found what is lost between the samples.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.signal import welch
 
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.data.draws import PROBE, Stream, draw
@@ -22,10 +22,13 @@ from slide_fmu.recipe.systems import data_specification
 from slide_fmu.systems.base import LoadError, SimulationError, System, simulate
 from slide_fmu.systems.loading import load_system
 
-POWER = 0.99
-"""This part of an output's power lies below its bandwidth. Of a lag of first order, 99.9 % would
-reach ten times as far, where it hardly moves from sample to sample."""
-SAMPLES_PER_PERIOD = 4.0
+GAIN = 0.2
+"""Beyond its bandwidth an output answers with less than this part of its largest gain: a lag of
+first order at five times its corner, a weakly damped resonance a little above it. What is beyond
+hardly counts, and to follow it would make the window many times as long."""
+SMOOTHED = 16
+"""A spectrum is the mean of about so many of parts of the record, which makes it smooth."""
+SAMPLES_PER_PERIOD = 5.0
 """Samples in a period of the bandwidth; a resonance below it gets about twice as many."""
 SAMPLES, LEAD_IN = 4096, 1024
 """Samples of a spectrum, and those before it in which the start is forgotten."""
@@ -52,8 +55,8 @@ class ProposedStep:
 
     Attributes:
         step: sample step h in s.
-        bandwidth: frequency in Hz below which ``POWER`` of the power of every output lies; None
-            where no output has dynamics that a spectrum shows.
+        bandwidth: frequency in Hz up to which an output answers with ``GAIN`` of its largest gain;
+            None where no output has dynamics that a spectrum shows.
     """
 
     step: float
@@ -102,10 +105,11 @@ def _seen(system: System) -> tuple[float | None, SimulationError | None]:
 
 
 def bandwidth(system: System) -> float | None:
-    """Return the frequency in Hz below which ``POWER`` of the power of every output lies.
+    """Return the frequency in Hz up to which an output answers with ``GAIN`` of its largest gain.
 
-    What follows the inputs at once, by a linear law, is left out: it is as fast as they are. The
-    result is None if nothing else is left of any output.
+    The inputs are white, so the spectrum of an output is that of its gain. What follows the inputs
+    at once, by a linear law, is left out: it is as fast as they are. The result is None if nothing
+    else is left of any output.
 
     Raises:
         SimulationError: the system could not be simulated.
@@ -120,10 +124,10 @@ def bandwidth(system: System) -> float | None:
     own = np.sum(rest**2, axis=0) > STATIC * np.sum((outputs - outputs.mean(0)) ** 2, axis=0)
     if not own.any():
         return None
-    power = np.abs(np.fft.rfft(rest[:, own] * np.hanning(SAMPLES)[:, None], axis=0)) ** 2
-    share = np.cumsum(power, axis=0) / np.sum(power, axis=0)
-    first = int(np.max(np.argmax(share >= POWER, axis=0)))
-    return float(np.fft.rfftfreq(SAMPLES, system.step)[max(1, first)])
+    length = SAMPLES // SMOOTHED * 2  # parts overlap by half
+    frequency, power = welch(rest[:, own], 1.0 / system.step, nperseg=length, axis=0)
+    answers = np.sqrt(power / power.max(axis=0)) > GAIN
+    return float(frequency[max(1, int(np.flatnonzero(answers.any(axis=1))[-1]))])
 
 
 def tidy_step(step: float) -> float:

@@ -18,13 +18,22 @@ def check_recipe(recipe: Recipe) -> None:
         RecipeError: they do not fit each other or the excitation, or a network sees what the
             system has not.
         ContractError: the system that makes the data does not keep its word.
-        SimulationError: it could not be simulated on a short record.
+        SimulationError: it could not be simulated on a short record, or its library crashes.
     """
     reference_system(recipe)
     system = recipe_system(recipe)
     require_features(recipe, system)
+    if system.may_crash and recipe not in _survived:
+        from slide_fmu.data.generation import require_survival
+
+        require_survival(recipe)
+        _survived[:] = [recipe]
     inputs = _some_inputs(recipe, system)
     check_system(system, recipe.window.step, inputs)
+
+
+_survived: list[Recipe] = []
+"""The recipe whose system was last simulated without a crash."""
 
 
 def _some_inputs(recipe: Recipe, system: System) -> FloatArray:

@@ -59,7 +59,7 @@ def export(request: Request, bar: Stages) -> Path:
     _refuse_options_of_recipes(request)
     if request.path is None:
         raise ValueError("export of an FMU: where to? give the FMU to write with -o PATH")
-    return _export_again(request.source, request.path, request)
+    return export_again(request.source, request.path, request.fmi, request.sources)
 
 
 def _export_recipe(request: Request, bar: Stages) -> Path:
@@ -81,19 +81,24 @@ def _export_recipe(request: Request, bar: Stages) -> Path:
         other, found = read_fmu(finished)
         same = {key: value for key, value in (found or {}).items() if key in origin} == origin
         if same and other.to_bytes() == surrogate.to_bytes():
-            return _export_again(finished, path, request)
+            return export_again(finished, path, request.fmi, request.sources)
     return export_fmu(surrogate, path, fmi=request.fmi, sources=request.sources, provenance=origin)
 
 
-def _export_again(source: Path, path: Path, request: Request) -> Path:
-    """Write the surrogate of an FMU as FMU of either standard, with this version's runtime."""
+def export_again(source: Path, path: Path, fmi: FmiVersion, sources: bool) -> Path:
+    """Write the surrogate of an FMU as FMU of either standard, with this version's runtime.
+
+    Raises:
+        FmuError: the source is no FMU of slide-fmu.
+        ValueError: the path does not end in ``.fmu``.
+    """
     surrogate, found = read_fmu(source)
     page = read_member(source, "documentation/index.html")
     return export_fmu(
         surrogate,
         path,
-        fmi=request.fmi,
-        sources=request.sources,
+        fmi=fmi,
+        sources=sources,
         provenance=found,
         documentation={} if page is None else {"index.html": page},
     )

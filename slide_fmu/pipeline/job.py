@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import platform
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import metadata
 from pathlib import Path
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.memory.sizing import Sizing
+from slide_fmu.pipeline.numbers import known_numbers
 from slide_fmu.pipeline.resolved import Resolved, resolved_lengths
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.reading import parse_recipe, read_recipe_text, with_resolved
@@ -56,18 +57,50 @@ def open_job(
         LoadError, ShortWindowError, SimulationError, ValueError: as of ``resolved_lengths``.
     """
     text = read_recipe_text(recipe_path)
-    recipe = parse_recipe(text, str(recipe_path))
     make_importable(recipe_path.parent)
+    seeds = training_seed, data_seed
+    return job_of_text(text, str(recipe_path), runs, bar, seeds)
+
+
+def job_of_text(
+    text: str,
+    source: str,
+    runs: Path,
+    bar: Stages,
+    seeds: tuple[int | None, int | None] = (None, None),
+) -> Job:
+    """Return the job of a recipe's text, which messages call ``source``, as ``open_job`` does.
+
+    The seeds are those of the training and of the data; the recipe's where they are None.
+
+    Raises:
+        RecipeError, LoadError, ShortWindowError, SimulationError, ValueError: as of ``open_job``.
+    """
+    recipe, (training_seed, data_seed) = parse_recipe(text, source), seeds
     folder = RunFolder(runs / recipe.name)
     # found for the recipe as it is written: other seeds keep the window
     resolved, sizing = resolved_lengths(recipe, folder.resolved)
-    recipe = with_resolved(recipe, resolved, str(recipe_path))
+    recipe = with_resolved(recipe, resolved, source)
     if training_seed is not None:
         recipe = with_training_seed(recipe, training_seed)
     if data_seed is not None:
         data = recipe.data.model_copy(update={"seed": data_seed})
         recipe, sizing = recipe.model_copy(update={"data": data}), None
-    return Job(text, recipe, folder, bar, resolved, sizing)
+    job = Job(text, recipe, folder, bar, resolved, sizing)
+    numbers = known_numbers(recipe, folder)
+    return job if numbers is None else with_values(job, numbers)
+
+
+def with_values(job: Job, values: Resolved) -> Job:
+    """Return a job with values in the place of what its recipe left open.
+
+    Raises:
+        RecipeError: the values do not fit what the recipe gives.
+    """
+    recipe = with_resolved(job.recipe, values, f"recipe {job.recipe.name!r}")
+    tables = {**job.resolved, **values}
+    resolved = {name: {**job.resolved.get(name, {}), **values.get(name, {})} for name in tables}
+    return replace(job, recipe=recipe, resolved=resolved)
 
 
 def make_importable(folder: Path) -> None:

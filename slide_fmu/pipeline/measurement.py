@@ -16,8 +16,12 @@ from slide_fmu.validation.validate import validate
 IN_RANGE, BEYOND = "in range", "beyond the range"
 
 
-def validate_fmu_file(fmu: Path, task: Task, bar: Stages) -> Validation:
+def validate_fmu_file(
+    fmu: Path, task: Task, bar: Stages, workers: int | None = None
+) -> Validation:
     """Run an FMU beside the reference system that its provenance names.
+
+    Worker processes are one per core if None, none if 0.
 
     Raises:
         FmuError: the file is no FMU of slide-fmu.
@@ -26,7 +30,7 @@ def validate_fmu_file(fmu: Path, task: Task, bar: Stages) -> Validation:
     surrogate, found = read_fmu(fmu)
     recipe = recipe_of_provenance(found, str(fmu))
     progress = bar(_title(task))
-    return validate(fmu, surrogate, recipe, task, progress, workers=None)
+    return validate(fmu, surrogate, recipe, task, progress, workers)
 
 
 def validation_report(validation: Validation) -> Report:

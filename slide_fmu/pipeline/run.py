@@ -7,13 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu.fmu.export import export_fmu
+from slide_fmu.learn.history import Curve
 from slide_fmu.memory.sizing import Sizing
 from slide_fmu.memory.stability import AmplitudeTest, stability_figures
 from slide_fmu.pipeline.job import Job, provenance
 from slide_fmu.pipeline.measurement import IN_RANGE, tasks, validate_fmu_file
+from slide_fmu.pipeline.numbers import kept_curve
 from slide_fmu.pipeline.run_folder import Trained
 from slide_fmu.pipeline.stages import (
     check_window,
+    choose_numbers,
     examine_stability,
     generate_data,
     train_surrogate,
@@ -25,7 +28,7 @@ from slide_fmu.validation import report as reports
 from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.figures import side_by_side
 from slide_fmu.validation.model_card import model_card
-from slide_fmu.validation.report import Report
+from slide_fmu.validation.report import Report, Section
 from slide_fmu.validation.response import is_affine
 
 PICTURE = "side_by_side.png"
@@ -57,7 +60,8 @@ def run_recipe(
         job: the recipe and its run folder.
         seed: seed of the unseen trajectories that the FMU is measured on.
         trajectories: their number; the recipe's if None.
-        workers: processes that make the training trajectories; one per core if None.
+        workers: processes that make the trajectories; one per core if None, and if 0 this one
+            makes them.
         threads: threads of the training.
         overwrite: whether data that were made from other values are made again.
 
@@ -69,7 +73,8 @@ def run_recipe(
         UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
     """
     sizing = check_window(job)
-    generate_data(job, workers, overwrite)
+    job = choose_numbers(job, workers, overwrite)
+    generate_data(job, workers)
     train_surrogate(job, threads)
     recipe, fmu = job.recipe, job.folder.fmu(job.recipe)
     trained = job.folder.load_surrogate(recipe)
@@ -77,10 +82,12 @@ def run_recipe(
     tests = examine_stability(job, surrogate)
     export_fmu(surrogate, fmu, provenance=origin)
     validations = {
-        name: validate_fmu_file(fmu, task, job.bar)
+        name: validate_fmu_file(fmu, task, job.bar, workers)
         for name, task in tasks(recipe, seed, trajectories).items()
     }
-    report = _full_report(trained, recipe, sizing, validations, tests)
+    report = _full_report(
+        trained, recipe, sizing, validations, tests, kept_curve(recipe, job.folder)
+    )
     page = report.write(job.folder.path)
     (job.folder.path / PICTURE).write_bytes(side_by_side(validations[IN_RANGE], 0))
     text = model_card(surrogate, recipe, report.data, PICTURE, draw_mechanism(job))
@@ -114,6 +121,7 @@ def _full_report(
     sizing: Sizing,
     validations: dict[str, Validation],
     tests: tuple[AmplitudeTest, ...],
+    curve: Curve,
 ) -> Report:
     surrogate = trained.surrogate
     data: dict[str, Any] = {
@@ -133,4 +141,17 @@ def _full_report(
         data["stability"] = stability_figures(tests)
         sections.append(reports.stability_section(tests, surrogate.window.step))
     sections += [reports.sizing_section(sizing), reports.training_section(trained.histories)]
+    sections += _search_sections(trained, curve, data)
     return Report(f"{recipe.name}: surrogate FMU", recipe.description, data, sections)
+
+
+def _search_sections(trained: Trained, curve: Curve, data: dict[str, Any]) -> list[Section]:
+    """Show what was searched for: sizes of the network, numbers of trajectories."""
+    sections, history = [], trained.histories["surrogate"]
+    data["remark"], data["sizes_tried"] = history.get("remark"), history.get("sizes", [])
+    if data["sizes_tried"] or data["remark"]:
+        sections.append(reports.sizes_section(data["sizes_tried"], data["remark"]))
+    if curve.points:
+        data["learning_curve"] = curve.figures()
+        sections.append(reports.curve_section(data["learning_curve"]))
+    return sections

@@ -66,6 +66,11 @@ class RunFolder:
         """What was found for keys that the recipe leaves open lies here."""
         return self.path / "resolved.json"
 
+    @property
+    def numbers(self) -> Path:
+        """The learning curve by which numbers of trajectories are found lies here."""
+        return self.path / "learning_curve.json"
+
     def fmu(self, recipe: Recipe) -> Path:
         """Return the place of the FMU."""
         return self.path / f"{recipe.name}.fmu"

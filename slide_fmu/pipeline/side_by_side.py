@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from slide_fmu.core.files import write_whole
 from slide_fmu.core.signals import FloatArray, cosines_of
 from slide_fmu.cosim.importer import read_description
 from slide_fmu.cosim.ssp import Connection, write_ssp
@@ -18,6 +19,7 @@ from slide_fmu.python_fmu.reference_slave import write_reference_fmu
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import reference_specification, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.fmu_model import FmuSystem
 from slide_fmu.validation.comparison import Task
 
 FMI_3 = (
@@ -30,13 +32,20 @@ FMI_3 = (
 def write_reference(recipe: Recipe, path: Path) -> Path:
     """Write the reference system of a recipe as FMU, and return its path.
 
+    An FMU of the user is copied.
+
     Raises:
-        LoadError: the system cannot be made.
+        LoadError: the system cannot be made, or is an FMU that does not run by itself.
         RecipeError: it does not fit the system that makes the data.
         ValueError: the path does not end in ``.fmu``.
     """
-    reference_system(recipe)
-    return write_reference_fmu(reference_specification(recipe), path)
+    system = reference_system(recipe)
+    if not isinstance(system, FmuSystem):
+        return write_reference_fmu(reference_specification(recipe), path)
+    if path.suffix != ".fmu":
+        raise ValueError(f"FMU {str(path)!r}; expected a name ending in .fmu")
+    write_whole(path, system.slave().read_bytes())
+    return path
 
 
 def write_side_by_side(

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
+from dataclasses import asdict
 from typing import Any
 
 from slide_fmu.memory.sizing import Sizing, require_window, size_window
 from slide_fmu.memory.stability import AmplitudeTest, check_stability, require_stability
 from slide_fmu.pipeline.checks import check_recipe
-from slide_fmu.pipeline.job import Job, versions
+from slide_fmu.pipeline.job import Job, versions, with_values
+from slide_fmu.pipeline.numbers import find_numbers, kept_curve
 from slide_fmu.recipe.recipe import SPLITS
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -38,37 +40,60 @@ def check_window(job: Job) -> Sizing:
     return sizing
 
 
-def generate_data(job: Job, workers: int | None, overwrite: bool) -> dict[str, Any]:
-    """Make all trajectories that are not in the store yet.
+def choose_numbers(job: Job, workers: int | None, overwrite: bool) -> Job:
+    """Return the job with all its numbers of trajectories; those left open are found.
 
-    Returns:
-        Numbers of trajectories by split, the simulated time in s, and how many of them were made
-        now in which time.
+    With ``overwrite`` its store is removed first.
 
     Raises:
         LoadError, RecipeError: as of ``check_recipe``.
         StoreError: the store was made from other values.
     """
-    from slide_fmu.data.generation import generate
-    from slide_fmu.data.pool import process_pool
+    from slide_fmu.data.failures import remove_failures
     from slide_fmu.data.store import remove_store
 
     check_recipe(job.recipe)
     if overwrite:
         remove_store(job.folder.store)
+        remove_failures(job.folder.store)
+    numbers = find_numbers(job.recipe, job.folder, job.bar, workers)
+    return with_values(job, numbers) if numbers else job
+
+
+def generate_data(job: Job, workers: int | None) -> dict[str, Any]:
+    """Make all trajectories that are not in the store yet.
+
+    Returns:
+        Numbers of trajectories by split, the simulated time in s, how many of them were made now
+        in which time, and how many had failed, of which others took the place; the learning
+        curve, if there was one.
+
+    Raises:
+        LoadError, RecipeError: as of ``check_recipe``.
+        SimulationError: too many trajectories could not be simulated.
+        StoreError: the store was made from other values.
+    """
+    from slide_fmu.data.failures import kept_failures
+    from slide_fmu.data.generation import generate
+    from slide_fmu.data.pool import process_pool
+
+    check_recipe(job.recipe)
     job.folder.path.mkdir(parents=True, exist_ok=True)
     progress = job.bar("trajectories")
     begin = time.monotonic()
     with process_pool(workers) as pool:
         made = generate(job.recipe, job.folder.store, pool, progress)
+    curve = kept_curve(job.recipe, job.folder)
     counts = {split: job.recipe.count(split) for split in SPLITS}
     simulated = sum(counts.values()) * (job.recipe.data.duration + job.recipe.data.burn_in)
     return {
         "trajectories": counts,
         "simulated_time_s": simulated,
         "made_now": made,
+        "failed": len(kept_failures(job.folder.store)),
         "wall_time_s": time.monotonic() - begin,
         "seed": job.recipe.data.seed,
+        **({"learning_curve": curve.figures()} if curve.points else {}),
     }
 
 
@@ -79,7 +104,8 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
     another program needs it; with one, every machine sums in the same order.
 
     Returns:
-        Best validation error by stage (scaled units), parameters, seed.
+        Best validation error by stage (scaled units), parameters, seed; the sizes that were
+        tried, and a remark on the result or None.
 
     Raises:
         StoreError: trajectories are missing.
@@ -97,6 +123,8 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
     return {
         "validation_error": {n: min(h.validation_error) for n, h in fit.histories.items()},
         "parameters": fit.surrogate.network.count_parameters(),
+        "sizes_tried": [asdict(size) for size in fit.histories["surrogate"].sizes],
+        "remark": fit.histories["surrogate"].remark,
         "seed": recipe.training.seed,
     }
 

@@ -14,8 +14,17 @@ AUTO = "auto"
 LENGTHS = ("window.n_in", "window.n_out", "data.duration", "data.burn_in")
 """Keys that follow from how long the system remembers, in the order in which they are guessed."""
 
-AUTOMATIC = LENGTHS
+NUMBERS = ("data.train", "data.validation", "data.estimator", "data.estimator_validation")
+"""Numbers of trajectories, which follow from a learning curve."""
+
+ESTIMATOR_NUMBERS = NUMBERS[2:]
+"""Those of the error estimator; a recipe without one leaves none of them open."""
+
+AUTOMATIC = LENGTHS + NUMBERS
 """All keys that may be ``"auto"``; each has its first guess in ``_GUESSES`` below."""
+
+GUESSED_NUMBER = 8
+"""The first guess of a number of trajectories."""
 
 GUESSED_N_OUT = 64
 """The first guess of an output window, in samples; that of an input window is three times it."""
@@ -24,7 +33,10 @@ GUESSED_N_OUT = 64
 def automatic_keys(tables: dict[str, Any]) -> tuple[str, ...]:
     """Return which of the ``AUTOMATIC`` keys are left to be found, given tables as read."""
     found = []
+    without_estimator = tables.get("estimator") is None
     for place in AUTOMATIC:
+        if without_estimator and place in ESTIMATOR_NUMBERS:
+            continue
         table, key = place.split(".")
         given = tables.get(table)
         if isinstance(given, dict) and given.get(key, AUTO) == AUTO:
@@ -79,9 +91,14 @@ def _is_count(value: Any) -> TypeGuard[int]:
     return isinstance(value, int) and not isinstance(value, bool) and value > 0
 
 
+def _guess_number(tables: dict[str, Any]) -> int:
+    return GUESSED_NUMBER
+
+
 _GUESSES = {
     "window.n_in": _guess_n_in,
     "window.n_out": _guess_n_out,
     "data.duration": _guess_time,
     "data.burn_in": _guess_time,
+    **dict.fromkeys(NUMBERS, _guess_number),
 }

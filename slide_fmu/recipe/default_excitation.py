@@ -17,15 +17,18 @@ DECADES = 2.5
 """Frequencies reach this many decades below the highest one."""
 
 
-def default_excitation(step: float) -> list[dict[str, Any]]:
+def default_excitation(step: float, moving: bool = False) -> list[dict[str, Any]]:
     """Return the tables ``data.excitation`` for a sample step in s, as a recipe may hold them.
 
-    Frequencies are angular frequencies in rad/s, durations in s, amplitudes parts of the range.
+    Inputs with a first-order hold are motions (``moving``), which hardly ever jump: their jumps
+    are smaller and rarer than those of forces. Frequencies are angular frequencies in rad/s,
+    durations in s, amplitudes parts of the range.
     """
     top = _tidy(TOP * math.pi / step)
     low = _tidy(top / 10**DECADES)
     middle = _tidy(math.sqrt(top * low))
     short, long = _tidy(5 * step), _tidy(math.pi / middle)
+    largest, samples = (0.3, [4, 20]) if moving else (1.0, [1, 20])
     return [
         {"kind": "filtered_random", "weight": 0.25, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, top]},
@@ -33,13 +36,13 @@ def default_excitation(step: float) -> list[dict[str, Any]]:
          "angular_frequency": [low, middle]},
         {"kind": "multisine", "weight": 0.15, "amplitude": [0.02, 0.3],
          "angular_frequency": [middle, top]},
-        {"kind": "held_random", "weight": 0.15, "amplitude": [0.05, 1.0], "samples": [1, 20]},
+        {"kind": "held_random", "weight": 0.15, "amplitude": [0.05, largest], "samples": samples},
         {"kind": "sweep", "weight": 0.1, "amplitude": [0.02, 0.5],
          "angular_frequency": [low, top]},
         {"kind": "harmonic", "weight": 0.05, "amplitude": [0.02, 0.5],
          "angular_frequency": [low, top]},
-        {"kind": "steps", "weight": 0.05, "amplitude": [0.1, 1.0], "duration": [short, long]},
-        {"kind": "rest", "weight": 0.05, "duration": [short, long]},
+        {"kind": "steps", "weight": 0.05, "amplitude": [0.05, largest], "duration": [short, long]},
+        {"kind": "rest", "weight": 0.05, "amplitude": [0.05, largest], "duration": [short, long]},
     ]  # fmt: skip
 
 

@@ -113,10 +113,16 @@ class DataRecipe(Table):
             not given.
         burn_in: time in s that a random initial state is given to decay; not stored; one window
             if ``"auto"`` or not given.
-        train, validation, estimator, estimator_validation: numbers of trajectories.
+        train, validation: numbers of trajectories; found from a learning curve if ``"auto"`` or
+            not given.
+        estimator, estimator_validation: those of the error estimator, if there is one; likewise.
+        budget_minutes: time for the learning curve and its data; it ends before a doubling that
+            would take longer. No limit if not given.
         beyond: number of trajectories beyond the range; a state-space network learns from them
             too, with a low weight, so that it stays sensible there.
         beyond_factor: range of the factor on their excitation.
+        most_failures: part of all trajectories that may fail to be simulated; another draw takes
+            the place of each. One is always allowed.
         excitation: kinds of excitation with their weights; a mix that follows from the step if
             not given.
     """
@@ -128,8 +134,10 @@ class DataRecipe(Table):
     validation: PositiveInt
     estimator: int = Field(0, ge=0)
     estimator_validation: int = Field(0, ge=0)
+    budget_minutes: PositiveFloat | None = None
     beyond: int = Field(default=0, ge=0)
     beyond_factor: PositiveRange = (1.0, 3.0)
+    most_failures: float = Field(default=0.02, ge=0, le=1)
     excitation: tuple[Excitation, ...] = Field(min_length=1)
 
 
@@ -232,7 +240,8 @@ class Recipe(Table):
             return values
         if not (isinstance(step, int | float) and math.isfinite(step) and step > 0):
             return values  # the mistake in the step is told by its own check
-        return {**values, "data": {**data, "excitation": default_excitation(float(step))}}
+        mix = default_excitation(float(step), _inputs_move(values.get("system")))
+        return {**values, "data": {**data, "excitation": mix}}
 
     @model_validator(mode="after")
     def _beyond_is_learnt(self) -> Recipe:
@@ -259,15 +268,34 @@ class Recipe(Table):
         Raises:
             RecipeError: a key is left to be found.
         """
-        if self.automatic:
+        guessed = [key for key in self.automatic if key in LENGTHS]
+        if guessed:
             raise RecipeError(
-                f"recipe {self.name!r} leaves {', '.join(self.automatic)} to be found; expected "
+                f"recipe {self.name!r} leaves {', '.join(guessed)} to be found; expected "
                 "a whole recipe here: find them first (slide_fmu.memory.lengths.find_lengths), or "
                 "give them"
             )
 
+    @model_validator(mode="after")
+    def _numbers_can_be_found(self) -> Recipe:
+        if "data.train" in self.automatic and self.network.family != "state_space":
+            raise ValueError(
+                f'data.train is left out, or "auto"; expected a number for network.family = '
+                f"{self.network.family!r}: the learning curve is that of a state-space network"
+            )
+        return self
+
     def count(self, split: str) -> int:
-        """Return the number of trajectories of a split; none are for an estimator that is not."""
+        """Return the number of trajectories of a split; none are for an estimator that is not.
+
+        Raises:
+            RecipeError: the number is left to be found, and was not yet.
+        """
+        if f"data.{split}" in self.automatic:
+            raise RecipeError(
+                f'recipe {self.name!r}: data.{split} is "auto" and was not found yet; make the '
+                "data first (slide-fmu generate RECIPE), or give a number"
+            )
         if split.startswith("estimator") and self.estimator is None:
             return 0
         return int(getattr(self.data, split))
@@ -329,3 +357,10 @@ class Recipe(Table):
                     f"n_in = {window.n_in}, n_out = {window.n_out} samples{also}"
                 )
         return self
+
+
+def _inputs_move(system: Any) -> bool:
+    """Whether the table ``system`` says of an input that it has a first-order hold."""
+    inputs = system.get("inputs") if isinstance(system, dict) else None
+    tables = inputs.values() if isinstance(inputs, dict) else ()
+    return any(isinstance(table, dict) and table.get("hold") == "first_order" for table in tables)

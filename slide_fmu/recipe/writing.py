@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from slide_fmu.recipe.default_excitation import default_excitation
+from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.found import Found, FoundParameter
 from slide_fmu.systems.specification import SignalChoice
 
@@ -75,9 +78,13 @@ def recipe_text(draft: Draft) -> str:
         "[window]",
         *_comment(draft.step_origin),
         f"step = {_value(draft.step)}",
-        *_comment("n_in and n_out follow from how long the system remembers its past."),
+        *_comment(
+            "The lengths n_in and n_out follow from how long the system remembers: until this "
+            "part of what happened before is left."
+        ),
+        "remaining_amplitude = 0.001",
         "",
-        *_excitation_lines(draft.step),
+        *_excitation_lines(draft),
         *_comment("The FMU estimates its own error; without this table it does not."),
         "[estimator]",
         "",
@@ -90,6 +97,29 @@ def recipe_name(text: str) -> str:
     plain = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", text)
     plain = re.sub(r"\W+", "_", plain, flags=re.ASCII).strip("_").lower() or "model"
     return plain if plain[0].isalpha() else f"model_{plain}"
+
+
+def tables_text(tables: Mapping[str, Any]) -> str:
+    """Write the tables of a recipe as TOML; keys whose value is None are left out.
+
+    Raises:
+        RecipeError: a value is of a type that TOML does not have.
+    """
+    plain = {key: value for key, value in tables.items() if not isinstance(value, Mapping)}
+    lines = _lines(plain, "recipe")
+    for name, table in tables.items():
+        if isinstance(table, Mapping):
+            lines += ["", f"[{_key(name)}]", *_lines(table, name)]
+    return "\n".join([*lines, ""])
+
+
+def _lines(table: Mapping[str, Any], name: str) -> list[str]:
+    try:
+        return [f"{_key(k)} = {_value(v)}" for k, v in table.items() if v is not None]
+    except TypeError as error:
+        raise RecipeError(
+            f"{name}: {dict(table)} ({error}); expected numbers, texts, lists and dictionaries"
+        ) from error
 
 
 def _parameter_lines(parameters: Sequence[FoundParameter]) -> list[str]:
@@ -120,13 +150,14 @@ def _signal_lines(what: str, signal: DraftSignal) -> list[str]:
     return [*lines, ""]
 
 
-def _excitation_lines(step: float) -> list[str]:
+def _excitation_lines(draft: Draft) -> list[str]:
     lines = _comment(
         "The inputs of the training: weights say how often a kind is drawn, amplitudes are parts "
         'of an input\'s range, angular frequencies are in rad/s, durations in s. A kind "file" '
         "with a path takes inputs of your own, recorded as CSV."
     )
-    for table in default_excitation(step):
+    moving = any(signal.choice.hold == "first_order" for signal in draft.inputs)
+    for table in default_excitation(draft.step, moving):
         lines.append("[[data.excitation]]")
         lines += [f"{key} = {_value(value)}" for key, value in table.items()]
         lines.append("")
@@ -148,8 +179,13 @@ def _key(name: str) -> str:
 
 def _value(value: Any) -> str:
     """Write a value as TOML, in which texts, numbers and lists are as in JSON."""
+    if isinstance(value, np.generic):
+        value = value.item()
     if isinstance(value, float):
         return repr(value)
-    if isinstance(value, list):
+    if isinstance(value, list | tuple):
         return f"[{', '.join(_value(item) for item in value)}]"
+    if isinstance(value, Mapping):
+        inner = (f"{_key(k)} = {_value(v)}" for k, v in value.items() if v is not None)
+        return f"{{ {', '.join(inner)} }}"
     return json.dumps(value, ensure_ascii=False)

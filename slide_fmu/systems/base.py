@@ -80,12 +80,14 @@ class System(abc.ABC):
         inputs, outputs: signals in channel order; inputs say how they act between samples and
             which of them are an angle (``check_inputs``).
         remarks: one sentence each on what the system had to assume so far, for people.
+        may_crash: whether it runs a library of somebody else, which may end the process.
     """
 
     step: float
     inputs: tuple[Signal, ...]
     outputs: tuple[Signal, ...]
     remarks: tuple[str, ...] = ()
+    may_crash: bool = False
 
     @abc.abstractmethod
     def simulate(self, inputs: FloatArray) -> FloatArray:
@@ -192,13 +194,31 @@ class Chained(System):
     chain: SerialChain | None = None
 
 
+OFFERS: dict[str, type] = {
+    "steps": Stepping,
+    "states": Restorable,
+    "random initial states": RandomStates,
+    "linearization": Linearizable,
+    "geometry of a serial chain": Chained,
+}
+"""What a system may offer beside its outputs, by its name for people."""
+
+
 def chain_of(system: System) -> SerialChain | None:
     """Give the serial chain of a system that has one, else None."""
     return system.chain if isinstance(system, Chained) else None
 
 
 class SimulationError(RuntimeError):
-    """A reference system could not be simulated."""
+    """A reference system could not be simulated.
+
+    Attributes:
+        time: when it failed, in s from the begin of the record; None where that is not known.
+    """
+
+    def __init__(self, message: str, time: float | None = None) -> None:
+        super().__init__(message)
+        self.time = time
 
 
 class LoadError(ValueError):
@@ -228,7 +248,8 @@ def _row(
     except (SimulationError, LoadError):
         raise
     except Exception as error:  # a user's method may raise anything
-        raise SimulationError(_raised(system, method, error, k, *inputs)) from error
+        time = k * system.step if k >= 0 else None
+        raise SimulationError(_raised(system, method, error, k, *inputs), time) from error
     raise SimulationError(
         f"{type(system).__qualname__}.{method} gave outputs of shape {np.shape(row)}; expected "
         f"({len(system.outputs)},), one number for each output: correct the model"
@@ -312,6 +333,7 @@ def _checked(system: System, inputs: FloatArray, outputs: object) -> FloatArray:
         raise SimulationError(
             f"{name} gave {found[k].tolist()} in sample {k} (t = {k * system.step:.6g} s) under "
             f"the input {under}; expected finite numbers: excite it less (data.excitation), "
-            "choose a smaller step, or correct the model"
+            "choose a smaller step, or correct the model",
+            k * system.step,
         )
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 from types import SimpleNamespace
 
@@ -12,7 +13,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import SimulationError
 from slide_fmu.systems.equilibrium import Field, equilibrium
 from slide_fmu.systems.integration import Solver
-from slide_fmu.systems.user_function import FunctionError, UserFunction
+from slide_fmu.systems.user_function import FunctionError, UserFunction, read_only
 
 SETTLING = (16, 48, 192, 768, 3072)
 """An equilibrium is looked for from the start, and each time the system has gone on from there by
@@ -39,8 +40,8 @@ class Equations:
 
     def held(self, u: FloatArray) -> Field:
         """Give x' = f(x) under an input that is held, shape (n_inputs,)."""
-        still = np.zeros_like(u)
-        return lambda x: self.function(x, u, self.p, still)
+        held, still = read_only(u), read_only(np.zeros_like(u))
+        return lambda x: self.function(x, held, self.p, still)
 
     def after_step(self, state: FloatArray, last: FloatArray, rate: FloatArray) -> FloatArray:
         """Give the state (n,) one sample step later, under inputs that go on from ``last``.
@@ -54,17 +55,19 @@ class Equations:
             SimulationError: the solver gave up, or the function failed.
         """
         trouble: list[str] = []
+        first, moves, rate = read_only(last), bool(rate.any()), read_only(rate)
 
         def rates(time: float, x: FloatArray) -> FloatArray:
+            u = first + time * rate if moves else first
             try:
-                values = self.function(x, last + time * rate, self.p, rate)
+                values = self.function(x, u, self.p, rate)
             except FunctionError as error:
                 # a step that is only tried may go where f is not defined: a shorter one follows
                 if time == 0.0 or not isinstance(error.__cause__, ArithmeticError | ValueError):
                     raise
                 trouble[:] = [str(error)]
                 return np.full(len(x), np.nan)
-            if not np.isfinite(values).all():
+            if not math.isfinite(values @ values):  # one number, since this is often asked
                 trouble[:] = [f"f gave {values.tolist()} for x = {x.tolist()}"]
             return values
 

@@ -12,6 +12,12 @@ from types import ModuleType
 from typing import Any
 
 from slide_fmu.systems.base import LoadError, Parameter, System
+from slide_fmu.systems.declarations import (
+    declared_parameters,
+    declared_signals,
+    declared_step,
+    require_parameters,
+)
 from slide_fmu.systems.found import Found, FoundParameter
 from slide_fmu.systems.function_system import FunctionSystem
 from slide_fmu.systems.integration import Solver
@@ -19,8 +25,6 @@ from slide_fmu.systems.record_system import RecordSystem
 from slide_fmu.systems.specification import SignalChoice, Specification, chosen_signals
 from slide_fmu.systems.user_code import imported
 
-SIGNAL_KEYS = ("unit", "range", "description", "start", "hold", "angle")
-"""What a model may say about a signal: the keys that the recipe's tables have too."""
 SOLVER_KEYS = ("method", "rtol", "atol")
 """What a model may say about its integration, as of ``slide_fmu.systems.integration.Solver``."""
 
@@ -54,7 +58,7 @@ def make(specification: Specification) -> System:
     """
     model, what = read_model(specification.model), f"system {specification.model!r}"
     parameters = {**model.parameters, **specification.parameters}
-    _require_parameters(what, model.parameters, specification.parameters)
+    require_parameters(what, model.parameters, specification.parameters)
     signals = {
         "inputs": chosen_signals("input", model.inputs, specification.inputs),
         "outputs": chosen_signals("output", model.outputs, specification.outputs),
@@ -71,6 +75,18 @@ def make(specification: Specification) -> System:
         )
     except LoadError as error:
         raise LoadError(f"{what}: {error}") from error
+
+
+def recognises(model: str) -> bool:
+    """Whether a model is a Python file or module that defines f or simulate.
+
+    Raises:
+        LoadError: it cannot be run.
+    """
+    if model.endswith(".fmu") or ":" in model:
+        return False
+    values = vars(imported(f"system {model!r}", model)[0])
+    return "f" in values or "simulate" in values
 
 
 def describe(model: str) -> Found:
@@ -99,19 +115,8 @@ def read_model(name: str) -> Model:
         )
     values = vars(module)
     _require_parts(what, module)
-    parameters = values.get("parameters", {})
-    _require_table(what, "parameters", parameters, 'for example {"mass": 300.0}')
-    for key, value in parameters.items():
-        if not isinstance(value, float | int | str):
-            raise LoadError(
-                f"{what}: parameters[{key!r}] = {value!r}; expected a number, a text, or a "
-                "true or false"
-            )
-    step = values.get("step")
-    if step is not None and not (isinstance(step, float | int) and step > 0):
-        raise LoadError(f"{what}: step = {step!r}; expected a positive sample step in s")
-    inputs = _signals(what, "inputs", values["inputs"], values.get("hold"))
-    outputs = _signals(what, "outputs", values["outputs"])
+    parameters, step = declared_parameters(what, values), declared_step(what, values)
+    inputs, outputs = (declared_signals(what, name, values) for name in ("inputs", "outputs"))
     return Model(name, inputs, outputs, parameters, step, values)
 
 
@@ -131,54 +136,3 @@ def _require_parts(what: str, module: ModuleType) -> None:
             f"{what} does not define {', '.join(lacks)}; expected {', '.join(needed)} beside "
             f"{ways[0]}"
         )
-
-
-def _require_table(what: str, name: str, table: object, example: str) -> None:
-    if not (isinstance(table, dict) and all(isinstance(key, str) for key in table)):
-        raise LoadError(f"{what}: {name} = {table!r}; expected names with values, {example}")
-
-
-def _signals(what: str, name: str, table: object, hold: object = None) -> tuple[SignalChoice, ...]:
-    """Give the signals of a table, whose values are units, or tables of all that is known."""
-    _require_table(what, name, table, 'for example {"position": "m"}')
-    assert isinstance(table, dict)
-    return tuple(
-        _signal(f"{what}: {name}[{key!r}]", key, {"hold": hold, **_as_table(value)})
-        for key, value in table.items()
-    )
-
-
-def _as_table(value: object) -> dict[str, object]:
-    return value if isinstance(value, dict) else {"unit": value}
-
-
-def _signal(what: str, name: str, said: dict[str, object]) -> SignalChoice:
-    """Give one signal from what a model says about it."""
-    unknown = sorted(set(said) - set(SIGNAL_KEYS))
-    if unknown or not isinstance(said.get("unit", ""), str):
-        raise LoadError(
-            f"{what} = {said}; expected a unit, or a table with some of {list(SIGNAL_KEYS)}"
-        )
-    given: dict[str, Any] = {key: value for key, value in said.items() if key != "range"}
-    limits = said.get("range", (None, None))
-    if not (isinstance(limits, list | tuple) and len(limits) == 2):
-        raise LoadError(f"{what}: range = {limits!r}; expected [LOW, HIGH]")
-    return SignalChoice(name, low=limits[0], high=limits[1], **given)
-
-
-def _require_parameters(
-    what: str, declared: Mapping[str, Parameter], given: Mapping[str, Parameter]
-) -> None:
-    """Refuse parameters that a model has not, and texts for numbers."""
-    unknown = sorted(set(given) - set(declared))
-    if unknown:
-        raise LoadError(
-            f"{what}: unknown parameters {unknown}; expected some of {sorted(declared)}: correct "
-            "or remove them"
-        )
-    for name, value in given.items():
-        if isinstance(value, str) != isinstance(declared[name], str):
-            raise LoadError(
-                f"{what}: parameter {name} = {value!r}; expected one like that of the model, "
-                f"{declared[name]!r}"
-            )

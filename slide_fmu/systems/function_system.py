@@ -90,7 +90,7 @@ class FunctionSystem(Linearizable):
             self._equations = Equations(function, self._p, self.step, solver or Solver())
             for one in (function, self._g):
                 self._require_rates(one)
-                one.finite(state, held, self._p, np.zeros_like(held))
+                one.finite(state, read_only(held), self._p, read_only(np.zeros_like(held)))
         except SimulationError as error:
             raise LoadError(f"{error}, at the start: correct the model") from error
         self.set_state(State(state, np.zeros(0), held))
@@ -148,7 +148,7 @@ class FunctionSystem(Linearizable):
 
     def output(self) -> FloatArray:
         try:
-            return self._g.finite(self._x, self._u, self._p, self._du)
+            return self._g.finite(self._x, read_only(self._u), self._p, read_only(self._du))
         except FunctionError as error:
             raise FunctionError(f"{error}; {self._place(self._u)}") from error
 

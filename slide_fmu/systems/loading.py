@@ -4,22 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
+from types import ModuleType
 from typing import cast
 
 from slide_fmu.core.signals import check_inputs
 from slide_fmu.core.units import require_unit
 from slide_fmu.systems.base import LoadError, System
+from slide_fmu.systems.found import Found
 from slide_fmu.systems.specification import Specification
 from slide_fmu.systems.user_code import imported
 
 KINDS: dict[str, str] = {
     "class": "slide_fmu.systems.python_class",
+    "fmu": "slide_fmu.systems.fmu_model",
     "function": "slide_fmu.systems.function",
+    "object": "slide_fmu.systems.given",
+    "exudyn": "slide_fmu.systems.exudyn_model",
 }
 """Every kind of reference system by its name in recipes: one module and one entry here.
 
-The module is imported when a system of its kind is made: exudyn is needed for models of exudyn
-alone. Its ``make`` takes a ``Specification`` and gives the system; it raises ``LoadError``.
+The module is imported when it is needed: exudyn is, for models of exudyn alone. Its ``make`` takes
+a ``Specification`` and gives the system; its ``describe`` takes a model's name and gives what is
+``Found`` about it; both raise ``LoadError``. Its ``recognises`` says whether a model is of the
+kind, without running it where that can be seen from its name. A kind whose models are no files has
+neither of the last two.
 """
 
 
@@ -33,7 +41,7 @@ def load_system(specification: Specification) -> System:
     kind, model = specification.kind, specification.model
     if kind not in KINDS:
         raise LoadError(f"kind of system {kind!r}; expected one of {sorted(KINDS)}")
-    make = cast(Callable[[Specification], System], import_module(KINDS[kind]).make)
+    make = cast(Callable[[Specification], System], kind_module(kind).make)
     system = make(specification)
     try:
         check_inputs(system.inputs)
@@ -43,6 +51,46 @@ def load_system(specification: Specification) -> System:
         given = dict(specification.parameters)
         raise LoadError(f"system {model!r} with {given}: {error}") from error
     return system
+
+
+def kind_module(kind: str) -> ModuleType:
+    """Import the module of a kind, one of ``KINDS``.
+
+    Raises:
+        LoadError: what it needs is not installed.
+    """
+    try:
+        return import_module(KINDS[kind])
+    except ModuleNotFoundError as error:
+        raise LoadError(
+            f"kind of system {kind!r} needs the package {error.name!r}, which is not installed: "
+            "install it (the extra 'train' brings exudyn)"
+        ) from error
+
+
+def describe_model(model: str, kind: str | None = None) -> Found:
+    """Find what a model declares, before there is a recipe for it.
+
+    Args:
+        model: path of an FMU or a Python file, or ``"package.module:Name"``.
+        kind: one of ``KINDS``; the first that recognises the model if None.
+
+    Raises:
+        LoadError: there is no such model, or no kind recognises it.
+    """
+    if kind is not None and kind not in KINDS:
+        raise LoadError(f"kind of system {kind!r}; expected one of {sorted(KINDS)}")
+    for name in [kind] if kind is not None else KINDS:
+        module = kind_module(name)
+        if not hasattr(module, "describe"):
+            continue
+        if kind is not None or module.recognises(model):
+            return cast(Found, module.describe(model))
+    raise LoadError(
+        f"model {model!r} is of no known kind; expected an FMU (.fmu), a Python file that defines "
+        "a class of systems, f or simulate, or build (see the documentation of your own model), "
+        "or 'package.module:Class'"
+    )
 
 
 def load_picture(name: str) -> Callable[[System], bytes]:

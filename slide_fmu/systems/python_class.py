@@ -6,7 +6,8 @@ import inspect
 from typing import Any, cast
 
 from slide_fmu.systems.base import LoadError, System
-from slide_fmu.systems.specification import Specification
+from slide_fmu.systems.found import Found, FoundParameter
+from slide_fmu.systems.specification import SignalChoice, Specification
 from slide_fmu.systems.user_code import imported, told
 
 
@@ -40,6 +41,62 @@ def make(specification: Specification) -> System:
         raise LoadError(f"system {model!r} with {arguments}: {error}") from error
     except Exception as error:  # a user's class may raise anything
         raise LoadError(f"system {model!r} with {arguments}: {told(error)}") from error
+
+
+def recognises(model: str) -> bool:
+    """Whether a model is a class, or a file or module that defines a class of systems.
+
+    Raises:
+        LoadError: it cannot be run.
+    """
+    if model.endswith(".fmu"):
+        return False
+    module, name = imported(f"system {model!r}", model)
+    return inspect.isclass(getattr(module, name, None)) if name else bool(_classes_of(model))
+
+
+def describe(model: str) -> Found:
+    """Find what a class declares: its parameters with their defaults, and its signals.
+
+    A file or module without the name of a class stands for the only class of systems in it.
+
+    Raises:
+        LoadError: there is no such class, or it cannot be made with its defaults.
+    """
+    if ":" not in model:
+        names = _classes_of(model)
+        if len(names) != 1:
+            raise LoadError(
+                f"system {model!r} defines the classes of systems {names}; expected one: name it, "
+                f"as in '{model}:{names[0] if names else 'Class'}'"
+            )
+        model = f"{model}:{names[0]}"
+    declared = inspect.signature(_find_class(model)).parameters
+    defaults = {
+        name: item.default
+        for name, item in declared.items()
+        if isinstance(item.default, float | int | str | bool)
+    }
+    given = defaults.pop("step", None)
+    step = float(given) if given else None
+    system = make(Specification(model, step=step or 1.0 if "step" in declared else None))
+    inputs, outputs = (
+        tuple(SignalChoice(**vars(signal)) for signal in signals)
+        for signals in (system.inputs, system.outputs)
+    )
+    parameters = tuple(FoundParameter(name, value) for name, value in defaults.items())
+    suggested = system.step if step or "step" not in declared else None
+    return Found("class", model, parameters, inputs, outputs, suggested)
+
+
+def _classes_of(model: str) -> list[str]:
+    """Return the names of classes of systems that a file or module defines itself."""
+    module, _ = imported(f"system {model!r}", model)
+    return sorted(
+        name
+        for name, item in vars(module).items()
+        if _is_system(item) and item.__module__ == module.__name__
+    )
 
 
 def _find_class(model: str) -> type[System]:

@@ -42,12 +42,13 @@ class UserFunction:
     def __call__(self, x: FloatArray, u: FloatArray, p: object, du: FloatArray) -> FloatArray:
         """Give the numbers, shape (count,), perhaps not finite, as an array of their own.
 
+        The function cannot write to x; u and du are the caller's to protect.
+
         Raises:
             FunctionError: the function raised, or gave something else than ``count`` numbers.
         """
-        arguments = (read_only(x), read_only(u), p)
-        rates = (read_only(du),) if self.takes_rates else ()
-        result = called_with(self.name, self._function, (*arguments, *rates))
+        arguments = (read_only(x), u, p, du) if self.takes_rates else (read_only(x), u, p)
+        result = called_with(self.name, self._function, arguments)
         values = real_numbers(self.name, result, f"{self.count} numbers")
         if values.shape == (self.count,):
             return values
@@ -64,7 +65,8 @@ class UserFunction:
         Raises:
             FunctionError: as of a call, or a number is not finite.
         """
-        values = self(x, u, p, du)
+        with np.errstate(all="ignore"):  # what comes of it is told here
+            values = self(x, u, p, du)
         if not np.isfinite(values).all():
             raise FunctionError(f"{self.name} gave {values.tolist()}; expected finite numbers")
         return values
@@ -85,7 +87,7 @@ def called_with(name: str, function: Callable[..., Any], arguments: tuple[Any, .
 def read_only(values: FloatArray) -> FloatArray:
     """Give a view that nobody can write to: a function that changes its arguments is told so."""
     view = values.view()
-    view.flags.writeable = False
+    view.setflags(write=False)
     return view
 
 
@@ -101,11 +103,13 @@ def real_numbers(name: str, result: object, expected: str) -> FloatArray:
         raise FunctionError(
             f"{name} gave {_shown(result)}; expected {expected} ({error})"
         ) from error
+    if values.dtype == np.float64:
+        return values
     if values.dtype.kind not in REAL:
         raise FunctionError(
             f"{name} gave {_shown(result)} of type {values.dtype}; expected {expected}, real ones"
         )
-    return values.astype(np.float64, copy=False)
+    return values.astype(np.float64)
 
 
 def require_arguments(name: str, function: object, arguments: tuple[str, ...], least: int) -> int:

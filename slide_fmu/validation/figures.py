@@ -161,6 +161,18 @@ def decay_times(linearized: Decay | None, measured: Decay, truncation_time: floa
     return _png(figure)
 
 
+def learning_curve(trajectories: Sequence[int], errors: Sequence[float]) -> bytes:
+    """Draw validation errors over numbers of trajectories, both on logarithmic axes."""
+    figure = Figure(figsize=(5.5, 2.8), layout="constrained")
+    ax = figure.subplots()
+    ax.loglog(trajectories, errors, "o-", color=SURROGATE)
+    ax.set_xticks(trajectories, [str(number) for number in trajectories])
+    ax.minorticks_off()
+    ax.grid(alpha=0.3)
+    ax.set(xlabel="trajectories", ylabel="validation error, scaled")
+    return _png(figure)
+
+
 def response_matrices(learnt: FloatArray, exact: FloatArray) -> bytes:
     """Draw the learnt response matrix, the exact one, and their difference (paper's heatmap)."""
     figure = Figure(figsize=(11, 6.4), layout="constrained")

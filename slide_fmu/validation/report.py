@@ -19,6 +19,7 @@ from slide_fmu.validation import figures
 from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.pictures import in_page
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_figures
+from slide_fmu.validation.tables import curve_rows, size_rows
 
 MODEL_TEXT = (
     " The reference is a finer model than the one that made the data; what that one errs on the "
@@ -160,6 +161,34 @@ def training_section(histories: Mapping[str, Mapping[str, Sequence[float]]]) -> 
         "and then the mean deviation of its scaled logarithm.",
         rows,
         [figures.training_history(histories)],
+    )
+
+
+def sizes_section(sizes: Sequence[Mapping[str, Any]], remark: str | None) -> Section:
+    """Show which sizes of the network were tried, and what remains to be learnt."""
+    text = (
+        "Validation errors are RMSE in scaled units, after the short runs by which a size is "
+        "judged; the chosen one is trained longer. What is learnable could be predicted from the "
+        "inputs by a regression on the residual; no figure: the search did not ask."
+    )
+    text += "" if remark is None else f" Remark: {remark}."
+    return Section("Sizes tried", text, size_rows(sizes))
+
+
+def curve_section(curve: Mapping[str, Any]) -> Section:
+    """Show how the error fell with the number of trajectories."""
+    points = curve["points"]
+    return Section(
+        "Learning curve",
+        "Validation error of a network of moderate size, scaled, that learns from twice as many "
+        f"trajectories at each point. The curve ended: {curve['ended']}.",
+        curve_rows(curve),
+        [
+            figures.learning_curve(
+                [point["trajectories"] for point in points],
+                [point["validation_error"] for point in points],
+            )
+        ],
     )
 
 

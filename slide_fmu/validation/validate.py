@@ -66,7 +66,8 @@ def validate(
     with inputs of the trajectory. Where the estimate is scored, its span is filled too. Where the
     recipe has a reference of its own, the model that made the data is simulated on the same
     inputs, so that its error is known apart from that of the surrogate. Worker processes (one per
-    core if None) measure when there is much to do; both FMUs of a trajectory run in one process.
+    core if None, none if 0) measure when there is much to do; both FMUs of a trajectory run in one
+    process.
 
     Raises:
         CoSimulationError: an FMU reports an error.
@@ -105,7 +106,8 @@ def _measure_all(
     found = [_measure(bench, models, 0)]
     seconds = time.perf_counter() - begin
     progress(1, count)
-    workers = min(workers or os.cpu_count() or 1, count - 1)
+    wanted = os.cpu_count() or 1 if workers is None else workers
+    workers = min(wanted, count - 1)
     if workers > 1 and seconds * (count - 1) > WORTH_PROCESSES:
         jobs = [(index,) for index in range(1, count)]
         with process_pool(workers, _set_up, (bench,)) as pool:

@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 from figures_out import measure_and_write
 
-from slide_fmu.cli.options import UNSEEN_SEED
 from slide_fmu.core.measures import rms
 from slide_fmu.core.progress import Stages
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import read_fmu
+from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.base import State, simulate

@@ -35,9 +35,9 @@ from studies import (
 )
 
 from slide_fmu.cli.console import progress_bars
-from slide_fmu.cli.options import UNSEEN_SEED
 from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import export_fmu
+from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.job import open_job, with_training_seed
 from slide_fmu.pipeline.measurement import IN_RANGE, tasks
 from slide_fmu.pipeline.stages import generate_data
@@ -51,7 +51,7 @@ def studies(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     base = surrogate_only(job.recipe) if arguments.surrogate_only else job.recipe
     counts = sorted(set(arguments.train or [base.data.train]))
     job = dataclasses.replace(job, recipe=with_train(base, counts[-1]))
-    generate_data(job, None, False)
+    generate_data(job, None)
     recipes = {
         f"{count} trajectories, seed {seed}": with_training_seed(with_train(base, count), seed)
         for count in counts

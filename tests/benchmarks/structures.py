@@ -128,7 +128,7 @@ def study(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     for recipe in variants.values():
         check_recipe(recipe)
     most = max(variants.values(), key=lambda recipe: recipe.data.train)
-    generate_data(dataclasses.replace(job, recipe=most), None, False)
+    generate_data(dataclasses.replace(job, recipe=most), None)
     found = trained(variants, job.folder, arguments.workers, bar)
     motions = motions_of(job.recipe, arguments, bar("test motions"))
     times = step_times([one.surrogate for one in found], arguments.rounds)

@@ -13,7 +13,7 @@ import pytest
 
 from slide_fmu.cli import console
 from slide_fmu.cli.app import SUBCOMMANDS
-from slide_fmu.cli.console import Messages
+from slide_fmu.pipeline.display import Messages
 
 COMMAND = [sys.executable, "-m", "slide_fmu"]
 FIGURES = {

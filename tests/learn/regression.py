@@ -14,7 +14,8 @@ import torch
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.window import Window
-from slide_fmu.learn.training import History, train
+from slide_fmu.learn.history import History
+from slide_fmu.learn.training import train
 from slide_fmu.learn.windows import WindowData
 from slide_fmu.recipe.learning import TrainingRecipe
 from tests.progress import silent

@@ -34,7 +34,6 @@ def test_recipes_of_the_project_are_found() -> None:
         ("n_in = 48", "n_in = 48\nn_inn = 3", "window.n_inn is not a known key"),
         ("[data]", "[date]\nx = 1\n[data]", "date is not a known key"),
         ("step = 0.015625\n", "", "window.step is missing"),
-        ("seed = 7\n", "", "data.seed is missing"),
         ("seed = 7\n", 'seed = "auto"\n', "data.seed = 'auto': Input should be a valid integer"),
         ("[system]", "automatic = []\n[system]", "automatic is not a known key"),
         ("n_in = 48", 'n_in = "many"', "window.n_in = 'many': Input should be a valid integer"),

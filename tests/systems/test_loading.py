@@ -52,6 +52,12 @@ def test_load_system_of_unknown_kind_lists_the_kinds() -> None:
         load_system(Specification("record.csv", kind="unheard"))
 
 
+def test_kind_whose_package_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(KINDS, "lonely", "a_package_that_is_not_installed.model")
+    with pytest.raises(LoadError, match="'lonely' needs the package 'a_package_that_is_not_inst"):
+        load_system(Specification("model.py", kind="lonely"))
+
+
 def test_recipe_of_a_registered_kind_makes_its_system(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -12,6 +11,7 @@ import torch
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.learn.feature_choice import roles_of
+from slide_fmu.learn.history import History
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space.multi_start import (
     LINEAR_ITERATIONS,
@@ -21,20 +21,16 @@ from slide_fmu.learn.state_space.multi_start import (
 )
 from slide_fmu.learn.state_space.normal_equations import sum_of_squares
 from slide_fmu.learn.state_space.segments import Segments, cut_segments
-from slide_fmu.learn.training import History, TrainingError
+from slide_fmu.learn.state_space.sizes import POOR, Chosen, choose_sizes, still_learnable
+from slide_fmu.learn.training import TrainingError
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
-SEARCH_STARTS = 3
-"""A size is judged by this many random starts when it is chosen automatically."""
-WORTHWHILE = 0.8
-"""A larger network is chosen when its error is below this part of the smaller one's."""
-FIRST_UNITS, MOST_UNITS = 16, 64
-"""The automatic choice tries 0 units, then the first number, then doubles it up to the second."""
 FEWEST = 8
 """The starts have at least this many segments, where there are as many."""
-MORE_STATES = 8
-"""At most this many states are tried beyond the first guess."""
+ENOUGH = 12_288
+"""Sizes are judged on at least this many samples, where there are as many: fewer would judge a
+linear model, fitted to all data, better than the many parameters of units."""
 
 
 def fit_state_space(
@@ -55,14 +51,28 @@ def fit_state_space(
     data = prepare(problem, network, training)
     multi_start = MultiStart(problem, network, training, data, progress)
     multi_start.plan(2 * LINEAR_ITERATIONS + _iterations(training, training.iterations))
-    order, units = choose_sizes(multi_start)
-    winner = compete(multi_start, order, units)
+    chosen = choose_sizes(multi_start)
+    winner = compete(multi_start, chosen)
     if not math.isfinite(winner.error):
         raise TrainingError(
             "training diverged: no start of the state-space network has a finite validation "
             "error; give more starts (training.starts) or a lower network.order"
         )
-    return freeze(winner, problem), _history(winner, data)
+    history = _history(winner, data)
+    remark = _remark(winner.error, still_learnable(multi_start, winner))
+    return freeze(winner, problem), replace(history, sizes=chosen.tried, remark=remark)
+
+
+def _remark(error: float, learnable: float) -> str | None:
+    """Tell of a poor result: one whose errors the inputs could still explain in good part."""
+    if learnable < POOR:
+        return None
+    return (
+        f"the network misses {100 * error:.2g} % of the outputs (RMS over standard deviation, in "
+        f"validation), and {100 * learnable:.2g} % could still be learnt from the inputs: give "
+        "more trajectories (data.train), more units (network.hidden) or states (network.order), "
+        "or more starts (training.starts)"
+    )
 
 
 def _history(winner: Candidate, data: FitData) -> History:
@@ -72,7 +82,8 @@ def _history(winner: Candidate, data: FitData) -> History:
         cost = sum_of_squares(winner.shape, winner.state.best, data.whole)
         error = math.sqrt(cost / data.whole.counted)
         rows = ((0, error, winner.error), *rows)
-    return History(*zip(*rows, strict=True))
+    steps, training_errors, validation_errors = zip(*rows, strict=True)
+    return History(steps, training_errors, validation_errors)
 
 
 def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresRecipe) -> FitData:
@@ -95,54 +106,40 @@ def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresR
         whole = whole.and_others(segments(problem.beyond), training.beyond_weight)
     if training.flip_signs:
         whole = whole.and_others(whole.mirrored(), 1.0)
-    part = whole.every(_stride(training.part, pieces, whole.count))
+    searched = "auto" in (network.order, network.hidden)
+    fewest = max(FEWEST, math.ceil(ENOUGH / len(whole.targets))) if searched else FEWEST
+    part = whole.every(_stride(training.part, pieces, whole.count // fewest))
     roles = roles_of(network, problem.features)
     return FitData(whole, part, segments(problem.validation), features, roles)
 
 
-def _stride(part: int, pieces: int, count: int) -> int:
-    """Choose the stride by which the segments of the starts are taken.
+def _stride(part: int, pieces: int, most: int) -> int:
+    """Choose the stride, about ``most`` at most, by which the segments of the starts are taken.
 
     It is the least from ``part`` on, or the greatest below it, that has no divisor in common with
     the number of pieces of a trajectory: else only early pieces, say, would be taken.
     """
-    most = max(1, count // FEWEST)
+    most = max(1, most)
     wished = [*range(part, most + 1), *range(min(part, most), 0, -1)]
     fitting: list[int] = [stride for stride in wished if math.gcd(stride, pieces) == 1]
     return fitting[0]
 
 
-def choose_sizes(multi_start: MultiStart) -> tuple[int, int]:
-    """Return order and number of units, as the recipe says, or raised while the error falls."""
-    order, units = multi_start.network.order, multi_start.network.hidden
-    if order == "auto":
-        first = multi_start.first_order()
-        tried = FIRST_UNITS if units == "auto" else units
-        last = min(first + MORE_STATES, max(first, multi_start.highest_order()))
-        orders = range(first, last + 1, 2)  # by two: an oscillation has two states
-        order = _largest_worthwhile(list(orders), lambda n: _judge(multi_start, n, tried))
-    if units == "auto":
-        numbers = [0]
-        while (numbers[-1] or FIRST_UNITS // 2) < MOST_UNITS:
-            numbers.append(2 * numbers[-1] or FIRST_UNITS)
-        units = _largest_worthwhile(numbers, lambda h: _judge(multi_start, order, h))
-    return order, units
-
-
-def compete(multi_start: MultiStart, order: int, units: int) -> Candidate:
-    """Run the multi-start of one order (without padding) and number of units, perhaps 0.
+def compete(multi_start: MultiStart, chosen: Chosen) -> Candidate:
+    """Run the multi-start of a size, in which the search's own network takes part.
 
     The winner, refined on all data, is returned.
     """
-    training = multi_start.training
+    training, order, units = multi_start.training, chosen.order, chosen.units
     linear = multi_start.linear(order)
     if units == 0:
         return multi_start.refine(linear)
-    dense = _dense_units(multi_start, order, units)
+    dense = multi_start.dense_units(order, units)
     last = training.iterations if dense == units else training.stretches
     multi_start.plan(_iterations(training, last))
     starts = [multi_start.start(linear, dense, number) for number in range(training.starts)]
-    winner = multi_start.go_on(starts)[0]
+    judged = [] if chosen.judged is None else [chosen.judged]
+    winner = multi_start.go_on([*starts, *judged])[0]
     return multi_start.refine(winner) if dense == units else multi_start.widened(winner, units)
 
 
@@ -153,42 +150,6 @@ def _iterations(training: LeastSquaresRecipe, last: int) -> int:
     """
     first = training.starts * training.start_iterations
     return first + training.kept * training.kept_iterations + last
-
-
-def _dense_units(multi_start: MultiStart, order: int, units: int) -> int:
-    """Return the number of units for which normal equations are solved: all, up to the limit.
-
-    Beyond it, it is that of half the limit: the fit is widened from there by gradient steps.
-    """
-    limit = multi_start.training.dense_limit
-    if multi_start.shape(order, units).n_parameters <= limit:
-        return units
-    while units > 1 and multi_start.shape(order, units).n_parameters > limit // 2:
-        units -= 1
-    return units
-
-
-def _judge(multi_start: MultiStart, order: int, units: int) -> float:
-    """Return the validation error that a size reaches in a few short runs."""
-    linear = multi_start.linear(order)
-    if units == 0:
-        return linear.error
-    units = _dense_units(multi_start, order, units)
-    judging = SEARCH_STARTS * multi_start.training.start_iterations
-    multi_start.plan(judging + _iterations(multi_start.training, multi_start.training.iterations))
-    starts = [multi_start.start(linear, units, number) for number in range(SEARCH_STARTS)]
-    return min(start.error for start in starts)
-
-
-def _largest_worthwhile(sizes: list[int], judge: Callable[[int], float]) -> int:
-    """Return the largest size that was worth its price against the one before it."""
-    chosen, error = sizes[0], judge(sizes[0])
-    for size in sizes[1:]:
-        larger = judge(size)
-        if not larger < WORTHWHILE * error:
-            break
-        chosen, error = size, larger
-    return chosen
 
 
 def freeze(winner: Candidate, problem: Problem) -> StateSpace:

@@ -138,6 +138,18 @@ class MultiStart:
             pairs,
         )
 
+    def dense_units(self, order: int, units: int) -> int:
+        """Return the number of units for which normal equations are solved: all, up to the limit.
+
+        Beyond it, it is that of half the limit: the fit is widened from there by gradient steps.
+        """
+        limit = self.training.dense_limit
+        if self.shape(order, units).n_parameters <= limit:
+            return units
+        while units > 1 and self.shape(order, units).n_parameters > limit // 2:
+            units -= 1
+        return units
+
     def first_order(self) -> int:
         """Guess the number of states: from the excited eigenvalues, else the impulse responses."""
         excited = self._excited()
@@ -214,6 +226,18 @@ class MultiStart:
             theta, part = candidate.state.best, self.data.part
             kept.append(self._descend(name, candidate.shape, theta, part, iterations))
         return sorted(kept, key=lambda candidate: candidate.error)
+
+    def judged(self, candidate: Candidate) -> Candidate:
+        """Run the best start of a size as long as those that are kept, on the same data."""
+        shape, iterations = candidate.shape, self.training.kept_iterations
+        name = f"judged, {shape.n_states} states, {shape.n_units} units"
+        return self._descend(name, shape, candidate.state.best, self.data.part, iterations)
+
+    def with_more_data(self, candidate: Candidate, iterations: int) -> Candidate:
+        """Run a network on all data of this fit, perhaps one that was learnt from fewer."""
+        name = f"{len(self.data.features)} trajectories"
+        theta = candidate.state.best
+        return self._descend(name, candidate.shape, theta, self.data.whole, iterations)
 
     def refine(self, candidate: Candidate) -> Candidate:
         """Run the winner on all data."""

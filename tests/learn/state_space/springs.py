@@ -16,9 +16,9 @@ from slide_fmu.core.window import Window
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.learn.feature_choice import choose_features
+from slide_fmu.learn.history import History
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space.fit import fit_state_space
-from slide_fmu.learn.training import History
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.learn.plants import Still

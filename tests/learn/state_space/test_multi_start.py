@@ -13,8 +13,7 @@ import torch
 
 from slide_fmu.core.window import Window
 from slide_fmu.learn.problem import Problem
-from slide_fmu.learn.state_space import fit as state_space
-from slide_fmu.learn.state_space import ledger, preconditioned_descent
+from slide_fmu.learn.state_space import ledger, preconditioned_descent, sizes
 from slide_fmu.learn.state_space import multi_start as multi_start_module
 from slide_fmu.learn.state_space.fit import prepare
 from slide_fmu.learn.state_space.multi_start import LINEAR_ITERATIONS, MultiStart
@@ -276,8 +275,8 @@ def test_planned_are_the_iterations_of_the_runs_to_come(
 
 
 def test_search_keeps_to_the_dense_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(state_space, "FIRST_UNITS", 12)
-    monkeypatch.setattr(state_space, "MOST_UNITS", 24)
+    monkeypatch.setattr(sizes, "FIRST_UNITS", 12)
+    monkeypatch.setattr(sizes, "MOST_UNITS", 24)
     monkeypatch.setattr(preconditioned_descent, "STRETCH", 2)
     problem = problem_of(tmp_path)
     found = fit(problem, {"order": 2}, dense_limit=100, stretches=1)

@@ -9,7 +9,7 @@ import pytest
 import torch
 
 from slide_fmu.core.window import Window
-from slide_fmu.learn.state_space import fit as state_space
+from slide_fmu.learn.state_space import sizes
 from slide_fmu.recipe.learning import StateSpaceRecipe
 from tests.learn.state_space.springs import (
     CUBIC,
@@ -25,8 +25,8 @@ from tests.learn.state_space.springs import (
 @pytest.fixture
 def few_units(monkeypatch: pytest.MonkeyPatch) -> None:
     """A search among small networks."""
-    monkeypatch.setattr(state_space, "FIRST_UNITS", 4)
-    monkeypatch.setattr(state_space, "MOST_UNITS", 8)
+    monkeypatch.setattr(sizes, "FIRST_UNITS", 4)
+    monkeypatch.setattr(sizes, "MOST_UNITS", 8)
 
 
 @pytest.mark.extended

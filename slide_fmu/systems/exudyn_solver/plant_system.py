@@ -7,31 +7,28 @@ from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from mbs_models.plants.checks import finite_vector
-from mbs_models.plants.driven_plant import DrivenPlant
-from mbs_models.plants.solver import ExplicitPlant
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import Linearizable, Linearization, RandomStates, State
-
-Plant = ExplicitPlant | DrivenPlant
-"""A plant goes on from a state by one sample step, and is linearized at a state."""
+from slide_fmu.systems.base import Linearization, Restorable, State
+from slide_fmu.systems.exudyn_solver.driven_plant import DrivenPlant
+from slide_fmu.systems.exudyn_solver.plant import Plant
 
 
 class Model(Protocol):
     """A model is an exudyn system with a plant that steps and linearizes it."""
 
     @property
-    def plant(self) -> Plant: ...
+    def plant(self) -> Plant | DrivenPlant: ...
 
 
 M = TypeVar("M", bound=Model)
 
 
-class PlantSystem(RandomStates, Linearizable, Generic[M]):
+class PlantSystem(Restorable, Generic[M]):
     """A plant system is a system that exudyn integrates. Interface: never instantiated.
 
     States are in SI units. The exudyn system is built on first use and left out when pickled; a
-    copy goes on from the same state. Subclasses set ``step``, ``inputs`` and ``outputs``.
+    copy goes on from the same state. Subclasses set ``step``, ``inputs`` and ``outputs``; those
+    that inherit ``Linearizable`` too offer ``linearize``.
     """
 
     def __init__(self, n_coordinates: int, n_inputs: int) -> None:
@@ -87,3 +84,17 @@ class PlantSystem(RandomStates, Linearizable, Generic[M]):
         """Return a copy of inputs, shape (n_inputs,), which must be finite."""
         names = ", ".join(signal.name for signal in self.inputs)
         return finite_vector(f"{what} {names}", inputs, len(self._last_input))
+
+
+def finite_vector(name: str, values: FloatArray, size: int) -> FloatArray:
+    """Return a copy of a vector that must hold ``size`` finite numbers.
+
+    Raises:
+        ValueError: the vector, which the message names, has another shape, or is not finite.
+    """
+    vector = np.array(values, dtype=np.float64)
+    if vector.shape != (size,) or not np.isfinite(vector).all():
+        raise ValueError(
+            f"{name} = {vector} of shape {vector.shape}; expected finite numbers, shape ({size},)"
+        )
+    return vector

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbs_models.plants.solver import ImplicitPlant
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import Linearization
+from slide_fmu.systems.exudyn_solver.plant import Plant
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class SetPoints:
 
 
 class DrivenPlant:
-    """The drives of an implicit plant follow set points along a quadratic B-spline (SetPoints).
+    """The drives of a plant follow set points along a quadratic B-spline (SetPoints).
 
     The coordinates are those of the plant and then the desired positions of the drives; the
     velocities are their rates, in the same order. Without a new set point before ``advance`` the
@@ -61,7 +61,7 @@ class DrivenPlant:
 
     def __init__(
         self,
-        plant: ImplicitPlant,
+        plant: Plant,
         step: float,
         drives: int,
         drive: Callable[[list[float], list[float]], None],

@@ -1,0 +1,98 @@
+"""What was found out on the way is shown as tables: proposals, trials, windows, searches."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from rich.table import Table
+
+from slide_fmu.cli.console import console, show_remark
+from slide_fmu.validation.tables import curve_rows, size_rows
+
+if TYPE_CHECKING:
+    from slide_fmu.pipeline.proposal import Proposal
+
+
+def show_draft(proposal: Proposal) -> None:
+    """Print the signals of a proposed recipe, and what was assumed."""
+    draft = proposal.draft
+    table = Table("signal", "unit", "range", "acts", "where the range comes from")
+    for what, signals in (("input", draft.inputs), ("output", draft.outputs)):
+        for signal in signals:
+            choice = signal.choice
+            acts = {"zero_order": "held", "first_order": "moves"}.get(str(choice.hold), "")
+            limits = f"{choice.low:g} .. {choice.high:g}"
+            row = (f"{what} {choice.name}", choice.unit or "1", limits, acts, signal.origin)
+            table.add_row(*row)
+    console.print(table)
+    console.print(f"step    {draft.step:g} s: {draft.step_origin}")
+    for remark in proposal.remarks:
+        show_remark(remark)
+
+
+def show_found(resolved: dict[str, dict[str, Any]]) -> None:
+    """Print the values that were found for what a recipe leaves open."""
+    found = [
+        f"{t}.{key} = {value}" for t, inner in resolved.items() for key, value in inner.items()
+    ]
+    if found:
+        console.print(f"found   {', '.join(found)}")
+
+
+def show_sizing(figures: dict[str, Any]) -> None:
+    """Print decay times as ``slide_fmu.memory.sizing`` gives them."""
+    from slide_fmu.memory.sizing import decay_rows
+
+    headings, *rows = decay_rows(figures)
+    table = Table(*headings)
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
+
+
+def show_trial(figures: dict[str, Any]) -> None:
+    """Print what was found out about a recipe before it is run."""
+    system, data, window = figures["system"], figures["data"], figures["window"]["window"]
+    table = Table("signal", "unit", "range", "acts between samples")
+    for what in ("input", "output"):
+        for signal in system[f"{what}s"]:
+            moves = {"zero_order": "is held", "first_order": "moves linearly"}[signal["hold"]]
+            limits = f"{signal['low']:g} .. {signal['high']:g}"
+            name = f"{what} {signal['name']}"
+            table.add_row(name, signal["unit"], limits, moves if what == "input" else "")
+    console.print(table)
+    offers = [name for name, offered in system["offers"].items() if offered]
+    console.print(f"the system offers beside its outputs: {', '.join(offers) or 'nothing'}")
+    show_sizing(figures["window"])
+    console.print(
+        f"window  {window['n_in']} inputs to {window['n_out']} outputs, {window['step_s']:g} s "
+        f"apart; {window['truncation_time_s']:.4g} s are there to forget in"
+    )
+    speed = 1.0 / data["wall_time_per_simulated_second_s"]
+    console.print(
+        f"data    {sum(data['trajectories'].values())} trajectories of {data['duration_s']:g} s "
+        f"and {data['burn_in_s']:g} s to lead in; {speed:.3g} simulated seconds per second and "
+        f"process: about {data['expected_wall_time_s'] / 60:.2g} minutes"
+    )
+    for remark in figures["remarks"]:
+        show_remark(remark)
+
+
+def show_search(figures: dict[str, Any]) -> None:
+    """Print what was searched for: numbers of trajectories, sizes, and what may be missing."""
+    curve = figures.get("learning_curve")
+    if curve is not None:
+        _show_table("learning curve", curve_rows(curve))
+        console.print(f"it ended: {curve['ended']}")
+    if figures.get("sizes_tried"):
+        _show_table("sizes tried", size_rows(figures["sizes_tried"]))
+    show_remark(figures.get("remark"))
+
+
+def _show_table(title: str, rows: Sequence[Sequence[str]]) -> None:
+    console.print(title)
+    table = Table(*rows[0])
+    for row in rows[1:]:
+        table.add_row(*row)
+    console.print(table)

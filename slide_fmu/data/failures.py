@@ -1,0 +1,91 @@
+"""Trajectories that could not be simulated are kept beside the store, with their inputs.
+
+Another draw takes the place of each; where too many fail, the run ends.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from slide_fmu.core.files import write_whole
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.recipe.recipe import SPLITS, Recipe
+from slide_fmu.systems.base import System
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A Failure is one trajectory that could not be simulated.
+
+    Attributes:
+        split, index: which trajectory it should have been.
+        attempt: how many draws for it had failed before.
+        time_s: when it failed, in s from the begin of its burn-in; None where that is not known.
+        error: what the system said.
+    """
+
+    split: str
+    index: int
+    attempt: int
+    time_s: float | None
+    error: str
+
+    @property
+    def name(self) -> str:
+        """Its files have this name: ``NAME.json`` says what failed, ``NAME.csv`` on which inputs.
+
+        The recipe's excitation of the kind ``file`` reads such inputs.
+        """
+        return f"{self.split}_{self.index}_{self.attempt}"
+
+
+def failures_folder(store: Path) -> Path:
+    """Return the folder of the failures beside a store."""
+    return store.with_name("failures")
+
+
+def keep_failure(store: Path, failure: Failure, system: System, inputs: FloatArray) -> None:
+    """Write a failure and its inputs, shape (N, n_inputs), burn-in first."""
+    folder = failures_folder(store)
+    time = system.step * np.arange(len(inputs))
+    table = [",".join(["time", *(signal.name for signal in system.inputs)])]
+    table += [",".join(map(repr, row)) for row in np.column_stack([time, inputs]).tolist()]
+    write_whole(folder / f"{failure.name}.csv", "\n".join([*table, ""]).encode())
+    text = json.dumps(asdict(failure), indent=2)
+    write_whole(folder / f"{failure.name}.json", text.encode())
+
+
+def kept_failures(store: Path) -> list[Failure]:
+    """Read all failures beside a store, ordered by name."""
+    paths = sorted(failures_folder(store).glob("*.json"))
+    return [Failure(**json.loads(path.read_text(encoding="utf-8"))) for path in paths]
+
+
+def remove_failures(store: Path) -> None:
+    """Remove the failures beside a store, if there are some."""
+    shutil.rmtree(failures_folder(store), ignore_errors=True)
+
+
+def allowed_failures(recipe: Recipe) -> int:
+    """Return how many trajectories of a recipe may fail, at least one."""
+    total = sum(recipe.count(split) for split in SPLITS)
+    return max(1, int(recipe.data.most_failures * total))
+
+
+def too_many_failures(store: Path, recipe: Recipe) -> str | None:
+    """Say why a run ends if more trajectories failed than may fail; None while it may go on."""
+    count, allowed = len(list(failures_folder(store).glob("*.json"))), allowed_failures(recipe)
+    if count <= allowed:
+        return None
+    first = kept_failures(store)[0]
+    return (
+        f"{count} trajectories could not be simulated, {allowed} may fail (data.most_failures = "
+        f"{recipe.data.most_failures:g}); {failures_folder(store)} has the inputs of each and "
+        f"what was said, for example {first.name}: {first.error}. Correct the model, narrow the "
+        "ranges of its inputs (system.inputs, data.excitation), or allow more"
+    )

@@ -1,0 +1,81 @@
+"""What is told about a training: its course, what it tried, and what it may have missed."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class TriedSize:
+    """A tried size is one that the search for sizes has judged, in short runs.
+
+    Attributes:
+        order: number of states that carry the response.
+        units: number of units; 0 for a linear network.
+        parameters: number of parameters.
+        validation_error: RMS in scaled units; None where no run was stable.
+        learnable_error: RMS of the part of that error that could be predicted from the inputs;
+            None where the search did not ask.
+    """
+
+    order: int
+    units: int
+    parameters: int
+    validation_error: float | None
+    learnable_error: float | None
+
+
+@dataclass(frozen=True)
+class History:
+    """A history is the course of a training, with one entry for each validation.
+
+    Attributes:
+        step: optimizer steps done until then.
+        training_error: error of the batches since the entry before, as the objective reports it.
+        validation_error: error on the validation windows, as the objective reports it.
+        sizes: what the search for sizes has judged, in its order; empty without a search.
+        remark: what the user should know about the result; None if there is nothing.
+    """
+
+    step: tuple[int, ...]
+    training_error: tuple[float, ...]
+    validation_error: tuple[float, ...]
+    sizes: tuple[TriedSize, ...] = ()
+    remark: str | None = None
+
+
+@dataclass(frozen=True)
+class CurvePoint:
+    """A point of a learning curve.
+
+    Attributes:
+        trajectories: number of trajectories that were learnt from.
+        validation_error: RMS on other trajectories, in scaled units.
+        seconds: time that its data and its learning took.
+    """
+
+    trajectories: int
+    validation_error: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A learning curve, from few trajectories to many, and why it ended.
+
+    The reason is None as long as it has not ended.
+    """
+
+    points: tuple[CurvePoint, ...] = ()
+    reason: str | None = None
+
+    def figures(self) -> dict[str, Any]:
+        """Return the curve as plain values, for JSON."""
+        return {"points": [asdict(point) for point in self.points], "ended": self.reason}
+
+    @staticmethod
+    def of_figures(figures: dict[str, Any]) -> Curve:
+        """Return the curve that gave these figures."""
+        points = tuple(CurvePoint(**point) for point in figures["points"])
+        return Curve(points, figures["ended"])

@@ -1,0 +1,144 @@
+"""The whole way from Python: a reference system in, a surrogate with its measured error out."""
+
+from __future__ import annotations
+
+import html
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from slide_fmu.fmu.export import load
+from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.pipeline.defaults import UNSEEN_SEED
+from slide_fmu.pipeline.display import messages, shown
+from slide_fmu.pipeline.export import export_again
+from slide_fmu.recipe.writing import tables_text
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems import given
+from slide_fmu.systems.base import System
+
+NOT_THE_SCRIPT = (
+    "simulating in this process alone: worker processes would run this script again. Put it under "
+    'if __name__ == "__main__": and say workers = 2 (or more) for several'
+)
+NOT_DEFINED_HERE = (
+    "simulating in this process alone: the system has parts that this session defines itself. Put "
+    "its functions or classes into a module for several worker processes"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Learnt:
+    """A Learnt is what ``learn`` has made of a reference system.
+
+    Attributes:
+        surrogate: the trained surrogate, with its error estimator if the recipe has one.
+        fmu: path of the FMU, which carries the report.
+        report: path of the report, a page of HTML.
+        figures: the figures of the report as plain values.
+    """
+
+    surrogate: Surrogate = field(repr=False)
+    fmu: Path
+    report: Path
+    figures: dict[str, Any] = field(repr=False)
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """Relative RMSE of every output on unseen trajectories in range, by its name."""
+        found = self.figures["validation"]["in range"]["outputs"]
+        return {output["name"]: float(output["relative_rmse"]) for output in found}
+
+    def export(self, path: str | Path, fmi: FmiVersion = 2, sources: bool = False) -> Path:
+        """Write the FMU with its report elsewhere, for a version of FMI, perhaps with C sources.
+
+        Raises:
+            ValueError: the path does not end in ``.fmu``.
+        """
+        return export_again(self.fmu, Path(path), fmi, sources)
+
+    def _repr_html_(self) -> str:
+        """Show the errors in a notebook."""
+        rows = "".join(
+            f"<tr><td>{html.escape(name)}</td><td>{100 * error:.3g} %</td></tr>"
+            for name, error in self.errors.items()
+        )
+        return f"<table><tr><th>output</th><th>relative RMSE</th></tr>{rows}</table>"
+
+
+def learn(
+    system: System | Mapping[str, Any],
+    name: str,
+    *,
+    runs: str | Path = "runs",
+    workers: int | None = None,
+    threads: int = 1,
+    overwrite: bool = False,
+    **tables: Any,
+) -> Learnt:
+    """Learn a surrogate of a reference system and measure it, as ``slide-fmu run`` does.
+
+    What is there from an earlier call of the same values is not made again. Progress is shown on
+    standard error.
+
+    Args:
+        system: any reference system, with its signals and step; or the recipe's table ``system``
+            as a dictionary, for example ``{"kind": "fmu", "model": "pump.fmu"}``.
+        name: names the FMU and the folder of the run, a C identifier.
+        runs: folder that holds the folder of the run.
+        workers: processes that simulate; one per core if None where the system can go to others,
+            else, or if 0, this process alone. In a script with a number of workers the call
+            stands under ``if __name__ == "__main__":``.
+        threads: threads of the training.
+        overwrite: whether data that were made from other values are made again.
+        tables: the other tables of a recipe as dictionaries, such as ``data={"train": 40}`` and
+            ``window={"n_in": 300}``; what is not given has the recipe's default.
+
+    Returns:
+        The surrogate, with its FMU, report and measured error.
+
+    Raises:
+        RecipeError: a table is no table of a recipe; there is one line per mistake.
+        LoadError, ShortWindowError, SimulationError, StoreError, TrainingError,
+            UnstableSurrogateError: as of ``slide_fmu.pipeline.run.run_recipe``.
+    """
+    from slide_fmu.pipeline.job import job_of_text, make_importable
+    from slide_fmu.pipeline.run import run_recipe
+
+    text = tables_text(_recipe_tables(system, name, tables))
+    make_importable(Path.cwd())
+    console = messages()
+    workers, remark = _workers(system, workers)
+    if remark is not None:
+        console.print(f"remark: {remark}")
+    with shown(console) as bar:
+        job = job_of_text(text, f"slide.learn of {name!r}", Path(runs), bar)
+        finished = run_recipe(job, UNSEEN_SEED, None, workers, threads, overwrite)
+    return Learnt(load(finished.fmu), finished.fmu, finished.page, finished.figures)
+
+
+def _recipe_tables(
+    system: System | Mapping[str, Any], name: str, tables: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return all tables of the recipe; an object is given under the recipe's name."""
+    found: dict[str, Any] = {"name": name, "description": f"{name}, learnt from Python", **tables}
+    found.setdefault("data", {})
+    if not isinstance(system, System):
+        return {**found, "system": dict(system)}
+    given.give(name, system)
+    window = {"step": system.step, **found.get("window", {})}
+    return {**found, "system": {"kind": "object", "model": name}, "window": window}
+
+
+def _workers(
+    system: System | Mapping[str, Any], workers: int | None
+) -> tuple[int | None, str | None]:
+    """Return how many processes simulate, and what to say about that."""
+    if isinstance(system, System) and not given.crosses(system):
+        return 0, None if workers == 0 else NOT_DEFINED_HERE
+    is_script = hasattr(sys.modules["__main__"], "__file__")
+    if workers is None and is_script:
+        return 0, NOT_THE_SCRIPT
+    return workers, None

@@ -1,0 +1,148 @@
+"""Numbers of trajectories that a recipe leaves open are found from a learning curve, and kept.
+
+Trajectories are made, and learnt from, in stages of twice as many; the curve ends where a doubling
+does not pay. What was found lies in the run folder, point by point, so that a curve that was
+killed goes on.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.core.files import write_whole
+from slide_fmu.core.progress import Stages
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.draws import probe
+from slide_fmu.data.store import same_motion
+from slide_fmu.learn.history import Curve, CurvePoint
+from slide_fmu.pipeline.resolved import Resolved
+from slide_fmu.pipeline.run_folder import RunFolder
+from slide_fmu.recipe.automatic import NUMBERS, nested
+from slide_fmu.recipe.recipe import SPLITS, Recipe
+from slide_fmu.recipe.systems import recipe_system
+
+FIRST, MOST = 8, 256
+"""A learning curve begins with the first number of trajectories, and ends with the second."""
+PAYS = 0.95
+"""A doubling of the trajectories pays when the validation error falls below this part of it."""
+VALIDATION, SHARE = 12, 4
+"""The curve is judged on the first number of validation trajectories. In the end there are as
+many, or one for so many trajectories to learn from, if that is more."""
+ESTIMATOR, ESTIMATOR_SHARE = 4, 8
+"""An error estimator learns from so many times the surrogate's trajectories, and is judged by one
+for so many of them, at least as many as judge the curve."""
+
+
+def find_numbers(recipe: Recipe, folder: RunFolder, bar: Stages, workers: int | None) -> Resolved:
+    """Return the numbers of trajectories that a recipe leaves open; they are found if need be.
+
+    Raises:
+        LoadError, RecipeError: the recipe's systems cannot be made.
+        StoreError: the store was made from other values.
+        TrainingError: the checkpoint of the curve cannot be read.
+    """
+    if "data.train" in recipe.automatic:
+        _extend_curve(recipe, folder, bar, workers)
+    found = known_numbers(recipe, folder)
+    assert found is not None
+    return found
+
+
+def known_numbers(recipe: Recipe, folder: RunFolder) -> Resolved | None:
+    """Return the numbers that a recipe leaves open; None if its curve has not ended yet."""
+    train = recipe.data.train
+    if "data.train" in recipe.automatic:
+        curve = kept_curve(recipe, folder)
+        if curve.reason is None:
+            return None
+        train = curve.points[-1].trajectories
+    estimator = recipe.data.estimator
+    if "data.estimator" in recipe.automatic:
+        estimator = ESTIMATOR * train
+    least = max(VALIDATION, train // SHARE), max(VALIDATION, estimator // ESTIMATOR_SHARE)
+    all_numbers = dict(zip(NUMBERS, (train, least[0], estimator, least[1]), strict=True))
+    return nested({key: n for key, n in all_numbers.items() if key in recipe.automatic})
+
+
+def kept_curve(recipe: Recipe, folder: RunFolder) -> Curve:
+    """Return the learning curve of a recipe and its model, as far as it was found."""
+    if not folder.numbers.exists():
+        return Curve()
+    record = json.loads(folder.numbers.read_text(encoding="utf-8"))
+    about, motion = _identity(recipe)
+    if record["recipe"] != about or not same_motion(np.array(record["probe"]), motion):
+        return Curve()
+    return Curve.of_figures(record["curve"])
+
+
+def _identity(recipe: Recipe) -> tuple[dict[str, Any], FloatArray]:
+    """Return what a curve depends on: the recipe but for numbers and seeds, and the model."""
+    data = recipe.data.model_dump(mode="json", exclude={*SPLITS, "seed", "budget_minutes"})
+    tables = recipe.model_dump(mode="json", include={"system", "window", "network", "training"})
+    del tables["training"]["seed"]
+    of_seed_0 = recipe.model_copy(update={"data": recipe.data.model_copy(update={"seed": 0})})
+    about = json.loads(json.dumps({**tables, "data": data}))
+    return about, probe(of_seed_0, recipe_system(recipe))
+
+
+def _extend_curve(recipe: Recipe, folder: RunFolder, bar: Stages, workers: int | None) -> None:
+    """Go on with the curve that the folder keeps, until it has ended."""
+    from slide_fmu.learn.learning_curve import LearningCurve
+
+    curve, (about, motion) = kept_curve(recipe, folder), _identity(recipe)
+    known = {point.trajectories: point.seconds for point in curve.points}
+    staged = _Staged(recipe, folder, bar, workers)
+    learning = LearningCurve(recipe, recipe_system(recipe), folder.store, folder.checkpoints)
+    points: list[CurvePoint] = []
+    while curve.reason is None:
+        train, begin = FIRST * 2 ** len(points), time.monotonic()
+        staged.make(train)
+        error = learning.error(train, VALIDATION, bar(f"learning curve, {train} trajectories"))
+        # of a point that was known, finding it again is no measure of what it takes
+        seconds = known.get(train, time.monotonic() - begin)
+        points.append(CurvePoint(train, error, seconds))
+        curve = Curve(tuple(points), _end(points, recipe.data.budget_minutes))
+        record = {"recipe": about, "probe": motion.tolist(), "curve": curve.figures()}
+        write_whole(folder.numbers, json.dumps(record, indent=1).encode("utf-8"))
+
+
+def _end(points: list[CurvePoint], budget: float | None) -> str | None:
+    """Return why a curve ends with its last point; None if it does not."""
+    last, spent = points[-1], sum(point.seconds for point in points) / 60
+    if len(points) > 1 and not last.validation_error < PAYS * points[-2].validation_error:
+        return f"twice the trajectories lower the error by less than {100 * (1 - PAYS):.0f} %"
+    if last.trajectories >= MOST:
+        return f"{MOST} trajectories are the most that are tried"
+    if budget is not None and spent + 2 * last.seconds / 60 > budget:
+        return f"twice the trajectories would exceed data.budget_minutes = {budget:g}"
+    return None
+
+
+@dataclass(frozen=True, eq=False)
+class _Staged:
+    """Makes the trajectories of a curve, stage by stage."""
+
+    recipe: Recipe
+    folder: RunFolder
+    bar: Stages
+    workers: int | None
+
+    def make(self, train: int) -> None:
+        """Make so many trajectories to learn from, and those that judge."""
+        from slide_fmu.data.generation import generate
+        from slide_fmu.data.pool import process_pool
+
+        numbers = {"train": train, "validation": VALIDATION, "beyond": 0}
+        data = self.recipe.data.model_copy(update=numbers)
+        # the estimator's trajectories come when all numbers are known
+        changes = {"data": data, "automatic": (), "estimator": None}
+        staged = self.recipe.model_copy(update=changes)
+        self.folder.path.mkdir(parents=True, exist_ok=True)
+        progress = self.bar(f"{train} trajectories")
+        with process_pool(self.workers) as pool:
+            generate(staged, self.folder.store, pool, progress)

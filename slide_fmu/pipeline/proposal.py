@@ -1,0 +1,273 @@
+"""A first recipe is proposed for a model: what it declares is found, the rest is assumed."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+from pydantic import TypeAdapter
+
+from slide_fmu.core.files import write_whole
+from slide_fmu.core.progress import Progress
+from slide_fmu.core.signals import FloatArray, hold_of
+from slide_fmu.excitation.mix import Excitation
+from slide_fmu.memory.bandwidth import GAIN, proposed_step
+from slide_fmu.pipeline.job import make_importable
+from slide_fmu.recipe.default_excitation import default_excitation
+from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_name, recipe_text
+from slide_fmu.systems.base import System, simulate
+from slide_fmu.systems.found import Found
+from slide_fmu.systems.loading import describe_model, load_system
+from slide_fmu.systems.specification import SignalChoice, Specification
+
+SAMPLES = 1000
+"""Each motion by which ranges of outputs are found has this many samples."""
+PATIENCE = 20.0
+"""No further motion is begun after this time in s."""
+MARGIN = 0.2
+"""Ranges of outputs are wider than what was seen, by this part of it at both ends."""
+MOVING = ("m", "mm", "rad", "deg")
+"""Inputs in these units are motions, which have no jumps: their hold is of first order."""
+TEMPLATES = ("function", "exudyn")
+"""Kinds of systems of which a small model can be written."""
+UNSEEN = (-1.0, 1.0)
+"""Outputs whose range is still to be found are made with this one, which nothing depends on."""
+
+
+@dataclass(frozen=True)
+class Wish:
+    """A Wish is what the user said about the recipe to be.
+
+    Attributes:
+        model: path of an FMU or a Python file, or ``"package.module:Class"``.
+        inputs: ranges of inputs by name, None where the model shall say it; the surrogate has
+            these inputs in this order, or all of the model if there are none here.
+        outputs: names of the outputs, likewise.
+        kind: kind of the system; found out if None.
+        step: sample step in s; found out if None.
+        name: name of the recipe; that of the model if None.
+        folder: folder of the recipe to be, from which its model is found.
+    """
+
+    model: str
+    inputs: Mapping[str, tuple[float, float] | None] = field(default_factory=dict)
+    outputs: tuple[str, ...] = ()
+    kind: str | None = None
+    step: float | None = None
+    name: str | None = None
+    folder: Path = Path()
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A Proposal is a first recipe, and what was found and assumed on the way.
+
+    Attributes:
+        text: the recipe as TOML.
+        draft: what it says.
+        remarks: one sentence each on what was assumed.
+    """
+
+    text: str
+    draft: Draft
+    remarks: tuple[str, ...]
+
+
+def write_template(name: str, kind: str | None) -> str | None:
+    """Write a small model that runs, for a name that is no model yet, and return its path.
+
+    None is returned where the name is that of a file or module already, or the kind has no
+    template.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    path = Path(name if name.endswith(".py") else f"{name}.py")
+    if kind not in TEMPLATES or path.exists() or not path.stem.isidentifier():
+        return None
+    text = resources.files(__package__).joinpath("templates", f"{kind}.py").read_bytes()
+    write_whole(path, text)
+    return str(path)
+
+
+def propose(wish: Wish, progress: Progress) -> Proposal:
+    """Propose a recipe for a model, which is simulated for some seconds.
+
+    Raises:
+        LoadError: the model cannot be made.
+        RecipeError: the range of an input is not known, or a name is not one of the model.
+        SimulationError: the model could not be simulated.
+    """
+    make_importable(Path(wish.model).parent)
+    found = describe_model(wish.model, wish.kind)
+    own = found.kind == "class"
+    inputs = [_input(choice, wish, own) for choice in _chosen("input", found, wish)]
+    outputs = [DraftSignal(choice, "") for choice in _chosen("output", found, wish)]
+    make = _maker(found, inputs, outputs)
+    step, origin = _step(wish, found, make)
+    if not own:
+        outputs = _with_ranges(outputs, make(step), progress)
+    name = wish.name or recipe_name(Path(found.model.replace(":", "_")).stem)
+    description = f"{name}: inputs {_names(inputs)}, outputs {_names(outputs)}"
+    signals = tuple(inputs), tuple(outputs)
+    found = replace(found, model=_from_folder(found.model, wish.folder))
+    draft = Draft(name, description, found, *signals, step, origin, declares_signals=own)
+    return Proposal(recipe_text(draft), draft, found.remarks)
+
+
+def parse_range(texts: Sequence[str]) -> dict[str, tuple[float, float] | None]:
+    """Read inputs of the command line: ``NAME=LOW..HIGH``, or ``NAME`` for the model's range.
+
+    Raises:
+        RecipeError: a text is neither of them.
+    """
+    found: dict[str, tuple[float, float] | None] = {}
+    for text in texts:
+        name, given, limits = text.partition("=")
+        low, dots, high = limits.partition("..")
+        try:
+            found[name] = (float(low), float(high)) if given else None
+        except ValueError:
+            found[name] = (math.nan, math.nan)
+        ends = found[name]
+        if not name or (ends is not None and not (dots and ends[0] < ends[1])):
+            raise RecipeError(
+                f"--input {text}; expected NAME=LOW..HIGH with two numbers, the smaller one "
+                "first, as in --input road=-0.05..0.05"
+            )
+    return found
+
+
+def _from_folder(model: str, folder: Path) -> str:
+    """Return how a recipe in a folder names a model: a file by its path from there."""
+    file, colon, name = model.partition(":")
+    if not Path(file).is_file():
+        return model
+    return Path(os.path.relpath(file, folder)).as_posix() + colon + name
+
+
+def _chosen(what: str, found: Found, wish: Wish) -> list[SignalChoice]:
+    """Return the inputs or outputs that the surrogate shall have, in the user's order if given."""
+    offered = {choice.name: choice for choice in getattr(found, f"{what}s")}
+    names = list(getattr(wish, f"{what}s"))
+    unknown = [name for name in names if name not in offered]
+    if unknown:
+        raise RecipeError(
+            f"--{what} {unknown[0]}: the model has no such {what}; expected some of "
+            f"{list(offered)}"
+        )
+    if not offered:
+        raise RecipeError(
+            f"{found.model}: the model declares no {what}s; expected at least one: a surrogate "
+            "takes inputs and gives outputs"
+        )
+    return [offered[name] for name in names or offered]
+
+
+def _input(choice: SignalChoice, wish: Wish, declared: bool) -> DraftSignal:
+    """Return an input with its range, from the user or from the model."""
+    given = wish.inputs.get(choice.name)
+    if given is not None:
+        choice = replace(choice, low=given[0], high=given[1])
+        origin = "The range was given."
+    else:
+        origin = "The model declares the range."
+    if choice.low is None or choice.high is None:
+        raise RecipeError(
+            f"input {choice.name!r} ({choice.unit or 'no unit'}): the model declares no range; "
+            f"expected one: give --input {choice.name}=LOW..HIGH"
+        )
+    if choice.hold is None and not declared:
+        moves = choice.unit in MOVING
+        choice = replace(choice, hold="first_order" if moves else "zero_order")
+        origin += (
+            " The input moves linearly between samples, as motions do."
+            if moves
+            else " The input is held between samples, as co-simulation tools do."
+        )
+    return DraftSignal(choice, origin)
+
+
+def _maker(
+    found: Found, inputs: list[DraftSignal], outputs: list[DraftSignal]
+) -> Callable[[float], System]:
+    """Return what makes the system at a sample step in s."""
+    own, (low, high) = found.kind == "class", UNSEEN
+    specification = Specification(
+        found.model,
+        kind=found.kind,
+        inputs=() if own else tuple(signal.choice for signal in inputs),
+        outputs=() if own else tuple(replace(s.choice, low=low, high=high) for s in outputs),
+    )
+    return lambda step: load_system(replace(specification, step=step))
+
+
+def _step(wish: Wish, found: Found, make: Callable[[float], System]) -> tuple[float, str]:
+    """Return the sample step in s and where it comes from."""
+    if wish.step is not None:
+        return wish.step, "The sample step in s that was given."
+    if found.step is not None:
+        return found.step, "The sample step in s that the model suggests."
+    proposed = proposed_step(make)
+    if proposed.bandwidth is None:
+        return proposed.step, "Assumed: the outputs show no dynamics of their own."
+    return proposed.step, (
+        f"Up to {proposed.bandwidth:.3g} Hz an output answers with {100 * GAIN:g} % of its "
+        "largest gain."
+    )
+
+
+def _with_ranges(
+    outputs: list[DraftSignal], system: System, progress: Progress
+) -> list[DraftSignal]:
+    """Return the outputs with ranges that hold what was seen in a few motions."""
+    low, high, count = _seen(system, progress)
+    drafts = []
+    for index, draft in enumerate(outputs):
+        choice = draft.choice
+        if choice.low is not None and choice.high is not None:
+            drafts.append(replace(draft, origin="The model declares the range."))
+            continue
+        ends = _widened(float(low[index]), float(high[index]))
+        origin = f"Seen in {count} motions, and widened by {100 * MARGIN:.0f} % at both ends."
+        drafts.append(DraftSignal(replace(choice, low=ends[0], high=ends[1]), origin))
+    return drafts
+
+
+def _seen(system: System, progress: Progress) -> tuple[FloatArray, FloatArray, int]:
+    """Return the least and the greatest outputs of motions, one of each kind of excitation."""
+    kinds = TypeAdapter(list[Excitation]).validate_python(
+        default_excitation(system.step, hold_of(system.inputs) == "first_order")
+    )
+    rows: list[FloatArray] = []
+    begin = time.monotonic()
+    for index, kind in enumerate(kinds):
+        if rows and time.monotonic() - begin > PATIENCE:
+            break
+        rng = np.random.default_rng([SAMPLES, index])
+        moments = system.step * np.arange(SAMPLES, dtype=np.float64)
+        inputs = kind.inputs(system.inputs, moments, 1.0, rng)
+        rows.append(simulate(system, inputs).outputs)
+        progress(index + 1, len(kinds))
+    both = np.concatenate(rows)
+    return both.min(axis=0), both.max(axis=0), len(rows)
+
+
+def _widened(low: float, high: float) -> tuple[float, float]:
+    """Return a range a little wider, its ends with two digits that count."""
+    margin = MARGIN * (high - low) or max(1.0, abs(high))
+    digits = 1 - math.floor(math.log10(high - low + 2 * margin))
+    unit = 10.0**-digits
+    ends = math.floor((low - margin) / unit), math.ceil((high + margin) / unit)
+    return round(ends[0] * unit, max(0, digits)), round(ends[1] * unit, max(0, digits))
+
+
+def _names(signals: list[DraftSignal]) -> str:
+    return ", ".join(signal.choice.name for signal in signals)

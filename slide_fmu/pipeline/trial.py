@@ -1,0 +1,95 @@
+"""A recipe is tried before it is run: whether everything fits, and what it will cost."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import dataclass
+from typing import Any
+
+from slide_fmu.data.draws import PROBE, Stream, draw, simulate_draw
+from slide_fmu.memory.bandwidth import step_remark
+from slide_fmu.memory.sizing import Sizing
+from slide_fmu.pipeline.job import Job
+from slide_fmu.pipeline.stages import size_recipe
+from slide_fmu.recipe.recipe import SPLITS, Recipe
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.systems.base import OFFERS, System
+
+TIMED = 2.0
+"""Motions are simulated for at least this time in s, to say how long a simulated second takes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A Trial is what was found out about a recipe without data.
+
+    Attributes:
+        recipe: the recipe, with the lengths that it left to be found.
+        system: the system that makes its data.
+        sizing: how long the system remembers, and whether the window holds that.
+        seconds: wall time in s that a simulated second takes in one process.
+        remarks: what the user should know, one sentence each.
+    """
+
+    recipe: Recipe
+    system: System
+    sizing: Sizing
+    seconds: float
+    remarks: tuple[str, ...]
+
+    def figures(self) -> dict[str, Any]:
+        """Return the figures as plain values, as written to JSON."""
+        data = self.recipe.data
+        counts = {split: self.recipe.count(split) for split in SPLITS}
+        simulated = sum(counts.values()) * (data.duration + data.burn_in)
+        workers = os.cpu_count() or 1
+        return {
+            "name": self.recipe.name,
+            "system": {
+                "kind": self.recipe.system.kind,
+                "model": self.recipe.system.model,
+                "inputs": [vars(signal) for signal in self.system.inputs],
+                "outputs": [vars(signal) for signal in self.system.outputs],
+                "offers": {name: isinstance(self.system, kind) for name, kind in OFFERS.items()},
+            },
+            "window": self.sizing.figures(),
+            "data": {
+                "trajectories": counts,
+                "duration_s": data.duration,
+                "burn_in_s": data.burn_in,
+                "simulated_time_s": simulated,
+                "wall_time_per_simulated_second_s": self.seconds,
+                "workers": workers,
+                "expected_wall_time_s": simulated * self.seconds / workers,
+            },
+            "remarks": list(self.remarks),
+        }
+
+
+def try_recipe(job: Job, seed: int | None = None) -> Trial:
+    """Try a recipe: its system, its window, its step, and the cost of its data.
+
+    The seed is that of the motions by which the window is sized; the data's if None.
+
+    Raises:
+        LoadError, RecipeError: the system cannot be made, or breaks its word.
+        SimulationError: it cannot be simulated.
+        UnstableModeError, ValueError: it does not forget its initial state.
+    """
+    sizing = size_recipe(job, seed)
+    system = recipe_system(job.recipe)
+    remarks = (sizing.problem, sizing.remark, step_remark(job.recipe))
+    told = tuple(remark for remark in remarks if remark is not None)
+    return Trial(job.recipe, system, sizing, _seconds(job.recipe, system), told)
+
+
+def _seconds(recipe: Recipe, system: System) -> float:
+    """Return the wall time in s of a simulated second, of motions as the data have them."""
+    stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), recipe.data.duration)
+    begin, index = time.perf_counter(), 0
+    while index == 0 or time.perf_counter() - begin < TIMED:
+        simulate_draw(system, draw(recipe, system, stream, index))
+        index += 1
+    simulated = index * (recipe.data.duration + recipe.data.burn_in)
+    return (time.perf_counter() - begin) / simulated

@@ -1,0 +1,293 @@
+"""Every call of an exudyn solver is here: from sample to sample, at rest, to linearize at a state.
+
+A plant is an assembled exudyn system and its current state. Each sample step integrates from
+t = 0 to t = h, so that a motion does not depend on how many samples went before, and forces may
+use the time within the step (a first-order hold does).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any, Literal
+
+import exudyn as exu
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.systems.base import Linearization, SimulationError
+from slide_fmu.systems.user_code import told
+
+Integrator = Literal["explicit", "generalized_alpha", "trapezoidal"]
+"""How a plant is integrated, with fixed substeps.
+
+``explicit``: the explicit Runge-Kutta method of order six (exudyn's ``RK67``), for systems without
+constraints that are not stiff: at the accuracy wanted here it needs a third of the force
+evaluations of the classical one of order four. ``generalized_alpha``: the generalized-alpha method
+(Chung and Hulbert, 1993) with constraints on positions (index 3); it damps frequencies that it
+cannot resolve. ``trapezoidal``: the trapezoidal rule with constraints on velocities (index 2): it
+damps nothing, and the constraints on positions drift with time.
+"""
+
+_INITIAL = exu.ConfigurationType.Initial
+_CURRENT = exu.ConfigurationType.Current
+_SPECTRAL_RADIUS = 0.9
+"""Spectral radius of the generalized-alpha method at infinite frequency."""
+_SMALLEST_SUBSTEP = 1.0 / 64.0
+"""exudyn may reduce a substep to this part of it where Newton's method fails."""
+_RELATIVE_TOLERANCE, _ABSOLUTE_TOLERANCE = 1e-4, 1e-6
+"""Newton's residual must fall below these, the first relative to the first residual of the step.
+If the second one were too small, rounding would keep Newton's method from reaching it at rest."""
+_DIFFERENCE = 1e-6
+"""Linearizations move coordinates by this, and by this part of themselves."""
+_REMEDY = "Use more substeps, a shorter step, or inputs within the range of the system"
+
+
+class Plant:
+    """A plant is an exudyn system that is integrated with fixed substeps.
+
+    The coordinates are exudyn's second-order ones q, counted from the reference configuration,
+    then its first-order ones, then its data coordinates (of friction and contact); the velocities
+    are q' and zeros for the others.
+
+    Newton's method of the implicit integrators is modified: it keeps its Jacobian within a sample
+    step while it converges. Where it does not converge, substeps are divided, down to one 64th.
+
+    One solver run goes on from sample to sample, with its accelerations; after ``set_state`` they
+    are computed from the equations of motion. So a motion is the same, bit by bit, whenever it
+    starts from the same state, and one that is interrupted by ``set_state`` goes on to the
+    accuracy of the integration.
+
+    Attributes:
+        mbs: the exudyn system; change loads and parameters there between two steps.
+        step, substeps: sample step h in s, and integration steps in it.
+        continuous: whether forces are continuous in time from sample to sample; if not, every step
+            of an implicit integrator begins with accelerations of its own.
+        before_substep: is called with a time in s since the last sample, before the substep of an
+            implicit integrator that ends at it, and with 0 before initial accelerations and
+            linearizations. What depends on time is set there, and on nothing else, since divided
+            substeps go back in time.
+        has_kinks: whether forces may have kinks, as a damper at rest, or loads may depend on the
+            state; exudyn's own differences, which are faster, go to one side and leave out loads.
+        visible: whether sensors see the current state.
+    """
+
+    def __init__(
+        self,
+        container: exu.SystemContainer,
+        mbs: exu.MainSystem,
+        step: float,
+        substeps: int,
+        integrator: Integrator,
+        accelerations: bool = False,
+    ) -> None:
+        """Take over an assembled system, at its initial configuration.
+
+        Args:
+            container: the system's container; the system ends with it, so it is kept.
+            mbs: the system.
+            step: sample step h in s.
+            substeps: integration steps per sample step.
+            integrator: how it is integrated.
+            accelerations: whether sensors see accelerations at the end of an explicit step.
+        """
+        self.mbs: Any = mbs
+        self.step, self.substeps = step, substeps
+        self.continuous, self.has_kinks = True, False
+        self.before_substep: Callable[[float], None] = lambda time: None
+        self._container = container
+        explicit = integrator == "explicit"
+        self._settings = _settings(step, substeps, integrator)
+        self._settings.timeIntegration.explicit.computeEndOfStepAccelerations = accelerations
+        # the implicit solver computes initial accelerations for both
+        self._starter: Any = exu.MainSolverImplicitSecondOrder()
+        self._solver: Any = exu.MainSolverExplicit() if explicit else self._starter
+        self._size = mbs.systemData.ODE2Size()
+        self._coordinates, self._velocities = self._found(_INITIAL)
+        self._origin = self._coordinates
+        self._running = self.visible = False
+        if not explicit:
+            mbs.SetPreStepUserFunction(self._prepare_substep)
+
+    def set_state(self, coordinates: FloatArray, velocities: FloatArray) -> None:
+        """Continue from coordinates and velocities, shape (n,) each, in SI units."""
+        self._coordinates, self._velocities = coordinates.copy(), velocities.copy()
+        self._running = self.visible = False
+
+    def coordinates(self) -> FloatArray:
+        """Return the current coordinates in SI units, shape (n,)."""
+        return self._coordinates.copy()
+
+    def velocities(self) -> FloatArray:
+        """Return the current velocities in SI units, shape (n,)."""
+        return self._velocities.copy()
+
+    def advance(self) -> None:
+        """Go on by one sample step.
+
+        Raises:
+            SimulationError: exudyn or a user function failed, or the motion left the finite
+                numbers; the state is still the one before.
+        """
+        # a run that fails is not running: the next step starts anew from the state before
+        was_running = self._running and (self.continuous or self._solver is not self._starter)
+        self._running = self.visible = False
+        if was_running:  # it goes on from t = 0
+            self._solver.it.currentTime = 0.0
+            self.mbs.systemData.SetTime(0.0, _CURRENT)
+        else:
+            self._start(self._solver)
+        self._call("stopped within one sample step", self._solver.SolveSteps, self._solver)
+        self._coordinates, self._velocities = self._reached()
+        self._running = self.visible = True
+
+    def show(self) -> None:
+        """Let sensors see the current state, with accelerations that follow from its forces.
+
+        Raises:
+            SimulationError: exudyn or a user function failed.
+        """
+        self._running = False
+        self._start(self._starter)
+        self.visible = True
+
+    def equilibrium(self) -> FloatArray:
+        """Return the coordinates of the static equilibrium nearest to the initial configuration.
+
+        Returns:
+            Coordinates in SI units, shape (n,); the current state stays as it is.
+
+        Raises:
+            SimulationError: exudyn's static solver found none, or a user function failed; or there
+                are first-order coordinates, which that solver leaves as they are.
+        """
+        if self.mbs.systemData.ODE1Size():
+            raise SimulationError("exudyn finds no equilibrium of first-order coordinates")
+        self._running = self.visible = False
+        self._to_initial(self._origin, np.zeros(len(self._origin)))
+        solver: Any = exu.MainSolverStatic()
+        self._call("found no static equilibrium", solver.SolveSystem, solver)
+        return self._reached()[0]
+
+    def linearize(self, coordinates: FloatArray, velocities: FloatArray) -> Linearization:
+        """Linearize at a state in SI units, shape (n,) each; the current state stays as it is.
+
+        Time-dependent parameters are those that ``before_substep(0.0)`` sets. Data coordinates and
+        first-order ones have no part in it.
+        """
+        data = self.mbs.systemData
+        kept, time = data.GetSystemState(_CURRENT), data.GetTime(_CURRENT)
+        accelerations = data.GetODE2Coordinates_tt(_CURRENT)
+        self._to_initial(coordinates, velocities)
+        parts = self.mbs.ComputeLinearizedSystem(returnConstraintJacobian=True)
+        mass, stiffness, damping = parts[:3]
+        if self.has_kinks:
+            solver: Any = exu.MainSolverImplicitSecondOrder()
+            self._call("did not start", solver.InitializeSolver, solver)
+            stiffness = self._slopes(solver, coordinates, data.SetODE2Coordinates)
+            damping = self._slopes(solver, velocities, data.SetODE2Coordinates_t)
+        data.SetSystemState(kept, _CURRENT)
+        data.SetODE2Coordinates_tt(accelerations, _CURRENT)
+        data.SetTime(time, _CURRENT)
+        transposed = parts[3] if len(parts) > 3 else []  # a system without constraints gives none
+        constraints = np.array(transposed, dtype=np.float64).reshape(self._size, -1).T
+        return Linearization(mass, damping, stiffness, constraints)
+
+    def _slopes(self, solver: Any, values: FloatArray, set_to: Callable[..., None]) -> FloatArray:
+        """Return by how much forces fall with what ``set_to`` sets, by central differences."""
+        columns = []
+        for index, reach in enumerate(_DIFFERENCE * (1.0 + np.abs(values[: self._size]))):
+            forces = []
+            for sign in (1.0, -1.0):
+                moved = values[: self._size].copy()
+                moved[index] += sign * reach
+                set_to(moved, _CURRENT)
+                solver.ComputeODE2RHS(self.mbs)
+                forces.append(solver.GetSystemResidual()[: self._size])
+            columns.append((forces[1] - forces[0]) / (2.0 * reach))
+        set_to(values[: self._size], _CURRENT)
+        return np.array(columns).T
+
+    def _start(self, solver: Any) -> None:
+        """Begin a solver run at the current state; an implicit solver computes accelerations."""
+        self._to_initial(self._coordinates, self._velocities)
+        self._call("did not start", solver.InitializeSolver, solver)
+
+    def _call(self, what: str, method: Callable[..., bool], solver: Any) -> None:
+        """Call a method of a solver; ``what`` says what went wrong if it fails."""
+        try:
+            fine = method(self.mbs, self._settings)
+            complaint = repr(solver.GetErrorString())
+        except Exception as error:  # a user function of the system may raise anything
+            fine, complaint = False, told_by_exudyn(error)
+        if not fine:
+            raise SimulationError(f"exudyn {what}: {complaint}. {_REMEDY}")
+
+    def _to_initial(self, coordinates: FloatArray, velocities: FloatArray) -> None:
+        """Make a state exudyn's initial one, with the parameters of the start of a step."""
+        data, size = self.mbs.systemData, self._size
+        data.SetODE2Coordinates(coordinates[:size], _INITIAL)
+        data.SetODE2Coordinates_t(velocities[:size], _INITIAL)
+        if len(coordinates) > size:
+            first = size + data.ODE1Size()
+            data.SetODE1Coordinates(coordinates[size:first], _INITIAL)
+            data.SetDataCoordinates(coordinates[first:], _INITIAL)
+        self.before_substep(0.0)
+
+    def _prepare_substep(self, mbs: Any, time: float) -> bool:
+        """Answer exudyn, which calls this before a substep with the time at its end."""
+        self.before_substep(time)
+        return True
+
+    def _found(self, where: exu.ConfigurationType) -> tuple[FloatArray, FloatArray]:
+        """Return coordinates and velocities of a configuration of exudyn."""
+        data = self.mbs.systemData
+        coordinates, velocities = data.GetODE2Coordinates(where), data.GetODE2Coordinates_t(where)
+        others = data.ODE1Size() + data.DataSize()
+        if others:
+            parts = data.GetODE1Coordinates(where), data.GetDataCoordinates(where)
+            coordinates = np.concatenate([coordinates, *parts])
+            velocities = np.concatenate([velocities, np.zeros(others)])
+        return coordinates, velocities
+
+    def _reached(self) -> tuple[FloatArray, FloatArray]:
+        """Return coordinates and velocities at the end of a solver run, which must be finite."""
+        coordinates, velocities = self._found(_CURRENT)
+        if not (np.isfinite(coordinates).all() and np.isfinite(velocities).all()):
+            raise SimulationError(
+                f"the motion diverged within one sample step: q = {coordinates}, q' = "
+                f"{velocities}; expected finite values. {_REMEDY}"
+            )
+        return coordinates, velocities
+
+
+def told_by_exudyn(error: BaseException) -> str:
+    """Say what a user's code raised, and where; exudyn wraps what its user functions raise."""
+    place = re.search(r"At:\s+(\S.*)\((\d+)\): ", str(error))
+    if error.__cause__ is None or place is None:
+        return told(error)
+    return f"{told(error.__cause__)} ({place[1]}, line {place[2]})"
+
+
+def _settings(step: float, substeps: int, integrator: Integrator) -> exu.SimulationSettings:
+    """Return settings of a silent run over one sample step, without files, sensors, messages."""
+    settings = exu.SimulationSettings()
+    integration = settings.timeIntegration
+    integration.endTime = step
+    integration.numberOfSteps = substeps
+    integration.automaticStepSize = False
+    integration.verboseMode = settings.staticSolver.verboseMode = 0
+    settings.solution.file.write = False
+    settings.solution.sensors.active = False
+    integration.solverType = exu.DynamicSolverType.RK67
+    integration.adaptiveStep = integrator != "explicit"
+    integration.minimumStepSize = _SMALLEST_SUBSTEP * step / substeps
+    integration.newton.useModifiedNewton = True
+    integration.newton.relativeTolerance = _RELATIVE_TOLERANCE
+    integration.newton.absoluteTolerance = _ABSOLUTE_TOLERANCE
+    integration.generalizedAlpha.useNewmark = integrator == "trapezoidal"
+    integration.generalizedAlpha.useIndex2Constraints = integrator == "trapezoidal"
+    integration.generalizedAlpha.spectralRadius = _SPECTRAL_RADIUS
+    # dense matrices are as fast as sparse ones up to about 100 coordinates
+    settings.linearSolver.solverType = exu.LinearSolverType.EXUdense
+    return settings

@@ -1,0 +1,254 @@
+"""Inputs and outputs of a system are those of its exudyn model by their names.
+
+An input acts on the load of its name, or on a parameter of an item, or user functions read it from
+``mbs.variables``; an output is what the sensor of its name measures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.systems.base import LoadError
+
+RATE = "_rate"
+"""The rate of an input stands in ``mbs.variables`` under its name with this behind."""
+
+
+@dataclass(frozen=True)
+class InputWire:
+    """An input wire says what an input acts on.
+
+    Attributes:
+        name: name of the input, and of the load on which it acts if there is one.
+        parameter: ``"ITEM.PARAMETER"`` of an exudyn object that has the input's value; None for a
+            load or a variable.
+        rate: the same for the input's rate per s.
+    """
+
+    name: str
+    parameter: str | None = None
+    rate: str | None = None
+
+
+@dataclass(frozen=True)
+class OutputWire:
+    """An output wire says what measures an output.
+
+    Attributes:
+        name: name of the output.
+        sensor: name of the sensor in exudyn.
+        component: component of the sensor's vector, from 0; None if it measures one number.
+    """
+
+    name: str
+    sensor: str
+    component: int | None = None
+
+
+Motion = dict[str, tuple[float, float]]
+"""Of every input and every rate by its name: the value at the step's start and its rate per s."""
+
+
+class Variables(dict[str, Any]):
+    """These ``mbs.variables`` know the inputs: whenever a user function asks, the value of then.
+
+    Attributes:
+        motion: how the inputs move in this step.
+        asked: names of inputs that were read.
+    """
+
+    def __init__(self, mbs: Any) -> None:
+        super().__init__()
+        self.motion: Motion = {}
+        self.asked: set[str] = set()
+        self._data = mbs.systemData
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self.motion:
+            return super().__getitem__(name)
+        self.asked.add(name.removesuffix(RATE))
+        start, rate = self.motion[name]
+        return start + rate * self._data.GetTime() if rate else start
+
+
+class Wires:
+    """Wires lead the inputs into an assembled exudyn model, and the outputs out of it.
+
+    Attributes:
+        acts: of every input by its name, what it acts on: "load", "parameter" or "variables".
+    """
+
+    def __init__(
+        self, mbs: Any, inputs: Sequence[InputWire], outputs: Sequence[OutputWire], moving: bool
+    ) -> None:
+        """Find loads, parameters and sensors; inputs are 0 until ``apply``.
+
+        Args:
+            mbs: the model, with ``Variables`` as its variables.
+            inputs, outputs: in the order of the system's signals.
+            moving: whether inputs move linearly within a step (first-order hold).
+
+        Raises:
+            LoadError: the model has no such item or sensor; the message lists what there is.
+        """
+        self._mbs, self._inputs, self._moving = mbs, tuple(inputs), moving
+        self._variables: Variables = mbs.variables
+        self._setters: list[tuple[str, Callable[[float], None]]] = []
+        self.acts = {wire.name: self._connect(wire) for wire in inputs}
+        self._still: Motion = {wire.name + RATE: (0.0, 0.0) for wire in inputs}
+        self.hold(np.zeros(len(inputs)))
+        self._sensors = [self._sensor(wire) for wire in outputs]
+
+    @property
+    def moves_parameters(self) -> bool:
+        """Whether parameters of items change within a step, which explicit integrators miss."""
+        return self._moving and "parameter" in self.acts.values()
+
+    @property
+    def motion(self) -> Motion:
+        """How the inputs move in this step; set it to go back to another step's."""
+        return self._variables.motion
+
+    @motion.setter
+    def motion(self, motion: Motion) -> None:
+        self._variables.motion = motion
+        self.move(float(self._mbs.systemData.GetTime()))
+
+    def hold(self, values: FloatArray) -> None:
+        """Let inputs, shape (n_inputs,), act without change."""
+        motion = dict(self._still)
+        for wire, value in zip(self._inputs, values.tolist(), strict=True):
+            motion[wire.name] = value, 0.0
+        self._variables.motion = motion
+        self.move(0.0)
+
+    def ramp(self, values: FloatArray, rates: FloatArray) -> None:
+        """Let inputs, (n_inputs,), begin the next step, moving with rates per s, (n_inputs,)."""
+        motion: Motion = {}
+        for wire, value, rate in zip(self._inputs, values.tolist(), rates.tolist(), strict=True):
+            motion[wire.name], motion[wire.name + RATE] = (value, rate), (rate, 0.0)
+        self._variables.motion = motion
+        self.move(0.0)
+
+    def move(self, time: float) -> None:
+        """Set what inputs act on to their values at a time in s within the step."""
+        for name, set_to in self._setters:
+            start, rate = self._variables.motion[name]
+            set_to(start + rate * time)
+
+    def read(self) -> FloatArray:
+        """Return what the sensors measure, shape (n_outputs,), perhaps not finite."""
+        return np.array([sensor() for sensor in self._sensors], dtype=np.float64)
+
+    def require_readers(self) -> None:
+        """Refuse inputs that act on nothing, after forces and outputs were evaluated once.
+
+        Raises:
+            LoadError: there is such an input; the message says what an input can act on.
+        """
+        for name in self.unread():
+            raise LoadError(
+                f"input {name!r} acts on nothing: there is no load of that name (loads: "
+                f"{sorted(self._loads())}), its declaration names no parameter, and no user "
+                f"function reads mbs.variables[{name!r}]; expected one of these: name a load "
+                f"{name!r} in build, or let a user function read it"
+            )
+
+    def unread(self) -> list[str]:
+        """Return the names of variables that no user function has asked for yet."""
+        asked = self._variables.asked
+        return [n for n, acts in self.acts.items() if acts == "variables" and n not in asked]
+
+    def _connect(self, wire: InputWire) -> str:
+        """Lead an input to what it acts on, and say what that is."""
+        for name, parameter in ((wire.name, wire.parameter), (wire.name + RATE, wire.rate)):
+            if parameter is not None:
+                self._setters.append((name, self._parameter(wire.name, parameter)))
+        number = self._loads().get(wire.name)
+        if number is not None:
+            self._connect_load(wire.name, number)
+            return "load"
+        return "variables" if wire.parameter is wire.rate is None else "parameter"
+
+    def _connect_load(self, name: str, number: Any) -> None:
+        """Let an input be a load's value, or the magnitude of its vector."""
+        mbs, load = self._mbs, self._mbs.GetLoad(number)
+        vector = "loadVector" in load
+        function = "loadVectorUserFunction" if vector else "loadUserFunction"
+        if load[function]:
+            raise LoadError(
+                f"input {name!r}: the load of that name has a user function; expected none, since "
+                f"the load is the input: name the load otherwise and read mbs.variables[{name!r}]"
+            )
+        direction = _direction(name, load["loadVector"]) if vector else None
+
+        def value(size: float) -> Any:
+            return size if direction is None else [size * part for part in direction]
+
+        if not self._moving:
+            key = "loadVector" if vector else "load"
+            setter = lambda size: mbs.SetLoadParameter(number, key, value(size))  # noqa: E731
+            self._setters.append((name, setter))
+            return
+
+        def force(mbs: Any, time: float, load: Any) -> Any:
+            start, rate = self._variables.motion[name]
+            return value(start + rate * time)
+
+        mbs.SetLoadParameter(number, function, force)
+
+    def _loads(self) -> dict[str, Any]:
+        mbs = self._mbs
+        return {mbs.GetLoad(i)["name"]: i for i in range(mbs.systemData.NumberOfLoads())}
+
+    def _parameter(self, name: str, path: str) -> Callable[[float], None]:
+        """Find ``"ITEM.PARAMETER"`` of an object, and return what sets it."""
+        mbs, (item, _, parameter) = self._mbs, path.rpartition(".")
+        count = mbs.systemData.NumberOfObjects()
+        objects = {mbs.GetObject(i)["name"]: i for i in range(count)}
+        found = mbs.GetObject(objects[item]) if item in objects else {}
+        if parameter not in found:
+            what = f"parameters {sorted(found)}" if found else f"objects {sorted(objects)}"
+            raise LoadError(
+                f"input {name!r}: parameter {path!r} is not there; expected 'OBJECT.PARAMETER' "
+                f"with one of the {what}"
+            )
+        return lambda value: mbs.SetObjectParameter(objects[item], parameter, value)
+
+    def _sensor(self, wire: OutputWire) -> Callable[[], Any]:
+        """Find the sensor of an output, and return what reads it."""
+        mbs = self._mbs
+        count = mbs.systemData.NumberOfSensors()
+        sensors = {mbs.GetSensor(i)["name"]: i for i in range(count)}
+        if wire.sensor not in sensors:
+            raise LoadError(
+                f"output {wire.name!r}: the model has no sensor {wire.sensor!r}; expected one of "
+                f"{sorted(sensors)}: name a sensor so in build, or give the output's sensor"
+            )
+        number, component = sensors[wire.sensor], wire.component
+        value = mbs.GetSensorValues(number)
+        size = np.size(value)
+        if size > 1 if component is None else component >= size:
+            raise LoadError(
+                f"output {wire.name!r}: sensor {wire.sensor!r} measures {size} values; expected "
+                f'the number of one, from 0: write sensor = "{wire.sensor}[0]"'
+            )
+        if np.ndim(value) == 0:
+            return lambda: mbs.GetSensorValues(number)
+        return lambda: mbs.GetSensorValues(number)[component or 0]
+
+
+def _direction(name: str, vector: Any) -> list[float]:
+    """Return the direction of a load's vector."""
+    length = float(np.linalg.norm(vector))
+    if not length > 0:
+        raise LoadError(
+            f"input {name!r}: the vector of the load of that name is {list(vector)}; expected the "
+            "direction in which the input acts: give loadVector"
+        )
+    return [float(part) / length for part in vector]

@@ -1,0 +1,210 @@
+"""FMUs of the user: what their files say, and what they hold, unpacked once in every process."""
+
+from __future__ import annotations
+
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, cast, get_args
+
+import fmpy
+from fmpy.model_description import CoSimulation, ModelDescription, ModelExchange
+
+from slide_fmu.systems.base import LoadError, Parameter
+from slide_fmu.systems.user_code import find_file
+
+Interface = Literal["co_simulation", "model_exchange"]
+Solver = Literal["CVode", "Euler"]
+
+
+@dataclass(frozen=True)
+class FmuOptions:
+    """FmuOptions say how an FMU is simulated; they are no parameters of the FMU.
+
+    In recipes they stand among the parameters, as ``fmu-interface`` and so on: no variable of an
+    FMU has such a name, since structured names have no hyphen.
+
+    Attributes:
+        interface: which one is used of an FMU that has both; co-simulation if None, where it is.
+        substeps: parts of a sample step. Co-simulation FMUs that cannot interpolate their inputs
+            take a moving input as that many stairs; fmpy's Euler solver takes that many steps.
+        solver: fmpy's solver of model exchange.
+        tolerance: relative tolerance of CVode, 1e-8 if None, or of the FMU's own solver, which
+            keeps its own if None.
+    """
+
+    interface: Interface | None = None
+    substeps: int = 10
+    solver: Solver = "CVode"
+    tolerance: float | None = None
+
+
+PREFIX = "fmu-"
+"""What the names of options begin with among the parameters of a recipe."""
+
+
+@dataclass(frozen=True, eq=False)
+class FmuFile:
+    """An FmuFile is an FMU that can be simulated here.
+
+    Attributes:
+        path: where it lies.
+        description: its model description.
+        interface: the one that is used.
+        options: how it is simulated.
+    """
+
+    path: Path
+    description: ModelDescription
+    interface: Interface
+    options: FmuOptions
+
+    @property
+    def fmi_3(self) -> bool:
+        """Whether it is of FMI 3.0, else of FMI 2.0."""
+        return str(self.description.fmiVersion).startswith("3.")
+
+    @property
+    def type(self) -> CoSimulation | ModelExchange:
+        """What the model description says about the interface that is used."""
+        found = _interfaces(self.description)[self.interface]
+        return cast("CoSimulation | ModelExchange", found)
+
+    @property
+    def own_step(self) -> float | None:
+        """The step in s that the FMU names, its internal one before that of the experiment."""
+        internal = getattr(self.type, "fixedInternalStepSize", None)
+        experiment = getattr(self.description.defaultExperiment, "stepSize", None)
+        step = float(internal or experiment or 0.0)
+        return step if step > 0.0 else None
+
+
+def split_options(
+    what: str, parameters: Mapping[str, Parameter]
+) -> tuple[FmuOptions, dict[str, Parameter]]:
+    """Give the options among the parameters of a recipe, and the FMU's own parameters.
+
+    Raises:
+        LoadError: there is no such option, or it has another value; ``what`` begins the message.
+    """
+    options = {k.removeprefix(PREFIX): v for k, v in parameters.items() if k.startswith(PREFIX)}
+    own = {key: value for key, value in parameters.items() if not key.startswith(PREFIX)}
+    expected = {
+        "interface": f"one of {list(get_args(Interface))}",
+        "substeps": "a whole number from 1 on",
+        "solver": f"one of {list(get_args(Solver))}",
+        "tolerance": "a number between 0 and 1",
+    }
+    fits = {
+        "interface": lambda v: v in get_args(Interface),
+        "substeps": lambda v: type(v) is int and v >= 1,
+        "solver": lambda v: v in get_args(Solver),
+        "tolerance": lambda v: isinstance(v, float) and 0 < v < 1,
+    }
+    for key, value in options.items():
+        if key not in fits:
+            names = [PREFIX + name for name in fits]
+            raise LoadError(f"{what}: parameter {PREFIX + key!r}; expected one of {names}")
+        if not fits[key](value):
+            raise LoadError(f"{what}: {PREFIX}{key} = {value!r}; expected {expected[key]}")
+    return FmuOptions(**cast("dict[str, Any]", options)), own  # checked above
+
+
+def read_fmu_file(model: str, options: FmuOptions) -> FmuFile:
+    """Find and read an FMU; its library is not loaded.
+
+    Raises:
+        LoadError: there is no such file, it is no FMU of FMI 2.0 or 3.0, it has not the interface
+            that is asked for, or no library for this platform.
+    """
+    what = f"FMU {model!r}"
+    path = find_file(what, model)
+    try:
+        with path.open("rb") as file:  # fmpy does not close a file that it cannot read
+            description = fmpy.read_model_description(file, validate=False)
+    except Exception as error:  # fmpy raises bare Exception, lxml a SyntaxError, dicts a KeyError
+        raise LoadError(
+            f"{what} is not an FMU that can be read: {error}; expected one of FMI 2.0 or 3.0"
+        ) from error
+    if str(description.fmiVersion)[:2] not in ("2.", "3."):
+        raise LoadError(
+            f"{what} is of FMI {description.fmiVersion}; expected FMI 2.0 or 3.0: export it anew"
+        )
+    found = FmuFile(path, description, _choose(what, description, options.interface), options)
+    _require_library(what, found)
+    return found
+
+
+def other_interface(file: FmuFile) -> Interface | None:
+    """Give the interface that an FMU offers beside the one that is used."""
+    return next((i for i in _offered(file.description) if i != file.interface), None)
+
+
+def unpacked(file: FmuFile) -> str:
+    """Give the folder of an FMU, unpacked once in every process and removed when that ends.
+
+    Raises:
+        LoadError: it cannot be unpacked.
+    """
+    stamp = file.path.stat()
+    key = (file.path, stamp.st_mtime_ns, stamp.st_size)
+    if key not in _unpacked:
+        folder = tempfile.TemporaryDirectory(prefix="slide_fmu_", ignore_cleanup_errors=True)
+        try:
+            fmpy.extract(str(file.path), folder.name)
+        except Exception as error:  # fmpy raises bare Exception for paths outside of the folder
+            folder.cleanup()
+            raise LoadError(f"FMU {str(file.path)!r} cannot be unpacked: {error}") from error
+        _unpacked[key] = folder
+    return _unpacked[key].name
+
+
+_unpacked: dict[tuple[Path, int, int], tempfile.TemporaryDirectory[str]] = {}
+
+
+def _interfaces(description: ModelDescription) -> dict[Interface, object]:
+    return {
+        "co_simulation": description.coSimulation,
+        "model_exchange": description.modelExchange,
+    }
+
+
+def _offered(description: ModelDescription) -> list[Interface]:
+    return [name for name, type_ in _interfaces(description).items() if type_ is not None]
+
+
+def _choose(what: str, description: ModelDescription, wanted: Interface | None) -> Interface:
+    """Choose the interface: the one that is asked for, else co-simulation before the other."""
+    offered = _offered(description)
+    if not offered:
+        raise LoadError(
+            f"{what} is for scheduled execution; expected co-simulation or model exchange"
+        )
+    if wanted is not None and wanted not in offered:
+        raise LoadError(
+            f"{what}: {PREFIX}interface = {wanted!r}; expected one of {offered}, which it offers: "
+            "correct or remove it"
+        )
+    return wanted or offered[0]
+
+
+def _require_library(what: str, file: FmuFile) -> None:
+    """Refuse an FMU that has no library for this platform."""
+    platform = fmpy.platform_tuple if file.fmi_3 else fmpy.platform
+    library = f"{file.type.modelIdentifier}{fmpy.sharedLibraryExtension}"
+    with zipfile.ZipFile(file.path) as archive:
+        names = archive.namelist()
+    if f"binaries/{platform}/{library}" in names:
+        return
+    parts = [name.split("/") for name in names if name.startswith("binaries/")]
+    platforms = sorted({part[1] for part in parts if len(part) > 2})
+    sources = any(name.startswith("sources/") and name.endswith(".c") for name in names)
+    remedy = (
+        "fmpy compile builds it from its sources" if sources else "export it for this platform"
+    )
+    raise LoadError(
+        f"{what} has no library {library!r} for {platform!r}; it has some for "
+        f"{platforms or 'no platform'}: {remedy}"
+    )

@@ -1,0 +1,161 @@
+"""Reference systems of the kind "fmu": FMUs of FMI 2.0 and 3.0, whoever made them.
+
+Both interfaces work: co-simulation, and model exchange with fmpy's solvers. Inputs, outputs,
+units, ranges and parameters are those of the model description.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray, hold_of
+from slide_fmu.systems.base import Linearizable, LoadError, State, StateMatrix, Stepping, System
+from slide_fmu.systems.fmu_file import FmuOptions, read_fmu_file, split_options
+from slide_fmu.systems.fmu_record import Records
+from slide_fmu.systems.fmu_remarks import default_hold, is_continuous, remarks_on
+from slide_fmu.systems.fmu_solver import SolverSteps
+from slide_fmu.systems.fmu_steps import CoSimulationSteps, Plan, Steps
+from slide_fmu.systems.fmu_variables import (
+    choices_of,
+    parameters_of,
+    require_parameters,
+    signals_of,
+)
+from slide_fmu.systems.found import Found
+from slide_fmu.systems.specification import Specification
+
+
+def make(specification: Specification) -> System:
+    """Make a system from the path of an FMU; its library is loaded when it is first simulated.
+
+    Inputs and outputs are those that the specification names, in its order, or all real ones. Its
+    parameters are those of the FMU, values of inputs that are no signals, and ``FmuOptions`` under
+    names that begin with ``fmu-``. A model exchange FMU without events can be restored and
+    linearized; of others a motion to lead in is all that is known of their states.
+
+    Raises:
+        LoadError: there is no such FMU, it does not run here, or signals or parameters do not fit.
+    """
+    what = f"FMU {specification.model!r}"
+    options, parameters = split_options(what, specification.parameters)
+    file = read_fmu_file(specification.model, options)
+    require_parameters(file, parameters)
+    hold = default_hold(file)
+    inputs = signals_of(file, "input", specification.inputs, hold)
+    outputs = signals_of(file, "output", specification.outputs, None)
+    plan = Plan(file, specification.sample_step(), inputs, outputs, parameters)
+    return RestorableFmu(plan) if is_continuous(file) else SteppedFmu(plan)
+
+
+def recognises(model: str) -> bool:
+    """Whether a model is an FMU, by its name."""
+    return model.endswith(".fmu")
+
+
+def describe(model: str) -> Found:
+    """Find out what an FMU says about itself.
+
+    Raises:
+        LoadError: there is no such FMU, or it does not run here.
+    """
+    file = read_fmu_file(model, FmuOptions())
+    hold = default_hold(file)
+    inputs = tuple(replace(choice, hold=hold) for choice in choices_of(file, "input"))
+    outputs = choices_of(file, "output")
+    return Found(
+        "fmu", model, parameters_of(file), inputs, outputs, file.own_step, remarks_on(file, hold)
+    )
+
+
+class FmuSystem(Stepping):
+    """An FmuSystem is an FMU that begins at its own start, and goes step by step.
+
+    Interface: never instantiated.
+    """
+
+    may_crash = True
+
+    def __init__(self, plan: Plan) -> None:
+        self.step, self.inputs, self.outputs = plan.step, plan.inputs, plan.outputs
+        self.remarks = remarks_on(plan.file, hold_of(plan.inputs))
+        self._plan = plan
+        self._records = Records(self._make_steps)
+
+    def _make_steps(self) -> Steps:
+        exchanged = self._plan.file.interface == "model_exchange"
+        return SolverSteps(self._plan) if exchanged else CoSimulationSteps(self._plan)
+
+    def slave(self) -> Path:
+        """Give the file of the FMU, which runs by itself in a co-simulation as it is here.
+
+        Raises:
+            LoadError: it does not, since SSP 1.0 knows co-simulation FMUs of FMI 2.0 alone, and
+                takes no parameters here.
+        """
+        file, parameters = self._plan.file, sorted(self._plan.parameters)
+        if file.interface == "co_simulation" and not file.fmi_3 and not parameters:
+            return file.path
+        raise LoadError(
+            f"FMU {file.path.name!r} of FMI {file.description.fmiVersion}, used for "
+            f"{file.interface}, with parameters {parameters}; expected a co-simulation FMU of FMI "
+            "2.0 without parameters, to run as reference beside a surrogate: export the model so, "
+            "with its parameters as start values"
+        )
+
+    def begin(self, held_input: FloatArray) -> None:
+        """Go to the FMU's own start, initialized under an input that has always acted."""
+        self._records.begin(np.asarray(held_input, dtype=np.float64))
+
+    def output(self) -> FloatArray:
+        return self._records.output()
+
+    def advance(self, inputs: FloatArray) -> FloatArray:
+        values = np.asarray(inputs, dtype=np.float64)
+        if values.shape != (len(self.inputs),) or not np.isfinite(values).all():
+            raise ValueError(f"inputs {values}; expected {len(self.inputs)} finite values")
+        return self._records.advance(values)
+
+
+class SteppedFmu(FmuSystem):
+    """A SteppedFmu goes on from its own start only: a co-simulation FMU, or one with events."""
+
+
+class RestorableFmu(FmuSystem, Linearizable):
+    """A RestorableFmu is a model exchange FMU whose continuous states are all its states."""
+
+    @property
+    def _steps(self) -> SolverSteps:
+        steps = self._records.steps
+        assert isinstance(steps, SolverSteps)
+        return steps
+
+    def begin(self, held_input: FloatArray) -> None:
+        FmuSystem.begin(self, held_input)
+
+    def rest_state(self, held_input: FloatArray) -> State:
+        """Give the FMU's own start under an input that has always acted."""
+        self.begin(held_input)
+        return self.get_state()
+
+    def set_state(self, state: State) -> None:
+        """Go on from continuous states, at time 0, with the next ``advance``."""
+        self.begin(state.last_input)
+        if state.coordinates.shape != self._steps.states().shape:
+            raise ValueError(
+                f"state of {state.coordinates.size} values; expected "
+                f"{self._steps.states().size}, the FMU's continuous states"
+            )
+        self._steps.start_at(state.coordinates)
+        self._records.forget()
+
+    def get_state(self) -> State:
+        return State(self._steps.states(), np.empty(0), self._records.last_input.copy())
+
+    def linearize(self, state: State) -> StateMatrix:
+        """Linearize by differences of the derivatives; the current state stays as it is."""
+        if not self._records.running:
+            self.set_state(state)
+        return StateMatrix(self._steps.state_matrix(state.coordinates, state.last_input))

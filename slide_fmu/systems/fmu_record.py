@@ -1,0 +1,186 @@
+"""Records of an FMU: instances are used again where that is safe, and failures are told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+
+import numpy as np
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import fmi2Fatal
+
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.systems.base import SimulationError
+from slide_fmu.systems.fmu_steps import Steps
+
+COMPARED = 1000, 20
+"""An instance is trusted to reset itself if that many samples at most, and that many at least, of
+its first record come out the same after a reset."""
+
+FAILURES = (FMICallException, RuntimeError, OSError)
+"""What calls of an FMU and fmpy's solver raise."""
+
+
+class Records:
+    """Records are simulated one after another, each from the FMU's own start. Final.
+
+    Args:
+        make: makes the steps of a fresh instance.
+    """
+
+    def __init__(self, make: Callable[[], Steps]) -> None:
+        self._make = make
+        self._steps: Steps | None = None
+        self._resets: bool | None = None  # whether a reset instance is as a fresh one
+        self._seen: list[tuple[FloatArray, FloatArray]] = []  # of the first record
+        self._last, self._number = np.empty(0), 0
+
+    @property
+    def steps(self) -> Steps:
+        """The steps of the current record."""
+        assert self._steps is not None
+        return self._steps
+
+    @property
+    def running(self) -> bool:
+        """Whether there is a record that can go on."""
+        return self._steps is not None
+
+    @property
+    def last_input(self) -> FloatArray:
+        """The input that acted last, shape (n_inputs,)."""
+        return self._last
+
+    def begin(self, held: FloatArray) -> None:
+        """Begin a record under an input that has always acted, shape (n_inputs,).
+
+        Raises:
+            LoadError: the FMU cannot be instantiated.
+            SimulationError: it cannot be initialized.
+        """
+        if self._steps is not None and self._resets is None:
+            self._resets = self._replays()
+        if self._steps is not None and self._resets and self._reset(held):
+            return
+        self._drop()
+        self._steps = self._make()
+        self._guarded(0.0, held, lambda: self._initialize(held))
+        if self._resets is None:
+            self._seen = [(held, self._read(0.0, held))]
+
+    def output(self) -> FloatArray:
+        """Give the outputs at the current sample in their units, shape (n_outputs,).
+
+        Raises:
+            SimulationError: the FMU cannot give them, or one is not finite.
+        """
+        return self._read(self._number * self.steps.plan.step, self._last)
+
+    def advance(self, inputs: FloatArray) -> FloatArray:
+        """Go on by one sample step under inputs, (n_inputs,), and give the new outputs.
+
+        Raises:
+            SimulationError: the FMU or the solver fails; the record cannot go on.
+        """
+        steps, number, before = self.steps, self._number, self._last
+        begin = number * steps.plan.step
+        hint = "" if number else _about_step(steps)
+        self._guarded(begin, inputs, lambda: steps.advance(number, before, inputs), hint)
+        self._number, self._last = number + 1, inputs
+        outputs = self._read(begin + steps.plan.step, inputs)
+        if self._resets is None and 0 < len(self._seen) <= COMPARED[0]:
+            self._seen.append((inputs, outputs))
+        return outputs
+
+    def forget(self) -> None:
+        """Hear that the record does not go on from the FMU's own start: it is no measure."""
+        self._seen = []
+
+    def _initialize(self, held: FloatArray) -> None:
+        steps = self.steps
+        steps.instance.messages.clear()
+        steps.instance.initialize(held)
+        steps.begin(held)
+        self._last, self._number = held, 0
+
+    def _reset(self, held: FloatArray) -> bool:
+        """Begin a record with the same instance; give whether that worked."""
+        try:
+            self.steps.instance.calls.reset()
+            self._initialize(held)
+        except FAILURES:
+            self._resets = False
+            return False
+        return True
+
+    def _replays(self) -> bool:
+        """Find out whether the instance, once reset, gives its first record again."""
+        seen, self._seen = self._seen, []
+        if len(seen) <= COMPARED[1]:
+            return False
+        self._resets = True
+        with suppress(SimulationError):
+            if self._reset(seen[0][0]):
+                again = [self.output(), *(self.advance(row) for row, _ in seen[1:])]
+                return all(np.array_equal(a, b) for a, (_, b) in zip(again, seen, strict=True))
+        return False
+
+    def _read(self, time: float, inputs: FloatArray) -> FloatArray:
+        outputs = self._guarded(time, inputs, self.steps.instance.outputs)
+        broken = np.flatnonzero(~np.isfinite(outputs))
+        if broken.size:
+            signal = self.steps.plan.outputs[broken[0]]
+            raise self._failed(time, inputs, f"output {signal.name!r} = {outputs[broken[0]]}")
+        return outputs
+
+    def _guarded(
+        self,
+        time: float,
+        inputs: FloatArray,
+        call: Callable[[], FloatArray | None],
+        hint: str = "",
+    ) -> FloatArray:
+        """Call the FMU; what fails is told with its time, its inputs and a hint."""
+        try:
+            result = call()
+        except FAILURES as error:
+            if getattr(error, "status", None) == fmi2Fatal:  # not even to be freed
+                self.steps.instance.free.detach()
+            raise self._failed(time, inputs, str(error), hint) from error
+        return np.empty(0) if result is None else result
+
+    def _failed(
+        self, time: float, inputs: FloatArray, reason: str, hint: str = ""
+    ) -> SimulationError:
+        steps = self.steps
+        plan = steps.plan
+        logged = "; ".join(steps.instance.messages[-3:])
+        text = (
+            f"FMU {plan.file.path.name!r} failed at t = {time:.6g} s with "
+            f"{told_inputs(plan.inputs, inputs)}: {reason}{': ' + logged if logged else ''}"
+        )
+        self._drop()
+        return SimulationError(text + hint, time)
+
+    def _drop(self) -> None:
+        """Let the instance go, whatever state it is in."""
+        if self._steps is not None:
+            with suppress(*FAILURES):
+                self._steps.instance.free()
+        self._steps = None
+
+
+def told_inputs(signals: tuple[Signal, ...], values: FloatArray) -> str:
+    """Say what the inputs are, for example ``"road = 0.1 m"``."""
+    pairs = zip(signals, values, strict=True)
+    return ", ".join(f"{signal.name} = {value:.6g} {signal.unit}" for signal, value in pairs)
+
+
+def _about_step(steps: Steps) -> str:
+    """Say what to do where an FMU does not get over its first step."""
+    file, step = steps.plan.file, steps.plan.step
+    if file.interface != "co_simulation":
+        return ""
+    wanted = "" if file.own_step is None else f"; the FMU names a step of {file.own_step:g} s"
+    stairs = f" in {file.options.substeps} parts (fmu-substeps)" if steps.plan.ramped else ""
+    return f" (the step was window.step = {step:g} s{stairs}{wanted})"

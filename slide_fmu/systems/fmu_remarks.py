@@ -1,0 +1,66 @@
+"""What is assumed about an FMU that its description does not say, in words for people."""
+
+from __future__ import annotations
+
+from slide_fmu.core.signals import Hold
+from slide_fmu.systems.fmu_file import PREFIX, FmuFile, other_interface
+from slide_fmu.systems.fmu_steps import interpolates
+
+
+def default_hold(file: FmuFile) -> Hold:
+    """Give the hold of an FMU's inputs where a recipe names none: what costs no substeps."""
+    if file.interface == "model_exchange" or interpolates(file):
+        return "first_order"
+    return "zero_order"
+
+
+def is_continuous(file: FmuFile) -> bool:
+    """Whether the continuous states are all states of an FMU, as far as its description says."""
+    found = file.description
+    discrete = any(
+        v.variability == "discrete" and v.causality in ("local", "output")
+        for v in found.modelVariables
+    )
+    return (
+        file.interface == "model_exchange"
+        and found.numberOfContinuousStates > 0
+        and found.numberOfEventIndicators == 0
+        and not discrete
+    )
+
+
+def remarks_on(file: FmuFile, hold: Hold) -> tuple[str, ...]:
+    """Say how an FMU is simulated whose inputs have a hold: one sentence each."""
+    version, kind = file.description.fmiVersion, file.interface.replace("_", " ")
+    other = other_interface(file)
+    beside = f'; {PREFIX}interface = "{other}" takes the other one' if other else ""
+    remarks = [f"the FMU is used for {kind}, FMI {version}{beside}", _on_inputs(file, hold)]
+    if file.interface == "model_exchange":
+        solver = f"fmpy's {file.options.solver} integrates it, anew from each sample on"
+        states = (
+            "its continuous states are all its states"
+            if is_continuous(file)
+            else "it has events or discrete states, so a motion leads in instead of initial states"
+        )
+        remarks += [solver, states]
+    else:
+        remarks.append("its states are not known: a motion leads in instead of initial states")
+    if file.type.needsExecutionTool:
+        remarks.append("it needs the tool that made it where it is simulated")
+    return tuple(remarks)
+
+
+def _on_inputs(file: FmuFile, hold: Hold) -> str:
+    """Say how the inputs act between samples, and what that takes."""
+    if hold == "zero_order":
+        hint = 'hold = "first_order" in system.inputs lets them move linearly'
+        return f"its inputs are held over each sample step; {hint}"
+    way = "its inputs move linearly from sample to sample"
+    if file.interface == "model_exchange":
+        return way
+    if interpolates(file):
+        return f"{way}, by their derivatives"
+    return (
+        f"{way}, as {file.options.substeps} stairs, each a step of the FMU ({PREFIX}substeps); "
+        "outputs that it computes from its inputs in its steps see the middle of the last stair"
+    )

@@ -1,0 +1,211 @@
+"""Sample steps of a model exchange FMU, integrated by fmpy's solvers."""
+
+from __future__ import annotations
+
+import math
+from ctypes import c_double
+from typing import Any
+
+import numpy as np
+from fmpy.fmi1 import FMICallException
+from fmpy.simulation import ForwardEuler
+from fmpy.sundials import CVodeSolver
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.systems.fmu_steps import Plan, Steps, StoppedError
+
+DIFFERENCE = 6e-6
+"""Relative step of central differences, about the cube root of the rounding error."""
+
+TOLERANCE = 1e-8
+"""Relative tolerance of CVode: it starts anew at every sample, so 1e-6 is hardly faster."""
+
+MOST_PARTS = 10_000
+"""An FMU with more events within one sample step is stopped: it does not come to an end."""
+
+ENDED = "the FMU asks for the end of the simulation"
+
+
+class _CVode(CVodeSolver):  # type: ignore[misc]  # fmpy has no types
+    """fmpy's CVode, which is told when the FMU cannot evaluate its equations."""
+
+    failure: FMICallException | None = None
+
+    def f(self, t: float, y: Any, ydot: Any, user_data: Any) -> int:
+        try:
+            return int(super().f(t, y, ydot, user_data))
+        except FMICallException as error:  # it would be lost on its way through CVode
+            self.failure = error
+            return 1  # "recoverable": CVode tries a shorter step
+
+    def g(self, t: float, y: Any, gout: Any, user_data: Any) -> int:
+        try:
+            return int(super().g(t, y, gout, user_data))
+        except FMICallException as error:
+            self.failure = error
+            return -1
+
+
+class SolverSteps(Steps):
+    """The equations of the FMU are integrated here; events are handled. Final.
+
+    The solver begins anew at every sample, so that states alone tell how a motion goes on.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        super().__init__(plan)
+        self._solver: Any = None
+        self._time, self._next_event = 0.0, math.inf
+        self._move(0.0, np.zeros(len(plan.inputs)))
+
+    def begin(self, held: FloatArray) -> None:
+        self._time = 0.0
+        self._move(0.0, held)
+        self._update_discrete_states()
+        self._solver = self._make_solver()
+
+    def advance(self, number: int, before: FloatArray, now: FloatArray) -> None:
+        begin, end = number * self.plan.step, (number + 1) * self.plan.step
+        if self.plan.ramped:
+            self._move(begin, before, (now - before) / self.plan.step)
+        else:
+            self._move(begin, now)
+            self._handle_event(begin)
+        self._solver.reset(begin)
+        self._time = begin
+        for _ in range(MOST_PARTS):
+            if self._time >= end or math.isclose(self._time, end, rel_tol=1e-12):
+                break
+            self._go_on(end)
+        else:
+            raise StoppedError(f"more than {MOST_PARTS} events within one sample step")
+        self._set_time(end)
+
+    def _move(self, begin: float, value: FloatArray, slope: FloatArray | None = None) -> None:
+        """Let the inputs move from a time and value on; they stay there without a slope."""
+        moved = np.zeros_like(value) if slope is None else slope
+        self._way = begin, list(zip(value.tolist(), moved.tolist(), strict=True))
+
+    def _go_on(self, end: float) -> None:
+        """Integrate up to the next event or the end of the sample step, and handle the event."""
+        options, type_ = self.plan.file.options, self.plan.file.type
+        target = min(end, max(self._next_event, self._time))
+        if options.solver == "Euler":
+            target = min(target, self._time + self.plan.step / options.substeps)
+        happened = terminate = False
+        if target > self._time:
+            happened = self._integrate(target)
+        self._set_time(self._time)
+        if getattr(type_, "needsCompletedIntegratorStep", False):
+            wanted, terminate = self.instance.calls.completedIntegratorStep()
+            happened = happened or wanted
+        if terminate:
+            raise StoppedError(ENDED)
+        if happened or self._time >= self._next_event:
+            self._handle_event(self._time)
+            self._solver.reset(self._time)
+
+    def _integrate(self, target: float) -> bool:
+        """Integrate to a time, or to an event before; give whether there was one."""
+        solver = self._solver
+        solver.failure = None
+        try:
+            happened, _, self._time = solver.step(self._time, target)
+        except RuntimeError as error:
+            raise solver.failure or error from error
+        return bool(happened)
+
+    def _handle_event(self, time: float) -> None:
+        self.instance.calls.enterEventMode()
+        self._set_inputs(time)
+        self._update_discrete_states()
+
+    def _update_discrete_states(self) -> None:
+        """Go from event mode to continuous-time mode."""
+        calls = self.instance.calls
+        update = calls.updateDiscreteStates if self.plan.file.fmi_3 else calls.newDiscreteStates
+        for _ in range(MOST_PARTS):
+            more, terminate, _, _, timed, event_time = update()
+            if terminate:
+                raise StoppedError(ENDED)
+            if not more:
+                break
+        self._next_event = event_time if timed else math.inf
+        calls.enterContinuousTimeMode()
+
+    def _set_time(self, time: float) -> None:
+        self.instance.calls.setTime(time)
+        self._set_inputs(time)
+
+    def _set_inputs(self, time: float) -> None:
+        begin, ways = self._way  # plain numbers: this is done at every evaluation
+        self.instance.set_inputs([value + (time - begin) * slope for value, slope in ways])
+
+    def apply(self, time: float) -> None:
+        """Set the inputs that belong to a time; fmpy's solvers call it."""
+        self._set_inputs(time)
+
+    def _make_solver(self) -> Any:
+        calls, options = self.instance.calls, self.plan.file.options
+        given = {
+            "nx": self.plan.file.description.numberOfContinuousStates,
+            "nz": self.plan.file.description.numberOfEventIndicators,
+            "get_x": calls.getContinuousStates,
+            "set_x": calls.setContinuousStates,
+            "get_dx": self._derivatives,
+            "get_z": calls.getEventIndicators,
+            "input": self,
+        }
+        if options.solver == "Euler":
+            return ForwardEuler(**given)
+        return _CVode(
+            **given,
+            get_nominals=calls.getNominalsOfContinuousStates,
+            set_time=self._set_time,
+            startTime=0.0,
+            maxStep=self.plan.step,
+            relativeTolerance=options.tolerance or TOLERANCE,
+            maxNumSteps=MOST_PARTS,
+        )
+
+    @property
+    def _derivatives(self) -> Any:
+        """fmpy's function that gives the derivatives of the continuous states."""
+        calls = self.instance.calls
+        return (
+            calls.getContinuousStateDerivatives if self.plan.file.fmi_3 else calls.getDerivatives
+        )
+
+    def start_at(self, states: FloatArray) -> None:
+        """Go on from other continuous states, shape (n_states,)."""
+        self.instance.calls.setContinuousStates((c_double * len(states))(*states), len(states))
+
+    def states(self) -> FloatArray:
+        """Give the continuous states, shape (n_states,)."""
+        return self._got(self.instance.calls.getContinuousStates)
+
+    def state_matrix(self, states: FloatArray, inputs: FloatArray) -> FloatArray:
+        """Give df/dx in 1/s at states, (n_states,), and inputs, (n_inputs,): by differences of f.
+
+        The motion goes on where it was. The shape is (n_states, n_states).
+        """
+        before, instance = self.states(), self.instance
+        sizes = np.maximum(np.abs(states), self._got(instance.calls.getNominalsOfContinuousStates))
+        matrix = np.empty((len(states), len(states)))
+        instance.set_inputs(inputs)
+        for j, change in enumerate(DIFFERENCE * sizes):
+            rates = []
+            for sign in (1.0, -1.0):
+                self.start_at(states + sign * change * (np.arange(len(states)) == j))
+                rates.append(self._got(self._derivatives))
+            matrix[:, j] = (rates[0] - rates[1]) / (2 * change)
+        self.start_at(before)
+        self._set_inputs(self._time)
+        return matrix
+
+    def _got(self, function: Any) -> FloatArray:
+        """Give one value for each continuous state, from a function of fmpy."""
+        count = self.plan.file.description.numberOfContinuousStates
+        values = (c_double * count)()
+        function(values, count)
+        return np.array(values, dtype=np.float64)

@@ -1,0 +1,113 @@
+"""Sample steps of an FMU: those that a co-simulation FMU does, and what both interfaces share."""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from slide_fmu.core.signals import FloatArray, Signal, hold_of
+from slide_fmu.systems.base import Parameter
+from slide_fmu.systems.fmu_file import FmuFile
+from slide_fmu.systems.fmu_instance import Instance
+
+
+class StoppedError(RuntimeError):
+    """An FMU does not go on, although its calls report no error."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A Plan is how an FMU is simulated.
+
+    Attributes:
+        file: the FMU.
+        step: sample step h in s.
+        inputs, outputs: its signals.
+        parameters: values of its parameters by name, and of inputs that are no signals.
+    """
+
+    file: FmuFile
+    step: float
+    inputs: tuple[Signal, ...]
+    outputs: tuple[Signal, ...]
+    parameters: Mapping[str, Parameter]
+
+    @property
+    def ramped(self) -> bool:
+        """Whether inputs move linearly within a sample step."""
+        return hold_of(self.inputs) == "first_order"
+
+    def instance(self) -> Instance:
+        """Make an instance; raises a LoadError where that fails."""
+        return Instance(self.file, self.inputs, self.outputs, self.parameters)
+
+
+class Steps(abc.ABC):
+    """Steps take an initialized instance from sample to sample. Interface: never instantiated.
+
+    Calls that fail raise fmpy's ``FMICallException``, and a ``RuntimeError`` if the solver fails.
+
+    Attributes:
+        plan: how the FMU is simulated.
+        instance: the instance that is.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan, self.instance = plan, plan.instance()
+
+    @abc.abstractmethod
+    def begin(self, held: FloatArray) -> None:
+        """Go to time 0 with the instance just initialized under these inputs, (n_inputs,)."""
+
+    @abc.abstractmethod
+    def advance(self, number: int, before: FloatArray, now: FloatArray) -> None:
+        """Go from sample ``number`` to the next one.
+
+        Inputs of first-order hold move from ``before`` to ``now``, of shape (n_inputs,); others
+        are ``now`` all the time.
+        """
+
+
+class CoSimulationSteps(Steps):
+    """The FMU steps by itself. Final."""
+
+    def begin(self, held: FloatArray) -> None:
+        """Nothing is left to do after the initialization."""
+
+    def advance(self, number: int, before: FloatArray, now: FloatArray) -> None:
+        step, instance = self.plan.step, self.instance
+        begin = number * step
+        if not self.plan.ramped:
+            instance.set_inputs(now)
+            self._do_step(begin, step)
+        elif interpolates(self.plan.file):
+            instance.set_inputs(before)
+            instance.set_slopes((now - before) / step)
+            self._do_step(begin, step)
+        else:
+            self._climb(begin, before, now)
+
+    def _climb(self, begin: float, before: FloatArray, now: FloatArray) -> None:
+        """Take a moving input as stairs, each as high as the input in its middle."""
+        count = self.plan.file.options.substeps
+        part = self.plan.step / count
+        for k in range(count):
+            self.instance.set_inputs(before + (k + 0.5) / count * (now - before))
+            self._do_step(begin + k * part, part)
+        self.instance.set_inputs(now)  # for outputs that follow the inputs without delay
+
+    def _do_step(self, begin: float, length: float) -> None:
+        done: Any = self.instance.calls.doStep(begin, length)
+        if done is None:  # FMI 2.0
+            return
+        _, terminate, early, reached = done
+        if terminate or early:
+            what = "asks for the end of the simulation" if terminate else "returned early"
+            raise StoppedError(f"fmi3DoStep {what} at t = {reached:g} s")
+
+
+def interpolates(file: FmuFile) -> bool:
+    """Whether a co-simulation FMU takes the slopes of its inputs, which FMI 2.0 alone has."""
+    return not file.fmi_3 and bool(getattr(file.type, "canInterpolateInputs", False))

@@ -1,0 +1,64 @@
+"""Reference systems of the kind "object": a Python session gives them under a name.
+
+Recipes hold plain values, so a recipe can name such an object, but not hold it. The name means
+something in the session that gave it, and in the worker processes of that session.
+"""
+
+from __future__ import annotations
+
+import pickle
+
+from slide_fmu.systems.base import LoadError, System
+from slide_fmu.systems.specification import Specification
+
+_given: dict[str, System] = {}
+
+
+def give(name: str, system: System) -> None:
+    """Let recipes name a system: kind ``"object"``, and this name as the model."""
+    _given[name] = system
+
+
+def make(specification: Specification) -> System:
+    """Return the object that was given under the model's name: itself, and no copy.
+
+    Raises:
+        LoadError: there is none, or the recipe says about it what it says itself.
+    """
+    name = specification.model
+    if name not in _given:
+        raise LoadError(
+            f"system {name!r} is an object of the Python session that learnt it (slide.learn), "
+            "and is not here; expected a model that every process can make: give it in a file "
+            '(system.kind = "function" or "class")'
+        )
+    system = _given[name]
+    if specification.parameters or specification.inputs or specification.outputs:
+        raise LoadError(
+            f"system {name!r}: parameters, inputs or outputs of the recipe; expected none, since "
+            "an object has its own: remove them"
+        )
+    if specification.step not in (None, system.step):
+        raise LoadError(
+            f"system {name!r} has the step {system.step} s; expected the same window.step, not "
+            f"{specification.step}: remove it"
+        )
+    return system
+
+
+def crosses(system: System) -> bool:
+    """Whether worker processes can be given a copy: not of what a session itself defines."""
+    try:
+        return b"__main__" not in pickle.dumps(system)
+    except Exception:  # a user's object may refuse in any way
+        return False
+
+
+def crossing() -> bytes:
+    """Return all given systems that can cross to a worker process, for ``take``."""
+    return pickle.dumps({name: system for name, system in _given.items() if crosses(system)})
+
+
+def take(crossed: bytes) -> None:
+    """Give, in a worker process, the systems that were given in the one that started it."""
+    _given.update(pickle.loads(crossed))

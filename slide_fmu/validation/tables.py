@@ -1,0 +1,30 @@
+"""Tables of what a training searched for, as rows of text, for the report and the console."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+
+def size_rows(sizes: Sequence[Mapping[str, Any]]) -> list[Sequence[str]]:
+    """Return a table of the sizes that a search has tried, its heading first."""
+    rows: list[Sequence[str]] = [
+        ("order", "units", "parameters", "validation error", "of which learnable")
+    ]
+    for size in sizes:
+        errors = [
+            "" if size[key] is None else f"{size[key]:.3g}"
+            for key in ("validation_error", "learnable_error")
+        ]
+        rows.append((str(size["order"]), str(size["units"]), str(size["parameters"]), *errors))
+    return rows
+
+
+def curve_rows(curve: Mapping[str, Any]) -> list[Sequence[str]]:
+    """Return a table of a learning curve, its heading first."""
+    rows: list[Sequence[str]] = [("trajectories", "validation error", "time / s")]
+    rows += [
+        (str(p["trajectories"]), f"{p['validation_error']:.3g}", f"{p['seconds']:.0f}")
+        for p in curve["points"]
+    ]
+    return rows

@@ -1,0 +1,157 @@
+"""Trajectories that fail are kept with their inputs; others take their place, or the run ends."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slide_fmu.data.draws import draw, split_stream
+from slide_fmu.data.failures import (
+    Failure,
+    allowed_failures,
+    failures_folder,
+    kept_failures,
+    remove_failures,
+)
+from slide_fmu.data.generation import generate, require_survival
+from slide_fmu.data.pool import process_pool
+from slide_fmu.data.store import read_split
+from slide_fmu.pipeline.checks import check_recipe
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.systems.base import SimulationError
+from tests.data.test_generation import Inline
+from tests.progress import silent
+from tests.recipes import tiny_recipe
+
+TRAIN = 30
+
+
+def failing(most_failures: float = 0.5, **parameters: float) -> Recipe:
+    """A recipe whose inputs are held values: some of its trajectories reach any level."""
+    recipe = tiny_recipe(
+        window={"step": 0.1, "n_in": 8, "n_out": 4},
+        data={"duration": 1.0, "train": TRAIN, "most_failures": most_failures},
+    )
+    model = "tests.data.failing_system:FailingSystem"
+    system = recipe.system.model_copy(update={"model": model, "parameters": parameters})
+    return recipe.model_copy(update={"system": system})
+
+
+def made(recipe: Recipe, path: Path, executor: Executor | None = None) -> list[Failure]:
+    generate(recipe, path, executor or Inline(), silent)
+    return kept_failures(path)
+
+
+def failed_first(recipe: Recipe, level: float) -> list[int]:
+    """Give the training trajectories whose first draw has an input above a level."""
+    system = recipe_system(recipe)
+    draws = [draw(recipe, system, split_stream(recipe, "train", i), i) for i in range(TRAIN)]
+    return [i for i, drawn in enumerate(draws) if np.max(drawn.inputs) > level]
+
+
+def test_another_draw_takes_the_place_of_one_that_fails(tmp_path: Path) -> None:
+    level = 0.97
+    recipe = failing(fail=level)
+    failures = made(recipe, tmp_path / "store")
+    wanted = failed_first(recipe, level)
+    assert 0 < len(wanted) < TRAIN
+    assert sorted({f.index for f in failures if f.split == "train"}) == wanted
+    split, system = read_split(tmp_path / "store", "train"), recipe_system(recipe)
+    for index in range(TRAIN):
+        attempt = len([f for f in failures if f.split == "train" and f.index == index])
+        drawn = draw(recipe, system, split_stream(recipe, "train", index), index, attempt)
+        np.testing.assert_array_equal(split.inputs[index], drawn.inputs[drawn.burn_in :])
+    assert np.max(split.inputs) <= level
+
+
+def test_failures_are_the_same_in_worker_processes(tmp_path: Path) -> None:
+    recipe = failing(fail=0.97)
+    alone = made(recipe, tmp_path / "alone" / "store")
+    with process_pool(2) as pool:
+        together = made(recipe, tmp_path / "together" / "store", pool)
+    assert alone == together
+    for name in ("train", "validation"):
+        one, other = (read_split(tmp_path / f / "store", name) for f in ("alone", "together"))
+        np.testing.assert_array_equal(one.inputs, other.inputs)
+
+
+def test_a_failure_is_kept_with_its_time_its_inputs_and_what_was_said(tmp_path: Path) -> None:
+    recipe = failing(fail=0.97)
+    failure = made(recipe, tmp_path / "store")[0]
+    assert failure.time_s is not None
+    assert failure.error == f"no solution at t = {failure.time_s:g} s"
+    path = failures_folder(tmp_path / "store") / f"{failure.name}.csv"
+    assert path.read_text().splitlines()[0] == "time,force"
+    table = np.loadtxt(path, delimiter=",", skiprows=1)
+    stream = split_stream(recipe, failure.split, failure.index)
+    drawn = draw(recipe, recipe_system(recipe), stream, failure.index, failure.attempt)
+    np.testing.assert_array_equal(table[:, 1:], drawn.inputs)
+    np.testing.assert_allclose(table[:, 0], 0.1 * np.arange(len(table)), rtol=1e-12)
+    assert table[round(failure.time_s / 0.1), 1] > 0.97
+
+
+def test_inputs_that_failed_can_drive_a_recipe(tmp_path: Path) -> None:
+    failure = made(failing(fail=0.97), tmp_path / "store")[0]
+    path = failures_folder(tmp_path / "store") / f"{failure.name}.csv"
+    values = failing(fail=0.97).model_dump(mode="json")
+    values["data"]["excitation"] = [{"kind": "file", "weight": 1.0, "path": str(path)}]
+    recipe = Recipe.model_validate(values)
+    check = recipe_system(recipe)
+    drawn = draw(recipe, check, split_stream(recipe, "train", 0), 0)
+    values_in_file = np.loadtxt(path, delimiter=",", skiprows=1)[:, 1]
+    distance = np.abs(drawn.inputs - values_in_file).min(axis=1)
+    np.testing.assert_allclose(distance, 0.0, rtol=0, atol=1e-12)  # its input is held
+
+
+def test_an_output_that_is_no_number_is_a_failure(tmp_path: Path) -> None:
+    failures = made(failing(broken=0.97), tmp_path / "store")
+    assert "output 'position' = nan m at t = " in failures[0].error
+    assert np.isfinite(read_split(tmp_path / "store", "train").outputs).all()
+
+
+def test_too_many_failures_end_the_generation_with_the_reason(tmp_path: Path) -> None:
+    recipe = failing(0.02, fail=0.9)
+    assert allowed_failures(recipe) == 1
+    expected = (
+        r"2 trajectories could not be simulated, 1 may fail.*failures has the inputs.*train_"
+    )
+    with pytest.raises(SimulationError, match=expected):
+        made(recipe, tmp_path / "store")
+    before = len(kept_failures(tmp_path / "store"))
+    more = failing(0.9, fail=0.9)  # allowed more, it goes on where it was
+    assert len(made(more, tmp_path / "store")) > before
+    assert len(read_split(tmp_path / "store", "train").inputs) == TRAIN
+
+
+def test_a_system_that_always_fails_ends_the_generation(tmp_path: Path) -> None:
+    recipe = failing(0.1, fail=-1.0)
+    with pytest.raises(SimulationError, match="no solution"):
+        made(recipe, tmp_path / "store")
+
+
+def test_a_removed_store_takes_its_failures_along(tmp_path: Path) -> None:
+    assert made(failing(fail=0.97), tmp_path / "store")
+    remove_failures(tmp_path / "store")
+    assert kept_failures(tmp_path / "store") == []
+
+
+def test_a_crash_in_a_worker_is_told_with_the_model(tmp_path: Path) -> None:
+    recipe = failing(crash=0.99)
+    expected = "FailingSystem.*ended the process that simulated it: its library crashed"
+    with process_pool(1) as pool, pytest.raises(SimulationError, match=expected):
+        made(recipe, tmp_path / "store", pool)
+
+
+@pytest.mark.parametrize("crash", [-1.0, 9.0])
+def test_a_system_that_may_crash_is_tried_in_a_process_of_its_own(crash: float) -> None:
+    recipe = failing(crash=crash)
+    if crash > 1:
+        require_survival(recipe)
+        check_recipe(recipe)
+        return
+    with pytest.raises(SimulationError, match="ended the process that simulated it"):
+        check_recipe(recipe)

@@ -1,0 +1,1 @@
+"""Models as a user would bring them: FMUs, built where the tests run."""

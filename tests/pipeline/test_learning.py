@@ -1,0 +1,132 @@
+"""``slide.learn``: the whole way from a system in Python, as ``slide-fmu run`` goes it."""
+
+from __future__ import annotations
+
+import ast
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.signals import Signal
+from slide_fmu.data.store import StoreError
+from slide_fmu.fmu.export import load
+from slide_fmu.pipeline.learning import Learnt, learn
+from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.systems.base import LoadError
+from slide_fmu.systems.function_system import FunctionSystem
+from tests.systems.function_models import specifications as models
+
+SMALL = {
+    "window": {"n_in": 90, "n_out": 30},
+    "data": {"train": 4, "validation": 2, "duration": 4.0, "burn_in": 1.0},
+    "network": {"order": 2, "hidden": 2},
+    "training": {"starts": 1, "start_iterations": 3, "kept": 1, "kept_iterations": 3,
+                 "iterations": 10, "part": 1},
+    "validation": {"trajectories": 2},
+}  # fmt: skip
+"""Tables that learn a small oscillator in seconds."""
+
+
+def oscillator(stiffness: float = 100.0) -> FunctionSystem:
+    """A system of functions that no other process can have."""
+    return FunctionSystem(
+        lambda x, u, p: [x[1], u[0] - 10.0 * x[1] - p.stiffness * (x[0] + 20 * x[0] ** 3)],
+        lambda x, u, p: x[0],
+        inputs=[Signal("force", "N", -10.0, 10.0)],
+        outputs=[Signal("position", "m", -0.3, 0.3)],
+        start=[0.0, 0.0],
+        parameters={"stiffness": stiffness},
+        step=0.02,
+    )
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("runs")
+
+
+@pytest.fixture(scope="module")
+def learnt(runs: Path) -> Learnt:
+    return learn(oscillator(), "oscillator", runs=runs, **SMALL)
+
+
+def test_system_of_a_session_is_learnt_to_a_small_error(learnt: Learnt) -> None:
+    assert set(learnt.errors) == {"position"}
+    assert learnt.errors["position"] < 0.02
+    assert learnt.report.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    assert f"<td>position</td><td>{100 * learnt.errors['position']:.3g} %" in learnt._repr_html_()
+
+
+def test_learnt_surrogate_is_that_of_the_fmu_and_is_exported_again(
+    learnt: Learnt, tmp_path: Path
+) -> None:
+    again = learnt.export(tmp_path / "again.fmu", fmi=3)
+    assert load(again).to_bytes() == learnt.surrogate.to_bytes()
+    # the oscillator at rest under 5 N
+    (position,) = learnt.surrogate.predict(np.full((120, 1), 5.0))[-1]
+    assert position + 20 * position**3 == pytest.approx(0.05, rel=0.05)
+
+
+def test_what_was_learnt_is_not_learnt_again(
+    learnt: Learnt, runs: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    capsys.readouterr()
+    again = learn(oscillator(), "oscillator", runs=runs, **SMALL)
+    assert again.errors == learnt.errors
+    said = capsys.readouterr().err
+    assert "trajectories: 6 of 6" in said
+    assert "simulating in this process alone: the system has parts that this session" in said
+
+
+def test_changed_function_is_noticed_and_learnt_anew_when_asked(
+    learnt: Learnt, runs: Path
+) -> None:
+    with pytest.raises(StoreError, match="model"):
+        learn(oscillator(120.0), "oscillator", runs=runs, **SMALL)
+    anew = learn(oscillator(120.0), "oscillator", runs=runs, overwrite=True, **SMALL)
+    (position,) = anew.surrogate.predict(np.full((120, 1), 5.0))[-1]
+    assert 120 * (position + 20 * position**3) == pytest.approx(5.0, rel=0.05)
+
+
+def test_mistake_in_a_table_is_named_as_in_a_recipe(tmp_path: Path) -> None:
+    with pytest.raises(RecipeError, match=r"slide.learn of 'car': windows is not a known key"):
+        learn(oscillator(), "car", runs=tmp_path, windows={"n_in": 3})
+    with pytest.raises(RecipeError, match=r"data: .* expected numbers, texts, lists"):
+        learn(oscillator(), "car", runs=tmp_path, data={"train": {1, 2}})
+
+
+def test_system_is_also_taken_as_the_table_of_a_recipe(tmp_path: Path) -> None:
+    system = {"kind": "function", "model": str(models.HERE / "absent.py")}
+    with pytest.raises(LoadError, match=r"absent\.py"):
+        learn(system, "lag", runs=tmp_path, **{**SMALL, "window": {"step": 0.02}})
+
+
+def test_script_without_a_guard_simulates_in_its_own_process(tmp_path: Path) -> None:
+    """A worker would run the script again, and never end."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from slide_fmu.pipeline.learning import learn\n"
+        "from mbs_models.oscillators import LinearOscillator\n"
+        "from tests.pipeline.test_learning import SMALL\n"
+        "print('here')\n"
+        "system = LinearOscillator(step=0.02, damping=20.0)\n"
+        f"print(learn(system, 'lin', runs={str(tmp_path)!r}, **SMALL).errors)\n",
+        encoding="utf-8",
+    )
+    done = subprocess.run(
+        [sys.executable, str(script)],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=Path(__file__).parents[2],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+    )
+    assert done.returncode == 0, done.stderr
+    first, errors = done.stdout.splitlines()
+    assert first == "here"
+    assert ast.literal_eval(errors)["position"] < 0.02
+    assert 'if __name__ == "__main__"' in done.stderr

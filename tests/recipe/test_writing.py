@@ -1,0 +1,81 @@
+"""A proposed recipe is read again as it was meant."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_name, recipe_text
+from slide_fmu.systems.found import Found, FoundParameter
+from slide_fmu.systems.specification import SignalChoice
+
+ROAD = SignalChoice(
+    "front.road [m]", "m", -0.05, 0.05, 'height "under" the tyre', hold="first_order"
+)
+TRAVEL = SignalChoice("travel", "m", -0.1, 0.2)
+FOUND = Found(
+    "fmu",
+    "my models/car.fmu",
+    (
+        FoundParameter("mass", 300.0, "kg", "of the body\nwithout driver"),
+        FoundParameter("stiff", True),
+    ),
+    (ROAD,),
+    (TRAVEL,),
+)
+
+
+def draft(found: Found = FOUND, name: str = "car", step: float = 0.01) -> Draft:
+    signals = (DraftSignal(ROAD, "Given."),), (DraftSignal(TRAVEL, "Seen."),)
+    return Draft(name, 'a car, "quarter"', found, *signals, step, "It was\ngiven.")
+
+
+def test_proposed_recipe_is_read_with_its_signals_and_defaults() -> None:
+    recipe = parse_recipe(recipe_text(draft()), "draft")
+    assert (recipe.name, recipe.description) == ("car", 'a car, "quarter"')
+    assert (recipe.system.kind, recipe.system.model) == ("fmu", "my models/car.fmu")
+    assert recipe.system.parameters == {}  # all are comments: the model has its own values
+    assert {n: t.choice(n) for n, t in recipe.system.inputs.items()} == {ROAD.name: ROAD}
+    assert {n: t.choice(n) for n, t in recipe.system.outputs.items()} == {TRAVEL.name: TRAVEL}
+    assert recipe.window.step == 0.01
+    assert recipe.estimator is not None
+    assert "window.n_in" in recipe.automatic
+
+
+def test_commented_parameters_are_valid_when_the_mark_is_removed() -> None:
+    text = recipe_text(draft())
+    assert "# mass = 300.0  # kg of the body without driver\n" in text
+    with_values = text.replace("# mass = ", "mass = ").replace("# stiff = ", "stiff = ")
+    assert parse_recipe(with_values, "draft").system.parameters == {"mass": 300.0, "stiff": True}
+
+
+def test_recipe_of_a_class_has_no_tables_of_signals() -> None:
+    own = Draft("car", "", FOUND, (), (), 0.02, "Given.", declares_signals=True)
+    recipe = parse_recipe(recipe_text(own), "draft")
+    assert (recipe.system.inputs, recipe.system.outputs) == ({}, {})
+
+
+@given(
+    text=st.text(st.characters(codec="utf-8", exclude_categories=["Cs", "Cc"]), min_size=1),
+    step=st.floats(1e-6, 100.0),
+)
+def test_any_names_of_a_model_survive(text: str, step: float) -> None:
+    found = Found("fmu", text, (FoundParameter(text, 1.0, text, text),), (ROAD,), (TRAVEL,))
+    recipe = parse_recipe(recipe_text(draft(found, step=step)), "draft")
+    assert (recipe.system.model, recipe.window.step) == (text, step)
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("QuarterCar", "quarter_car"),
+        ("my model-2", "my_model_2"),
+        ("2nd", "model_2nd"),
+        ("模型", "model"),
+        ("a.b", "a_b"),
+    ],
+)
+def test_recipe_name_is_an_identifier(text: str, name: str) -> None:
+    assert recipe_name(text) == name

@@ -1,0 +1,1 @@
+"""Models of the kind "function" that tests read as files of a user."""

@@ -1,0 +1,496 @@
+"""Models of exudyn that a user's file builds: against closed forms and other integrators."""
+
+from __future__ import annotations
+
+import pickle
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.systems.base import (
+    Linearizable,
+    Linearization,
+    LoadError,
+    RandomStates,
+    Restorable,
+    SimulationError,
+    simulate,
+)
+from slide_fmu.systems.exudyn_model import describe, integration_error
+from slide_fmu.systems.loading import load_system
+from slide_fmu.systems.specification import SignalChoice, Specification
+
+QUARTER_CAR = str(Path(__file__).parents[2] / "docs" / "tutorials" / "quarter_car_exudyn.py")
+STEP = 0.01
+
+OSCILLATOR = """
+import exudyn as exu
+import exudyn.itemInterface as item
+
+inputs = {"force": "N"}
+outputs = {"position": "m", "acceleration": "m/s^2"}
+parameters = {"mass": 2.0, "stiffness": 50.0, "damping": 3.0}
+OF = exu.OutputVariableType
+
+
+def build(mbs, p):
+    ground = mbs.AddNode(item.NodePointGround())
+    node = mbs.AddNode(item.Node1D(referenceCoordinates=[0.0]))
+    mbs.AddObject(item.Mass1D(nodeNumber=node, mass=p.mass))
+    ends = [item.MarkerNodeCoordinate(nodeNumber=n, coordinate=0) for n in (ground, node)]
+    wall, mark = (mbs.AddMarker(end) for end in ends)
+    spring = item.CoordinateSpringDamper("spring", [wall, mark], p.stiffness, p.damping)
+    mbs.AddObject(spring)
+    mbs.AddLoad(item.LoadCoordinate("force", mark))
+    mbs.AddSensor(item.SensorNode("position", node, outputVariableType=OF.Coordinates))
+    mbs.AddSensor(item.SensorNode("acceleration", node, outputVariableType=OF.Coordinates_tt))
+"""
+"""m x'' + d x' + k x = F."""
+LOAD = 'mbs.AddLoad(item.LoadCoordinate("force", mark))'
+SPRING = 'item.CoordinateSpringDamper("spring", [wall, mark], p.stiffness, p.damping)'
+
+
+def model(folder: Path, text: str, *changes: tuple[str, str], name: str = "model.py") -> str:
+    """Write a model file and return what a recipe calls it; every change replaces a text."""
+    for before, after in changes:
+        assert before in text
+        text = text.replace(before, after)
+    (folder / name).write_text(text)
+    return str(folder / name)
+
+
+def specification(path: str, hold: Any = None, **parameters: Any) -> Specification:
+    """All signals of a model, each in a range that plays no part."""
+    found = describe(path)
+    inputs, outputs = (
+        tuple(SignalChoice(s.name, low=-100.0, high=100.0, hold=h).over(s) for s in signals)
+        for signals, h in ((found.inputs, hold), (found.outputs, None))
+    )
+    return Specification(path, parameters, STEP, "exudyn", inputs, outputs)
+
+
+def system_of(path: str, hold: Any = None, **parameters: Any) -> Any:
+    return load_system(specification(path, hold, **parameters))
+
+
+def noise(count: int, seed: int = 0, size: float = 1.0) -> FloatArray:
+    return size * np.random.default_rng(seed).uniform(-1, 1, (count, 1))
+
+
+def oscillator_motion(inputs: FloatArray, ramps: bool) -> FloatArray:
+    """Closed form from rest under the first input: position and acceleration."""
+    m, k, d = 2.0, 50.0, 3.0
+    z = np.array([inputs[0, 0] / k, 0.0, inputs[0, 0], 0.0])
+    rates = np.array([[0, 1, 0, 0], [-k / m, -d / m, 1 / m, 0], [0, 0, 0, 1], [0, 0, 0, 0]])
+    step, found = expm(rates * STEP), [[z[0], 0.0]]
+    for force in inputs[:, 0]:
+        z[2:] = (z[2], (force - z[2]) / STEP) if ramps else (force, 0.0)
+        z = step @ z
+        found.append([z[0], (z[2] - k * z[0] - d * z[1]) / m])
+    return np.array(found)
+
+
+def deviation(found: FloatArray, expected: FloatArray) -> float:
+    """Largest difference of any output, over that output's standard deviation."""
+    return float(np.max(np.max(np.abs(found - expected), axis=0) / np.std(expected, axis=0)))
+
+
+def rates_of_the_car(z: FloatArray, road: float, road_rate: float) -> FloatArray:
+    """The quarter car once more: wheel, body and their speeds; gives the rates of these."""
+    wheel, body, wheel_speed, body_speed = z
+    travel, speed = body - wheel, body_speed - wheel_speed
+    force = 2e4 * travel + 8e6 * travel**3 + (1800.0 if speed > 0 else 900.0) * speed
+    tyre = 1.8e5 * (wheel - road) + 100.0 * (wheel_speed - road_rate)
+    return np.array([wheel_speed, body_speed, (force - tyre) / 40.0, -force / 300.0])
+
+
+def test_quarter_car_agrees_with_another_integrator() -> None:
+    assert len(Path(QUARTER_CAR).read_text().splitlines()) <= 40
+    inputs = np.cumsum(noise(200, size=0.01), axis=0)
+    z, last = np.array([inputs[0, 0], inputs[0, 0], 0.0, 0.0]), inputs[0, 0]
+    expected = [[0.0, 0.0, 0.0]]
+    for value in inputs[:, 0]:
+        rate = (value - last) / STEP
+
+        def rates(t: float, z: FloatArray, last: float = last, rate: float = rate) -> FloatArray:
+            return rates_of_the_car(z, last + rate * t, rate)
+
+        z = solve_ivp(rates, (0, STEP), z, method="LSODA", rtol=1e-10, atol=1e-12).y[:, -1]
+        last = value
+        expected.append([rates_of_the_car(z, value, rate)[3], z[1] - z[0], z[0] - value])
+    found = simulate(system_of(QUARTER_CAR), inputs).outputs
+    assert deviation(found, np.array(expected)) < 1e-3  # the damper's kink, met between substeps
+
+
+def test_quarter_car_is_linearized_where_it_is() -> None:
+    system = system_of(QUARTER_CAR)
+    simulate(system, noise(50, size=0.03))
+    state = system.get_state()
+    found = system.linearize(state)
+    travel = state.coordinates[1] - state.coordinates[0]
+    speed = state.velocities[1] - state.velocities[0]
+    k, d = 2e4 + 24e6 * travel**2, 1800.0 if speed > 0 else 900.0
+    assert found.mass == pytest.approx(np.diag([40.0, 300.0]))
+    between, tyre = np.array([[1, -1], [-1, 1]]), np.diag([1.0, 0.0])
+    assert found.damping == pytest.approx(d * between + 100.0 * tyre, rel=1e-4)
+    expected = k * between + 1.8e5 * tyre
+    assert found.stiffness == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.parametrize("integrator", ["explicit", "generalized_alpha", "trapezoidal"])
+@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
+def test_load_follows_the_hold_of_its_input(tmp_path: Path, integrator: str, hold: str) -> None:
+    inputs = noise(150)
+    system = system_of(model(tmp_path, OSCILLATOR), hold, integrator=integrator)
+    expected = oscillator_motion(inputs, hold == "first_order")
+    limit = 1e-9 if integrator == "explicit" else 3e-3
+    assert deviation(simulate(system, inputs).outputs, expected) < limit
+
+
+@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
+def test_parameter_of_an_item_follows_its_input(tmp_path: Path, hold: str) -> None:
+    """A force moved to the spring's far end: F / k is where the end is."""
+    declared = '{"force": {"unit": "m", "parameter": "spring.offset"}}'
+    path = model(tmp_path, OSCILLATOR, ('{"force": "N"}', declared), (LOAD, "pass"))
+    system, inputs = system_of(path, hold), noise(150)
+    assert system.acts == {"force": "parameter"}
+    expected = oscillator_motion(50.0 * inputs, hold == "first_order")
+    assert deviation(simulate(system, inputs).outputs, expected) < 3e-3
+
+
+@pytest.mark.parametrize("integrator", ["explicit", "generalized_alpha"])
+def test_user_function_reads_the_input_of_its_time(tmp_path: Path, integrator: str) -> None:
+    function = (
+        "mbs.AddLoad(item.LoadCoordinate(markerNumber=mark,"
+        " loadUserFunction=lambda mbs, t, load: mbs.variables['force']))"
+    )
+    system = system_of(
+        model(tmp_path, OSCILLATOR, (LOAD, function)), "first_order", integrator=integrator
+    )
+    inputs = noise(150)
+    limit = 1e-9 if integrator == "explicit" else 3e-3
+    assert deviation(simulate(system, inputs).outputs, oscillator_motion(inputs, True)) < limit
+
+
+POINT = """
+import exudyn as exu
+import exudyn.itemInterface as item
+
+inputs = {"push": "N"}
+outputs = {"height": {"unit": "m", "sensor": "place[2]"}}
+OF = exu.OutputVariableType
+
+
+def build(mbs, p):
+    point = mbs.CreateMassPoint(mass=3.0, gravity=[0, 0, -9.81])
+    ends = [mbs.CreateGround(), point]
+    mbs.CreateCartesianSpringDamper(itemNumbers=ends, stiffness=[40] * 3, damping=[5] * 3)
+    marker = mbs.AddMarker(item.MarkerBodyPosition(bodyNumber=point))
+    mbs.AddLoad(item.LoadForceVector("push", marker, [0, 3, 4]))
+    mbs.AddSensor(item.SensorBody("place", point, outputVariableType=OF.Displacement))
+"""
+
+
+@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
+def test_vector_load_acts_along_its_direction(tmp_path: Path, hold: str) -> None:
+    system = system_of(model(tmp_path, POINT), hold)
+    found = system.rest_state(np.array([10.0])).coordinates
+    assert found == pytest.approx([0.0, 10 * 0.6 / 40, (10 * 0.8 - 3 * 9.81) / 40])
+    outputs = simulate(system, np.full((5, 1), 10.0)).outputs
+    assert outputs[:, 0] == pytest.approx(found[2])
+
+
+def test_start_is_the_static_equilibrium_and_stays(tmp_path: Path) -> None:
+    system = system_of(model(tmp_path, OSCILLATOR))
+    outputs = simulate(system, np.full((20, 1), 5.0)).outputs
+    assert outputs[:, 0] == pytest.approx(np.full(21, 0.1), rel=1e-9)
+    assert np.abs(outputs[:, 1]).max() < 1e-9
+
+
+def test_model_without_an_equilibrium_asks_for_its_initial_configuration(tmp_path: Path) -> None:
+    path = model(tmp_path, OSCILLATOR, ("p.stiffness, p.damping", "0.0, p.damping"))
+    system = system_of(path)
+    with pytest.raises(SimulationError, match=r'or set start = "initial" in'):
+        simulate(system, np.ones((3, 1)))
+    found = describe(path)
+    assert {p.name: p.value for p in found.parameters}["start"] == "initial"
+    assert "start" in found.remarks[-1]
+    outputs = simulate(system_of(path, start="initial"), np.ones((3, 1))).outputs
+    assert outputs[0] == pytest.approx([0.0, 0.5])
+
+
+def test_system_offers_states_but_none_at_random(tmp_path: Path) -> None:
+    system = system_of(model(tmp_path, OSCILLATOR))
+    assert isinstance(system, Linearizable)
+    assert not isinstance(system, RandomStates)
+    inputs = noise(40)
+    whole = simulate(system, inputs).outputs
+    simulate(system, inputs[:15])
+    state, copy = system.get_state(), pickle.loads(pickle.dumps(system))
+    assert np.array_equal([copy.advance(row) for row in inputs[15:]], whole[16:])
+    system.advance(np.ones(1))
+    system.linearize(state)
+    system.set_state(state)
+    assert system.output() == pytest.approx(whole[15], rel=1e-12)
+    assert np.array_equal([system.advance(row) for row in inputs[15:]], whole[16:])
+
+
+def test_linearization_leaves_motion_and_outputs(tmp_path: Path) -> None:
+    system, same = (
+        system_of(model(tmp_path, OSCILLATOR), "first_order", integrator="generalized_alpha")
+        for _ in range(2)
+    )
+    start = system.rest_state(np.ones(1))
+    for row in noise(10):
+        expected = same.advance(row)
+        assert np.array_equal(system.advance(row), expected)
+        assert system.linearize(start).stiffness == pytest.approx(50.0)
+        assert np.array_equal(system.output(), expected)
+
+
+def test_linearization_is_taken_at_the_input_of_its_state(tmp_path: Path) -> None:
+    """A spring that stiffens with the input, which a user function reads."""
+    function = "lambda mbs, t, n, u, v, k, d, o: (k + mbs.variables['force']) * u + d * v"
+    spring = SPRING.replace("p.damping)", f"p.damping, springForceUserFunction={function})")
+    system = system_of(model(tmp_path, OSCILLATOR, (SPRING, spring), (LOAD, "pass")))
+    state = system.rest_state(np.array([7.0]))
+    found = system.linearize(state)
+    assert isinstance(found, Linearization)
+    assert found.stiffness == pytest.approx(57.0, rel=1e-6)
+
+
+def test_linearization_sees_loads_that_depend_on_the_state(tmp_path: Path) -> None:
+    function = (
+        "mbs.AddLoad(item.LoadCoordinate(markerNumber=mark, loadUserFunction=lambda mbs, t, load:"
+        " mbs.variables['force'] - 30.0 * mbs.GetNodeOutput(node, OF.Coordinates)))"
+    )
+    system = system_of(model(tmp_path, OSCILLATOR, (LOAD, function)))
+    assert system.linearize(system.get_state()).stiffness == pytest.approx(80.0, rel=1e-6)
+
+
+def test_linearization_at_a_kink_has_the_mean_slope() -> None:
+    system = system_of(QUARTER_CAR)
+    found = system.linearize(system.rest_state(np.zeros(1)))
+    expected = 1350.0 * np.array([[1, -1], [-1, 1]]) + np.diag([100.0, 0.0])
+    assert found.damping == pytest.approx(expected, rel=1e-6)
+
+
+ROD = OSCILLATOR.replace(
+    LOAD,
+    """other = mbs.AddNode(item.Node1D(referenceCoordinates=[0.0]))
+    mbs.AddObject(item.Mass1D(nodeNumber=other, mass=1.0))
+    end = mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=other, coordinate=0))
+    mbs.AddObject(item.CoordinateConstraint(markerNumbers=[mark, end]))
+    mbs.AddLoad(item.LoadCoordinate("force", end))""",
+).replace('"mass": 2.0', '"mass": 1.0')
+"""The same oscillator of two masses joined by a rod."""
+
+
+def test_constrained_model_is_integrated_implicitly(tmp_path: Path) -> None:
+    system, inputs = system_of(model(tmp_path, ROD)), noise(150)
+    found = simulate(system, inputs).outputs
+    assert deviation(found, oscillator_motion(inputs, False)) < 3e-3
+    assert system.linearize(system.get_state()).constraints.shape == (1, 2)
+    with pytest.raises(LoadError, match="explicit"):
+        system_of(model(tmp_path, ROD), integrator="explicit")
+
+
+@pytest.mark.parametrize(("stiffness", "integrator"), [(50.0, "explicit"), (5e6, "implicit")])
+def test_stiff_model_is_integrated_implicitly(
+    tmp_path: Path, stiffness: float, integrator: str
+) -> None:
+    system = system_of(model(tmp_path, OSCILLATOR), stiffness=stiffness)
+    assert system.plant.substeps == {"explicit": 4, "implicit": 20}[integrator]
+
+
+LAG = OSCILLATOR.replace(
+    LOAD,
+    """state = mbs.AddNode(item.NodeGenericODE1(
+        numberOfODE1Coordinates=1, referenceCoordinates=[0.0], initialCoordinates=[0.0]))
+    mbs.AddObject(item.ObjectGenericODE1("lag", [state], [[-5.0]],
+        rhsUserFunction=lambda mbs, t, n, x: [mbs.variables["force"]]))
+    mbs.AddLoad(item.LoadCoordinate(markerNumber=mark,
+        loadUserFunction=lambda mbs, t, load: 5.0 * mbs.GetNodeOutput(state, OF.Coordinates)))""",
+)
+"""The force follows the input with a lag of 0.2 s, a state of first order."""
+
+
+def test_state_of_first_order_is_a_coordinate_but_not_linearized(tmp_path: Path) -> None:
+    path, inputs = model(tmp_path, LAG), noise(100)
+    with pytest.raises(
+        SimulationError, match=r"no equilibrium of first-order coordinates.*start ="
+    ):
+        simulate(system_of(path), inputs)
+    system = system_of(path, start="initial")
+    assert isinstance(system, Restorable)
+    assert not isinstance(system, Linearizable)
+    whole = simulate(system, inputs).outputs
+    simulate(system, inputs[:40])
+    state = system.get_state()
+    assert state.coordinates.shape == state.velocities.shape == (2,)
+    rest = whole[41:]
+    for row in inputs[40:]:
+        system.advance(row)
+    system.set_state(state)
+    assert np.array([system.advance(row) for row in inputs[40:]]) == pytest.approx(rest, abs=1e-5)
+
+
+FRICTION = OSCILLATOR.replace(
+    SPRING,
+    """item.CoordinateSpringDamperExt("spring", [wall, mark], mbs.AddNode(
+        item.NodeGenericData(initialCoordinates=[0, 0, 0], numberOfDataCoordinates=3)),
+        p.stiffness, p.damping, dynamicFrictionForce=4.0, stickingStiffness=1e4)""",
+)
+"""With dry friction, which keeps where it sticks in data coordinates."""
+
+
+def test_data_coordinates_are_a_part_of_the_state(tmp_path: Path) -> None:
+    system, inputs = system_of(model(tmp_path, FRICTION)), noise(100, size=20.0)
+    assert not isinstance(system, Linearizable)
+    with pytest.raises(LoadError, match="data coordinates"):
+        system_of(model(tmp_path, FRICTION), integrator="explicit")
+    simulate(system, inputs[:40])
+    state = system.get_state()
+    assert state.coordinates.shape == (4,)
+    once = [system.advance(row)[0] for row in inputs[40:]]
+    simulate(system, -inputs)
+    system.set_state(state)
+    again = [system.advance(row)[0] for row in inputs[40:]]
+    assert np.ptp(once) > 0.01
+    assert np.array(again) == pytest.approx(np.array(once), abs=1e-4)
+
+
+def test_twice_as_many_substeps_tell_the_integration_error(tmp_path: Path) -> None:
+    path = model(tmp_path, OSCILLATOR)
+    errors = [
+        integration_error(specification(path, integrator="trapezoidal", substeps=n), noise(100))
+        for n in (5, 10)
+    ]
+    assert errors[0].shape == (2,)
+    assert 3.5 < errors[0][0] / errors[1][0] < 4.5
+
+
+def test_describe_says_what_the_file_declares(tmp_path: Path) -> None:
+    found = describe(model(tmp_path, OSCILLATOR))
+    assert found.kind == "exudyn"
+    assert [(p.name, p.value) for p in found.parameters] == [
+        ("substeps", 0),
+        ("integrator", "auto"),
+        ("start", "equilibrium"),
+        ("mass", 2.0),
+        ("stiffness", 50.0),
+        ("damping", 3.0),
+    ]
+    assert [(s.name, s.unit, s.low) for s in found.inputs] == [("force", "N", None)]
+    assert [s.unit for s in found.outputs] == ["m", "m/s^2"]
+    assert found.remarks == ("input force is the load of its name",)
+
+
+def test_another_function_of_a_module_builds_the_model(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    model(tmp_path, OSCILLATOR, ("def build(", "def heavy("), name="a_module_of_tests.py")
+    system = system_of("a_module_of_tests:heavy", mass=8.0)
+    assert system.linearize(system.get_state()).mass == pytest.approx(8.0)
+    del sys.modules["a_module_of_tests"]
+
+
+TO_FORCE = '"force": {"unit": "N", '
+LOAD_7 = 'mbs.AddLoad(item.LoadCoordinate("force", 7))'
+OWN_LOAD = LOAD.replace("mark", "mark, loadUserFunction=lambda *_: 1.0")
+OWN_SPRING = f"{SPRING[:-1]}, springForceUserFunction=lambda *_: "
+MISTAKES = [
+    (LOAD, "pass", r"'force' acts on nothing: there is no load of that name \(loads: \[\]\)"),
+    ('"force", mark', '"push", mark', r"loads: \['push'\]"),
+    ('SensorNode("position"', 'SensorNode("place"', r"no sensor 'position'.*\['acceleration', "),
+    ('"force": "N"', '"force": 3', "expected a unit, or a table"),
+    ('"force": "N"', TO_FORCE + '"parameter": "spring"}', "'OBJECT.PARAMETER'"),
+    ('"force": "N"', TO_FORCE + '"parameter": "a.b"}', r"objects \[.*'spring'"),
+    ('"force": "N"', TO_FORCE + '"parameter": "spring.b"}', r"parameters \[.*'offset'"),
+    ('"force": "N"', TO_FORCE + '"sensor": "b"}', "expected a unit, or a table .*'parameter'"),
+    ('"force": "N"', TO_FORCE + '"range": 3}', r"\[LOW, HIGH\]"),
+    ('"position": "m"', '"position": {"unit": "m", "sensor": "position[1]"}', "measures 1 values"),
+    ('inputs = {"force": "N"}', "inputs = {}", "at least one signal"),
+    ('outputs = {"position": "m", "acceleration": "m/s^2"}', "", "outputs = None; expected names"),
+    ("parameters = {", "parameters = {'list': [1], ", "expected a number, a text"),
+    ("def build(mbs, p)", "def build(mbs)", r"build\(mbs\); expected a function"),
+    ("def build(", "def other(", "build = None; expected a function"),
+    ("p.mass", "p.weight", r"AttributeError: .*'weight'.*model.py, line 14\)"),
+    ('"N"}', '"N"', "SyntaxError"),
+    ("def build(mbs, p):", "def build(mbs, p):\n    return None", "added no object to mbs"),
+    (LOAD, "mbs.SetPreStepUserFunction(lambda mbs, t: True)", "pre-step user function"),
+    (LOAD, LOAD_7, "ModelError: .*invalid marker number 7"),
+    (LOAD, OWN_LOAD, "has a user function; expected none"),
+    (SPRING, OWN_SPRING + "[][1])", "IndexError.*line 17"),
+    (SPRING, OWN_SPRING + "float('nan'))", "= nan; expected"),
+]  # fmt: skip
+"""What is replaced in the oscillator, by what, and what is then said."""
+
+
+@pytest.mark.parametrize(("before", "after", "message"), MISTAKES)
+def test_mistake_in_a_model_file_is_named(
+    tmp_path: Path, before: str, after: str, message: str
+) -> None:
+    path = model(tmp_path, OSCILLATOR, (before, after))
+    with pytest.raises(LoadError, match=f"(?s){message}"):
+        describe(path)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"weight": 3.0}, r"unknown parameters \['weight'\]; expected some of \['damping'"),
+        ({"integrator": "euler"}, r"integrator = 'euler'; expected one of \['auto'"),
+        ({"start": 1}, "start = 1; expected one like"),
+        ({"start": "here"}, "start = 'here'; expected one of"),
+        ({"substeps": -1}, "substeps = -1; expected a whole number from 1, or 0"),
+        ({"substeps": "auto"}, "substeps = 'auto'; expected one like that of the model, 0"),
+        ({"substeps": 2.5}, "substeps = 2.5; expected"),
+        ({"substeps": True}, "substeps = True; expected"),
+    ],
+)
+def test_parameter_that_does_not_fit_is_named(
+    tmp_path: Path, parameters: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(LoadError, match=message):
+        system_of(model(tmp_path, OSCILLATOR), **parameters)
+
+
+def test_explicit_integrator_refuses_parameters_that_move(tmp_path: Path) -> None:
+    declared = '{"force": {"unit": "m", "parameter": "spring.offset"}}'
+    path = model(tmp_path, OSCILLATOR, ('{"force": "N"}', declared), (LOAD, "pass"))
+    with pytest.raises(LoadError, match="moves within a step"):
+        system_of(path, "first_order", integrator="explicit")
+
+
+def test_angle_that_turns_within_a_step_is_refused(tmp_path: Path) -> None:
+    pair = """{"force": {"unit": "1", "angle": "cosine"}, "sine": {"unit": "1", "angle": "sine"}}
+hold = "first_order\""""
+    path = model(tmp_path, OSCILLATOR, ('{"force": "N"}', pair))
+    with pytest.raises(LoadError, match=r"\['force', 'sine'\] are cosine and sine"):
+        describe(path)
+
+
+def test_failure_of_a_step_says_when_and_under_what_input(tmp_path: Path) -> None:
+    function = "lambda mbs, t, n, u, v, k, d, o: [k * u + d * v][u > 0.3]"
+    spring = f"{SPRING[:-1]}, springForceUserFunction={function})"
+    system = system_of(model(tmp_path, OSCILLATOR, (SPRING, spring)))
+    message = r"0\.\d+ s after its start, with the input force = 90: .*IndexError"
+    with pytest.raises(SimulationError, match=message):
+        simulate(system, np.concatenate([np.zeros((5, 1)), np.full((200, 1), 90.0)]))
+    assert np.isfinite(simulate(system, np.zeros((5, 1))).outputs).all()
+
+
+def test_motion_that_diverges_is_an_error(tmp_path: Path) -> None:
+    function = "lambda mbs, t, n, u, v, k, d, o: k * u + d * v - 1e9 * u * u * u"
+    spring = f"{SPRING[:-1]}, springForceUserFunction={function})"
+    system = system_of(model(tmp_path, OSCILLATOR, (SPRING, spring)))
+    with pytest.raises(SimulationError, match=r"force = 50: .*diverged"):
+        simulate(system, np.concatenate([np.zeros((2, 1)), np.full((300, 1), 50.0)]))

@@ -1,0 +1,186 @@
+"""What an FMU says about itself is found; what does not fit is refused with the remedy."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from slide_fmu.systems.base import LoadError, SimulationError, System, simulate
+from slide_fmu.systems.fmu_model import FmuSystem, describe
+from slide_fmu.systems.found import FoundParameter
+from slide_fmu.systems.loading import load_system
+from slide_fmu.systems.specification import SignalChoice, Specification
+
+ROAD = SignalChoice("road", low=-0.05, high=0.05)
+TRAVEL = SignalChoice("suspension_travel", low=-0.2, high=0.2)
+
+
+def made(
+    fmu: str,
+    inputs: tuple[SignalChoice, ...] = (ROAD,),
+    outputs: tuple[SignalChoice, ...] = (TRAVEL,),
+    **parameters: Any,
+) -> System:
+    return load_system(Specification(fmu, parameters, 0.005, "fmu", inputs, outputs))
+
+
+def changed(fmu: str, path: Path, **replaced: str) -> str:
+    """Copy an FMU with other words in its model description, or other names of its files."""
+    with zipfile.ZipFile(fmu) as old, zipfile.ZipFile(path, "w") as new:
+        for name in old.namelist():
+            content = old.read(name)
+            for one, other in replaced.items():
+                name = name.replace(one, other)
+                content = (
+                    content
+                    if name.endswith(".so")
+                    else content.replace(one.encode(), other.encode())
+                )
+            new.writestr(name, content)
+    return str(path)
+
+
+def test_an_fmu_is_described_with_signals_parameters_step_and_remarks(car: str) -> None:
+    found = describe(car)
+    assert found.kind == "fmu"
+    assert found.inputs == (
+        SignalChoice("road", "m", -0.1, 0.1, "height of the road", 0.0, "first_order"),
+    )
+    names = ["body_acceleration", "suspension_travel", "tyre_deflection"]
+    assert [choice.name for choice in found.outputs] == names
+    assert found.outputs[0] == SignalChoice(
+        names[0], "m/s2", description="acceleration of the body"
+    )
+    assert found.parameters[0] == FoundParameter("body_mass", 300.0, "kg")
+    assert len(found.parameters) == 7
+    assert found.step == 0.005
+    assert "model_exchange" in found.remarks[0]
+    assert "by their derivatives" in found.remarks[1]
+
+
+def test_types_of_fmi_3_give_units_and_ranges_and_arrays_are_left_out(tank: str) -> None:
+    found = describe(tank)
+    assert found.inputs == (SignalChoice("inflow", "m/s", -1.0, 1.0, None, 0.0, "first_order"),)
+    assert found.outputs == (SignalChoice("outflow", "m/s", -1.0, 1.0),)
+    assert found.step is None
+    assert any("events" in remark for remark in found.remarks)
+
+
+def test_signals_are_in_the_order_of_the_recipe_with_what_it_says(car: str) -> None:
+    outputs = (SignalChoice("tyre_deflection", low=-1.0, high=1.0), TRAVEL)
+    system = made(car, (SignalChoice("road", low=0.01, high=0.05),), outputs)
+    assert [signal.name for signal in system.outputs] == ["tyre_deflection", "suspension_travel"]
+    road = system.inputs[0]
+    assert (road.low, road.high, road.unit) == (0.01, 0.05, "m")
+    assert road.start_value == 0.01  # that of the FMU, 0, is outside
+    assert system.outputs[1].unit == "m"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"inputs": (SignalChoice("street"),)}, r"no input 'street'; expected some of \['road'\]"),
+        ({"outputs": (SignalChoice("road"),)}, "no output 'road'; expected some of"),
+        ({"outputs": (SignalChoice("tyre_deflection"),)}, "has no range"),
+        ({"mass": 3.0}, r"parameters \['mass'\] are not there or cannot be set; expected some"),
+        ({"spring": "soft"}, "parameter 'spring' = 'soft'; expected a value of the type Real"),
+        ({"spring": True}, "parameter 'spring' = True"),
+        ({"fmu-solver": "Heun"}, r"fmu-solver = 'Heun'; expected one of \['CVode', 'Euler'\]"),
+        ({"fmu-substeps": 0}, "fmu-substeps = 0; expected a whole number from 1 on"),
+        ({"fmu-tolerance": 2.0}, "fmu-tolerance = 2.0"),
+        ({"fmu-order": 2}, "parameter 'fmu-order'; expected one of"),
+    ],
+)
+def test_what_does_not_fit_the_fmu_is_refused(
+    car: str, arguments: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(LoadError, match=message):
+        made(car, **arguments)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "message"),
+    [("depths", "type Float64 array; expected a real scalar"), ("mode", "type Int32; expected")],
+)
+def test_arrays_and_whole_numbers_are_no_inputs(tank: str, inputs: str, message: str) -> None:
+    with pytest.raises(LoadError, match=message):
+        made(tank, (SignalChoice(inputs, low=-1.0, high=1.0),), (SignalChoice("outflow"),))
+
+
+def test_an_input_that_is_no_signal_can_have_a_value(tank: str) -> None:
+    system = made(tank, (SignalChoice("inflow"),), (SignalChoice("outflow"),), threshold=0.3)
+    assert [signal.name for signal in system.inputs] == ["inflow"]
+    with pytest.raises(
+        LoadError, match=r"parameter 'mode' = 0\.5; expected a value of the type Int"
+    ):
+        made(tank, (SignalChoice("inflow"),), (SignalChoice("outflow"),), mode=0.5)
+
+
+def test_an_fmu_for_other_platforms_is_refused_with_those_it_has(car: str, tmp_path: Path) -> None:
+    other = changed(car, tmp_path / "other.fmu", linux64="win32")
+    with pytest.raises(LoadError, match=r"no library 'quarter_car.so' for 'linux64'.*\['win32'\]"):
+        made(other)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [(None, "no file"), (b"no archive", "not an FMU that can be read")],
+)
+def test_a_file_that_is_no_fmu_is_refused(
+    tmp_path: Path, content: bytes | None, message: str
+) -> None:
+    path = tmp_path / "model.fmu"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(LoadError, match=message):
+        made(str(path))
+
+
+def test_an_interface_or_version_that_is_not_there_is_refused(tank: str, tmp_path: Path) -> None:
+    with pytest.raises(LoadError, match=r"'co_simulation'; expected one of \['model_exchange'\]"):
+        made(tank, (), (), **{"fmu-interface": "co_simulation"})
+    old = tmp_path / "old.fmu"
+    with zipfile.ZipFile(old, "w") as archive:
+        archive.writestr(
+            "modelDescription.xml",
+            '<fmiModelDescription fmiVersion="1.0" modelName="old" modelIdentifier="old" guid="1" '
+            'numberOfContinuousStates="0" numberOfEventIndicators="0">'
+            "<ModelVariables/></fmiModelDescription>",
+        )
+    with pytest.raises(LoadError, match=r"is of FMI 1\.0; expected FMI 2\.0 or 3\.0"):
+        made(str(old))
+
+
+def test_a_library_that_does_not_load_is_told_without_a_traceback(
+    car: str, tmp_path: Path
+) -> None:
+    broken = tmp_path / "broken.fmu"
+    with zipfile.ZipFile(car) as old, zipfile.ZipFile(broken, "w") as new:
+        for name in old.namelist():
+            new.writestr(name, b"no library" if name.endswith(".so") else old.read(name))
+    system = made(str(broken))
+    with pytest.raises(LoadError, match="cannot be instantiated: Failed to load shared library"):
+        simulate(system, np.zeros((3, 1)))
+
+
+def test_a_first_step_that_fails_names_the_step_of_the_fmu(trap: str) -> None:
+    system = load_system(Specification(trap, {}, 5e-4, "fmu", (ROAD,), (TRAVEL,)))
+    with pytest.raises(
+        SimulationError, match=r"window\.step = 0\.0005 s.*names a step of 0\.005 s"
+    ):
+        simulate(system, np.zeros((10, 1)))
+
+
+def test_a_co_simulation_fmu_of_fmi_2_alone_is_its_own_reference(car: str, tank: str) -> None:
+    system = made(car)
+    assert isinstance(system, FmuSystem)
+    assert system.slave() == Path(car)
+    assert system.may_crash
+    for other in (made(car, spring=1e4), made(car, **{"fmu-interface": "model_exchange"})):
+        assert isinstance(other, FmuSystem)
+        with pytest.raises(LoadError, match=r"expected a co-simulation FMU of FMI 2\.0 without"):
+            other.slave()

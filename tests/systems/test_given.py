@@ -1,0 +1,92 @@
+"""Systems that a Python session gives as objects: here, in workers, and nowhere else."""
+
+from __future__ import annotations
+
+import sys
+from types import ModuleType
+
+import pytest
+
+from mbs_models.oscillators import LinearOscillator
+from slide_fmu.data.pool import in_parallel, process_pool
+from slide_fmu.systems import given
+from slide_fmu.systems.base import LoadError
+from slide_fmu.systems.function_system import FunctionSystem
+from slide_fmu.systems.loading import load_system
+from slide_fmu.systems.specification import SignalChoice, Specification
+from tests.systems.function_models import specifications as models
+
+
+@pytest.fixture(autouse=True)
+def _nothing_given(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(given, "_given", {})
+
+
+def named(**more: object) -> Specification:
+    return Specification("oscillator", kind="object", **more)  # type: ignore[arg-type]
+
+
+def test_given_system_is_found_by_its_name() -> None:
+    system = LinearOscillator(step=0.02)
+    given.give("oscillator", system)
+    assert load_system(named()) is system
+    assert load_system(named(step=0.02)) is system
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ({"step": 0.01}, r"has the step 0.02 s; expected the same window.step, not 0.01"),
+        ({"parameters": {"mass": 1.0}}, "an object has its own: remove them"),
+        ({"inputs": (SignalChoice("force", low=0.0, high=1.0),)}, "an object has its own"),
+    ],
+)
+def test_recipe_says_nothing_else_about_a_given_system(
+    more: dict[str, object], message: str
+) -> None:
+    given.give("oscillator", LinearOscillator(step=0.02))
+    with pytest.raises(LoadError, match=message):
+        load_system(named(**more))
+
+
+def test_system_of_another_session_is_refused_with_a_remedy() -> None:
+    with pytest.raises(
+        LoadError, match=r"'oscillator' is an object of the Python session .* file"
+    ):
+        load_system(named())
+
+
+def step_of_the_oscillator() -> float:
+    return load_system(named()).step
+
+
+def test_given_system_crosses_to_worker_processes() -> None:
+    given.give("oscillator", LinearOscillator(step=0.02))
+    with process_pool(1) as pool:
+        assert in_parallel(pool, step_of_the_oscillator, [()], lambda done: None) == [0.02]
+
+
+def test_no_workers_are_this_process_with_its_progress() -> None:
+    given.give("oscillator", LinearOscillator(step=0.02))
+    set_up: list[str] = []
+    heard: list[int] = []
+    with process_pool(0, set_up.append, ("here",)) as pool:
+        found = in_parallel(pool, step_of_the_oscillator, [(), ()], heard.append)
+    assert (pool, found, set_up, heard) == (None, [0.02, 0.02], ["here"], [1, 2])
+
+
+def test_system_of_functions_in_a_session_does_not_cross(monkeypatch: pytest.MonkeyPatch) -> None:
+    system = load_system(models.thermal_masses())
+    assert isinstance(system, FunctionSystem)
+    signals = {"inputs": system.inputs, "outputs": system.outputs}
+    session = ModuleType("__main__")
+    exec("def f(x, u, p): return x\ndef g(x, u, p): return x", vars(session))
+    monkeypatch.setitem(sys.modules, "__main__", session)
+    own = FunctionSystem(
+        vars(session)["f"], vars(session)["g"], start=[1.0, 1.0, 1.0], step=0.1, **signals
+    )
+    anonymous = FunctionSystem(
+        lambda x, u, p: x, lambda x, u, p: x, start=[1.0, 1.0, 1.0], step=0.1, **signals
+    )
+    assert [given.crosses(one) for one in (own, anonymous)] == [False, False]
+    assert given.crosses(LinearOscillator(step=0.02))

@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from slide_fmu.core.signals import Signal
     from slide_fmu.core.window import Window
+    from slide_fmu.cosim.run import CoSimulationError
+    from slide_fmu.cosim.simulate import simulate
     from slide_fmu.fmu.export import FmuError, export_fmu, load
     from slide_fmu.fmu.native import NativeSurrogate
     from slide_fmu.recipe.reading import load_recipe
@@ -40,6 +42,7 @@ if TYPE_CHECKING:
 __version__ = "0.6.0"
 
 __all__ = [
+    "CoSimulationError",
     "FmuError",
     "FunctionSystem",
     "Linearizable",
@@ -65,11 +68,14 @@ __all__ = [
     "jacobian",
     "load",
     "load_recipe",
+    "simulate",
 ]
 
 _HOMES = {
     "slide_fmu.core.signals": ("Signal",),
     "slide_fmu.core.window": ("Window",),
+    "slide_fmu.cosim.run": ("CoSimulationError",),
+    "slide_fmu.cosim.simulate": ("simulate",),
     "slide_fmu.fmu.export": ("FmuError", "export_fmu", "load"),
     "slide_fmu.fmu.native": ("NativeSurrogate",),
     "slide_fmu.recipe.reading": ("load_recipe",),

@@ -46,7 +46,8 @@ def log_errors(draw: st.DrawFn) -> LogError:
 def seen_features(draw: st.DrawFn, most: int = 3) -> dict[str, Any]:
     """Inputs and the features formed of them: arguments of Shape."""
     kind = draw(st.sampled_from(["differences", "differences", "director", "chain"]))
-    n_inputs = 2 if kind == "director" else draw(st.integers(1, most))
+    few = st.sampled_from([2, 4]) if kind == "director" else st.integers(1, most)
+    n_inputs = draw(few)
     return {
         "n_inputs": n_inputs,
         "features": kind,

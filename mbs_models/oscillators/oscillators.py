@@ -124,7 +124,7 @@ class DuffingBaseMotion(_OscillatorSystem):
         position_limit: float = 2.0,
     ) -> None:
         oscillator = SpringMasses(mass, stiffness, damping, alpha, step, substeps)
-        meaning = "position of the base at step end"
+        meaning = "position of the base"
         base = Signal("base", "m", -base_limit, base_limit, meaning, hold="first_order")
         super().__init__(oscillator, base, position_limit)
 

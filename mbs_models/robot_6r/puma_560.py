@@ -43,7 +43,7 @@ _CENTRES = [
 
 def puma_560(tool: FloatArray) -> SerialChain:
     """Return the arm on an upright base, with a tool point in the last link frame in m, (3,)."""
-    return SerialChain(
+    return SerialChain.denavit_hartenberg(
         a=np.array([0.0, 0.4318, 0.0203, 0.0, 0.0, 0.0]),
         d=np.array([0.075, 0.0, 0.15005, 0.4318, 0.0, 0.0]),
         alpha=_QUARTER * np.array([1.0, 0.0, -1.0, 1.0, -1.0, 0.0]),

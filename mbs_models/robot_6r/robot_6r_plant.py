@@ -138,10 +138,10 @@ class ManipulatorPlant:
         arm = self._manipulator.arm
         turns, offsets = [np.eye(3)] * (FLANGE + 1), [np.zeros(3)] * (FLANGE + 1)
         centres, inertias = [np.zeros(3)] * FLANGE, [np.zeros((3, 3))] * FLANGE
-        for a, d, alpha, centre, inertia in zip(
-            arm.a, arm.d, arm.alpha, arm.centres, arm.inertias, strict=True
+        for offset, alpha, centre, inertia in zip(
+            arm.steps, arm.alpha, arm.centres, arm.inertias, strict=True
         ):
-            offset, turn = np.array([a, 0.0, d]), _turn_x(alpha)
+            turn = _turn_x(alpha)
             centres.append(offset + turn @ centre)
             inertias.append(turn @ inertia @ turn.T)
             turns.append(turn)

@@ -70,10 +70,12 @@ def show_trial(figures: dict[str, Any]) -> None:
         f"apart; {window['truncation_time_s']:.4g} s are there to forget in"
     )
     speed = 1.0 / data["wall_time_per_simulated_second_s"]
+    least = "at least " if data["at_least"] else ""  # a learning curve may ask for more
+    count = sum(data["trajectories"].values())
     console.print(
-        f"data    {sum(data['trajectories'].values())} trajectories of {data['duration_s']:g} s "
+        f"data    {least}{count} trajectories of {data['duration_s']:g} s "
         f"and {data['burn_in_s']:g} s to lead in; {speed:.3g} simulated seconds per second and "
-        f"process: about {data['expected_wall_time_s'] / 60:.2g} minutes"
+        f"process: {least or 'about '}{data['expected_wall_time_s'] / 60:.2g} minutes"
     )
     for remark in figures["remarks"]:
         show_remark(remark)

@@ -43,10 +43,13 @@ class Signal:
         hold: how the signal acts between samples, where it is an input.
         angle: ``"cosine"`` or ``"sine"`` where an input is that of an angle: then both turn on
             the circle between samples. ``check_inputs`` says what a pair of them needs.
+        period: of an input that means the same after so much more, in ``unit``; those in rad or
+            deg are angles without it (``period_of``).
 
     Raises:
         ValueError: a text is none that XML can hold, the name is empty, the range is empty or not
-            finite, the start outside it, or the hold or angle another word.
+            finite, the start outside it, the hold or angle another word, or the period not
+            positive.
     """
 
     name: str
@@ -57,6 +60,7 @@ class Signal:
     start: float | None = None
     hold: Hold = "zero_order"
     angle: Angle | None = None
+    period: float | None = None
 
     def __post_init__(self) -> None:
         texts = {"name": self.name, "unit": self.unit, "description": self.description}
@@ -80,6 +84,11 @@ class Signal:
                 f"signal {self.name!r}: start {self.start}; expected a value within its range, "
                 f"{self.low} .. {self.high} {self.unit}"
             )
+        if self.period is not None and not 0 < self.period < math.inf:
+            raise ValueError(
+                f"signal {self.name!r}: period {self.period} {self.unit}; expected a positive, "
+                "finite number, or none"
+            )
         for what, word, words in (
             ("hold", self.hold, get_args(Hold)),
             ("angle", self.angle, (*get_args(Angle), None)),
@@ -93,6 +102,15 @@ class Signal:
     def start_value(self) -> float:
         """Return the value before anybody sets one, in ``unit``."""
         return min(max(0.0, self.low), self.high) if self.start is None else self.start
+
+
+PERIODS = {"rad": 2 * math.pi, "deg": 360.0}
+"""Turns of the units of angles."""
+
+
+def period_of(signal: Signal) -> float | None:
+    """Give the period of a signal that is an angle itself, in its unit; None of any other."""
+    return signal.period or PERIODS.get(signal.unit)
 
 
 def check_inputs(signals: tuple[Signal, ...]) -> None:

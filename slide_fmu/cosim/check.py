@@ -17,7 +17,12 @@ from slide_fmu.cosim.importer import Reader, open_slave
 from slide_fmu.cosim.synthetic import random_record
 from slide_fmu.fmu.description.fmi2 import guid_of
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables, memory_lengths
-from slide_fmu.fmu.description.variables import ERROR_ESTIMATE, IN_RANGE, TRUNCATION_ERROR
+from slide_fmu.fmu.description.variables import (
+    BY_KEY,
+    ERROR_ESTIMATE,
+    IN_RANGE,
+    TRUNCATION_ERROR,
+)
 from slide_fmu.fmu.export import DESCRIPTION, SURROGATE, FmuError, read_fmu, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion, library_members
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -198,6 +203,8 @@ def _run_native(
     names = [variable.name for variable in outputs]
     read = Reader([v.reference for v in outputs], [v.type for v in outputs])
     with open_slave(folder, description, "check", []) as slave:
+        if surrogate.hold == "first_order":  # nothing is forecast: a record knows all inputs
+            slave.set_real([BY_KEY["INPUTS_AT_STEP_END"].reference()], [1.0])
         slave.enter_initialization(0.0)
         slave.exit_initialization()
         rows = []

@@ -6,8 +6,12 @@ A generation may be killed at any moment: the next one makes what is missing.
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 import threading
 from concurrent.futures import BrokenExecutor, Executor
+from contextlib import suppress
 from pathlib import Path
 
 from slide_fmu.core.progress import Progress
@@ -18,7 +22,7 @@ from slide_fmu.data.failures import (
     keep_failure,
     too_many_failures,
 )
-from slide_fmu.data.pool import in_parallel, process_pool
+from slide_fmu.data.pool import in_parallel
 from slide_fmu.data.store import missing_trajectories, open_store, write_trajectory
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_system
@@ -70,21 +74,30 @@ def generate(recipe: Recipe, path: Path, executor: Executor | None, progress: Pr
 
 
 def require_survival(recipe: Recipe) -> None:
-    """Simulate a short motion in a process of its own, which a library that crashes would end.
+    """Simulate a short motion in a program of its own, which a library that crashes would end.
 
     Raises:
-        SimulationError: it ended, or the system could not be simulated.
+        SimulationError: it ended.
     """
-    with process_pool(1) as pool:
-        try:
-            in_parallel(pool, _probe_one, [(recipe_json(recipe),)], lambda done: None)
-        except BrokenExecutor as error:
-            raise SimulationError(ended_process(recipe)) from error
+    code = f"import sys; from {__name__} import try_once; try_once(sys.stdin.read())"
+    places = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        input=recipe_json(recipe).encode(),
+        env=places,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        check=False,
+    )
+    if done.returncode:
+        raise SimulationError(ended_process(recipe))
 
 
-def _probe_one(text: str) -> None:
-    recipe = Recipe.model_validate_json(text)
-    probe(recipe, recipe_system(recipe))
+def try_once(text: str) -> None:
+    """Simulate the short motion of a recipe in JSON; errors that it reports are no crash."""
+    with suppress(Exception):
+        recipe = Recipe.model_validate_json(text)
+        probe(recipe, recipe_system(recipe))
 
 
 def recipe_json(recipe: Recipe) -> str:

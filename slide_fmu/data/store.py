@@ -60,7 +60,9 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     A store that was made from other values is not used. Numbers of trajectories are no part of
     the fingerprint: a store may hold more than a recipe reads.
     """
-    system = recipe.system.model_dump(mode="json", exclude={"reference", "picture"})
+    system = recipe.system.model_dump(
+        mode="json", exclude={"reference", "picture", "chain", "drive"}
+    )
     if system["kind"] == "class":  # stores of earlier versions know no other
         for key in ("kind", "inputs", "outputs"):
             del system[key]

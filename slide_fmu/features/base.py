@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.features.drive_law import DEFAULT_LAW, DRIVE_LAWS, DriveLaw
 from slide_fmu.features.serial_chain import SerialChain
 
 BEFORE = 3
@@ -36,13 +37,16 @@ class Offered:
         inputs: the input signals, in channel order.
         scaling: of the inputs.
         step: sample step h in s.
-        chain: geometry and masses of the serial chain whose joint angles the inputs are; or None.
+        chain: geometry and masses of the serial chain whose joints' set points the inputs are; or
+            None.
+        law: how its joints follow them.
     """
 
     inputs: tuple[Signal, ...]
     scaling: Affine
     step: float
     chain: SerialChain | None
+    law: DriveLaw = DRIVE_LAWS[DEFAULT_LAW]
 
 
 class Features(abc.ABC):
@@ -60,7 +64,7 @@ class Features(abc.ABC):
         blocks: names of the signals in their order, with the number of each.
         centred: names of those whose mean is removed before they are scaled.
         bounded: names of those that lie within -1 and 1 anyway and are left as they are.
-        of_angle: whether the channels must be the cosine and sine of an angle.
+        cosines: channels that must be the cosine of an angle; the next one is its sine.
     """
 
     TITLE: ClassVar[str]
@@ -73,7 +77,7 @@ class Features(abc.ABC):
     blocks: dict[str, int]
     centred: frozenset[str] = frozenset()
     bounded: frozenset[str] = frozenset()
-    of_angle: bool = False
+    cosines: tuple[int, ...] = ()
 
     @classmethod
     @abc.abstractmethod

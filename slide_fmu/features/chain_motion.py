@@ -10,6 +10,7 @@ import numpy as np
 from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.base import BEFORE, Features, Offered, PullBack
+from slide_fmu.features.drive_law import DRIVE_LAWS, DriveLaw
 from slide_fmu.features.serial_chain import SerialChain, part_shapes
 
 TURN = 1e-3
@@ -22,24 +23,24 @@ FIVE_POINTS = {-2: 1 / 12, -1: -2 / 3, 1: 2 / 3, 2: -1 / 12}
 class ChainMotion(Features):
     """The motion of a serial chain whose set points the inputs are, and its loads. Final.
 
-    The inputs are the set points of the joint angles. The joints move on the quadratic B-spline
-    through them: with constant acceleration in every step. All signals
-    are those at the end of the step. Signals in SI units, in the axes of the base:
+    The inputs are the set points of the joints, which follow them by a drive law. All signals are
+    those at the end of the step. Signals in SI units, in the axes of the base:
 
     - ``wrench``: force and moment on the base (recursive Newton-Euler); ``wrench_change``: its
       change in the step; ``position``: of the tool point; ``rates``: of the joints;
     - ``frame``: cosine and sine of the first joint's angle, and in the axes that turn with it:
       ``turned_wrench_change``, ``turned_inertia`` (first moment and inertia tensor of the chain
       about the base's origin, ``SerialChain.base_inertia``, 9) and ``turned_momentum`` (linear
-      and angular, 6).
+      and angular, 6). Nothing turns where the first joint is prismatic.
 
     A base on soft ground moves by M(q) xi'' + (...) xi' + K xi = wrench: drive, feedthrough
     and scheduling variables of its response are among the signals.
 
     Args:
         chain: geometry and masses.
-        middle, half_range: of the inputs' ranges in rad, shape (n_joints,): angle = middle +
-            half_range * scaled input.
+        law: how the joints follow their set points.
+        middle, half_range: of the inputs' ranges in rad or m, shape (n_joints,): set point =
+            middle + half_range * scaled input.
         step: sample step h in s.
     """
 
@@ -55,7 +56,7 @@ class ChainMotion(Features):
     }
     """Numbers of signals by name; None: one for each joint."""
     TITLE = "chain motion"
-    NUMBER = 3
+    NUMBER = 4
     NAMES = tuple(WIDTHS)
     CHANGES_OF: ClassVar[dict[str, str]] = {
         "wrench_change": "wrench",
@@ -65,19 +66,25 @@ class ChainMotion(Features):
     bounded = frozenset({"frame"})
 
     def __init__(
-        self, chain: SerialChain, middle: FloatArray, half_range: FloatArray, step: float
+        self,
+        chain: SerialChain,
+        law: DriveLaw,
+        middle: FloatArray,
+        half_range: FloatArray,
+        step: float,
     ) -> None:
-        n = len(chain.masses)
+        n = chain.n_joints
         if np.shape(middle) != (n,) or np.shape(half_range) != (n,):
             raise ValueError(
-                f"chain of {n} joints with {np.size(middle)} inputs; expected one input per joint"
+                f"chain of {n} joints with {np.size(middle)} inputs; expected one input per "
+                "joint, in the order of the joints"
             )
         if not (np.all(np.isfinite(middle)) and np.all(np.isfinite(half_range))):
             raise ValueError("chain: a middle or half range of the inputs is not finite")
         if not (np.isfinite(step) and step > 0):
             raise ValueError(f"chain: step {step} s; expected a positive, finite step")
         self.n_channels = n
-        self.chain, self.step = chain, step
+        self.chain, self.law, self.step = chain, law, step
         self.middle, self.half_range = np.asarray(middle), np.asarray(half_range)
         self.blocks = {name: width or n for name, width in self.WIDTHS.items()}
 
@@ -86,40 +93,58 @@ class ChainMotion(Features):
         """Make the set on the set points of the system's serial chain."""
         if offered.chain is None:
             raise ValueError(
-                f"features {list(names)} need the system's serial chain (System.chain); this "
-                "system has none: give it one, or use other features"
+                f"features {list(names)} need a serial chain; this system has none: give it one "
+                '(system.chain = "robot.urdf"), or use other features'
             )
-        scaling = offered.scaling
-        return cls(offered.chain, scaling.offset, scaling.scale, offered.step)
+        scaling, law = offered.scaling, offered.law
+        return cls(offered.chain, law, scaling.offset, scaling.scale, offered.step)
 
     @classmethod
     def read(cls, section: Reader, n_inputs: int) -> ChainMotion:
-        """Read the step, the ranges and the chain."""
+        """Read the step, the law, the ranges and the chain."""
         n, step = n_inputs, float(section.f64(1)[0])
+        law = DriveLaw.of_numbers(*section.f64(4).tolist())
         middle, half_range = section.f64(n), section.f64(n)
         shapes = part_shapes(n).items()
         parts = {name: section.f64(math.prod(shape)).reshape(shape) for name, shape in shapes}
-        return cls(SerialChain(**parts), middle, half_range, step)
+        return cls(SerialChain(**parts), law, middle, half_range, step)
+
+    @classmethod
+    def read_former(cls, section: Reader, n_inputs: int) -> ChainMotion:
+        """Read set 3 of former versions: revolute joints on a quadratic B-spline."""
+        n, step = n_inputs, float(section.f64(1)[0])
+        middle, half_range, a, d, alpha, masses = (section.f64(n) for _ in range(6))
+        chain = SerialChain.denavit_hartenberg(
+            a,
+            d,
+            alpha,
+            masses=masses,
+            centres=section.f64(3 * n).reshape(n, 3),
+            inertias=section.f64(9 * n).reshape(n, 3, 3),
+            gravity=section.f64(3),
+            tool=section.f64(3),
+        )
+        return cls(chain, DRIVE_LAWS["quadratic_b_spline"], middle, half_range, step)
 
     def parameters(self) -> bytes:
-        """Write f64 step, middle[n], half_range[n], then the chain's ``part_shapes``."""
+        """Write f64 step, law[4], middle[n], half_range[n], then the chain's ``part_shapes``."""
         chain = [getattr(self.chain, name) for name in part_shapes(self.n_channels)]
-        parts = [np.array([self.step]), self.middle, self.half_range, *chain]
+        parts = [np.array([self.step, *self.law.numbers()]), self.middle, self.half_range, *chain]
         return b"".join(part.astype("<f8").tobytes() for part in parts)
 
     def of(self, inputs: FloatArray) -> FloatArray:
         """Form the signals: (B, N + BEFORE, n_joints) to (B, N, n_signals)."""
         points = self.middle + self.half_range * inputs
-        angles = 0.5 * (points[:, 2:] + points[:, 1:-1])
-        changes = np.diff(points, axis=1) / self.step
-        accelerations = np.diff(changes, axis=1) / self.step
-        wrenches = self.chain.base_wrench(angles, changes[:, 1:], accelerations)
-        angles, rates = angles[:, 1:], changes[:, 2:]
+        places, rates, accelerations = self.law.motion(points, self.step)
+        wrenches = self.chain.base_wrench(places, rates, accelerations)
+        places, rates = places[:, 1:], rates[:, 1:]
         wrench, change = wrenches[:, 1:], np.diff(wrenches, axis=1)
-        position = self.chain.tool_position(angles)
-        turn, angles[..., 0] = angles[..., 0].copy(), 0.0  # as seen from the turned axes
-        inertia = self.chain.base_inertia(angles)[..., 1:]
-        momentum = self.chain.base_momentum(angles, rates)
+        position = self.chain.tool_position(places)
+        turn = np.zeros(places.shape[:-1])
+        if not self.chain.prismatic[0]:  # as seen from the turned axes
+            turn, places[..., 0] = places[..., 0].copy(), 0.0
+        inertia = self.chain.base_inertia(places)[..., 1:]
+        momentum = self.chain.base_momentum(places, rates)
         frame = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
         turned = [_turned(change, turn), inertia, momentum]
         return np.concatenate([wrench, change, position, rates, frame, *turned], axis=2)

@@ -1,77 +1,174 @@
-"""Features of an angle that is given by its cosine and sine."""
+"""Features of angles, given in rad or by their cosine and sine, and of the inputs beside them."""
 
 from __future__ import annotations
+
+import math
+from typing import ClassVar
 
 import numpy as np
 
 from slide_fmu.core.byte_reader import Reader
-from slide_fmu.core.signals import FloatArray, cosines_of
+from slide_fmu.core.scaling import Affine
+from slide_fmu.core.signals import FloatArray, Signal, period_of
 from slide_fmu.features.base import BEFORE, Features, Offered, PullBack
 from slide_fmu.features.differences import add_differences
 
+OTHER, ANGLE, COSINE, SINE = range(4)
+"""What an input is, as files number it."""
+FAR = math.pi / 2
+"""An angle with a smaller half range in rad has directions that hardly differ: they are scaled."""
+
 
 class Director(Features):
-    """The motion of an angle given by its cosine and sine. Final.
+    """The motion of angles, each given by itself or by its cosine and sine. Final.
 
-    Signals: ``direction``, cosine and sine of the angle whatever the length of the director;
-    ``turn``, the change of the angle in a step, in (-pi, pi]; ``turn_change``, its change.
+    Signals: ``direction``, cosine and sine of each angle, whatever the length of its director;
+    ``turn``, the change of each angle in a step, in (-pi, pi] rad; ``turn_change``, its change;
+    and where there are inputs that are no angles ``others``, these as they are, and
+    ``other_changes``, their changes in a step.
+
+    Args:
+        kinds: what each input is: ``OTHER``, ``ANGLE``, ``COSINE`` or ``SINE``; the sine of an
+            angle is directly behind its cosine.
+        scaling: of the inputs that are ``ANGLE``, in rad; offset 0 and scale 1 of others.
+
+    Raises:
+        ValueError: no input is an angle, a cosine or sine stands alone, or the scaling is one of
+            another number of inputs.
     """
 
     TITLE = "director"
-    NUMBER = 2
-    NAMES = ("direction", "turn", "turn_change")
+    NUMBER = 5
+    NAMES = ("direction", "turn", "turn_change", "others", "other_changes")
+    CHANGES_OF: ClassVar[dict[str, str]] = {"other_changes": "others"}
     n_before = 2
-    n_channels = 2
-    of_angle = True
-    bounded = frozenset({"direction"})
-    blocks = {"direction": 2, "turn": 1, "turn_change": 1}  # noqa: RUF012 (final, never changed)
+
+    def __init__(self, kinds: tuple[int, ...], scaling: Affine) -> None:
+        behind = [False, *(kind == COSINE for kind in kinds)]
+        whole = [kind == SINE for kind in kinds] + [False] == behind
+        if not (whole and set(kinds) <= {OTHER, ANGLE, COSINE, SINE}):
+            raise ValueError(
+                f"director of inputs of the kinds {list(kinds)}; expected each to be 0 (none), "
+                "1 (an angle), or 2 with 3 behind it (cosine and sine of an angle)"
+            )
+        self.n_channels, self.kinds, self.scaling = len(kinds), kinds, scaling
+        self._angles = [i for i, kind in enumerate(kinds) if kind in (ANGLE, COSINE)]
+        self._others = [i for i, kind in enumerate(kinds) if kind == OTHER]
+        self.cosines = tuple(i for i, kind in enumerate(kinds) if kind == COSINE)
+        if not self._angles or len(scaling.scale) != len(kinds):
+            raise ValueError(
+                f"director of inputs of the kinds {list(kinds)} with a scaling of "
+                f"{len(scaling.scale)} inputs; expected an angle, and a scaling of all inputs"
+            )
+        n, others = len(self._angles), len(self._others)
+        counts = dict(zip(self.NAMES, (2 * n, n, n, others, others), strict=True))
+        self.blocks = {name: count for name, count in counts.items() if count}
+        near = any(abs(scaling.scale[i]) < FAR for i in self._angles if kinds[i] == ANGLE)
+        self.bounded = frozenset({"others"} if near else {"direction", "others"})
+        self.centred = frozenset({"direction"} if near else ())
 
     @classmethod
     def of_system(cls, names: tuple[str, ...], offered: Offered) -> Director:
-        """Make the set on cosine and sine of an angle, which must be the only two inputs."""
-        if cosines_of(offered.inputs) != (0,) or len(offered.inputs) != cls.n_channels:
+        """Make the set on inputs some of which are angles: as ``period_of`` says, or in pairs."""
+        kinds = kinds_of(offered.inputs)
+        if set(kinds) == {OTHER}:
             raise ValueError(
-                f"features {list(names)} of {len(offered.inputs)} inputs "
-                f"{[signal.name for signal in offered.inputs]}; expected two, the cosine and sine "
-                'of an angle: say so with angle = "cosine" and angle = "sine" in the system\'s '
-                "signals, or use other features"
+                f"features {list(names)} of {len(kinds)} inputs "
+                f"{[signal.name for signal in offered.inputs]}; expected an angle among them: an "
+                "input in rad or deg, or with a period, or two, the cosine and sine of an angle "
+                '(say so with angle = "cosine" and angle = "sine" in the system\'s signals); or '
+                "use other features"
             )
-        return cls()
+        factors = np.array([2 * np.pi / (period_of(s) or 2 * np.pi) for s in offered.inputs])
+        angles, scaling = np.array(kinds) == ANGLE, offered.scaling
+        middle = np.where(angles, scaling.offset * factors, 0.0)
+        return cls(kinds, Affine(middle, np.where(angles, scaling.scale * factors, 1.0)))
 
     @classmethod
     def read(cls, section: Reader, n_inputs: int) -> Director:
-        """Read nothing: there are no parameters."""
-        if n_inputs != cls.n_channels:
-            raise ValueError(f"director of {n_inputs} inputs; expected {cls.n_channels}")
-        return cls()
+        """Read the kinds and the scaling of the inputs."""
+        kinds = tuple(section.u32() for _ in range(n_inputs))
+        return cls(kinds, Affine(section.f64(n_inputs), section.f64(n_inputs)))
+
+    @classmethod
+    def read_former(cls, section: Reader, n_inputs: int) -> Director:
+        """Read set 2 of former versions, which had no parameters: the two inputs are one angle."""
+        if n_inputs != 2:
+            raise ValueError(f"director of {n_inputs} inputs; expected 2")
+        return cls((COSINE, SINE), Affine(np.zeros(2), np.ones(2)))
 
     def parameters(self) -> bytes:
-        """Write nothing: there are no parameters."""
-        return b""
+        """Write u32 kinds[n], f64 offset[n], f64 scale[n] of the inputs."""
+        parts = (self.scaling.offset, self.scaling.scale)
+        kinds = np.array(self.kinds, dtype="<u4").tobytes()
+        return kinds + b"".join(part.astype("<f8").tobytes() for part in parts)
 
     def of(self, inputs: FloatArray) -> FloatArray:
-        """Form the signals: (B, N + BEFORE, 2) to (B, N, 4)."""
-        angles = np.arctan2(inputs[:, 1:, 1], inputs[:, 1:, 0])
+        """Form the signals: (B, N + BEFORE, n_inputs) to (B, N, n_signals)."""
+        angles = self._in_rad(inputs[:, 1:])
         turns = np.diff(angles, axis=1)
         turns -= 2 * np.pi * np.ceil((turns - np.pi) / (2 * np.pi))
         newest = angles[:, 2:]
-        parts = [np.cos(newest), np.sin(newest), turns[:, 1:], np.diff(turns, axis=1)]
-        return np.stack(parts, axis=2)
+        direction = np.stack([np.cos(newest), np.sin(newest)], axis=-1)
+        others = inputs[:, BEFORE - 1 :, self._others]
+        parts = [direction.reshape(*newest.shape[:2], -1), turns[:, 1:], np.diff(turns, axis=1)]
+        return np.concatenate([*parts, others[:, 1:], np.diff(others, axis=1)], axis=2)
+
+    def _in_rad(self, inputs: FloatArray) -> FloatArray:
+        """Angles of scaled inputs, shape (B, N, n_angles)."""
+        offset, scale = self.scaling.offset, self.scaling.scale
+        angles = [
+            np.arctan2(inputs[..., i + 1], inputs[..., i])
+            if self.kinds[i] == COSINE
+            else offset[i] + scale[i] * inputs[..., i]
+            for i in self._angles
+        ]
+        return np.stack(angles, axis=-1)
 
     def pull_back(self, inputs: FloatArray) -> PullBack:
         """Prepare the reverse mode in closed form.
 
         An angle moves with its director across it, over its length squared.
         """
-        angles, squares = np.arctan2(inputs[..., 1], inputs[..., 0]), np.sum(inputs**2, axis=2)
-        across = np.stack([-inputs[..., 1], inputs[..., 0]], axis=2)
-        newest = angles[:, BEFORE:]
+        newest = self._in_rad(inputs[:, BEFORE:])
+        c, s = np.cos(newest), np.sin(newest)
+        ends = np.cumsum([2 * len(self._angles), *[len(self._angles)] * 2, len(self._others)])
 
         def pull_back(weights: FloatArray) -> FloatArray:
-            of_angles = np.zeros(angles.shape)
-            of_newest = weights[..., 1] * np.cos(newest) - weights[..., 0] * np.sin(newest)
-            for order, part in enumerate((of_newest, weights[..., 2], weights[..., 3])):
+            directions, turns, changes, others, moves = np.split(weights, ends, axis=2)
+            of_newest = directions[..., 1::2] * c - directions[..., 0::2] * s
+            of_angles = np.zeros((*inputs.shape[:2], len(self._angles)))
+            for order, part in enumerate((of_newest, turns, changes)):
                 add_differences(part, order, of_angles)
-            return np.asarray(across * (of_angles / squares)[..., None])
+            of_others = np.zeros((*inputs.shape[:2], len(self._others)))
+            for order, part in enumerate((others, moves)):
+                add_differences(part, order, of_others)
+            gradient = self._of_inputs(of_angles, inputs)
+            gradient[..., self._others] = of_others
+            return gradient
 
         return pull_back
+
+    def _of_inputs(self, of_angles: FloatArray, inputs: FloatArray) -> FloatArray:
+        """Gradient by the inputs from that by the angles; zero for inputs that are none."""
+        gradient = np.zeros(inputs.shape)
+        for place, i in enumerate(self._angles):
+            slope = of_angles[..., place]
+            if self.kinds[i] == ANGLE:
+                gradient[..., i] = self.scaling.scale[i] * slope
+                continue
+            x, y = inputs[..., i], inputs[..., i + 1]
+            slope = slope / (x**2 + y**2)
+            gradient[..., i], gradient[..., i + 1] = -y * slope, x * slope
+        return gradient
+
+
+def kinds_of(signals: tuple[Signal, ...]) -> tuple[int, ...]:
+    """Say what each input is: ``OTHER``, ``ANGLE``, ``COSINE`` or ``SINE``."""
+
+    def kind(signal: Signal) -> int:
+        if signal.angle is not None:
+            return COSINE if signal.angle == "cosine" else SINE
+        return OTHER if period_of(signal) is None else ANGLE
+
+    return tuple(kind(signal) for signal in signals)

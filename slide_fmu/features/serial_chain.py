@@ -1,4 +1,4 @@
-"""Rigid kinematics and dynamics of a serial chain of revolute joints on a fixed base.
+"""Rigid kinematics and dynamics of a serial chain of joints on a fixed base.
 
 Everything is plain recursion over the links with 3-vectors in base axes, for any leading batch
 shape; C code can follow it line by line.
@@ -7,46 +7,39 @@ shape; C code can follow it line by line.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.features.link_motion import Frames, LinkMotion, cross, times
 
 SYMMETRY = 1e-9
 """Largest difference of an inertia tensor and its transpose, over the sum of the absolute values
 of the two diagonal entries in the same row and column; what rotations round is less."""
 
 
-class Frames(NamedTuple):
-    """The frames of a chain in base axes: the base (index 0) and the n link frames.
-
-    Attributes:
-        positions: origins in m, shape (..., n + 1, 3).
-        rotations: R, a link vector v being R v in base axes, shape (..., n + 1, 3, 3).
-    """
-
-    positions: FloatArray
-    rotations: FloatArray
-
-
 def part_shapes(n: int) -> dict[str, tuple[int, ...]]:
     """Give the shapes of the parts of a chain of n joints by name, in the order of their bytes."""
-    vectors = dict.fromkeys(("a", "d", "alpha", "masses"), (n,))
-    return {**vectors, "centres": (n, 3), "inertias": (n, 3, 3), "gravity": (3,), "tool": (3,)}
+    joints = {**dict.fromkeys(("prismatic", "theta", "alpha"), (n,)), "steps": (n, 3)}
+    links = {"masses": (n,), "centres": (n, 3), "inertias": (n, 3, 3)}
+    return {**joints, **links, "gravity": (3,), "tool": (3,)}
 
 
 @dataclass(frozen=True, eq=False)
 class SerialChain:
-    """A SerialChain has n bodies, each turning about z of the frame before (Denavit-Hartenberg).
+    """A SerialChain has n links, each turning about z of the frame before or sliding along it.
 
-    Frame i is frame i - 1, turned by q_i about z, moved by d_i along z, moved by a_i along the
-    new x, and turned by alpha_i about it. Link i moves with frame i.
+    Frame i is frame i - 1, turned by theta_i about z, moved by ``steps[i]`` in the axes that it
+    has then, and turned by alpha_i about its new x. A revolute joint adds its angle to theta_i, a
+    prismatic one its way to the third component of the step. Link i moves with frame i. Frame 0
+    gives the base axes: z along the first joint. Joints about any axes have such frames; those of
+    Denavit and Hartenberg are the ones whose steps have no second component.
 
     Attributes:
-        a: lengths in m, shape (n,).
-        d: offsets in m, shape (n,).
+        prismatic: 1 for prismatic joints, 0 for revolute ones, shape (n,).
+        theta: turns in rad, shape (n,).
         alpha: twists in rad, shape (n,).
+        steps: in m, shape (n, 3).
         masses: in kg, shape (n,).
         centres: centres of mass in link frames in m, shape (n, 3).
         inertias: tensors about the centres of mass in link axes in kg m^2, shape (n, 3, 3);
@@ -55,27 +48,59 @@ class SerialChain:
         tool: tool point in the last link frame in m, shape (3,).
 
     Raises:
-        ValueError: shapes do not belong together, a number is not finite, or an inertia tensor
-            is not symmetric.
+        ValueError: shapes do not belong together, a number is not finite, a joint is of no kind,
+            or an inertia tensor is not symmetric.
     """
 
-    a: FloatArray
-    d: FloatArray
+    prismatic: FloatArray
+    theta: FloatArray
     alpha: FloatArray
+    steps: FloatArray
     masses: FloatArray
     centres: FloatArray
     inertias: FloatArray
     gravity: FloatArray
     tool: FloatArray
 
+    @classmethod
+    def denavit_hartenberg(
+        cls, a: FloatArray, d: FloatArray, alpha: FloatArray, **links: FloatArray
+    ) -> SerialChain:
+        """Make a chain of revolute joints by the standard parameters of Denavit and Hartenberg.
+
+        Args:
+            a: lengths in m, shape (n,).
+            d: offsets in m, shape (n,).
+            alpha: twists in rad, shape (n,).
+            links: masses and all behind them, as the attributes.
+
+        Raises:
+            ValueError: as of the class; or the parameters have other shapes.
+        """
+        n = len(links["masses"])
+        for name, value in {"a": a, "d": d, "alpha": alpha}.items():
+            if value.shape != (n,):
+                raise ValueError(
+                    f"serial chain: {name} = {value} of shape {value.shape}; expected finite "
+                    f"numbers, shape {(n,)}"
+                )
+        still = np.zeros(n)
+        steps = np.stack([a, still, d], axis=1)
+        return cls(prismatic=still, theta=still, alpha=alpha, steps=steps, **links)
+
     def __post_init__(self) -> None:
-        for name, shape in part_shapes(len(self.a)).items():
+        for name, shape in part_shapes(len(self.theta)).items():
             value = getattr(self, name)
             if value.shape != shape or not np.isfinite(value).all():
                 raise ValueError(
                     f"serial chain: {name} = {value} of shape {value.shape}; "
                     f"expected finite numbers, shape {shape}"
                 )
+        if not np.isin(self.prismatic, (0.0, 1.0)).all():
+            raise ValueError(
+                f"serial chain: prismatic = {self.prismatic}; expected 1 for prismatic joints and "
+                "0 for revolute ones"
+            )
         self._require_symmetry()
 
     def _require_symmetry(self) -> None:
@@ -93,7 +118,7 @@ class SerialChain:
     @property
     def n_joints(self) -> int:
         """The number of joints."""
-        return len(self.a)
+        return len(self.theta)
 
     def turned(self, rotation: FloatArray) -> SerialChain:
         """Give the chain on a base whose axes are the columns of a rotation matrix, (3, 3).
@@ -103,27 +128,28 @@ class SerialChain:
         return replace(self, gravity=rotation.T @ self.gravity)
 
     def forward_kinematics(self, q: FloatArray) -> Frames:
-        """Give the frames at joint angles q in rad, shape (..., n)."""
-        steps, turns = self._link_transformations(self._angles("q", q))
+        """Give the frames at joint places q, shape (..., n)."""
+        steps, turns = self._link_transformations(self._places("q", q))
         position, rotation = np.zeros((*steps.shape[:-2], 3)), np.eye(3)
         positions = np.empty((*steps.shape[:-2], self.n_joints + 1, 3))
         rotations = np.empty((*positions.shape, 3))
         positions[..., 0, :], rotations[..., 0, :, :] = position, rotation
         for i in range(self.n_joints):
-            position = position + _times(rotation, steps[..., i, :])
+            position = position + times(rotation, steps[..., i, :])
             rotation = rotation @ turns[..., i, :, :]
             positions[..., i + 1, :], rotations[..., i + 1, :, :] = position, rotation
         return Frames(positions, rotations)
 
     def tool_position(self, q: FloatArray) -> FloatArray:
-        """Give the tool point in base axes in m, (..., 3), at joint angles q in rad, (..., n)."""
-        cosines, sines = np.cos(self._angles("q", q)), np.sin(q)
+        """Give the tool point in base axes in m, (..., 3), at joint places q, (..., n)."""
+        turns, slides = self._turns_and_slides(self._places("q", q))
+        cosines, sines = np.cos(turns), np.sin(turns)
         twists = zip(np.cos(self.alpha).tolist(), np.sin(self.alpha).tolist(), strict=True)
-        links = list(zip(self.a.tolist(), self.d.tolist(), twists, strict=True))
+        links = list(zip(self.steps.tolist(), twists, strict=True))
         x, y, z = self.tool.tolist()
         for i in reversed(range(self.n_joints)):
-            a, d, (c, s) = links[i]
-            along, across, z = x + a, c * y - s * z, s * y + c * z + d
+            (a, b, _), (c, s) = links[i]
+            along, across, z = x + a, c * y - s * z + b, s * y + c * z + slides[..., i]
             c, s = cosines[..., i], sines[..., i]
             x, y = c * along - s * across, s * along + c * across
         position = np.empty((*cosines.shape[:-1], 3))
@@ -134,24 +160,29 @@ class SerialChain:
         """Give force in N and moment in N m about the base origin, of the chain ON its base.
 
         Weight and inertia forces of all links, in base axes: at rest it is the weight. It is
-        minus what holds the base in place. Joint angles in rad, their rates in rad/s and second
-        derivatives in rad/s^2, (..., n) each, give force and moment, (..., 6).
+        minus what holds the base in place. Joint places in rad or m, their rates and second
+        derivatives by s and s^2, (..., n) each, give force and moment, (..., 6).
         """
         forces, moments, _ = self._link_wrenches(q, dq, ddq)
         return -np.concatenate([forces.sum(axis=-2), moments.sum(axis=-2)], axis=-1)
 
     def joint_torques(self, q: FloatArray, dq: FloatArray, ddq: FloatArray) -> FloatArray:
-        """Give the torques in N m that the drives need; arguments and shape as ``base_wrench``."""
+        """Give the torques in N m, or forces in N, that the drives need, shape (..., n).
+
+        Arguments are those of ``base_wrench``.
+        """
         forces, moments, frames = self._link_wrenches(q, dq, ddq)
         forces = np.flip(np.cumsum(np.flip(forces, -2), axis=-2), -2)
         moments = np.flip(np.cumsum(np.flip(moments, -2), axis=-2), -2)
         axes, origins = frames.rotations[..., :-1, :, 2], frames.positions[..., :-1, :]
-        return np.asarray(np.sum(axes * (moments - _cross(origins, forces)), axis=-1))
+        moments = moments - cross(origins, forces)
+        needed = np.where(self.prismatic[:, None] == 1, forces, moments)
+        return np.asarray(np.sum(axes * needed, axis=-1))
 
     def base_inertia(self, q: FloatArray) -> FloatArray:
         """Give mass, first moment and inertia of the chain about the base origin, base axes.
 
-        Joint angles q in rad, (..., n), give (..., 10): mass in kg; mass times centre of mass (3)
+        Joint places q, (..., n), give (..., 10): mass in kg; mass times centre of mass (3)
         in kg m; entries xx, yy, zz, xy, xz, yz of the inertia tensor in kg m^2 (xy is minus the
         integral of x y).
         """
@@ -169,21 +200,22 @@ class SerialChain:
     def base_momentum(self, q: FloatArray, dq: FloatArray) -> FloatArray:
         """Give the momenta in N s and N m s of the chain about the base origin, base axes.
 
-        Joint angles q in rad and their rates in rad/s, (..., n), give (..., 6), the linear
-        momentum first.
+        Joint places q and their rates, (..., n), give (..., 6), the linear momentum first.
         """
         frames = self.forward_kinematics(q)
-        motion = _Motion(self._angles("dq", dq), np.zeros(q.shape), frames, np.zeros(3))
+        motion = LinkMotion(
+            self.prismatic, self._places("dq", dq), np.zeros(q.shape), frames, np.zeros(3)
+        )
         centres, inertias = self._centres(frames), self._inertias(frames)
         linear, angular = np.zeros((*q.shape[:-1], 3)), np.zeros((*q.shape[:-1], 3))
         for i in range(self.n_joints):
             arm = centres[..., i, :] - frames.positions[..., i, :]
-            motion.turn(i)
-            momentum = self.masses[i] * (motion.velocity + _cross(motion.omega, arm))
+            motion.enter(i)
+            momentum = self.masses[i] * (motion.velocity + cross(motion.omega, arm))
             linear = linear + momentum
-            angular = angular + _cross(centres[..., i, :], momentum)
-            angular = angular + _times(inertias[..., i, :, :], motion.omega)
-            motion.move(i)
+            angular = angular + cross(centres[..., i, :], momentum)
+            angular = angular + times(inertias[..., i, :, :], motion.omega)
+            motion.leave(i)
         return np.concatenate([linear, angular], axis=-1)
 
     def _link_wrenches(
@@ -191,86 +223,50 @@ class SerialChain:
     ) -> tuple[FloatArray, FloatArray, Frames]:
         """Force and moment about the base origin that each link's motion needs, (..., n, 3)."""
         frames = self.forward_kinematics(q)
-        motion = _Motion(self._angles("dq", dq), self._angles("ddq", ddq), frames, -self.gravity)
+        rates, changes = self._places("dq", dq), self._places("ddq", ddq)
+        motion = LinkMotion(self.prismatic, rates, changes, frames, -self.gravity)
         centres, inertias = self._centres(frames), self._inertias(frames)
         shape = np.broadcast_shapes(q.shape, dq.shape, ddq.shape)
         forces, moments = np.empty((*shape, 3)), np.empty((*shape, 3))
         for i in range(self.n_joints):
             centre, inertia = centres[..., i, :], inertias[..., i, :, :]
-            motion.turn(i)
+            motion.enter(i)
             force = self.masses[i] * motion.acceleration_at(centre - frames.positions[..., i, :])
-            spin = _times(inertia, motion.omega)
-            moment = _times(inertia, motion.alpha) + _cross(motion.omega, spin)
-            forces[..., i, :], moments[..., i, :] = force, moment + _cross(centre, force)
-            motion.move(i)
+            spin = times(inertia, motion.omega)
+            moment = times(inertia, motion.alpha) + cross(motion.omega, spin)
+            forces[..., i, :], moments[..., i, :] = force, moment + cross(centre, force)
+            motion.leave(i)
         return forces, moments, frames
 
     def _link_transformations(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Origin (..., n, 3) and axes (..., n, 3, 3) of each frame in the frame before it."""
-        c, s = np.cos(q), np.sin(q)
+        angles, slides = self._turns_and_slides(q)
+        c, s, (a, b, _) = np.cos(angles), np.sin(angles), self.steps.T
         ca, sa = np.cos(self.alpha), np.sin(self.alpha)
         steps, turns = np.empty((*q.shape, 3)), np.empty((*q.shape, 3, 3))
-        steps[..., 0], steps[..., 1], steps[..., 2] = self.a * c, self.a * s, self.d
+        steps[..., 0], steps[..., 1], steps[..., 2] = a * c - b * s, a * s + b * c, slides
         turns[..., 0, 0], turns[..., 0, 1], turns[..., 0, 2] = c, -s * ca, s * sa
         turns[..., 1, 0], turns[..., 1, 1], turns[..., 1, 2] = s, c * ca, -c * sa
         turns[..., 2, 0], turns[..., 2, 1], turns[..., 2, 2] = 0.0, sa, ca
         return steps, turns
 
+    def _turns_and_slides(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Turns about z in rad and ways along it in m of all joints, shape (..., n)."""
+        return self.theta + (1 - self.prismatic) * q, self.steps[:, 2] + self.prismatic * q
+
     def _centres(self, frames: Frames) -> FloatArray:
         """Centres of mass in base axes, shape (..., n, 3)."""
-        return frames.positions[..., 1:, :] + _times(frames.rotations[..., 1:, :, :], self.centres)
+        return frames.positions[..., 1:, :] + times(frames.rotations[..., 1:, :, :], self.centres)
 
     def _inertias(self, frames: Frames) -> FloatArray:
         """Inertia tensors about the centres of mass in base axes, shape (..., n, 3, 3)."""
         rotations = frames.rotations[..., 1:, :, :]
         return np.asarray(rotations @ self.inertias @ np.swapaxes(rotations, -1, -2))
 
-    def _angles(self, name: str, values: FloatArray) -> FloatArray:
+    def _places(self, name: str, values: FloatArray) -> FloatArray:
         """Values that must have one entry per joint."""
         if values.ndim == 0 or values.shape[-1] != self.n_joints:
             raise ValueError(
                 f"serial chain: {name} of shape {values.shape}; expected (..., {self.n_joints})"
             )
         return values
-
-
-class _Motion:
-    """Velocity and acceleration of one link frame after the other, in base axes."""
-
-    def __init__(self, dq: FloatArray, ddq: FloatArray, frames: Frames, base: FloatArray) -> None:
-        """Start at the base, whose origin accelerates with ``base``, shape (3,)."""
-        self._dq, self._ddq, self._frames = dq[..., None], ddq[..., None], frames
-        self.omega, self.alpha = np.zeros(3), np.zeros(3)
-        self.velocity, self.acceleration = np.zeros(3), base
-
-    def turn(self, i: int) -> None:
-        """Go over to link i (from 0), at the origin of the frame before it."""
-        axis = self._frames.rotations[..., i, :, 2]
-        rate = axis * self._dq[..., i, :]
-        self.alpha = self.alpha + axis * self._ddq[..., i, :] + _cross(self.omega, rate)
-        self.omega = self.omega + rate
-
-    def move(self, i: int) -> None:
-        """Go to the origin of the frame of link i (from 0)."""
-        arm = self._frames.positions[..., i + 1, :] - self._frames.positions[..., i, :]
-        self.acceleration = self.acceleration_at(arm)
-        self.velocity = self.velocity + _cross(self.omega, arm)
-
-    def acceleration_at(self, arm: FloatArray) -> FloatArray:
-        """Acceleration of a point of the link, ``arm`` (..., 3) away from the current origin."""
-        turning = _cross(self.omega, _cross(self.omega, arm))
-        return self.acceleration + _cross(self.alpha, arm) + turning
-
-
-def _times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Matrices (..., 3, 3) times vectors (..., 3)."""
-    return np.asarray((matrices @ vectors[..., None])[..., 0])
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Cross products of vectors (..., 3); as numpy's, but quick for single ones too."""
-    result = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    result[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
-    result[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
-    result[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    return result

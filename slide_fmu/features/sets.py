@@ -6,11 +6,19 @@ runtime with a file that reads and forms the same, and its lines in ``feature_se
     features := u32 set  parameters  u32 count  u32 signal[count]  f64 offset[count]
                 f64 scale[count]                  feature = (signal - offset) / scale
     set 1, differences  := u32 order                             order <= 2
-    set 2, director     :=                                       n_inputs = 2
-    set 3, chain motion := f64 step  f64 middle[n]  f64 half_range[n]  f64 a[n]  f64 d[n]
-                           f64 alpha[n]  f64 masses[n]  f64 centres[n][3]
-                           f64 inertias[n][3][3]  f64 gravity[3]  f64 tool[3]
-                           n = n_inputs; step > 0; all finite
+    set 4, chain motion := f64 step  f64 law[4]  f64 middle[n]  f64 half_range[n]
+                           f64 prismatic[n]  f64 theta[n]  f64 alpha[n]  f64 steps[n][3]
+                           f64 masses[n]  f64 centres[n][3]  f64 inertias[n][3][3]
+                           f64 gravity[3]  f64 tool[3]
+                           n = n_inputs; step > 0; prismatic 0 or 1; all finite
+    set 5, director     := u32 kind[n]  f64 middle[n]  f64 half_range[n]        all finite
+                           kind 0 other, 1 angle, 2 cosine with 3 sine behind it; an angle is
+                           middle + half_range * input in rad
+
+The law has the weights of the newest and the oldest set point in the place, and of the newest in
+rate and acceleration; the others follow (``drive_law.py``). Two sets of former versions are read
+here only: 2, one angle by cosine and sine, which had no parameters, and 3, the motion of revolute
+joints on a quadratic B-spline.
 
 The signals of a set and their order are its ``blocks``. All numbers are little-endian.
 """
@@ -29,6 +37,9 @@ from slide_fmu.features.feature_map import FeatureMap
 
 SETS: tuple[type[Features], ...] = (Differences, Director, ChainMotion)
 """All sets."""
+
+FORMER = {2: Director.read_former, 3: ChainMotion.read_former}
+"""Readers of sets that former versions wrote."""
 
 LINEAR_NAMES = tuple(name for kind in SETS if kind.linear for name in kind.NAMES)
 """Names of all features that change their sign with the inputs."""
@@ -69,10 +80,10 @@ def decode_features(section: Reader, n_inputs: int) -> FeatureMap:
         ValueError: the bytes are no features of so many inputs.
     """
     number = section.u32()
-    kinds = {kind.NUMBER: kind for kind in SETS}
-    if number not in kinds:
-        raise ValueError(f"features of set {number}; expected one of {list(kinds)}")
-    features = kinds[number].read(section, n_inputs)
+    readers = {**FORMER, **{kind.NUMBER: kind.read for kind in SETS}}
+    if number not in readers:
+        raise ValueError(f"features of set {number}; expected one of {sorted(readers)}")
+    features = readers[number](section, n_inputs)
     chosen = section.indices()
     scaling = Affine(section.f64(len(chosen)), section.f64(len(chosen)))
     return FeatureMap(features, chosen, scaling)

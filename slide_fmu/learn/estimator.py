@@ -22,6 +22,7 @@ from slide_fmu.core.scaling import LogError
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.store import Split
+from slide_fmu.features.base import Offered
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.learn.feature_choice import choose_features, require_odd
 from slide_fmu.learn.feed_forward import FeedForwardModule
@@ -32,7 +33,6 @@ from slide_fmu.network.base import Float32Array
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import System
 
 POSITIONS, BLOCKS = "error at single samples", "error estimator"
 """The stages have these names in the progress and in the figures."""
@@ -145,7 +145,7 @@ def likelihood(log_error: LogError, resolution: float, n_outputs: int) -> Object
 
 def fit_estimator(
     surrogate: Surrogate,
-    system: System,
+    offered: Offered,
     splits: tuple[Split, Split],
     recipe: EstimatorRecipe,
     checkpoint: Path,
@@ -164,7 +164,7 @@ def fit_estimator(
         ValueError: the surrogate makes no error above the resolution, or signs shall be flipped
             of features that do not change their sign with the inputs.
     """
-    records = _records(surrogate, system, splits, recipe, device)
+    records = _records(surrogate, offered, splits, recipe, device)
     log_error, step, n_outputs = records.log_error, surrogate.window.step, len(surrogate.outputs)
     n_values = 2 * n_outputs if recipe.network.time_invariant else n_outputs
     network = FeedForwardModule(
@@ -241,7 +241,7 @@ class _Records:
 
 def _records(
     surrogate: Surrogate,
-    system: System,
+    offered: Offered,
     splits: tuple[Split, Split],
     recipe: EstimatorRecipe,
     device: torch.device,
@@ -255,7 +255,7 @@ def _records(
     log_error = _log_error(single if time_invariant else blocks[0], recipe.resolution)
     scaled = [surrogate.input_scaling.apply(split.inputs) for split in splits]
     names = recipe.network.feature_names()
-    features = choose_features(names, system, surrogate.input_scaling, scaled[0])
+    features = choose_features(names, offered, scaled[0])
     trainings = (recipe.training, recipe.pretraining)
     if any(training is not None and training.flip_signs for training in trainings):
         require_odd(features)

@@ -6,21 +6,18 @@ import numpy as np
 
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.features.base import Offered
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.features.sets import LINEAR_NAMES
+from slide_fmu.features.sets import LINEAR_NAMES, feature_set
 from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.recipe.learning import StateSpaceRecipe
-from slide_fmu.recipe.systems import feature_set
-from slide_fmu.systems.base import System
 
 STILL = 1e-9
 """A feature whose standard deviation is below this part of its size never changes: it is rounding.
 So is a change below this part of the standard deviation of what changes."""
 
 
-def choose_features(
-    names: tuple[str, ...], system: System, scaling: Affine, inputs: FloatArray
-) -> FeatureMap:
+def choose_features(names: tuple[str, ...], offered: Offered, inputs: FloatArray) -> FeatureMap:
     """Build the map from scaled inputs to the named features of one set, normalised by data.
 
     Bounded features are left as they are. The others are divided by their standard deviation, some
@@ -30,7 +27,7 @@ def choose_features(
         ValueError: names are unknown or of several sets, the system has not what the set needs, or
             a feature never changes.
     """
-    features = feature_set(names, system, scaling)
+    features = feature_set(names, offered)
     chosen = features.indices(names)
     signals = features.along(inputs).reshape(-1, features.n_signals)
     values = signals[:, list(chosen)]

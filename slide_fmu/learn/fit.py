@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import torch
@@ -19,27 +16,23 @@ from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.window import Window
 from slide_fmu.data.draws import probe
 from slide_fmu.data.store import Split, read_split, require_origin
+from slide_fmu.features.base import Offered
+from slide_fmu.learn.checkpoint_keys import checkpoint_key, content_of, machine_of
 from slide_fmu.learn.estimator import fit_estimator
 from slide_fmu.learn.family import FITS
 from slide_fmu.learn.feature_choice import choose_features, require_odd
+from slide_fmu.learn.feature_search import Trials, search_features
 from slide_fmu.learn.history import History
+from slide_fmu.learn.input_forecast import fit_forecast
 from slide_fmu.learn.problem import Problem
 from slide_fmu.memory.modes import spectrum
+from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import Linearizable, System, chain_of
+from slide_fmu.systems.base import Linearizable, System
 
 STILL = 1e-9
 """A standard deviation below this part of the range is rounding, not motion."""
-
-PACKAGE = Path(__file__).parents[1]
-ROOMS = (
-    *("core", "features", "excitation", "network", "systems"),
-    *("surrogate", "recipe", "data", "memory", "learn"),
-)
-"""A training runs the code of these rooms: all that this one imports, directly or by others. A
-test compares this list with the imports, so that no change of their code can pass unseen by the
-checkpoints: an estimator's targets are errors that ``surrogate`` and ``network`` compute."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,92 +56,91 @@ def fit_surrogate(
         StoreError: trajectories are missing, or were made from another recipe or model.
         TrainingError: a training diverged.
         UnstableModeError: a mode of the system linearized at rest grows.
+        RecipeError, UrdfError: the recipe's serial chain cannot be read, or is not the system's.
         ValueError: signs shall be flipped of signals that are not symmetric, or a signal never
             moves in the training data.
     """
     recipe.require_resolved()
     require_origin(store, recipe, probe(recipe, system))
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-    surrogate, history = _fit_network(recipe, system, (store, checkpoints), device, progress)
+    offered = offered_features(recipe, system, range_scaling(system.inputs))
+    surrogate, histories = _fit_network(
+        recipe, (system, offered), (store, checkpoints), device, progress
+    )
     if recipe.estimator is None:
-        return Fit(surrogate, {"surrogate": history})
+        return Fit(surrogate, histories)
     learnt, validation = (
         read_split(store, name, recipe.count(name))
         for name in ("estimator", "estimator_validation")
     )
-    key = _digest(
-        _code(),
+    key = checkpoint_key(
         surrogate.to_bytes().hex(),
-        _chain(system),
-        _content(learnt),
-        _content(validation),
+        machine_of(offered),
+        content_of(learnt),
+        content_of(validation),
         recipe.estimator.model_dump(mode="json"),
     )
     place, splits = checkpoints / f"estimator-{key}.pt", (learnt, validation)
-    estimator, histories = fit_estimator(
-        surrogate, system, splits, recipe.estimator, place, device, progress
+    estimator, more = fit_estimator(
+        surrogate, offered, splits, recipe.estimator, place, device, progress
     )
-    histories = {"surrogate": history, **histories}
-    return Fit(dataclasses.replace(surrogate, estimator=estimator), histories)
-
-
-def _chain(system: System) -> object:
-    """The numbers of the serial chain that features may be formed of, and data need not show."""
-    chain = chain_of(system)
-    return (
-        None if chain is None else {name: values.tolist() for name, values in vars(chain).items()}
-    )
+    return Fit(dataclasses.replace(surrogate, estimator=estimator), {**histories, **more})
 
 
 def _fit_network(
     recipe: Recipe,
-    system: System,
+    machine: tuple[System, Offered],
     places: tuple[Path, Path],
     device: torch.device,
     progress: Stages,
-) -> tuple[Surrogate, History]:
+) -> tuple[Surrogate, dict[str, History]]:
     """Fit the surrogate without its error estimator; places are the store and the checkpoints."""
+    system, offered = machine
     store, checkpoints = places
     kinds = ("train", "validation", *(["beyond"] if recipe.data.beyond else []))
     splits = [read_split(store, kind, recipe.count(kind)) for kind in kinds]
     if any(training.flip_signs for training in recipe.trainings()):
         require_symmetry((*system.inputs, *system.outputs))
     require_motion(system.inputs, splits[0].inputs)
-    input_scaling = range_scaling(system.inputs)
+    input_scaling = offered.scaling
     output_scaling = standard_deviation_scaling(system.outputs, splits[0])
     family = FITS[type(recipe.network)]
     eigenvalues = eigenvalues_at_rest(system) if family.linearized else None
     dtype = torch.float64 if family.linearized else getattr(torch, recipe.training.precision)
-    scaled_inputs = input_scaling.apply(splits[0].inputs)
-    names = recipe.network.feature_names()
-    features = choose_features(names, system, input_scaling, scaled_inputs)
-    if recipe.training.flip_signs:
-        require_odd(features)
-
-    def scaled(split: Split) -> tuple[torch.Tensor, torch.Tensor]:
-        seen = features.along(input_scaling.apply(split.inputs))
-        values = (seen, output_scaling.apply(split.outputs))
-        one, other = (torch.as_tensor(part, dtype=dtype).to(device) for part in values)
-        return one, other
-
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
-    key = _digest(
-        _code(),
-        *(_content(split) for split in splits),
+    key = checkpoint_key(
+        *(content_of(split) for split in splits),
         str(eigenvalues),
-        _chain(system),
+        machine_of(offered),
         *(values.tolist() for s in (input_scaling, output_scaling) for values in vars(s).values()),
         recipe.model_dump(mode="json", include={"window", "network", "training"}),
     )
-    training, validation, *beyond = (scaled(split) for split in splits)
     checkpoint = checkpoints / f"surrogate-{key}.pt"
+    values = [
+        (input_scaling.apply(split.inputs), output_scaling.apply(split.outputs))
+        for split in splits
+    ]
+    trials = Trials(offered, window, (splits[0], splits[1]), eigenvalues, checkpoints)
+    table, tried = search_features(recipe.network, recipe.training, trials, progress)
+    features = choose_features(table.feature_names(), offered, values[0][0])
+    if recipe.training.flip_signs:
+        require_odd(features)
+
+    def seen(inputs: FloatArray, outputs: FloatArray) -> tuple[torch.Tensor, torch.Tensor]:
+        parts = features.along(inputs), outputs
+        one, other = (torch.as_tensor(part, dtype=dtype).to(device) for part in parts)
+        return one, other
+
+    training, validation, *beyond = (seen(*pair) for pair in values)
     more = beyond[0] if beyond else None
     problem = Problem(window, features, training, validation, checkpoint, eigenvalues, more)
-    tables = recipe.network, recipe.training
-    network, history = family.fit(problem, *tables, progress("surrogate"))
+    network, history = family.fit(problem, table, recipe.training, progress("surrogate"))
     signals = system.inputs, system.outputs
     surrogate = Surrogate(recipe.name, window, *signals, input_scaling, output_scaling, network)
-    return surrogate, history
+    at_step_end = recipe.window.inputs == "step_end"
+    forecast = fit_forecast(system.inputs, splits[0].inputs, at_step_end)
+    surrogate = dataclasses.replace(surrogate, forecast=forecast)
+    return surrogate, {**tried, "surrogate": history}
 
 
 def eigenvalues_at_rest(system: System) -> NDArray[np.complex128] | None:
@@ -208,27 +200,3 @@ def standard_deviation_scaling(signals: tuple[Signal, ...], split: Split) -> Aff
     require_motion(signals, split.outputs)
     deviation = split.outputs.reshape(-1, len(signals)).std(axis=0)
     return Affine(range_scaling(signals).offset, deviation)
-
-
-def checkpoint_key(*parts: Any) -> str:
-    """Return a key for a checkpoint: of the training's code, and of what JSON can hold."""
-    return _digest(_code(), *parts)
-
-
-def _content(split: Split) -> str:
-    """Return a digest of a split's values: a checkpoint belongs to the data it was trained on."""
-    return hashlib.sha256(split.inputs.tobytes() + split.outputs.tobytes()).hexdigest()
-
-
-def _code() -> str:
-    """Return a digest of the training's code and of torch, to which checkpoints belong."""
-    total = hashlib.sha256(torch.__version__.encode())
-    for room in ROOMS:
-        for source in sorted((PACKAGE / room).rglob("*.py")):
-            name = source.relative_to(PACKAGE).as_posix()
-            total.update(name.encode() + b"\0" + source.read_bytes() + b"\0")
-    return total.hexdigest()
-
-
-def _digest(*parts: Any) -> str:
-    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]

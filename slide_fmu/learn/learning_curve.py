@@ -7,7 +7,6 @@ more data nor more iterations pay.
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,18 +19,21 @@ from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.window import Window
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.learn.checkpoint_keys import checkpoint_key, content_of, machine_of
 from slide_fmu.learn.feature_choice import choose_features
-from slide_fmu.learn.fit import checkpoint_key, eigenvalues_at_rest, standard_deviation_scaling
+from slide_fmu.learn.feature_search import Trials, search_features
+from slide_fmu.learn.fit import eigenvalues_at_rest, standard_deviation_scaling
 from slide_fmu.learn.problem import Problem
 from slide_fmu.learn.state_space.fit import prepare
 from slide_fmu.learn.state_space.multi_start import Candidate, MultiStart
 from slide_fmu.learn.state_space.sizes import FIRST_UNITS
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import System
 
-ITERATIONS = 20
-"""A point of the curve takes at most this many iterations."""
+FIRST_ITERATIONS, ITERATIONS = 20, 10
+"""The first point of the curve takes at most so many iterations, each further one so many."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +79,7 @@ class LearningCurve:
             for name, count in (("train", train), ("validation", validation))
         ]
         if self._scales is None:
-            self._scales = self._found(splits[0])
+            self._scales = self._found(splits, progress)
         scales = self._scales
         window, place = self._recipe.window, self._checkpoints / f"curve-{scales.key}.pt"
         problem = Problem(
@@ -90,9 +92,11 @@ class LearningCurve:
         )
         data = prepare(problem, self._network, self._training)
         fit = MultiStart(problem, self._network, self._training, data, progress)
-        fit.plan(ITERATIONS)
-        before = self._first(fit) if self._candidate is None else self._candidate
-        self._candidate = fit.with_more_data(before, ITERATIONS)
+        first = self._candidate is None
+        iterations = FIRST_ITERATIONS if first else ITERATIONS
+        fit.plan(iterations)
+        before = self._candidate or self._first(fit)
+        self._candidate = fit.with_more_data(before, iterations)
         return self._candidate.error
 
     def _first(self, fit: MultiStart) -> Candidate:
@@ -103,18 +107,22 @@ class LearningCurve:
         linear = fit.linear(order)
         return fit.start(linear, units, 0) if units else linear
 
-    def _found(self, split: Split) -> _Scales:
-        system, recipe = self._system, self._recipe
-        inputs = range_scaling(system.inputs)
-        names = recipe.network.feature_names()
-        content = hashlib.sha256(split.inputs.tobytes() + split.outputs.tobytes()).hexdigest()
+    def _found(self, splits: list[Split], progress: Progress) -> _Scales:
+        system, recipe, split = self._system, self._recipe, splits[0]
+        inputs, eigenvalues = range_scaling(system.inputs), eigenvalues_at_rest(system)
+        offered = offered_features(recipe, system, inputs)
+        window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
+        trials = Trials(offered, window, (split, splits[1]), eigenvalues, self._checkpoints)
+        network, _ = search_features(self._network, self._training, trials, lambda _: progress)
+        assert isinstance(network, StateSpaceRecipe)
+        self._network = network
         tables = recipe.model_dump(mode="json", include={"window", "network", "training"})
         return _Scales(
             inputs,
             standard_deviation_scaling(system.outputs, split),
-            choose_features(names, system, inputs, inputs.apply(split.inputs)),
-            eigenvalues_at_rest(system),
-            checkpoint_key(content, tables),
+            choose_features(network.feature_names(), offered, inputs.apply(split.inputs)),
+            eigenvalues,
+            checkpoint_key(content_of(split), machine_of(offered), tables),
         )
 
     def _seen(self, split: Split, scales: _Scales) -> tuple[torch.Tensor, torch.Tensor]:

@@ -61,6 +61,17 @@ def known_numbers(recipe: Recipe, folder: RunFolder) -> Resolved | None:
         if curve.reason is None:
             return None
         train = curve.points[-1].trajectories
+    return _numbers_with(recipe, train)
+
+
+def least_numbers(recipe: Recipe) -> Resolved:
+    """Return the numbers that a recipe leaves open, if its curve ends as soon as it can."""
+    open_curve = "data.train" in recipe.automatic
+    return _numbers_with(recipe, 2 * FIRST if open_curve else recipe.data.train)
+
+
+def _numbers_with(recipe: Recipe, train: int) -> Resolved:
+    """Return the numbers that a recipe leaves open, with so many trajectories to learn from."""
     estimator = recipe.data.estimator
     if "data.estimator" in recipe.automatic:
         estimator = ESTIMATOR * train

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +14,8 @@ from slide_fmu.core.signals import FloatArray, cosines_of
 from slide_fmu.cosim.importer import read_description
 from slide_fmu.cosim.ssp import Connection, write_ssp
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
-from slide_fmu.fmu.export import read_fmu
+from slide_fmu.fmu.export import export_fmu, read_fmu
+from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.python_fmu.input_source import write_input_source
 from slide_fmu.python_fmu.reference_slave import write_reference_fmu
@@ -54,7 +57,8 @@ def write_side_by_side(
     """Write an FMU and its reference system, driven by the same unseen inputs, as SSP.
 
     Its components are ``inputs``, ``reference`` and ``surrogate``. The inputs are those of the
-    first trajectory of ``validate`` with this seed, led in by its burn-in. Their duration in s,
+    first trajectory of ``validate`` with this seed, led in by its burn-in; both others take them
+    as reached by each step's end. Their duration in s,
     beside the lead-in, is the recipe's if None.
 
     Returns:
@@ -81,9 +85,28 @@ def write_side_by_side(
             for component in ("reference", "surrogate")
             for signal in surrogate.inputs
         ]
-        components = {"inputs": source, "reference": reference, "surrogate": fmu}
+        alike = as_the_reference(fmu, surrogate, found, Path(folder) / "surrogate.fmu")
+        components = {"inputs": source, "reference": reference, "surrogate": alike}
         write_ssp(path, surrogate.name, components, connections)
     return path, FMI_3 if fmi.startswith("3.") else None
+
+
+def as_the_reference(
+    fmu: Path, surrogate: Surrogate, found: dict[str, Any] | None, path: Path
+) -> Path:
+    """Return an FMU that takes its inputs as the reference FMU does.
+
+    A reference moves to what its inputs are set to before a step, so that both answer late alike.
+    An FMU that would forecast them instead is written anew, with its provenance, and takes them as
+    reached by the step's end.
+    """
+    if surrogate.hold == "zero_order" or surrogate.inputs_at_step_end:
+        return fmu
+    assert surrogate.forecast is not None
+    forecast = dataclasses.replace(surrogate.forecast, at_step_end=True)
+    fmi: FmiVersion = 3 if read_description(fmu).fmiVersion.startswith("3.") else 2
+    told = dataclasses.replace(surrogate, forecast=forecast)
+    return export_fmu(told, path, fmi=fmi, provenance=found)
 
 
 def led_in(surrogate: Surrogate, drawn: Draw) -> FloatArray:

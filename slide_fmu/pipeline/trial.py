@@ -11,7 +11,9 @@ from slide_fmu.data.draws import PROBE, Stream, draw, simulate_draw
 from slide_fmu.memory.bandwidth import step_remark
 from slide_fmu.memory.sizing import Sizing
 from slide_fmu.pipeline.job import Job
+from slide_fmu.pipeline.numbers import least_numbers
 from slide_fmu.pipeline.stages import size_recipe
+from slide_fmu.recipe.reading import with_resolved
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.base import OFFERS, System
@@ -41,7 +43,9 @@ class Trial:
     def figures(self) -> dict[str, Any]:
         """Return the figures as plain values, as written to JSON."""
         data = self.recipe.data
-        counts = {split: self.recipe.count(split) for split in SPLITS}
+        least = least_numbers(self.recipe)
+        recipe = with_resolved(self.recipe, least, f"recipe {self.recipe.name!r}")
+        counts = {split: recipe.count(split) for split in SPLITS}
         simulated = sum(counts.values()) * (data.duration + data.burn_in)
         workers = os.cpu_count() or 1
         return {
@@ -56,6 +60,7 @@ class Trial:
             "window": self.sizing.figures(),
             "data": {
                 "trajectories": counts,
+                "at_least": bool(least),
                 "duration_s": data.duration,
                 "burn_in_s": data.burn_in,
                 "simulated_time_s": simulated,

@@ -9,7 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, PlainValidator, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    PlainValidator,
+    field_validator,
+    model_validator,
+)
 
 from slide_fmu.features.sets import LINEAR_NAMES
 
@@ -107,7 +114,9 @@ class StateSpaceRecipe(Table):
             mechanisms whose inertia depends on their configuration.
         bias: whether there are constant terms; without, the network answers -u with -y: for
             features that change their sign with the inputs, and no readout.
-        drive: names of the features in the state input (``slide_fmu.features.sets``).
+        drive: names of the features in the state input (``slide_fmu.features.sets``); ``"auto"``
+            (the default): the inputs, but where there are angles or a serial chain and no other
+            features are named, the choice of all features with the best validation error.
         static: names of the features in the feedthrough, which the outputs follow at once; as the
             drive if not given.
         gated: names of the features that LPV units multiply beside the states; as the drive if not
@@ -124,12 +133,17 @@ class StateSpaceRecipe(Table):
     padding: int = Field(default=2, ge=0)
     units: Literal["tanh", "cubic", "gated"] = "tanh"
     bias: bool = True
-    drive: FeatureNames = ("inputs",)
+    drive: FeatureNames | None = None
     static: FeatureNames | None = None
     gated: FeatureNames | None = None
     schedule: tuple[str, ...] = ()
     readout: tuple[str, ...] = ()
     turned_pairs: int = Field(default=0, ge=0)
+
+    @field_validator("drive", mode="before")
+    @classmethod
+    def _auto_is_none(cls, value: Any) -> Any:
+        return None if value == "auto" else value
 
     @model_validator(mode="after")
     def _gated_units_have_a_schedule(self) -> StateSpaceRecipe:
@@ -152,16 +166,22 @@ class StateSpaceRecipe(Table):
         return self
 
     def roles(self) -> dict[str, tuple[str, ...]]:
-        """Return the names of the features in each of a cell's ``Roles``."""
-        gated = self.units == "gated"
+        """Return the names of the features in each of a cell's ``Roles``; "auto" as the inputs."""
+        gated, drive = self.units == "gated", self.drive or ("inputs",)
         return {
-            "drive": self.drive,
-            "static": self.drive if self.static is None else self.static,
-            "gated": (self.drive if self.gated is None else self.gated) if gated else (),
+            "drive": drive,
+            "static": drive if self.static is None else self.static,
+            "gated": (drive if self.gated is None else self.gated) if gated else (),
             "schedule": self.schedule,
             "readout": self.readout,
             "turn": ("frame",) if self.turned_pairs else (),
         }
+
+    @property
+    def roles_are_named(self) -> bool:
+        """Whether the recipe names the features of any part of the network."""
+        others = (self.static, self.gated, self.schedule, self.readout)
+        return self.drive is not None or any(others)
 
     def feature_names(self) -> tuple[str, ...]:
         """Return the names of all features that it uses, each once."""

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from slide_fmu.core.signals import Angle, Hold
 from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
+from slide_fmu.features.drive_law import DEFAULT_LAW
 from slide_fmu.recipe.automatic import LENGTHS, with_guesses
 from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.estimator import EstimatorRecipe
@@ -23,6 +24,7 @@ from slide_fmu.recipe.learning import (
     Table,
     TrainingTable,
 )
+from slide_fmu.recipe.machine import ChainRecipe, DriveRecipe
 from slide_fmu.systems.specification import SignalChoice
 
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond")
@@ -38,8 +40,8 @@ class SignalRecipe(Table):
 
     Attributes:
         range: lowest and highest value of the intended range, in ``unit``.
-        unit, description, start, hold, angle: as of ``slide_fmu.core.signals.Signal``; those of
-            the model if not given.
+        unit, description, start, hold, angle, period: as of ``slide_fmu.core.signals.Signal``;
+            those of the model if not given.
     """
 
     range: tuple[float, float] | None = None
@@ -48,6 +50,7 @@ class SignalRecipe(Table):
     start: float | None = None
     hold: Hold | None = None
     angle: Angle | None = None
+    period: float | None = None
 
     def choice(self, name: str) -> SignalChoice:
         """Return the choice that this table makes about the signal of a name."""
@@ -69,6 +72,11 @@ class SystemRecipe(Table):
             of what a faster one has taught. Empty: the same model.
         picture: ``"module:function"`` that draws the reference system in motion, for the model
             card: it takes the system and gives the bytes of a PNG file. None: no picture.
+        chain: serial chain whose joints' set points the inputs are, in the order of the joints;
+            the path of its URDF alone is short for its table. None: that of the model, if it has
+            one.
+        drive: how the joints follow the set points: a name in ``DRIVE_LAWS`` is short for
+            the table of its weights.
     """
 
     kind: str = "class"
@@ -78,6 +86,18 @@ class SystemRecipe(Table):
     outputs: dict[str, SignalRecipe] = Field(default={})
     reference: dict[str, float | int | str | bool] = Field(default={})
     picture: str | None = Field(default=None, pattern=r"^[\w.]+:\w+$")
+    chain: ChainRecipe | None = None
+    drive: DriveRecipe = DriveRecipe.named(DEFAULT_LAW)
+
+    @field_validator("chain", mode="before")
+    @classmethod
+    def _path_is_short_for_the_table(cls, value: Any) -> Any:
+        return {"urdf": value} if isinstance(value, str) else value
+
+    @field_validator("drive", mode="before")
+    @classmethod
+    def _name_is_short_for_the_law(cls, value: Any) -> Any:
+        return DriveRecipe.named(value) if isinstance(value, str) else value
 
 
 class WindowRecipe(Table):
@@ -87,6 +107,10 @@ class WindowRecipe(Table):
         step: sample step h in s.
         n_in: number of input samples; found from the decay time if ``"auto"`` or not given.
         n_out: number of output samples; follows ``n_in`` if ``"auto"`` or not given.
+        inputs: what an importer of the FMU sets inputs with a first-order hold to before a step,
+            unless it sets the parameter ``inputs_at_step_end``: ``"now"``, what they are at its
+            begin, so that the FMU forecasts what they do within it; or ``"step_end"``, what they
+            reach by its end, which suits set points that are known ahead.
         remaining_amplitude: fraction to which initial effects must have decayed.
         allow_short: whether a window is accepted that is too short for the system.
     """
@@ -94,6 +118,7 @@ class WindowRecipe(Table):
     step: PositiveFloat
     n_in: PositiveInt
     n_out: PositiveInt
+    inputs: Literal["now", "step_end"] = "now"
     remaining_amplitude: float = Field(0.01, gt=0, lt=1)
     allow_short: bool = False
 

@@ -7,14 +7,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from slide_fmu.core.scaling import Affine, range_scaling
-from slide_fmu.features.base import Features, Offered
-from slide_fmu.features.sets import feature_set as set_of_names
+from slide_fmu.core.scaling import range_scaling
+from slide_fmu.features.sets import feature_set
 from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
+from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.systems.base import System, chain_of
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.specification import Specification
+
+GEOMETRY = ("prismatic", "theta", "steps", "alpha", "tool")
+"""Parts of a serial chain that are no masses."""
 
 
 def recipe_system(recipe: Recipe) -> System:
@@ -75,7 +78,7 @@ def _interface(system: System) -> dict[str, object]:
         # the outputs may be about lengths, twists and tool point
         "geometry of the serial chain": None
         if chain is None
-        else {name: getattr(chain, name).tolist() for name in ("a", "d", "alpha", "tool")},
+        else {name: getattr(chain, name).tolist() for name in GEOMETRY},
     }
 
 
@@ -111,16 +114,6 @@ def reference_specification(recipe: Recipe) -> Specification:
     return replace(made, parameters={**made.parameters, **recipe.system.reference})
 
 
-def feature_set(names: tuple[str, ...], system: System, scaling: Affine) -> Features:
-    """Return the set that all names belong to, on the inputs of a system with their scaling.
-
-    Raises:
-        ValueError: names are unknown or of several sets, or the system has not what the set needs.
-    """
-    offered = Offered(system.inputs, scaling, system.step, chain_of(system))
-    return set_of_names(names, offered)
-
-
 def require_features(recipe: Recipe, system: System) -> None:
     """Refuse networks that see what the system has not, or turn more states than they have.
 
@@ -130,11 +123,12 @@ def require_features(recipe: Recipe, system: System) -> None:
     tables: dict[str, NetworkTable] = {"network": recipe.network}
     if recipe.estimator is not None:
         tables["estimator.network"] = recipe.estimator.network
+    offered = offered_features(recipe, system, range_scaling(system.inputs))
     for place, table in tables.items():
         try:
-            features = feature_set(table.feature_names(), system, range_scaling(system.inputs))
+            features = feature_set(table.feature_names(), offered)
             if isinstance(table, StateSpaceRecipe) and table.turned_pairs:
-                drives = len(features.indices(table.drive))
+                drives = len(features.indices(table.roles()["drive"]))
                 require_turned_pairs(table.turned_pairs, table.order, drives, len(system.outputs))
         except ValueError as error:
             raise RecipeError(f"recipe {recipe.name!r}: {place}: {error}") from error

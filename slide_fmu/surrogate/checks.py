@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.scaling import Affine
-from slide_fmu.core.signals import FloatArray, Signal, check_inputs, cosines_of
+from slide_fmu.core.signals import FloatArray, Signal, check_inputs, cosines_of, hold_of
+from slide_fmu.surrogate.input_forecast import InputForecast
 
 START_TOLERANCE = 1e-12
 """How far a start may lie outside offset -+ scale, relative to |offset| + scale: rounding."""
@@ -40,6 +41,21 @@ def check_signals(
                 f"inputs {index} and {index + 1} are cosine and sine of an angle with offsets "
                 f"{offset} and scales {scale}; expected offsets of 0 and one scale for both"
             )
+
+
+def check_forecast(forecast: InputForecast | None, inputs: tuple[Signal, ...]) -> None:
+    """Reject a forecast that is not one of these inputs.
+
+    Raises:
+        ValueError: it is of another number of inputs, or they have a zero-order hold.
+    """
+    if forecast is None:
+        return
+    if hold_of(inputs) != "first_order" or len(forecast.weights) != len(inputs):
+        raise ValueError(
+            f"forecast of {len(forecast.weights)} inputs with a first-order hold; expected "
+            f"{len(inputs)}, and the inputs have the hold {hold_of(inputs)!r}"
+        )
 
 
 def check_starts(scaling: Affine, inputs: tuple[Signal, ...]) -> None:

@@ -3,9 +3,9 @@
 The second reader is the C runtime, ``slide_fmu/fmu/runtime/bytes/payload.c``; both reject the same
 files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` IEEE 754.
 
-    file     := "SLIDEFMU"  u32 version (5)  section*  u32 crc32 (of all bytes before it)
+    file     := "SLIDEFMU"  u32 version (6)  section*  u32 crc32 (of all bytes before it)
     section  := 4-byte tag  u32 length in bytes (a multiple of 4)  content
-    sections, in this order, each once; ESTI may be absent:
+    sections, in this order, each once; ESTI and MOVE may be absent:
     WIND     := f64 step/s  u32 n_in  u32 n_out  u32 n_inputs  u32 n_outputs
     SCIN     := n_inputs  x (f64 offset  f64 scale  f64 start    input = (u - offset) / scale
                              u32 hold  u32 angle)
@@ -13,6 +13,8 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
     PRED     := network                                          the surrogate
     ESTI     := f64 low  f64 high  u32 positions  network        the error estimator
                 f32 least[count]  f32 largest[count]             of its features
+    MOVE     := u32 at_step_end  u32 n_candidates  u32 n_past  u32 n_scored
+                n_inputs x (f64 largest change  f64 weight[n_candidates][n_past])
     META     := UTF-8 JSON, padded with spaces                   signals; the C runtime skips it
     network  := see slide_fmu/network/bytes.py
 
@@ -21,8 +23,12 @@ finite and within offset -+ scale. Hold: 0 zero-order, 1 first-order; the same f
 Angle: 0 none; 1 the cosine of an angle, with its sine, 2, in the next row; both with offset 0 and
 the same scale. What else a signal is stands in META, and its start there too.
 
-Files of version 4 (one hold for all inputs behind n_outputs in WIND, no hold and angle in SCIN)
-are read here only: their angle is found in the features of their network.
+MOVE says how inputs with a first-order hold go on (``input_forecast.py``); without it they are
+held while they are not known, and at_step_end is 1.
+
+Files of version 5 are those without MOVE. Files of version 4 (one hold for all inputs behind
+n_outputs in WIND, no hold and angle in SCIN) are read here only: their angle is found in the
+features of their network.
 
 A feed-forward surrogate gives n_outputs values per evaluation (n_samples = n_in - n_out + 1; a
 block is n_out evaluations, one per position), or n_out * n_outputs values (n_samples = n_in; a
@@ -52,19 +58,23 @@ from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.scaling import Affine, LogError
 from slide_fmu.core.signals import Angle, Hold, Signal
 from slide_fmu.core.window import Window
-from slide_fmu.features.director import Director
 from slide_fmu.network.base import Network
 from slide_fmu.network.bytes import decode_network, encode_network
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
+from slide_fmu.surrogate.input_forecast import MAX_CANDIDATES, MAX_PAST, InputForecast
 
 Made = TypeVar("Made")
 
 MAGIC = b"SLIDEFMU"
-VERSION = 5
+VERSION = 6
+READABLE = (4, 5, VERSION)
 HOLDS: tuple[Hold, ...] = ("zero_order", "first_order")
 ANGLES: tuple[Angle | None, ...] = (None, "cosine", "sine")
 """Places in both are the numbers in the file."""
+
+FORMER_DIRECTOR = 2
+"""Number of the features of an angle in files of version 4."""
 
 INPUT_ROW = np.dtype(
     [("offset", "<f8"), ("scale", "<f8"), ("start", "<f8"), ("hold", "<u4"), ("angle", "<u4")]
@@ -78,14 +88,17 @@ class PayloadError(ValueError):
 def encode(
     name: str,
     window: Window,
-    inputs: tuple[Signal, ...],
-    outputs: tuple[Signal, ...],
-    input_scaling: Affine,
-    output_scaling: Affine,
+    signals: tuple[tuple[Signal, ...], tuple[Signal, ...]],
+    scalings: tuple[Affine, Affine],
     network: Network,
     estimator: ErrorEstimator | None,
+    forecast: InputForecast | None,
 ) -> bytes:
-    """Write the bytes of a surrogate file from the fields of ``Surrogate``; they decide all."""
+    """Write the bytes of a surrogate file from the fields of ``Surrogate``; they decide all.
+
+    Signals and scalings are those of the inputs, then those of the outputs.
+    """
+    (inputs, outputs), (input_scaling, output_scaling) = signals, scalings
     sizes = window.n_in, window.n_out, len(inputs), len(outputs)
     rows = np.stack([output_scaling.offset, output_scaling.scale], 1)
     body = MAGIC + struct.pack("<I", VERSION)
@@ -95,6 +108,8 @@ def encode(
     body += _section(b"PRED", encode_network(network))
     if estimator is not None:
         body += _section(b"ESTI", _encode_estimator(estimator))
+    if forecast is not None:
+        body += _section(b"MOVE", _encode_forecast(forecast))
     metadata = {
         "name": name,
         "inputs": [_row(signal) for signal in inputs],
@@ -117,7 +132,7 @@ def decode(data: bytes, make: Callable[..., Made]) -> Made:
     if len(data) < 16 or data[:8] != MAGIC:
         raise PayloadError("not a surrogate file: expected it to begin with 'SLIDEFMU'")
     (version,) = struct.unpack_from("<I", data, 8)
-    if version not in (4, VERSION):
+    if version not in READABLE:
         raise PayloadError(
             f"surrogate file of version {version}; expected version {VERSION}: make it again from "
             "its recipe with slide-fmu train, or use the version of slide-fmu that made it"
@@ -148,7 +163,7 @@ def _sections_of_version_4(reader: Reader) -> bytes:
     reader.section(b"SCOU")
     network = reader.section(b"PRED")
     network.u32()  # its family
-    angles = (1, 2) if network.u32() == Director.NUMBER else ()
+    angles = (1, 2) if network.u32() == FORMER_DIRECTOR else ()
     rows = b""
     for index in range(len(inputs.data) // 24):
         angle = angles[index] if index < len(angles) else 0
@@ -201,10 +216,14 @@ def _decode_sections(reader: Reader) -> tuple[Any, ...]:
     estimator = None
     if reader.data[reader.position : reader.position + 4] == b"ESTI":
         estimator = _decode_estimator(reader.section(b"ESTI"), n_inputs)
+    forecast = None
+    if reader.data[reader.position : reader.position + 4] == b"MOVE":
+        forecast = _decode_forecast(reader.section(b"MOVE"), n_inputs)
     section = reader.section(b"META")
     text = section.take(len(section.data)).decode("utf-8").rstrip(" ")
     name, inputs, outputs = _signals(text, rows)
-    return name, window, inputs, outputs, input_scaling, output_scaling, network, estimator
+    scalings = input_scaling, output_scaling
+    return name, window, inputs, outputs, *scalings, network, estimator, forecast
 
 
 def _signals(
@@ -248,3 +267,25 @@ def _decode_estimator(section: Reader, n_inputs: int) -> ErrorEstimator:
     ranges = section.f32(2, network.features.n_signals)
     section.done()
     return ErrorEstimator(network, LogError(low, high), positions, ranges)
+
+
+def _encode_forecast(forecast: InputForecast) -> bytes:
+    n_inputs, n_candidates, n_past = forecast.weights.shape
+    rows = [forecast.largest_change[:, None], forecast.weights.reshape(n_inputs, -1)]
+    sizes = (n_candidates, n_past, forecast.n_scored)
+    head = struct.pack("<IIII", forecast.at_step_end, *sizes)
+    return head + np.concatenate(rows, axis=1).astype("<f8").tobytes()
+
+
+def _decode_forecast(section: Reader, n_inputs: int) -> InputForecast:
+    at_step_end, n_candidates, n_past, n_scored = (section.u32() for _ in range(4))
+    if at_step_end > 1 or n_candidates > MAX_CANDIDATES or n_past > MAX_PAST:
+        raise ValueError(
+            f"forecast with at_step_end {at_step_end}, {n_candidates} candidates of {n_past} "
+            f"samples; expected 0 or 1, at most {MAX_CANDIDATES} and {MAX_PAST}"
+        )
+    columns = 1 + n_candidates * n_past
+    rows = section.f64(n_inputs * columns).reshape(n_inputs, columns).copy()
+    section.done()
+    weights = rows[:, 1:].reshape(n_inputs, n_candidates, n_past)
+    return InputForecast(bool(at_step_end), weights, rows[:, 0], n_scored)

@@ -15,8 +15,9 @@ from slide_fmu.core.signals import FloatArray, Hold, Signal, cosines_of, hold_of
 from slide_fmu.core.window import Window
 from slide_fmu.features.base import BEFORE
 from slide_fmu.network.base import BATCH, Network, Stepper, batches
-from slide_fmu.surrogate.checks import check_signals, check_starts, checked_inputs
+from slide_fmu.surrogate.checks import check_forecast, check_signals, check_starts, checked_inputs
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
+from slide_fmu.surrogate.input_forecast import InputForecast
 from slide_fmu.surrogate.payload import decode, encode
 
 RANGE_SLACK = 1e-6
@@ -40,6 +41,8 @@ class Surrogate:
         output_scaling: physical outputs to network outputs.
         network: scaled input window to scaled outputs.
         estimator: error estimator, or None.
+        forecast: how inputs with a first-order hold go on, and whether the FMU asks for that; None
+            with a zero-order hold, and where inputs are set to what they reach by the step's end.
 
     Raises:
         ValueError: the parts do not fit together.
@@ -53,6 +56,7 @@ class Surrogate:
     output_scaling: Affine
     network: Network
     estimator: ErrorEstimator | None = None
+    forecast: InputForecast | None = None
 
     def __post_init__(self) -> None:
         if not (self.name.isascii() and self.name.isidentifier()):
@@ -66,6 +70,7 @@ class Surrogate:
         self.network.require_window(self.window, len(self.outputs))
         if self.estimator is not None:
             self.estimator.require_outputs(len(self.outputs))
+        check_forecast(self.forecast, self.inputs)
 
     def _check_channels(self) -> None:
         networks = [self.network, *([] if self.estimator is None else [self.estimator.network])]
@@ -75,8 +80,8 @@ class Surrogate:
                 f"{len(self.inputs)} inputs and {len(self.outputs)} outputs, but networks and "
                 f"scaling for {sorted(inputs)} inputs and {len(self.output_scaling.scale)} outputs"
             )
-        angle = cosines_of(self.inputs) == (0,)
-        if any(network.features.features.of_angle for network in networks) and not angle:
+        wanted = {i for network in networks for i in network.features.features.cosines}
+        if not wanted <= set(cosines_of(self.inputs)):
             raise ValueError(
                 f"inputs {[signal.name for signal in self.inputs]} are no angle, but a network "
                 "sees features of one; expected a signal with angle 'cosine' and one with 'sine'"
@@ -86,6 +91,12 @@ class Surrogate:
     def hold(self) -> Hold:
         """Return the hold of the inputs between samples, as in the training data."""
         return hold_of(self.inputs)
+
+    @property
+    def inputs_at_step_end(self) -> bool:
+        """Whether the FMU, unless told otherwise, takes inputs as reached by the step's end."""
+        first_order = self.hold == "first_order"
+        return first_order and (self.forecast is None or self.forecast.at_step_end)
 
     @property
     def starts(self) -> FloatArray:
@@ -231,11 +242,19 @@ class Surrogate:
 
     def to_bytes(self) -> bytes:
         """Write a surrogate file (``payload.py``); the same surrogate gives the same bytes."""
-        return encode(**vars(self))
+        return encode(
+            self.name,
+            self.window,
+            (self.inputs, self.outputs),
+            (self.input_scaling, self.output_scaling),
+            self.network,
+            self.estimator,
+            self.forecast,
+        )
 
     @staticmethod
     def from_bytes(data: bytes) -> Surrogate:
-        """Read a surrogate file's bytes (``payload.py``), also those of version 4.
+        """Read a surrogate file's bytes (``payload.py``), also those of versions 4 and 5.
 
         Raises:
             PayloadError: the bytes are damaged or of another version.

@@ -150,7 +150,7 @@ class FunctionSystem(Linearizable):
         try:
             return self._g.finite(self._x, read_only(self._u), self._p, read_only(self._du))
         except FunctionError as error:
-            raise FunctionError(f"{error}; {self._place(self._u)}") from error
+            raise FunctionError(f"{error}; {self._place(self._u)}", self._time) from error
 
     def advance(self, inputs: FloatArray) -> FloatArray:
         if np.shape(inputs) != (len(self.inputs),) or not np.isfinite(inputs).all():
@@ -161,16 +161,20 @@ class FunctionSystem(Linearizable):
         try:
             self._x = self._equations.after_step(self._x, last, rate)
         except SimulationError as error:
-            raise SimulationError(f"{error}; {self._place(inputs)}") from error
+            raise SimulationError(f"{error}; {self._place(inputs)}", self._time) from error
         self._u, self._du = np.array(inputs, dtype=np.float64), rate
         self._sample += 1
         return self.output()
 
+    @property
+    def _time(self) -> float:
+        """The time in s since the state that the motion began in."""
+        return self._sample * self.step
+
     def _place(self, inputs: FloatArray) -> str:
         """Say where in a simulation a function failed."""
-        time = self._sample * self.step
         return (
-            f"in sample {self._sample} (t = {time:.6g} s) with x = {self._x.tolist()}, "
+            f"in sample {self._sample} (t = {self._time:.6g} s) with x = {self._x.tolist()}, "
             f"u = {np.asarray(inputs).tolist()}"
         )
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import pickle
 
 from slide_fmu.systems.base import LoadError, System
+from slide_fmu.systems.found import Found
 from slide_fmu.systems.specification import Specification
 
 _given: dict[str, System] = {}
@@ -44,6 +45,20 @@ def make(specification: Specification) -> System:
             f"{specification.step}: remove it"
         )
     return system
+
+
+def recognises(model: str) -> bool:
+    """Whether a model is an object of this session: none that somebody names by a path is."""
+    return False
+
+
+def describe(model: str) -> Found:
+    """Refuse to describe an object, which is learnt where it is.
+
+    Raises:
+        LoadError: always.
+    """
+    raise LoadError(f"system {model!r} is an object; expected a file or a module: slide.learn it")
 
 
 def crosses(system: System) -> bool:

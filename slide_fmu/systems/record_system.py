@@ -80,5 +80,6 @@ class RecordSystem(System):
             k = int(np.argmin(finite))
             raise FunctionError(
                 f"simulate gave {outputs[k].tolist()} in sample {k} (t = {k * self.step:.6g} s), "
-                f"where u = {inputs[k].tolist()}; expected finite numbers"
+                f"where u = {inputs[k].tolist()}; expected finite numbers",
+                k * self.step,
             )

@@ -17,7 +17,8 @@ class SignalChoice:
 
     Attributes:
         name: name of the signal in the model.
-        unit, low, high, description, start, hold, angle: as of ``slide_fmu.core.signals.Signal``.
+        unit, low, high, description, start, hold, angle, period: as of
+            ``slide_fmu.core.signals.Signal``.
     """
 
     name: str
@@ -28,6 +29,7 @@ class SignalChoice:
     start: float | None = None
     hold: Hold | None = None
     angle: Angle | None = None
+    period: float | None = None
 
     def over(self, other: SignalChoice) -> SignalChoice:
         """Give the choice that says what this one says, and elsewhere what the other one says."""

@@ -62,6 +62,11 @@ class Comparison:
         step_seconds: wall time per step of surrogate and reference, shapes (steps,).
         model: outputs of the model that made the data, shape (N, n_outputs), or None where the
             reference is the same model.
+        failed: number of draws before this one that the system could not simulate.
+        plain: outputs of the surrogate FMU as it is, shape (N, n_outputs), where an importer sets
+            u(t) before the step from t, which is all that it knows; None with a zero-order hold.
+            In ``surrogate``, inputs with a first-order hold are set to what they reach by the
+            step's end, as in the reference.
     """
 
     kind: int
@@ -73,6 +78,8 @@ class Comparison:
     true_error: FloatArray
     step_seconds: tuple[FloatArray, FloatArray]
     model: FloatArray | None
+    failed: int = 0
+    plain: FloatArray | None = None
 
     @property
     def error(self) -> FloatArray:
@@ -91,9 +98,11 @@ class Validation:
 
     def figures(self) -> dict[str, Any]:
         """Return the figures as plain values, as written to JSON."""
+        failed = sum(comparison.failed for comparison in self.comparisons)
         return {
             "fmu": self.surrogate.name,
             "trajectories": len(self.comparisons),
+            **({"failed": failed} if failed else {}),
             "seed": self.task.seed,
             "amplitude": list(self.task.amplitude),
             "outputs": [self._output(index) for index in range(len(self.surrogate.outputs))],
@@ -129,6 +138,8 @@ class Validation:
             "rms_reference": float(rms(reference)[index]),
             "rmse": float(rms(error)[index]),
             "relative_rmse": float(relative_rmse(error, reference)[index]),
+            # of an output far from 0, as a temperature in K, the RMS is no measure of its motion
+            "rmse_over_deviation": float(_over_deviation(error, reference)[index]),
             "max_error": float(np.max(np.abs(error[:, index]))),
             "relative_rmse_of_trajectories": _quantiles(single),
         }
@@ -136,6 +147,10 @@ class Validation:
         if differences:
             of_model = relative_rmse(np.concatenate(differences), reference)
             figures["model_relative_rmse"] = float(of_model[index])
+        plain = [c.plain - c.reference for c in self.comparisons if c.plain is not None]
+        if plain:
+            of_plain = relative_rmse(np.concatenate(plain), reference)
+            figures["plain_relative_rmse"] = float(of_plain[index])
         return figures
 
     def _excitations(self) -> list[dict[str, Any]]:
@@ -177,6 +192,16 @@ class Validation:
         }
 
 
+def meaning_of(surrogate: Surrogate) -> str:
+    """Say what becomes of inputs that an importer sets to what they are at the begin of a step."""
+    if surrogate.inputs_at_step_end:
+        return (
+            "the FMU takes them as reached by the step's end, as its parameter inputs_at_step_end "
+            "says, and answers one step late"
+        )
+    return "the FMU forecasts what they do within the step, until they are set again"
+
+
 def _joined(comparisons: Sequence[Comparison]) -> tuple[FloatArray, FloatArray]:
     """Return reference and error of all samples of comparisons, shape (n, n_outputs) each."""
     reference = np.concatenate([c.reference for c in comparisons])
@@ -189,6 +214,11 @@ def relative_rmse(error: FloatArray, reference: FloatArray) -> FloatArray:
     A reference that is zero throughout counts as tiny, so that the figure stays finite.
     """
     return rms(error) / np.maximum(rms(reference), np.finfo(np.float64).tiny)
+
+
+def _over_deviation(error: FloatArray, reference: FloatArray) -> FloatArray:
+    """Return the RMSE over the standard deviation of the reference, as of ``relative_rmse``."""
+    return relative_rmse(error, reference - reference.mean(axis=0))
 
 
 def _deviation(values: FloatArray) -> dict[str, float]:

@@ -97,8 +97,10 @@ def excitation_bars(validation: Validation) -> bytes:
 
 def training_history(histories: Mapping[str, Mapping[str, Sequence[float]]]) -> bytes:
     """Draw training and validation RMSE over the optimizer steps, one panel per stage."""
-    figure, axes = _panels_in_a_row(len(histories), 3.4)
-    for ax, (stage, history) in zip(axes, histories.items(), strict=True):
+    # a course of one point shows nothing that the table beside does not say
+    courses = {stage: h for stage, h in histories.items() if len(h["step"]) > 1} or histories
+    figure, axes = _panels_in_a_row(len(courses), 3.4)
+    for ax, (stage, history) in zip(axes, courses.items(), strict=True):
         ax.semilogy(history["step"], history["training_error"], color=SURROGATE, label="training")
         ax.semilogy(history["step"], history["validation_error"], color=ERROR, label="validation")
         ax.set(xlabel="optimizer step or iteration", ylabel="error, scaled", title=stage)

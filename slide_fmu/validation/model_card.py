@@ -11,6 +11,7 @@ from slide_fmu.fmu.description.surrogate_variables import Variable, fmu_variable
 from slide_fmu.memory.sizing import seconds
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.comparison import meaning_of
 
 UNUSABLE = 0.2
 """Relative RMSE beyond the range from which on the card warns."""
@@ -49,6 +50,8 @@ def model_card(
         recipe=recipe,
         measured={**measured, "validation": dict(validations)},
         names=names_of(recipe.data.excitation),
+        moving=all("plain_relative_rmse" in o for _, v in validations for o in v["outputs"]),
+        now_text=meaning_of(surrogate),
         useless=[v for _, v in validations if _is_useless(v)],
         picture=picture,
         mechanism=mechanism,

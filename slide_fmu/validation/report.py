@@ -16,7 +16,7 @@ from slide_fmu.memory.stability import AmplitudeTest
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.validation import figures
-from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.comparison import Validation, meaning_of
 from slide_fmu.validation.pictures import in_page
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_figures
 from slide_fmu.validation.tables import curve_rows, size_rows
@@ -25,6 +25,17 @@ MODEL_TEXT = (
     " The reference is a finer model than the one that made the data; what that one errs on the "
     "same inputs stands beside the surrogate's error."
 )
+
+
+def moving_text(surrogate: Surrogate) -> str:
+    """Say what is set before a step, of inputs with a first-order hold; nothing of others."""
+    if surrogate.hold == "zero_order":
+        return ""
+    return (
+        " Both FMUs are told what the inputs reach by each step's end. An importer that sets what "
+        "they are at its begin, which is all that a plain simulation does, has the errors of the "
+        f'column "inputs set to what they are now": {meaning_of(surrogate)}.'
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +94,8 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
             "Side by side with the reference",
             f"{len(main.comparisons)} trajectories that no training saw (seed "
             f"{main.task.seed}), the FMU and the reference FMU run by the same importer."
-            + (MODEL_TEXT if main.recipe.system.reference else ""),
+            + (MODEL_TEXT if main.recipe.system.reference else "")
+            + moving_text(main.surrogate),
             _accuracy_rows(validations),
             pictures,
         ),
@@ -211,6 +223,7 @@ def response_section(surrogate: Surrogate, system: System) -> tuple[Section, dic
 
 def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]:
     with_model = any(validation.recipe.system.reference for validation in validations.values())
+    moving = any(v.surrogate.hold == "first_order" for v in validations.values())
     rows: list[Sequence[str]] = [
         (
             "inputs",
@@ -220,6 +233,7 @@ def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]
             "relative RMSE",
             "median of trajectories (10 % .. 90 %)",
             "largest error",
+            *(["relative RMSE, inputs set to what they are now"] if moving else []),
             *(["relative RMSE of the data's model"] if with_model else []),
         )
     ]
@@ -236,6 +250,7 @@ def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]
                     f"{_percent(single['median'])} ({_percent(single['p10'])} .. "
                     f"{_percent(single['p90'])})",
                     f"{output['max_error']:.4g} {unit}",
+                    *([_percent(output["plain_relative_rmse"])] if moving else []),
                     *([_percent(output["model_relative_rmse"])] if with_model else []),
                 )
             )

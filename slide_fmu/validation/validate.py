@@ -17,15 +17,20 @@ from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.data.pool import in_parallel, process_pool
+from slide_fmu.fmu.description.variables import AT_STEP_END
 from slide_fmu.python_fmu.reference_slave import FROM_STATE, write_reference_fmu
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system, reference_specification, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import RandomStates, State, System, simulate
+from slide_fmu.systems.base import RandomStates, SimulationError, State, System, simulate
 from slide_fmu.validation.comparison import Comparison, Task, Validation
 
 WORTH_PROCESSES = 20.0
 """Work in s from which on worker processes, which take seconds to start, do the rest."""
+
+
+MOST_ATTEMPTS = 5
+"""A system that fails on this many draws for one trajectory cannot be measured against."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +77,8 @@ def validate(
     Raises:
         CoSimulationError: an FMU reports an error.
         LoadError: the reference system is not installed here.
-        SimulationError: the model that made the data could not be simulated.
+        SimulationError: the reference, or the model that made the data, could not be simulated,
+            nor on other draws.
         ValueError: the trajectories are too short to score anything.
     """
     models = _Models(recipe)
@@ -131,12 +137,21 @@ def _measure_here(index: int) -> Comparison:
 
 
 def _measure(bench: _Bench, models: _Models, index: int) -> Comparison:
-    """Draw a trajectory and run everything on it."""
-    drawn = draw(bench.recipe, models.reference, bench.stream, index)
+    """Draw a trajectory and run everything on it; where the system fails on it, another one."""
+    for attempt in range(MOST_ATTEMPTS):
+        try:
+            return replace(_measure_draw(bench, models, index, attempt), failed=attempt)
+        except SimulationError as error:
+            failure = error
+    raise failure
+
+
+def _measure_draw(bench: _Bench, models: _Models, index: int, attempt: int) -> Comparison:
+    drawn = draw(bench.recipe, models.reference, bench.stream, index, attempt)
     found = compare(bench.fmu, bench.reference, bench.surrogate, models.reference, drawn)
     if models.data is None:
         return found
-    own = draw(bench.recipe, models.data, bench.stream, index)
+    own = draw(bench.recipe, models.data, bench.stream, index, attempt)
     outputs = simulate(models.data, own.inputs, own.initial).outputs
     return replace(found, model=outputs[len(outputs) - len(found.reference) :])
 
@@ -180,7 +195,8 @@ def compare(
     step, span = surrogate.window.step, surrogate.estimated_samples
     truth, true_seconds = _true_outputs(reference, system, drawn)
     estimates = [] if surrogate.estimator is None else [f"{n}_error_estimate" for n in names]
-    own = run_fmu(fmu, inputs, [*names, *estimates], step=step)
+    known = {AT_STEP_END: 1.0} if AT_STEP_END in fmu.references else {}
+    own = run_fmu(fmu, inputs, [*names, *estimates], known, step)
     first = max(drawn.burn_in + 1, surrogate.network.memory_length)
     error = own.values[first:, : len(names)] - truth[first:]
     true_error = np.full_like(error, np.nan)
@@ -196,7 +212,21 @@ def compare(
         true_error,
         (own.seconds, true_seconds),
         None,
+        plain=_plain(fmu, surrogate, drawn, first),
     )
+
+
+def _plain(fmu: UnpackedFmu, surrogate: Surrogate, drawn: Draw, first: int) -> FloatArray | None:
+    """Return the outputs from a sample on of an FMU that is told what its inputs are now.
+
+    ``drawn.inputs[k]`` is reached at t_k+1: so it is set before the step from there.
+    """
+    if surrogate.hold == "zero_order":
+        return None
+    now = np.concatenate([drawn.inputs[:1], drawn.inputs[:-1]])
+    inputs = {signal.name: now[:, i] for i, signal in enumerate(surrogate.inputs)}
+    names = [signal.name for signal in surrogate.outputs]
+    return run_fmu(fmu, inputs, names, step=surrogate.window.step).values[first:]
 
 
 def _initial_parameters(system: System, initial: State) -> dict[str, float | bool]:

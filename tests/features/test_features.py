@@ -15,7 +15,8 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.base import BEFORE
 from slide_fmu.features.chain_motion import ChainMotion
 from slide_fmu.features.differences import Differences
-from slide_fmu.features.director import Director
+from slide_fmu.features.director import COSINE, SINE, Director
+from slide_fmu.features.drive_law import DRIVE_LAWS
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.network.state_space.cell import Roles
@@ -54,6 +55,10 @@ def test_differences_do_not_cancel() -> None:
     assert found[:, 2] == pytest.approx([0, 1, 1, 1], abs=1e-6)
 
 
+CRANK = Director((COSINE, SINE), Affine(np.zeros(2), np.ones(2)))
+"""One angle by its cosine and sine, as of a slider-crank."""
+
+
 def directors(angles: FloatArray, lengths: FloatArray) -> FloatArray:
     return (lengths * np.stack([np.cos(angles), np.sin(angles)])).T[None]
 
@@ -64,7 +69,7 @@ def test_director_shows_the_motion_of_its_angle(seed: int) -> None:
     rng = np.random.default_rng(seed)
     turns = rng.uniform(-3, 3, 40)
     angles, ones = np.cumsum(turns), np.ones(40)
-    found = Director().of(directors(angles, rng.uniform(0.1, 9, 40)))[0]
+    found = CRANK.of(directors(angles, rng.uniform(0.1, 9, 40)))[0]
     assert found[:, :2] == pytest.approx(directors(angles, ones)[0, BEFORE:], abs=1e-12)
     assert found[:, 2] == pytest.approx(turns[BEFORE:], abs=1e-12)
     assert found[:, 3] == pytest.approx(np.diff(turns)[BEFORE - 1 :], abs=1e-12)
@@ -73,16 +78,19 @@ def test_director_shows_the_motion_of_its_angle(seed: int) -> None:
 def test_half_a_turn_is_positive() -> None:
     """In (-pi, pi]; a director without length has the angle 0."""
     sequence = np.array([[[1.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [0.0, 0.0]]])
-    assert Director().along(sequence)[0, :, 2].tolist() == [0, math.pi, math.pi, 0]
+    assert CRANK.along(sequence)[0, :, 2].tolist() == [0, math.pi, math.pi, 0]
+
+
+SPLINE = DRIVE_LAWS["quadratic_b_spline"]
 
 
 def motion_of(chain: SerialChain, seed: int = 0) -> ChainMotion:
     rng = np.random.default_rng(seed)
     n = chain.n_joints
-    return ChainMotion(chain, rng.normal(size=n), rng.uniform(0.5, 2, n), STEP)
+    return ChainMotion(chain, SPLINE, rng.normal(size=n), rng.uniform(0.5, 2, n), STEP)
 
 
-CHAIN = random_chain(JOINTS, 3)
+CHAIN = dataclasses.replace(random_chain(JOINTS, 3), prismatic=np.array([0.0, 0, 1, 0]))
 MOTION = motion_of(CHAIN)
 
 
@@ -163,7 +171,13 @@ def test_turned_signals_do_not_know_the_direction() -> None:
 
 def test_motion_has_constant_acceleration_in_every_step() -> None:
     """One joint: its angle moves by the mean of the rates at begin and end of each step."""
-    chain = dataclasses.replace(random_chain(1, 0), a=np.ones(1), d=np.zeros(1), tool=np.zeros(3))
+    chain = dataclasses.replace(
+        random_chain(1, 0),
+        prismatic=np.zeros(1),
+        theta=np.zeros(1),
+        steps=np.array([[1.0, 0.0, 0.0]]),
+        tool=np.zeros(3),
+    )
     motion = motion_of(chain)
     found = motion.of(0.3 * drawn(4, 1)[:1])[0]
     position, rates = signals(found, "position", motion), signals(found, "rates", motion)[:, 0]
@@ -183,7 +197,7 @@ def test_a_map_picks_centres_and_scales() -> None:
 
 def test_signals_have_names() -> None:
     assert Differences(2, 2).indices(("second_changes", "inputs")) == (4, 5, 0, 1)
-    assert Director().indices(("turn_change", "direction")) == (3, 0, 1)
+    assert CRANK.indices(("turn_change", "direction")) == (3, 0, 1)
     assert MOTION.n_signals == 38 + JOINTS
     assert set(MOTION.blocks) >= MOTION.centred
     with pytest.raises(ValueError, match=r"no features named \['rate'\]; expected some of"):
@@ -218,11 +232,11 @@ def test_sets_that_do_not_fit_are_refused() -> None:
             Differences(n_channels, order)
     two, four = np.ones(2), np.ones(JOINTS)
     with pytest.raises(ValueError, match="chain of 4 joints with 2 inputs"):
-        ChainMotion(CHAIN, two, four, STEP)
+        ChainMotion(CHAIN, SPLINE, two, four, STEP)
     with pytest.raises(ValueError, match="chain of 4 joints"):
-        ChainMotion(CHAIN, four, two, STEP)
+        ChainMotion(CHAIN, SPLINE, four, two, STEP)
     with pytest.raises(ValueError, match="is not finite"):
-        ChainMotion(CHAIN, four, math.nan * four, STEP)
+        ChainMotion(CHAIN, SPLINE, four, math.nan * four, STEP)
     for step in (0.0, -1.0, math.nan, math.inf):
         with pytest.raises(ValueError, match=f"step {step} s"):
-            ChainMotion(CHAIN, four, four, step)
+            ChainMotion(CHAIN, SPLINE, four, four, step)

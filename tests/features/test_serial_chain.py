@@ -14,6 +14,17 @@ from slide_fmu.features.serial_chain import SerialChain
 
 ARM = puma_560(np.array([0.01, -0.02, 0.1]))
 JOINTS = ARM.n_joints
+_RNG = np.random.default_rng(5)
+ANY = dataclasses.replace(
+    ARM,
+    prismatic=np.array([0.0, 1.0, 0.0, 0.0, 1.0, 0.0]),
+    theta=_RNG.uniform(-3, 3, JOINTS),
+    alpha=_RNG.uniform(-3, 3, JOINTS),
+    steps=_RNG.normal(0, 0.4, (JOINTS, 3)),
+)
+"""Revolute and prismatic joints of which nothing is special."""
+SLIDING = dataclasses.replace(ANY, prismatic=1 - ANY.prismatic)
+"""Its first joint slides."""
 
 
 def motion(shape: tuple[int, ...] = (), seed: int = 0) -> tuple[FloatArray, ...]:
@@ -22,28 +33,30 @@ def motion(shape: tuple[int, ...] = (), seed: int = 0) -> tuple[FloatArray, ...]
     return tuple(scale * rng.uniform(-1.0, 1.0, (*shape, JOINTS)) for scale in (3.0, 8.0, 40.0))
 
 
-def pinocchio_model(pin: Any) -> tuple[Any, Any]:
+def pinocchio_model(pin: Any, arm: SerialChain) -> tuple[Any, Any]:
     """The arm in pinocchio: link i of the chain moves with joint i, before its constant part."""
     model = pin.Model()
-    model.gravity.linear = ARM.gravity
+    model.gravity.linear = arm.gravity
     constant, parent = pin.SE3.Identity(), 0
     for i in range(JOINTS):
-        parent = model.addJoint(parent, pin.JointModelRZ(), constant, f"joint_{i + 1}")
-        c, s = np.cos(ARM.alpha[i]), np.sin(ARM.alpha[i])
-        turn = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
-        constant = pin.SE3(turn, np.array([ARM.a[i], 0.0, ARM.d[i]]))
-        body = pin.Inertia(float(ARM.masses[i]), ARM.centres[i], ARM.inertias[i])
+        kind = pin.JointModelPZ if arm.prismatic[i] else pin.JointModelRZ
+        turned = pin.SE3(pin.rpy.rpyToMatrix(0.0, 0.0, float(arm.theta[i])), np.zeros(3))
+        parent = model.addJoint(parent, kind(), constant * turned, f"joint_{i + 1}")
+        twist = pin.rpy.rpyToMatrix(float(arm.alpha[i]), 0.0, 0.0)
+        constant = pin.SE3(twist, arm.steps[i])
+        body = pin.Inertia(float(arm.masses[i]), arm.centres[i], arm.inertias[i])
         model.appendBodyToJoint(parent, body, constant)
     return model, constant
 
 
-def test_serial_chain_agrees_with_pinocchio() -> None:
+@pytest.mark.parametrize("arm", [ARM, ANY, SLIDING], ids=["Puma", "any joints", "sliding base"])
+def test_serial_chain_agrees_with_pinocchio(arm: SerialChain) -> None:
     pin = pytest.importorskip("pinocchio")
-    model, constant = pinocchio_model(pin)
+    model, constant = pinocchio_model(pin, arm)
     data = model.createData()
     q, dq, ddq = motion((20,), 1)
-    wrench, torques = ARM.base_wrench(q, dq, ddq), ARM.joint_torques(q, dq, ddq)
-    momentum, inertia = ARM.base_momentum(q, dq), ARM.base_inertia(q)
+    wrench, torques = arm.base_wrench(q, dq, ddq), arm.joint_torques(q, dq, ddq)
+    momentum, inertia = arm.base_momentum(q, dq), arm.base_inertia(q)
     for k in range(20):
         expected = pin.rnea(model, data, q[k], dq[k], ddq[k])
         assert torques[k] == pytest.approx(np.array(expected), rel=1e-9, abs=1e-9)
@@ -52,9 +65,9 @@ def test_serial_chain_agrees_with_pinocchio() -> None:
         base = data.oMi[1].act(data.f[1])
         held = np.concatenate([base.linear, base.angular])
         assert wrench[k] == pytest.approx(-held, rel=1e-9, abs=1e-9)
-        tool = data.oMi[JOINTS].act(constant.act(ARM.tool))
-        assert ARM.tool_position(q[k]) == pytest.approx(tool, abs=1e-13)
-        rotations = ARM.forward_kinematics(q[k]).rotations
+        tool = data.oMi[JOINTS].act(constant.act(arm.tool))
+        assert arm.tool_position(q[k]) == pytest.approx(tool, abs=1e-13)
+        rotations = arm.forward_kinematics(q[k]).rotations
         assert rotations[-1] == pytest.approx((data.oMi[JOINTS] * constant).rotation, abs=1e-13)
         # its momentum is about the centre of mass, which base_inertia gives
         found = pin.computeCentroidalMomentum(model, data)
@@ -65,16 +78,17 @@ def test_serial_chain_agrees_with_pinocchio() -> None:
         assert momentum[k] == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
-def test_wrench_is_weight_minus_change_of_momentum() -> None:
+@pytest.mark.parametrize("arm", [ARM, ANY, SLIDING], ids=["Puma", "any joints", "sliding base"])
+def test_wrench_is_weight_minus_change_of_momentum(arm: SerialChain) -> None:
     q, dq, ddq = motion()
     h = 1e-5
     ahead, behind = (
-        ARM.base_momentum(q + t * dq + 0.5 * t**2 * ddq, dq + t * ddq) for t in (h, -h)
+        arm.base_momentum(q + t * dq + 0.5 * t**2 * ddq, dq + t * ddq) for t in (h, -h)
     )
-    inertia = ARM.base_inertia(q)
-    weight = np.concatenate([inertia[0] * ARM.gravity, np.cross(inertia[1:4], ARM.gravity)])
+    inertia = arm.base_inertia(q)
+    weight = np.concatenate([inertia[0] * arm.gravity, np.cross(inertia[1:4], arm.gravity)])
     expected = weight - (ahead - behind) / (2 * h)
-    assert ARM.base_wrench(q, dq, ddq) == pytest.approx(expected, rel=1e-7, abs=1e-5)
+    assert arm.base_wrench(q, dq, ddq) == pytest.approx(expected, rel=1e-7, abs=1e-5)
 
 
 def test_torques_times_rates_are_the_change_of_energy() -> None:
@@ -106,7 +120,7 @@ def test_turning_the_first_joint_alone_shows_the_inertia() -> None:
 def test_one_link_is_the_pendulum_of_textbooks() -> None:
     """One link in the vertical plane: what every textbook says."""
     m, length, inertia, g = 2.0, 0.7, 0.3, 9.81
-    pendulum = SerialChain(
+    pendulum = SerialChain.denavit_hartenberg(
         a=np.array([length]),
         d=np.zeros(1),
         alpha=np.zeros(1),
@@ -147,7 +161,7 @@ def test_batch_of_any_shape_gives_what_single_poses_give() -> None:
         assert found[2, 1] == pytest.approx(single, rel=1e-13), name
 
 
-@pytest.mark.parametrize("name", ["d", "masses", "centres", "inertias", "tool"])
+@pytest.mark.parametrize("name", ["steps", "prismatic", "masses", "centres", "inertias", "tool"])
 def test_wrong_shapes_and_numbers_are_named(name: str) -> None:
     with pytest.raises(ValueError, match=name):
         dataclasses.replace(ARM, **{name: np.zeros(2)})
@@ -163,6 +177,19 @@ def test_inertia_that_is_not_symmetric_is_named(i: int, j: int) -> None:
     inertias[3, i, j] += 1e-6 * inertias[3, i, i]
     with pytest.raises(ValueError, match=r"inertias\[3\] has .* expected a symmetric tensor"):
         dataclasses.replace(ARM, inertias=inertias)
+
+
+@pytest.mark.parametrize("name", ["a", "d", "alpha"])
+def test_wrong_shapes_of_denavit_hartenberg_parameters_are_named(name: str) -> None:
+    parts = {"a": np.zeros(6), "d": np.zeros(6), "alpha": np.zeros(6), name: np.zeros(5)}
+    links = {part: getattr(ARM, part) for part in ("masses", "centres", "inertias", "gravity")}
+    with pytest.raises(ValueError, match=rf"{name} = .* of shape \(5,\); expected"):
+        SerialChain.denavit_hartenberg(**parts, **links, tool=ARM.tool)
+
+
+def test_joints_of_no_kind_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"prismatic = .*; expected 1 for prismatic joints and"):
+        dataclasses.replace(ARM, prismatic=np.full(JOINTS, 0.5))
 
 
 def test_wrong_angles_are_named() -> None:

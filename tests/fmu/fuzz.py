@@ -39,7 +39,7 @@ DEFINES = {
     "resource": ["-Dslide_surrogate_open=slide_surrogate_on_disk"],
     "calls_life": ["-Dcalloc=fuzz_calloc"],
     "native": ["-Dcalloc=fuzz_calloc"],
-    "stream": ["-Dmemset=fuzz_memset"],
+    "state": ["-Dmemset=fuzz_memset"],
 }
 """The target gives surrogates from memory, limits that of instances, and guards their arrays."""
 

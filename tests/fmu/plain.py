@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.base import Features
 from slide_fmu.features.differences import Differences
-from slide_fmu.features.director import Director
+from slide_fmu.features.director import ANGLE, COSINE, OTHER, Director
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
@@ -32,13 +33,25 @@ def plain_signals(features: Features, newest_first: list[FloatArray]) -> FloatAr
         parts = [u, u - before, u - 2 * before + earlier]
         return np.concatenate(parts[: features.order + 1])
     if isinstance(features, Director):
-        turns = [
-            np.angle(complex(*later) * complex(*sooner).conjugate())
-            for later, sooner in ((u, before), (before, earlier))
-        ]
-        length = math.hypot(*u)
-        return np.array([u[0] / length, u[1] / length, turns[0], turns[0] - turns[1]])
+        now, once, first = (plain_directors(features, inputs) for inputs in (u, before, earlier))
+        turns, turns_before = np.angle(now * once.conj()), np.angle(once * first.conj())
+        others = [i for i, kind in enumerate(features.kinds) if kind == OTHER]
+        direction = np.stack([now.real, now.imag], axis=1).ravel()
+        parts = [direction, turns, turns - turns_before, u[others], u[others] - before[others]]
+        return np.concatenate(parts)
     return features.of(np.array(newest_first[::-1])[None])[0, 0]
+
+
+def plain_directors(features: Director, inputs: FloatArray) -> Any:
+    """The angles as complex numbers of length 1."""
+    found = []
+    for i, kind in enumerate(features.kinds):
+        if kind == COSINE:
+            found.append(complex(*inputs[i : i + 2]) / math.hypot(*inputs[i : i + 2]))
+        elif kind == ANGLE:
+            angle = features.scaling.offset[i] + features.scaling.scale[i] * inputs[i]
+            found.append(complex(math.cos(angle), math.sin(angle)))
+    return np.array(found)
 
 
 def plain_features(features: FeatureMap, records: FloatArray) -> FloatArray:

@@ -14,7 +14,8 @@ from slide_fmu.core.window import Window
 from slide_fmu.features.base import Features
 from slide_fmu.features.chain_motion import ChainMotion
 from slide_fmu.features.differences import Differences
-from slide_fmu.features.director import Director
+from slide_fmu.features.director import ANGLE, COSINE, OTHER, SINE, Director
+from slide_fmu.features.drive_law import DRIVE_LAWS
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.network.base import Float32Array, Network
@@ -22,9 +23,12 @@ from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.network.state_space.cell import GATED, Cell, Roles
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
+from slide_fmu.surrogate.input_forecast import InputForecast
 from slide_fmu.surrogate.surrogate import Surrogate
 
 STEP = 0.005
+DIRECTORS = (COSINE, SINE, ANGLE, OTHER)
+"""Kinds of the inputs of networks that see directors, as far as there are inputs."""
 SMALL_TURN = 8.0
 """What features without an angle are divided by where they serve as cosine and sine."""
 
@@ -65,6 +69,7 @@ class Shape:
     seed: int = 0
     hold: Hold = "zero_order"
     cell: CellShape | None = None
+    forecasts: bool = False  # inputs are set to what they are now, and forecast
 
 
 TWO_MASSES = Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3, name="two_masses")
@@ -75,9 +80,10 @@ def random_chain(n: int, seed: int) -> SerialChain:
     """A chain of n joints; nothing about it is special."""
     rng = np.random.default_rng(seed)
     return SerialChain(
-        a=rng.normal(0, 0.3, n),
-        d=rng.normal(0, 0.3, n),
+        prismatic=rng.integers(0, 2, n).astype(np.float64),
+        theta=rng.uniform(-2, 2, n),
         alpha=rng.uniform(-2, 2, n),
+        steps=rng.normal(0, 0.3, (n, 3)),
         masses=rng.uniform(0.5, 5, n),
         centres=rng.normal(0, 0.2, (n, 3)),
         inertias=_symmetric(rng.normal(0, 0.1, (n, 3, 3))),
@@ -94,6 +100,7 @@ SEEN: dict[str, dict[str, Any]] = {
     "inputs": {"n_inputs": 2},
     "differences": {"n_inputs": 2, "differences": 2},
     "director": {"n_inputs": 2, "features": "director"},
+    "mixed": {"n_inputs": 4, "features": "director"},
     "chain": {"n_inputs": 3, "features": "chain"},
 }
 """Arguments of Shape: what networks see of how many inputs."""
@@ -108,10 +115,14 @@ def random_features(shape: Shape, seed: int) -> FeatureMap:
     features: Features = Differences(n, shape.differences)
     turn, scale = (0, n - 1), SMALL_TURN
     if shape.features == "director":
-        features, turn, scale = Director(), (0, 1), 1.0
+        is_angle = np.array(DIRECTORS[:n]) == ANGLE
+        middle, half_range = rng.normal(size=n), rng.uniform(1, 2, n)
+        in_rad = Affine(np.where(is_angle, middle, 0), np.where(is_angle, half_range, 1))
+        features, turn, scale = Director(DIRECTORS[:n], in_rad), (0, 1), 1.0
     elif shape.features == "chain":
         middle, half_range = rng.normal(size=n), rng.uniform(0.5, 1.5, n)
-        features = ChainMotion(random_chain(n, seed), middle, half_range, STEP)
+        law = tuple(DRIVE_LAWS.values())[seed % len(DRIVE_LAWS)]
+        features = ChainMotion(random_chain(n, seed), law, middle, half_range, STEP)
         turn, scale = features.indices(("frame",)), 1.0  # type: ignore[assignment]
     elif shape.differences == 0 and (shape.cell is None or not shape.cell.turned):
         return FeatureMap(features)
@@ -242,7 +253,7 @@ def random_surrogate(shape: Shape) -> Surrogate:
     offset = np.clip(rng.normal(size=shape.n_inputs), -2, 2)
     scale = rng.uniform(1, 2, shape.n_inputs)
     if shape.features == "director":
-        offset, scale = 0 * offset, scale[:1].repeat(2)
+        offset[:2], scale[1] = 0, scale[0]
     return Surrogate(
         shape.name,
         window,
@@ -252,7 +263,18 @@ def random_surrogate(shape: Shape) -> Surrogate:
         Affine.of_channels(rng.normal(size=shape.n_outputs), rng.uniform(1, 2, shape.n_outputs)),
         _predictor(shape),
         _estimator(shape),
+        forecast_of(shape.n_inputs) if shape.forecasts else None,
     )
+
+
+CANDIDATES = np.array([[-1.0, 0.0, 0.0], [-3.02, 1.0, 0.0], [-5.9, 4.0, -1.0]])
+"""A straight line, about a parabola, about a cubic."""
+
+
+def forecast_of(n_inputs: int, at_step_end: bool = False) -> InputForecast:
+    """A forecast of some inputs, not the same for all."""
+    weights = np.array([CANDIDATES * (1 - 0.01 * index) for index in range(n_inputs)])
+    return InputForecast(at_step_end, weights, np.linspace(0.3, 0.4, n_inputs), 5)
 
 
 def _inputs(shape: Shape, starts: FloatArray) -> tuple[Signal, ...]:
@@ -260,7 +282,7 @@ def _inputs(shape: Shape, starts: FloatArray) -> tuple[Signal, ...]:
     angles: list[Angle | None] = [None] * shape.n_inputs
     low = -2
     if shape.features == "director":
-        angles, low = ["cosine", "sine"], -3
+        angles[:2], low = ["cosine", "sine"], -3
     return tuple(
         Signal(f"u{i}", "N", low, 3, start=float(start), hold=shape.hold, angle=angle)
         for i, (start, angle) in enumerate(zip(starts, angles, strict=True))

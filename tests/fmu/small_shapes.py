@@ -39,6 +39,9 @@ ARM = replace(
     ages=0,
 )  # fmt: skip
 
+MOVING = replace(RAMP, n_inputs=2, forecasts=True)
+SWINGING = replace(TURNING, forecasts=True)
+
 FUZZED = (
     SMALL,
     ONE_SAMPLE,
@@ -52,6 +55,8 @@ FUZZED = (
     TURNING,
     CHAIN,
     ARM,
+    MOVING,
+    SWINGING,
 )
 """All families, sets of features, kinds of units and of error estimators.
 

@@ -14,6 +14,7 @@ from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.payload import PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.moving_inputs import forecasting
 from tests.fmu.native import Load, Loaded
 from tests.fmu.samples import CellShape, Shape, random_surrogate, sum_surrogate
 
@@ -52,7 +53,7 @@ def test_library_refuses_a_file_of_version_4_and_says_how_to_get_another(load: L
     (loaded.folder / "resources" / "surrogate.slide").write_bytes(old)
     native = loaded.instance()
     assert not native.component.value
-    assert "of version 4; expected version 5: make the FMU again with" in native.messages[0]
+    assert "of version 4; expected version 6: make the FMU again with" in native.messages[0]
 
 
 @pytest.mark.parametrize("positions", [0, (1 << 20) + 1, 0xFFFFFFFF])
@@ -101,3 +102,34 @@ def test_inertia_that_is_not_symmetric_is_refused(load: Load) -> None:
     body = content.replace(right.tobytes(), wrong.tobytes())[:-4]
     message = _refused(load(surrogate), body + struct.pack("<I", zlib.crc32(body)))
     assert "surrogate file: inertia of link 1 of a chain; expected a symmetric tensor" in message
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [(0, 2), (4, 9), (4, 0xFFFFFFFF), (8, 0), (8, 9), (8, 0xFFFFFFFF), (12, 0), (12, 65)],
+)
+def test_forecasts_of_impossible_sizes_are_refused(load: Load, place: int, value: int) -> None:
+    surrogate = forecasting(sum_surrogate(hold="first_order"))
+    body = bytearray(surrogate.to_bytes()[:-4])
+    struct.pack_into("<I", body, body.index(b"MOVE") + 8 + place, value)
+    message = _refused(load(surrogate), bytes(body) + struct.pack("<I", zlib.crc32(body)))
+    assert "surrogate file: a forecast by " in message
+
+
+@pytest.mark.parametrize(("place", "value"), [(0, -1.0), (0, float("nan")), (3, float("inf"))])
+def test_forecasts_with_impossible_numbers_are_refused(
+    load: Load, place: int, value: float
+) -> None:
+    surrogate = forecasting(sum_surrogate(hold="first_order"))
+    body = bytearray(surrogate.to_bytes()[:-4])
+    struct.pack_into("<d", body, body.index(b"MOVE") + 24 + 8 * place, value)
+    message = _refused(load(surrogate), bytes(body) + struct.pack("<I", zlib.crc32(body)))
+    assert "surrogate file" in message
+
+
+def test_forecast_of_inputs_that_are_held_is_refused(load: Load) -> None:
+    surrogate = forecasting(sum_surrogate(hold="first_order"))
+    body = bytearray(surrogate.to_bytes()[:-4])
+    struct.pack_into("<I", body, body.index(b"SCIN") + 8 + 24, 0)
+    message = _refused(load(surrogate), bytes(body) + struct.pack("<I", zlib.crc32(body)))
+    assert "of inputs with a first-order hold" in message

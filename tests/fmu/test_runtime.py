@@ -46,6 +46,7 @@ SHAPES = [
 SEEN = [
     Shape(n_inputs=3, differences=2),
     Shape(n_inputs=2, features="director"),
+    Shape(n_inputs=4, features="director"),
     Shape(n_inputs=1, features="chain"),
     Shape(n_inputs=7, features="chain"),
 ]

@@ -18,7 +18,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.driver import build_driver, required_sanitizer
 from tests.fmu.native import Load
 from tests.fmu.samples import CellShape, Shape, random_surrogate
-from tests.fmu.small_shapes import CELLS, DIRECTOR, GATED, ONE_SAMPLE, RAMP, ROLES, SMALL
+from tests.fmu.small_shapes import CELLS, DIRECTOR, GATED, MOVING, ONE_SAMPLE, RAMP, ROLES, SMALL
 from tests.limits import HANGS
 
 pytestmark = pytest.mark.extended
@@ -82,7 +82,7 @@ def _python_accepts(data: bytes) -> bool | None:
     return True
 
 
-@pytest.mark.parametrize("shape", [SMALL, ONE_SAMPLE, CELLS, RAMP, GATED, DIRECTOR, ROLES])
+@pytest.mark.parametrize("shape", [SMALL, ONE_SAMPLE, CELLS, MOVING, GATED, DIRECTOR, ROLES])
 def test_damaged_payloads_are_read_within_their_arrays(
     driver: Path, tmp_path: Path, shape: Shape
 ) -> None:
@@ -115,7 +115,7 @@ def test_every_kernel_of_this_processor_is_accurate(driver: Path) -> None:
         assert special == "1", (kernel, what)
 
 
-@pytest.mark.parametrize("shape", [SMALL, CELLS, GATED])
+@pytest.mark.parametrize("shape", [SMALL, CELLS, GATED, MOVING])
 def test_sequences_of_calls_stay_in_their_arrays(driver: Path, load: Load, shape: Shape) -> None:
     loaded = load(random_surrogate(shape))
     _run(driver, "calls", loaded.uri, loaded.guid)

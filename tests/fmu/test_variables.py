@@ -28,6 +28,7 @@ NUMBERS = {
     "TIME": 9,
     "OUTPUT_WINDOW": 10,
     "INITIAL_WINDOW": 11,
+    "INPUTS_AT_STEP_END": 12,
 }
 """Of the kinds in released FMUs. New kinds are added here; what is here never changes."""
 

@@ -6,13 +6,15 @@ from typing import get_args
 
 import numpy as np
 
+from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import Angle, FloatArray, Signal
+from slide_fmu.features.base import Offered
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.systems.base import Chained, Linearizable, Linearization, RandomStates, State
 
 STEP = 0.1
 
-ARM = SerialChain(
+ARM = SerialChain.denavit_hartenberg(
     a=np.array([0.1, 0.5]),
     d=np.array([0.3, 0.0]),
     alpha=np.array([0.5 * np.pi, 0.0]),
@@ -33,10 +35,15 @@ class Still(RandomStates, Linearizable, Chained):
     ) -> None:
         self.step, self.chain = STEP, chain
         meanings = get_args(Angle) if angle else (None,) * n_inputs
+        unit = "rad" if angle or chain is not None else "N"
         self.inputs = tuple(
-            Signal(f"u{i}", "rad", -1.0, 1.0, angle=meaning) for i, meaning in enumerate(meanings)
+            Signal(f"u{i}", unit, -1.0, 1.0, angle=meaning) for i, meaning in enumerate(meanings)
         )
         self.outputs = (Signal("y", "m", -1.0, 1.0),)
+
+    def offered(self, scaling: Affine) -> Offered:
+        """What features can be formed of, with a scaling of the inputs."""
+        return Offered(self.inputs, scaling, self.step, self.chain)
 
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None

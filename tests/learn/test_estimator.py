@@ -15,7 +15,7 @@ from slide_fmu.core.scaling import Affine, LogError
 from slide_fmu.core.signals import Angle, FloatArray
 from slide_fmu.data.store import Split
 from slide_fmu.features.differences import Differences
-from slide_fmu.features.director import Director
+from slide_fmu.features.director import COSINE, SINE, Director
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.learn.estimator import (
     EstimatorModule,
@@ -34,6 +34,7 @@ from tests.fmu.samples import Shape, random_surrogate
 from tests.learn.plants import Still
 from tests.progress import no_stages
 
+CRANK = Director((COSINE, SINE), Affine(np.zeros(2), np.ones(2)))
 SHAPE = Shape(n_in=12, n_out=4, n_inputs=2, n_outputs=2, block=False)
 
 ROUNDING = 5e-5
@@ -48,7 +49,7 @@ LEARNT = 0.1
 FEATURES = [
     FeatureMap(Differences(2)),
     FeatureMap(Differences(2, 1), (3, 0, 1), scaling=Affine.of_channels([0, 0, 0], [4, 1, 1])),
-    FeatureMap(Director(), scaling=Affine.of_channels([0, 0, 0, 0], [1, 1, 4, 8])),
+    FeatureMap(CRANK, scaling=Affine.of_channels([0, 0, 0, 0], [1, 1, 4, 8])),
 ]
 
 
@@ -58,7 +59,7 @@ def test_module_is_what_the_surrogate_estimates(
     positions: int, n_values: int, features: FeatureMap
 ) -> None:
     """Along a record, in which the inputs before a window are known; below the largest error."""
-    seen_of_angle = "director" if features.features.of_angle else "differences"
+    seen_of_angle = "director" if features.features.cosines else "differences"
     surrogate = random_surrogate(dataclasses.replace(SHAPE, features=seen_of_angle))
     n_in = surrogate.window.n_in
     table = FeedForwardRecipe(family="feed_forward", hidden=(16,), activation="tanh")
@@ -153,7 +154,7 @@ def test_estimator_learns_where_the_errors_are_large(
     splits = split_of(surrogate, noise, 8, 200, 1), split_of(surrogate, noise, 2, 200, 2)
     estimator, histories = fit_estimator(
         surrogate,
-        Still(1),
+        Still(1).offered(surrogate.input_scaling),
         splits,
         estimator_recipe(time_invariant, **changes),
         tmp_path / "c.pt",
@@ -188,7 +189,9 @@ def test_range_of_the_map_is_resolution_to_largest_error(tmp_path: Path) -> None
     short = {"steps": 1, "batch": 4, "learning_rate": 0.01}
     recipe = estimator_recipe(False, resolution=1e-2, training=short)
     arguments = (recipe, tmp_path / "c.pt", torch.device("cpu"), no_stages)
-    estimator, _ = fit_estimator(surrogate, Still(1), splits, *arguments)
+    estimator, _ = fit_estimator(
+        surrogate, Still(1).offered(surrogate.input_scaling), splits, *arguments
+    )
     relative = 0.5 / float(surrogate.output_scaling.scale[0])
     assert estimator.log_error.low == pytest.approx(-2.0)
     assert estimator.log_error.high == pytest.approx(np.log10(relative) + 0.1)
@@ -200,7 +203,7 @@ def test_surrogate_without_errors_has_nothing_to_estimate(tmp_path: Path) -> Non
     with pytest.raises(ValueError, match=r"below estimator.resolution = 0.001; lower the resol"):
         fit_estimator(
             surrogate,
-            Still(1),
+            Still(1).offered(surrogate.input_scaling),
             (split, split),
             estimator_recipe(True),
             tmp_path / "c.pt",
@@ -231,7 +234,7 @@ def short_fit(folder: Path, network: dict[str, Any], **changes: Any) -> ErrorEst
     )
     estimator, _ = fit_estimator(
         surrogate,
-        Still(2, angle=True),
+        Still(2, angle=True).offered(surrogate.input_scaling),
         (splits[0], splits[1]),
         recipe,
         folder / "c.pt",

@@ -11,7 +11,6 @@ from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.chain_motion import ChainMotion
 from slide_fmu.features.differences import Differences
-from slide_fmu.features.director import Director
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.learn.feature_choice import choose_features, require_odd, roles_of
@@ -19,6 +18,8 @@ from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
 from tests.learn.plants import ARM, STEP, Still
 
+ONE_ANGLE = ("direction", "turn", "turn_change")
+"""What there is of the cosine and sine of an angle, without other inputs."""
 SINGLE = 1e-6
 """Roundings of float32 in values of a few units."""
 
@@ -48,8 +49,8 @@ def chosen(
     names: tuple[str, ...], inputs: FloatArray, chain: SerialChain | None = None
 ) -> FeatureMap:
     n = inputs.shape[2]
-    system = Still(n, chain, angle=n == 2 and set(names) <= set(Director.blocks))
-    return choose_features(names, system, unit(n), inputs)
+    system = Still(n, chain, angle=n == 2 and set(names) <= set(ONE_ANGLE))
+    return choose_features(names, system.offered(unit(n)), inputs)
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
@@ -103,7 +104,7 @@ def test_features_are_divided_by_the_standard_deviation_of_the_differences() -> 
     ("names", "inputs", "chain"),
     [
         (Differences.NAMES, 0.2 * noise(2) + 0.7, None),
-        (tuple(Director.blocks), directors(), None),
+        (ONE_ANGLE, directors(), None),
         (tuple(ChainMotion.WIDTHS), smooth(2), ARM),
     ],
     ids=["differences", "director", "chain motion"],
@@ -135,7 +136,7 @@ def test_every_feature_is_normalised_as_its_set_says(
 
 def test_chain_motion_has_the_step_and_the_ranges_of_the_system() -> None:
     scaling = Affine(np.array([0.3, -0.2]), np.array([2.0, 0.5]))
-    features = choose_features(("wrench",), Still(2, ARM), scaling, smooth(2))
+    features = choose_features(("wrench",), Still(2, ARM).offered(scaling), smooth(2))
     motion = features.features
     assert isinstance(motion, ChainMotion)
     assert (motion.chain, motion.step) == (ARM, STEP)
@@ -183,7 +184,8 @@ def test_chain_that_never_moves_has_no_wrench_changes(name: str, rounding: float
 
 EXPECTED = (
     r"; expected names of one set: inputs, changes, second_changes \(differences\); direction, "
-    r"turn, turn_change \(director\); wrench, .*turned_momentum \(chain motion\)$"
+    r"turn, turn_change, others, other_changes \(director\); wrench, .*turned_momentum "
+    r"\(chain motion\)$"
 )
 
 
@@ -198,17 +200,18 @@ EXPECTED = (
             ("wrench", "rates"),
             2,
             None,
-            r"^features \['wrench', 'rates'\] need the system's serial chain \(System\.chain\); "
-            "this system has none: give it one, or use other features$",
+            r"^features \['wrench', 'rates'\] need a serial chain; this system has none: give it "
+            r'one \(system\.chain = "robot\.urdf"\), or use other features$',
         ),
         (
             ("direction",),
             1,
             None,
-            r"^features \['direction'\] of 1 inputs \['u0'\]; expected two, the cosine and sine "
-            "of an angle: say so with angle = ",
+            r"^features \['direction'\] of 1 inputs \['u0'\]; expected an angle among them: an "
+            "input in rad or deg, or with a period, or two, the cosine and sine of an angle ",
         ),
-        (("direction",), 3, None, r"^features \['direction'\] of 3 inputs .*; expected two"),
+        (("direction",), 3, None, r"^features \['direction'\] of 3 inputs .*; expected an angle"),
+        (("others",), 2, None, r"^features \['others'\] of 2 inputs .*; expected an angle"),
         (("rates",), 3, ARM, "chain of 2 joints with 3 inputs; expected one input per joint"),
     ],
 )
@@ -221,8 +224,8 @@ def test_features_that_cannot_be_chosen_are_refused(
 
 def test_director_of_inputs_that_are_no_angle_is_refused() -> None:
     """Whatever their ranges and values are."""
-    with pytest.raises(ValueError, match=r"of 2 inputs \['u0', 'u1'\]; expected two, the cosine"):
-        choose_features(("direction",), Still(2), unit(2), directors())
+    with pytest.raises(ValueError, match=r"of 2 inputs \['u0', 'u1'\]; expected an angle"):
+        choose_features(("direction",), Still(2).offered(unit(2)), directors())
 
 
 ROLES: list[tuple[dict[str, Any], tuple[str, ...], Roles]] = [
@@ -260,7 +263,7 @@ def test_roles_are_places_among_the_chosen_features(
 ) -> None:
     recipe = StateSpaceRecipe.model_validate(table)
     assert recipe.feature_names() == names
-    features = choose_features(recipe.feature_names(), Still(2), unit(2), noise(2))
+    features = choose_features(recipe.feature_names(), Still(2).offered(unit(2)), noise(2))
     assert features.chosen == chosen(names, noise(2)).chosen
     assert roles_of(recipe, features) == roles
 
@@ -273,7 +276,7 @@ def test_turned_pairs_see_the_frame() -> None:
         turned_pairs=1,
     )
     assert recipe.feature_names() == ("turned_wrench_change", "turned_inertia", "frame")
-    features = choose_features(recipe.feature_names(), Still(2, ARM), unit(2), smooth(2))
+    features = choose_features(recipe.feature_names(), Still(2, ARM).offered(unit(2)), smooth(2))
     roles = roles_of(recipe, features)
     assert roles.turn == (15, 16)
     turn = features.along(smooth(2))[:, :, list(roles.turn)]
@@ -284,10 +287,14 @@ def test_turned_pairs_see_the_frame() -> None:
 
 def test_feed_forward_networks_see_the_features_they_name() -> None:
     recipe = FeedForwardRecipe(family="feed_forward", hidden=(), features=("turn", "direction"))
-    features = choose_features(recipe.feature_names(), Still(2, angle=True), unit(2), directors())
+    features = choose_features(
+        recipe.feature_names(), Still(2, angle=True).offered(unit(2)), directors()
+    )
     assert features.chosen == (2, 0, 1)
     plain = FeedForwardRecipe(family="feed_forward", hidden=())
-    assert choose_features(plain.feature_names(), Still(2), unit(2), directors()).chosen == (0, 1)
+    assert choose_features(
+        plain.feature_names(), Still(2).offered(unit(2)), directors()
+    ).chosen == (0, 1)
 
 
 def test_signs_of_angles_and_loads_are_not_flipped() -> None:

@@ -11,7 +11,7 @@ import torch
 
 from slide_fmu.core.scaling import Affine
 from slide_fmu.features.differences import Differences
-from slide_fmu.features.director import Director
+from slide_fmu.features.director import COSINE, SINE, Director
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.learn.feed_forward import FeedForwardModule
 from slide_fmu.learn.feed_forward import activation as activation_of
@@ -20,6 +20,7 @@ from slide_fmu.recipe.learning import FeedForwardRecipe
 
 SAMPLES, CHANNELS, VALUES = 20, 2, 6
 
+CRANK = Director((COSINE, SINE), Affine(np.zeros(2), np.ones(2)))
 INPUTS = FeatureMap(Differences(CHANNELS))
 """Features that are the inputs."""
 
@@ -79,7 +80,7 @@ def test_frozen_network_is_the_module(
             scaling=Affine.of_channels([0, 0, 0, 0, 0, 0], [1, 1, 0.5, 0.25, 0.5, 2]),
         ),
         FeatureMap(Differences(CHANNELS, 1), (2, 1), Affine.of_channels([0.0, 0.25], [1.0, 1.0])),
-        FeatureMap(Director(), (3, 0)),
+        FeatureMap(CRANK, (3, 0)),
     ],
 )
 def test_frozen_network_forms_the_features_itself(features: FeatureMap) -> None:

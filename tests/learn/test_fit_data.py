@@ -17,6 +17,7 @@ from slide_fmu.core.signals import Signal
 from slide_fmu.data.generation import generate
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.learn import checkpoint_keys
 from slide_fmu.learn import fit as module
 from slide_fmu.learn.family import FITS, FamilyFit
 from slide_fmu.learn.fit import STILL, fit_surrogate, require_motion
@@ -160,7 +161,7 @@ def test_checkpoints_belong_to_the_code(
     before = names()
     assert names() == before
     assert len(before) == 2
-    monkeypatch.setattr(module, "_code", lambda: "another")
+    monkeypatch.setattr(checkpoint_keys, "_code", lambda: "another")
     new = names() - before
     assert sorted(name.split("-")[0] for name in new) == ["estimator", "surrogate"]
 
@@ -168,32 +169,32 @@ def test_checkpoints_belong_to_the_code(
 def test_code_is_every_source_of_the_rooms_of_a_training_and_torch(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    here = module._code()
+    here = checkpoint_keys._code()
     copy = tmp_path / "slide_fmu"
-    shutil.copytree(module.PACKAGE, copy)
-    monkeypatch.setattr(module, "PACKAGE", copy)
-    assert module._code() == here
+    shutil.copytree(checkpoint_keys.PACKAGE, copy)
+    monkeypatch.setattr(checkpoint_keys, "PACKAGE", copy)
+    assert checkpoint_keys._code() == here
     seen = {here}
     sources = ["learn/state_space/cell.py", "learn/new.py", "surrogate/surrogate.py"]
     sources += ["network/state_space/network.py", "features/serial_chain.py", "core/measures.py"]
     for source in sources:
         with (copy / source).open("a", encoding="utf-8") as file:
             file.write("# changed\n")
-        seen.add(module._code())
+        seen.add(checkpoint_keys._code())
     (copy / "learn" / "new.py").rename(copy / "learn" / "newer.py")
-    seen.add(module._code())
+    seen.add(checkpoint_keys._code())
     monkeypatch.setattr(torch, "__version__", "0.1")
-    seen.add(module._code())
+    seen.add(checkpoint_keys._code())
     assert len(seen) == len(sources) + 3
     (copy / "cli" / "app.py").write_text("")  # no part of a training
-    assert module._code() in seen
+    assert checkpoint_keys._code() in seen
 
 
 def test_rooms_of_a_training_are_all_that_it_imports() -> None:
     graph = grimp.build_graph("slide_fmu")
     own = graph.find_descendants("slide_fmu.learn")
     reached = set[str]().union(own, *(graph.find_upstream_modules(name) for name in own))
-    assert {name.split(".")[1] for name in reached if "." in name} == set(module.ROOMS)
+    assert {name.split(".")[1] for name in reached if "." in name} == set(checkpoint_keys.ROOMS)
 
 
 SIGNALS = (Signal("a", "N", -2.0, 6.0), Signal("b", "m", 0.0, 4.0))

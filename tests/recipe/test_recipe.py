@@ -163,11 +163,10 @@ def test_several_mistakes_give_several_lines() -> None:
     ]
 
 
-@pytest.mark.parametrize("counts", [{}, {"estimator": 3}, {"estimator_validation": 3}])
-def test_estimator_needs_trajectories_of_its_own(counts: dict[str, int]) -> None:
-    text = TINY.replace(
-        "train = 4", "\n".join(f"{k} = {v}" for k, v in counts.items()) + "\ntrain = 4"
-    )
+@pytest.mark.parametrize("counts", [(0, 0), (3, 0), (0, 3)])
+def test_estimator_needs_trajectories_of_its_own(counts: tuple[int, int]) -> None:
+    given = f"estimator = {counts[0]}\nestimator_validation = {counts[1]}\ntrain = 4"
+    text = TINY.replace("train = 4", given)
     text += """
 [estimator.network]
 family = "feed_forward"
@@ -179,10 +178,9 @@ learning_rate = 1.0
 """
     with pytest.raises(RecipeError) as caught:
         parse_recipe(text, "mine.toml")
-    numbers = (counts.get("estimator", 0), counts.get("estimator_validation", 0))
     assert str(caught.value) == (
-        f"mine.toml: recipe: data.estimator = {numbers[0]}, data.estimator_validation = "
-        f"{numbers[1]}; the error estimator needs trajectories of its own, at least one each"
+        f"mine.toml: recipe: data.estimator = {counts[0]}, data.estimator_validation = "
+        f"{counts[1]}; the error estimator needs trajectories of its own, at least one each"
     )
 
 

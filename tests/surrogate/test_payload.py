@@ -11,15 +11,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 
+from mbs_models.robot_6r.puma_560 import puma_560
+from slide_fmu.core.byte_reader import Reader
+from slide_fmu.core.scaling import Affine
 from slide_fmu.features.chain_motion import ChainMotion
+from slide_fmu.features.drive_law import DRIVE_LAWS
 from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.features.sets import decode_features, encode_features
 from slide_fmu.network.base import Network
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.payload import PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.moving_inputs import forecasting
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.strategies import all_shapes
 
@@ -47,11 +53,16 @@ GATED = random_surrogate(
 ANGLE = random_surrogate(Shape(n_inputs=2, features="director")).to_bytes()
 """Two inputs, cosine and sine of an angle."""
 
+MOVING = forecasting(
+    random_surrogate(Shape(n_in=3, n_out=2, n_inputs=2, hidden=(2,), hold="first_order"))
+).to_bytes()
+"""Inputs that move, with their forecast."""
+
 ROW = 32
 """Bytes of an input in SCIN."""
 
 both_files = pytest.mark.parametrize(
-    "data", [SMALL, CELLS, GATED], ids=["feed_forward", "cells", "gated"]
+    "data", [SMALL, CELLS, GATED, MOVING], ids=["feed_forward", "cells", "gated", "moving"]
 )
 
 
@@ -68,13 +79,16 @@ def refused_or_read(data: bytes) -> bool:
     return False
 
 
+PARTS = ("chain", "scaling")
+"""Parts of sets of features that have parts themselves."""
+
+
 def features_of(features: FeatureMap) -> list[object]:
     """All that makes features."""
     normalised = [features.chosen, features.scaling.offset, features.scaling.scale]
-    if not isinstance(features.features, ChainMotion):
-        return [*normalised, *vars(features.features).values(), features.features.blocks]
-    own = dict(vars(features.features))
-    return [*normalised, *vars(own.pop("chain")).values(), *own.values()]
+    own = {"blocks": features.features.blocks, **vars(features.features)}
+    parts = [vars(own.pop(name, None) or Affine.of_channels([], [])) for name in PARTS]
+    return [*normalised, *(value for part in parts for value in part.values()), *own.values()]
 
 
 def arrays_of(network: Network) -> list[object]:
@@ -211,11 +225,15 @@ def test_payload_with_an_impossible_chain_is_refused() -> None:
     step = "expected a positive, finite step"
     wrong: list[tuple[int, int | float, str]] = [
         *((0, value, step) for value in (0.0, -1.0, math.nan, math.inf)),
-        (2, math.nan, "middle or half range"),
-        (8, math.inf, "middle or half range"),
-        (10, math.nan, "serial chain: a "),
-        (40, math.inf, "serial chain: inertias"),
-        (40, 1.0, "expected a symmetric tensor"),
+        (2, math.nan, "drive law: position"),
+        (8, math.inf, "drive law: acceleration"),
+        (10, math.nan, "middle or half range"),
+        (16, math.inf, "middle or half range"),
+        (18, math.nan, "serial chain: prismatic"),
+        (18, 0.5, "expected 1 for prismatic joints"),
+        (22, math.nan, "serial chain: theta"),
+        (60, math.inf, "serial chain: inertias"),
+        (60, 1.0, "expected a symmetric tensor"),
     ]
     refused_because(GATED, wrong, start)
 
@@ -282,9 +300,23 @@ def test_features_of_an_angle_without_an_angle_are_refused() -> None:
         Surrogate.from_bytes(with_checksum(bytes(body)))
 
 
+def with_former_director(body: bytes) -> bytes:
+    """A file without checksum whose networks see an angle by the set that version 4 had."""
+    now = struct.pack("<III4d", 5, 2, 3, 0, 0, 1, 1)
+    for tag in (b"PRED", b"ESTI"):
+        at = body.find(tag) + 4
+        if at >= 4 and now in body[at:]:
+            (length,) = struct.unpack_from("<I", body, at)
+            section = body[at + 4 : at + 4 + length]
+            former = section.replace(now, struct.pack("<I", 2), 1)
+            size = struct.pack("<I", len(former))
+            body = body[:at] + size + former + body[at + 4 + length :]
+    return body
+
+
 def version_4_of(surrogate: Surrogate) -> bytes:
     """The file as version 4 had it, by its byte contract."""
-    body = surrogate.to_bytes()[:-4]
+    body = with_former_director(surrogate.to_bytes()[:-4])
     window, rows, outputs = (body.index(tag) for tag in (b"WIND", b"SCIN", b"SCOU"))
     hold = struct.pack("<I", surrogate.hold == "first_order")
     inputs = b"".join(body[at : at + 24] for at in range(rows + 8, outputs, ROW))
@@ -305,8 +337,23 @@ def version_4_of(surrogate: Surrogate) -> bytes:
 @given(all_shapes())
 def test_a_file_of_version_4_is_read_as_what_it_was(shape: Shape) -> None:
     """Its network's features say what is an angle."""
+    assume(shape.features != "director" or shape.n_inputs == 2)
     surrogate = random_surrogate(shape)
     assert Surrogate.from_bytes(version_4_of(surrogate)).to_bytes() == surrogate.to_bytes()
+
+
+def test_chain_of_former_versions_is_read_as_what_it_was() -> None:
+    """Set 3: revolute joints, Denavit and Hartenberg, quadratic B-spline."""
+    arm = puma_560(np.array([0.0, 0.1, 0.2]))
+    steps = arm.steps.T
+    middle, half_range = np.arange(6.0), 0.5 + np.arange(6.0)
+    links = [arm.masses, arm.centres, arm.inertias, arm.gravity, arm.tool]
+    parts = [0.01, middle, half_range, steps[0], steps[2], arm.alpha, *links]
+    former = struct.pack("<I", 3) + b"".join(np.asarray(p, "<f8").tobytes() for p in parts)
+    motion = ChainMotion(arm, DRIVE_LAWS["quadratic_b_spline"], middle, half_range, 0.01)
+    now = encode_features(FeatureMap(motion))
+    rest = now[4 + len(motion.parameters()) :]
+    assert encode_features(decode_features(Reader(former + rest), 6)) == now
 
 
 def test_damaged_files_of_version_4_are_refused() -> None:
@@ -339,7 +386,7 @@ def test_huge_layer_is_refused_before_it_is_allocated() -> None:
 def test_message_about_a_damaged_payload_names_what_is_wrong() -> None:
     with pytest.raises(PayloadError, match="expected it to begin with 'SLIDEFMU'"):
         Surrogate.from_bytes(b"PK\x03\x04" + bytes(100))
-    with pytest.raises(PayloadError, match="version 2; expected version 5: make it again from"):
+    with pytest.raises(PayloadError, match="version 2; expected version 6: make it again from"):
         Surrogate.from_bytes(with_checksum(SMALL[:8] + struct.pack("<I", 2) + SMALL[12:-4]))
     with pytest.raises(PayloadError, match="checksum does not match"):
         Surrogate.from_bytes(SMALL[:-4] + bytes(4))
@@ -377,3 +424,33 @@ def test_metadata_of_another_kind_is_refused(text: str) -> None:
     content = text.ljust(8).encode()
     body = SMALL[:place] + b"META" + struct.pack("<I", len(content)) + content
     assert refused_or_read(with_checksum(body))
+
+
+def test_forecast_of_inputs_is_kept_to_the_bit() -> None:
+    surrogate = Surrogate.from_bytes(MOVING)
+    expected = forecasting(replace(surrogate, forecast=None)).forecast
+    assert surrogate.forecast is not None
+    assert expected is not None
+    assert not surrogate.inputs_at_step_end
+    assert vars(surrogate.forecast).keys() == vars(expected).keys()
+    for name, value in vars(expected).items():
+        np.testing.assert_array_equal(getattr(surrogate.forecast, name), value)
+    assert surrogate.to_bytes() == MOVING
+
+
+def test_file_of_version_5_has_no_forecast_and_its_inputs_are_those_of_the_step_end() -> None:
+    shape = Shape(n_in=3, n_out=2, hold="first_order")
+    data = random_surrogate(shape).to_bytes()
+    old = Surrogate.from_bytes(with_checksum(data[:8] + struct.pack("<I", 5) + data[12:-4]))
+    assert old.forecast is None
+    assert old.inputs_at_step_end
+    assert old.to_bytes() == data
+
+
+def test_forecast_of_held_inputs_or_of_another_number_is_refused() -> None:
+    moving, held = Surrogate.from_bytes(MOVING), Surrogate.from_bytes(SMALL)
+    with pytest.raises(ValueError, match=r"forecast of 2 inputs.*the hold 'zero_order'"):
+        replace(held, forecast=moving.forecast)
+    alone = random_surrogate(Shape(hold="first_order"))
+    with pytest.raises(ValueError, match=r"forecast of 2 inputs.*expected 1"):
+        replace(alone, forecast=moving.forecast)

@@ -301,12 +301,15 @@ def test_constrained_model_is_integrated_implicitly(tmp_path: Path) -> None:
         system_of(model(tmp_path, ROD), integrator="explicit")
 
 
-@pytest.mark.parametrize(("stiffness", "integrator"), [(50.0, "explicit"), (5e6, "implicit")])
-def test_stiff_model_is_integrated_implicitly(
-    tmp_path: Path, stiffness: float, integrator: str
+@pytest.mark.parametrize(
+    ("stiffness", "substeps", "explicit"), [(50.0, 2, True), (5e4, 4, True), (5e6, 20, False)]
+)
+def test_stiff_model_is_integrated_with_more_substeps_and_then_implicitly(
+    tmp_path: Path, stiffness: float, substeps: int, explicit: bool
 ) -> None:
     system = system_of(model(tmp_path, OSCILLATOR), stiffness=stiffness)
-    assert system.plant.substeps == {"explicit": 4, "implicit": 20}[integrator]
+    assert system.plant.substeps == substeps
+    assert bool(system.plant.mbs.GetPreStepUserFunction()) is not explicit
 
 
 LAG = OSCILLATOR.replace(

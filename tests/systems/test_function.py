@@ -273,8 +273,10 @@ def test_failure_on_the_way_names_sample_time_state_and_input(
     system = loaded(tmp_path, text)
     inputs = np.concatenate([np.zeros((3, 1)), np.ones((40, 1))])
     place = r"in sample \d+ \(t = [\d.]+ s\) with x = \[.*\], u = \[1.0\]"
-    with pytest.raises(SimulationError, match=f"{message}.*{place}"):
+    with pytest.raises(SimulationError, match=f"{message}.*{place}") as raised:
         system.simulate(inputs)
+    assert raised.value.time is not None
+    assert 0.3 <= raised.value.time < 4.3
 
 
 def test_step_that_is_only_tried_may_leave_where_f_is_defined(tmp_path: Path) -> None:

@@ -89,6 +89,7 @@ def test_errors_of_an_output_are_those_over_all_samples_of_all_trajectories() ->
     assert first["rms_reference"] == pytest.approx(RMS_REFERENCE)
     assert first["rmse"] == pytest.approx(math.sqrt(52 / 6))
     assert first["relative_rmse"] == pytest.approx(math.sqrt(52 / 6) / RMS_REFERENCE)
+    assert first["rmse_over_deviation"] == pytest.approx(math.sqrt(52 / 6) / 3.5)
     assert first["max_error"] == 7
     assert second["rmse"] == pytest.approx(math.sqrt(8 / 6))
     assert second["max_error"] == 2

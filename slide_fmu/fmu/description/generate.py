@@ -21,6 +21,7 @@ WHEN = {
     "estimator": "with an error estimator",
     "state_space": "with a state-space network",
     "several_samples": "where the network knows several samples of the outputs at a time",
+    "first_order": "where inputs have a first-order hold",
 }
 SIZE = {
     "scalar": "",

@@ -59,6 +59,7 @@ def fmu_variables(surrogate: Surrogate, fmi: FmiVersion = 2) -> list[Variable]:
         "estimator": surrogate.estimator is not None,
         "state_space": surrogate.network.measures_truncation,
         "several_samples": block_size(surrogate) > 1,
+        "first_order": surrogate.hold == "first_order",
     }
     owners: dict[str, tuple[Signal | None, ...]] = {
         "one": (None,),
@@ -125,8 +126,9 @@ def _variable(
     size = sizes.get(kind.size, surrogate.memory_length)
     unit = signal.unit if kind.unit is None and signal is not None else kind.unit
     own = (None,) * 3 if signal is None else (signal.low, signal.high, signal.start_value)
+    of_surrogate = float(surrogate.inputs_at_step_end)
     low, high, start = (
-        of_signal if bound == "signal" else bound
+        of_signal if bound == "signal" else of_surrogate if bound == "surrogate" else bound
         for bound, of_signal in zip(kind.bounds, own, strict=True)
     )
     if fmi == 3 and kind.high_fmi_3 is not None:

@@ -28,12 +28,13 @@ PREHISTORY_KNOWN = "prehistory_known"
 ERROR_ESTIMATE = "{signal}_error_estimate"
 TRUNCATION_ERROR = "{signal}_truncation_error"
 INITIAL = "initial_{signal}"
+AT_STEP_END = "inputs_at_step_end"
 
 Per = Literal["one", "input", "output"]
-When = Literal["always", "estimator", "state_space", "several_samples"]
+When = Literal["always", "estimator", "state_space", "several_samples", "first_order"]
 Size = Literal["scalar", "block", "sampled"]
 Initially = Literal["nothing", "prehistory", "everything"]
-Bound = float | Literal["signal"] | None
+Bound = float | Literal["signal", "surrogate"] | None
 Bounds = tuple[Bound, Bound, Bound]
 
 SIGNAL: Bounds = ("signal", "signal", "signal")
@@ -54,15 +55,15 @@ class Kind:
             is about) and ``{size}`` (samples of an array) are filled in.
         causality, variability: as in both standards.
         per: whether there is one variable, one for each input, or one for each output.
-        when: what the surrogate must have: an error estimator, a state-space network, or a network
-            that knows several samples of the outputs at a time.
+        when: what the surrogate must have: an error estimator, a state-space network, a network
+            that knows several samples of the outputs at a time, or inputs with a first-order hold.
         size: one value; as many as the network knows samples of the outputs; or as many samples of
             the inputs as any result depends on.
         fmi: the first version of the standard in which the variable exists.
         type: Real (Float64 in FMI 3.0) or Boolean.
         unit: None for that of the signal.
-        bounds: lower and upper bound and start value; each is a number, that of the signal, or
-            None where none is given.
+        bounds: lower and upper bound and start value; each is a number, that of the signal or
+            the surrogate, or None where none is given.
         high_fmi_3: another upper bound in FMI 3.0.
         initially: what the variable depends on in initialization mode, where it is an output: no
             variable, whether the prehistory is known, or all inputs and parameters. At a
@@ -249,6 +250,19 @@ KINDS: tuple[Kind, ...] = (
         size="sampled",
         fmi=3,
         bounds=SIGNAL,
+    ),
+    Kind(
+        12,
+        "INPUTS_AT_STEP_END",
+        AT_STEP_END,
+        "With 0, inputs are set to what they are at the begin of a communication step, and what "
+        "they do within it is forecast until they are set again; with 1, they are set to what "
+        "they reach by its end.",
+        "parameter",
+        "fixed",
+        when="first_order",
+        unit="1",
+        bounds=(0.0, 1.0, "surrogate"),
     ),
 )
 """All kinds by rising numbers; in this order variables stand in a model description."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -12,14 +13,19 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.systems.base import Linearization, State
-from slide_fmu.systems.exudyn_solver.plant import Integrator, Plant
+from slide_fmu.systems.exudyn_solver.plant import Plant
 from slide_fmu.systems.exudyn_solver.plant_system import PlantSystem
-from slide_fmu.systems.exudyn_solver.wires import InputWire, OutputWire, Variables, Wires
+from slide_fmu.systems.exudyn_solver.settings import Integrator
+from slide_fmu.systems.exudyn_solver.variables import Variables
+from slide_fmu.systems.exudyn_solver.wires import InputWire, OutputWire, Wires
 
-SUBSTEPS: dict[Integrator, int] = {"explicit": 4, "generalized_alpha": 20, "trapezoidal": 20}
-"""Every integrator takes so many steps per sample step where nobody gives a number."""
-FASTEST = 1.0
-"""An eigenvalue |v| in 1/s times the substep, up to which the explicit integrator is chosen."""
+RESOLVED = 0.5
+"""An explicit substep is at most this part of 1 / |v| for the largest eigenvalue |v| in 1/s."""
+SUBSTEPS = 2, 20
+"""An explicit integrator takes as many substeps per sample step as ``RESOLVED`` asks for, but no
+fewer than the first number; it is chosen up to the second one, which implicit ones take."""
+MOST_SUBSTEPS = 10_000
+"""An explicit integrator that the recipe asks for takes no more, however stiff the model is."""
 
 
 @dataclass(frozen=True)
@@ -28,10 +34,10 @@ class Solver:
 
     Attributes:
         step: sample step h in s.
-        substeps: integration steps per sample step; 0: 4 if explicit, else 20 (``SUBSTEPS``).
+        substeps: integration steps per sample step; 0: as of ``SUBSTEPS``.
         integrator: how; ``"auto"``: explicit, unless the model has constraints, coordinates that
             are not of second order, parameters that move within a step, or is stiff
-            (``FASTEST``); then generalized-alpha.
+            (``SUBSTEPS``); then generalized-alpha.
         accelerations: whether sensors measure accelerations, or forces that depend on them.
     """
 
@@ -146,21 +152,22 @@ def assembled(fill: Callable[[Any], object]) -> tuple[Any, Any, object]:
 
 
 def _plant(container: Any, mbs: Any, solver: Solver, moves_parameters: bool) -> Plant:
-    """Make the plant with its integrator, which is chosen here where it is "auto"."""
+    """Make the plant, with an integrator and substeps that are chosen here where they are open."""
 
-    def make(integrator: Integrator) -> Plant:
-        substeps = solver.substeps or SUBSTEPS[integrator]
+    def make(integrator: Integrator, substeps: int) -> Plant:
         return Plant(container, mbs, solver.step, substeps, integrator, solver.accelerations)
 
-    if solver.integrator != "auto":
-        return make(solver.integrator)
+    least, most = SUBSTEPS
     data = mbs.systemData
     others = data.AEsize() + data.ODE1Size() + data.DataSize()
-    if others == 0 and not moves_parameters:
-        plant = make("explicit")
-        if _fastest(plant) * plant.step / plant.substeps <= FASTEST:
-            return plant
-    return make("generalized_alpha")
+    open_to_explicit = solver.integrator == "auto" and others == 0 and not moves_parameters
+    if solver.integrator == "explicit" or open_to_explicit:
+        resolving = _fastest(make("explicit", least)) * solver.step / RESOLVED
+        substeps = solver.substeps or max(least, math.ceil(min(resolving, MOST_SUBSTEPS)))
+        if solver.integrator == "explicit" or resolving <= max(most, solver.substeps):
+            return make("explicit", substeps)
+    implicit = "generalized_alpha" if solver.integrator == "auto" else solver.integrator
+    return make(implicit, solver.substeps or most)
 
 
 def _fastest(plant: Plant) -> float:

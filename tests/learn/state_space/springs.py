@@ -105,7 +105,7 @@ def map_of(
     """Features of some names, normalised by these inputs."""
     n = inputs.shape[2]
     scaling = Affine(np.zeros(n), np.ones(n))
-    return choose_features(names, Still(n, chain), scaling, inputs.double().numpy())
+    return choose_features(names, Still(n, chain).offered(scaling), inputs.double().numpy())
 
 
 def seen(features: FeatureMap, records: Pair) -> Pair:

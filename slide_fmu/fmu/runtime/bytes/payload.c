@@ -4,7 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { VERSION = 5, MAX_WINDOW = 1 << 20 };
+enum { VERSION = 6, OLDEST = 5, MAX_WINDOW = 1 << 20 };
+enum { MAX_CANDIDATES = 8, MAX_PAST = 8, MAX_SCORED = 64 };
 
 static const double START_TOLERANCE = 1e-12; /* relative to |offset| + scale: rounding */
 
@@ -87,10 +88,14 @@ static void read_meanings(SlidePayload *payload, SlideCursor *file) {
 static void check_angle(const SlidePayload *payload, const SlideNetworkView *network,
                         SlideCursor *file) {
     const SlideFeatureSet *set = network->features.set;
-    slide_check(file, !set->of_angle || slide_angle_of(payload, 0) == SLIDE_COSINE,
-                "surrogate file: features of an angle (set %u) of inputs that are none; expected "
-                "its cosine and sine",
-                (unsigned)set->number);
+    for (uint32_t i = 0; set->is_cosine != NULL && i < payload->n_inputs; ++i) {
+        slide_check(file,
+                    !set->is_cosine(&network->features, i) ||
+                        slide_angle_of(payload, i) == SLIDE_COSINE,
+                    "surrogate file: features of an angle (set %u) of inputs that are none; "
+                    "expected its cosine and sine",
+                    (unsigned)set->number);
+    }
 }
 
 static void read_predictor(SlidePayload *payload, SlideCursor *file) {
@@ -159,6 +164,46 @@ static void read_estimator(SlidePayload *payload, SlideCursor *file) {
     read_ranges(payload, file);
 }
 
+static bool is_next(const SlideCursor *file, const char *tag) {
+    return file->end - file->at >= 4 && memcmp(file->at, tag, 4) == 0;
+}
+
+static void read_forecast_rows(SlidePayload *payload, SlideCursor *file) {
+    SlideForecastView *view = &payload->forecast;
+    const uint64_t columns = 1 + (uint64_t)view->n_candidates * view->n_past;
+    view->rows = slide_take_f64s(file, payload->n_inputs, columns, "forecast");
+    for (uint32_t i = 0; file->good && i < payload->n_inputs; ++i) {
+        const double largest = slide_f64(view->rows + 8 * columns * i);
+        slide_check(file, largest >= 0,
+                    "surrogate file: largest change %g of input %u in a step; expected it not "
+                    "negative",
+                    largest, (unsigned)i);
+    }
+}
+
+static void read_forecast(SlidePayload *payload, SlideCursor *file) {
+    SlideForecastView *view = &payload->forecast;
+    slide_open_section(file, "MOVE");
+    const uint32_t at_step_end = slide_take_u32(file, "MOVE");
+    view->at_step_end = at_step_end == 1;
+    view->n_candidates = slide_take_u32(file, "MOVE");
+    view->n_past = slide_take_u32(file, "MOVE");
+    view->n_scored = slide_take_u32(file, "MOVE");
+    slide_check(file,
+                payload->first_order && at_step_end <= 1 &&
+                    view->n_candidates <= MAX_CANDIDATES && view->n_past >= 1 &&
+                    view->n_past <= MAX_PAST && view->n_scored >= 1 &&
+                    view->n_scored <= MAX_SCORED,
+                "surrogate file: a forecast by %u candidates of %u and %u samples; expected at "
+                "most %d, 1 to %d and 1 to %d, of inputs with a first-order hold",
+                (unsigned)view->n_candidates, (unsigned)view->n_past, (unsigned)view->n_scored,
+                (int)MAX_CANDIDATES, (int)MAX_PAST, (int)MAX_SCORED);
+    if (file->good) {
+        read_forecast_rows(payload, file);
+    }
+    slide_close_section(file, "MOVE");
+}
+
 static void read_sections(SlidePayload *payload, SlideCursor *file) {
     read_window(payload, file);
     payload->input_scaling = read_scaling(payload->n_inputs, SLIDE_INPUT_ROW, "SCIN", file);
@@ -167,9 +212,13 @@ static void read_sections(SlidePayload *payload, SlideCursor *file) {
     }
     payload->output_scaling = read_scaling(payload->n_outputs, SLIDE_OUTPUT_ROW, "SCOU", file);
     read_predictor(payload, file);
-    payload->has_estimator = file->end - file->at >= 4 && memcmp(file->at, "ESTI", 4) == 0;
+    payload->has_estimator = is_next(file, "ESTI");
     if (payload->has_estimator) {
         read_estimator(payload, file);
+    }
+    payload->forecast = (SlideForecastView){true, 0, 1, 1, NULL};
+    if (is_next(file, "MOVE")) {
+        read_forecast(payload, file);
     }
     slide_open_section(file, "META"); /* only people and Python read it */
     slide_check(file, file->end == file->file_end,
@@ -184,7 +233,7 @@ bool slide_payload_read(SlidePayload *payload, const unsigned char *data, size_t
     const unsigned char *end = data + size - 4;
     const uint32_t version = slide_u32(data + 8), checksum = slide_u32(end);
     SlideCursor file = {data + 12, end, end, message, true};
-    slide_check(&file, version == VERSION,
+    slide_check(&file, version >= OLDEST && version <= VERSION,
                 "surrogate file of version %u; expected version %d: make the FMU again with "
                 "slide-fmu export OLD.fmu -o NEW.fmu",
                 (unsigned)version, (int)VERSION);

@@ -9,6 +9,13 @@
 enum { SLIDE_INPUT_ROW = 32, SLIDE_OUTPUT_ROW = 16 };
 typedef enum { SLIDE_NO_ANGLE, SLIDE_COSINE, SLIDE_SINE } SlideAngle;
 
+/* How inputs that move go on (window/forecast.h); without candidates they are held. */
+typedef struct {
+    bool at_step_end; /* does a value that is set count as reached by the end of the step? */
+    uint32_t n_candidates, n_past, n_scored;
+    const unsigned char *rows; /* f64 [n_inputs][1 + n_candidates * n_past] */
+} SlideForecastView;
+
 /* All pointers point into the bytes that were read; their extent has been checked. */
 typedef struct {
     double step; /* s */
@@ -23,6 +30,7 @@ typedef struct {
     uint32_t positions;         /* squared errors that are averaged, as far apart as samples */
     SlideNetworkView estimator; /* feed-forward */
     const unsigned char *ranges; /* f32 [2][its features], least and largest values */
+    SlideForecastView forecast;
     char guid[48]; /* derived from the bytes, as in slide_fmu/fmu/description/fmi2.py */
 } SlidePayload;
 

@@ -30,6 +30,7 @@ static SlideStatus check_rate(const SlideInstance *instance, uint32_t reference,
 SlideStatus slide_set_rates(SlideInstance *instance, const uint32_t references[], size_t count,
                             const int orders[], const double rates[]) {
     SlideState *state = &instance->state;
+    const bool forecasts = slide_stream_forecasts(&instance->model, state);
     SlideStatus status = SLIDE_OK;
     if (count > 0 && (references == NULL || orders == NULL || rates == NULL)) {
         return slide_null(instance);
@@ -43,6 +44,7 @@ SlideStatus slide_set_rates(SlideInstance *instance, const uint32_t references[]
     for (size_t i = 0; i < count; ++i) {
         if (orders[i] == 1) {
             state->rates[references[i]] = rates[i];
+            state->told[references[i]] = forecasts;
         } else if (rates[i] != 0 && status == SLIDE_OK) {
             status = slide_report(instance, SLIDE_WARNING,
                                   "derivative of order %d of value reference %u; only order 1 "
@@ -52,7 +54,7 @@ SlideStatus slide_set_rates(SlideInstance *instance, const uint32_t references[]
     }
     state->head->moving = 0;
     for (size_t i = 0; i < instance->model.n_inputs; ++i) {
-        state->head->moving |= state->rates[i] != 0;
+        state->head->moving |= state->rates[i] != 0 || state->told[i];
     }
     return status;
 }

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STATE_VERSION = 10 };
+enum { STATE_VERSION = 11 };
 
 /* Counters of past inputs: none comes near it, and loops over them end. */
 static const uint64_t LARGEST_COUNT = (uint64_t)1 << 62;
@@ -129,9 +129,10 @@ static bool is_intact(const SlideInstance *instance, const unsigned char *bytes)
     const unsigned char *block = bytes + sizeof header;
     const SlideState *state = &instance->state;
     size_t counter = (size_t)((const char *)state->history.count - (const char *)state->head);
-    uint64_t steps[2];
+    uint64_t steps[3];
     memcpy(steps, block + counter, sizeof steps);
     return known_mode && steps[0] < LARGEST_COUNT && steps[1] < LARGEST_COUNT &&
+           steps[2] < LARGEST_COUNT &&
            isfinite(slide_clock_time(&head.clock)) &&
            header.checksum == slide_crc32(block, instance->state.size);
 }

@@ -48,12 +48,15 @@ static bool have_direction(const SlideInstance *instance) {
     return good;
 }
 
-static bool stream_step(SlideInstance *instance, double length) {
+/* further: the last step goes on, since its inputs are forecast and were not set again. */
+static bool stream_step(SlideInstance *instance, double length, bool further) {
     SlideState *state = &instance->state;
-    if (!have_direction(instance)) {
+    if (!further && !have_direction(instance)) {
         return false;
     }
-    if (!slide_stream_step(&instance->model, state, length)) {
+    bool done = further ? slide_stream_go_on(&instance->model, state)
+                        : slide_stream_step(&instance->model, state, length);
+    if (!done) {
         slide_report(instance, SLIDE_ERROR,
                      "the outputs at %.9g s are not finite; set inputs within their ranges and "
                      "step again; nothing was changed",
@@ -79,14 +82,15 @@ static bool show(SlideInstance *instance, bool last, double *until) {
     return !last && slide_clock_reaches(&head->clock, now, *until, instance->model.step);
 }
 
-/* What inputs move between in the step that begins now. True when they do. */
+/* What inputs move between in the step that begins now. True when they do so in parts that are
+ * inputs set to the end of each. */
 static bool begin_hold(SlideInstance *instance) {
     const SlideModel *model = &instance->model;
     const SlideState *state = &instance->state;
     const size_t row = model->n_inputs * sizeof(double);
     memcpy(instance->watcher.from, slide_stream_reached(model, state), row);
     memcpy(instance->watcher.to, state->inputs, row);
-    return model->history.first_order;
+    return model->history.first_order && !slide_stream_forecasts(model, state);
 }
 
 /* A communication step, as the stream takes it: so many parts of a length in s, each of which
@@ -114,6 +118,7 @@ static bool take_parts(SlideInstance *instance, double point, Walk walk, bool *e
     SlideWatcher *watcher = &instance->watcher;
     SlideState *state = &instance->state;
     bool moves = walk.count > 1 && begin_hold(instance);
+    bool further = false;
     double until = INFINITY;
     if (walk.count > 1) { /* a single one undoes itself */
         memcpy(watcher->undo, state->head, state->size);
@@ -123,7 +128,7 @@ static bool take_parts(SlideInstance *instance, double point, Walk walk, bool *e
             slide_history_between(&model->history, watcher->from, watcher->to,
                                   (double)left / walk.count, state->inputs);
         }
-        if (!stream_step(instance, walk.part)) {
+        if (!stream_step(instance, walk.part, further)) {
             if (walk.count > 1) {
                 memcpy(state->head, watcher->undo, state->size);
             }
@@ -134,6 +139,7 @@ static bool take_parts(SlideInstance *instance, double point, Walk walk, bool *e
         watcher->was_set = false;
         *early = watcher->show != NULL && show(instance, left == 0, &until);
         moves = moves && !watcher->was_set;
+        further = slide_stream_forecasts(model, state) && !watcher->was_set;
     }
     if (moves) {
         memcpy(state->inputs, watcher->to, model->n_inputs * sizeof(double));

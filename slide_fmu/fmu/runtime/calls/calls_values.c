@@ -38,6 +38,8 @@ static double *place_of(SlideInstance *instance, SlideVariable variable) {
         return state->window + variable.index;
     case SLIDE_PREHISTORY_KNOWN:
         return &state->head->prehistory;
+    case SLIDE_INPUTS_AT_STEP_END:
+        return &state->head->at_step_end;
     default:
         return NULL;
     }
@@ -56,6 +58,7 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
     case SLIDE_INITIAL_INPUT:
     case SLIDE_INITIAL_WINDOW:
     case SLIDE_PREHISTORY_KNOWN:
+    case SLIDE_INPUTS_AT_STEP_END:
         for (size_t sample = 0; sample < variable.size; ++sample) {
             values[sample] = place_of(instance, variable)[sample * model->n_inputs];
         }
@@ -206,6 +209,14 @@ static SlideStatus check_values(const SlideInstance *instance, uint32_t referenc
                                     "prehistory_known (value reference %u) = %g; expected 0 %s; "
                                     "the former values are kept",
                                     reference, values[0], instance->has_more ? "to 2" : "or 1");
+    }
+    if (variable.kind == SLIDE_INPUTS_AT_STEP_END) {
+        return values[0] == 0 || values[0] == 1
+                   ? SLIDE_OK
+                   : slide_report(instance, SLIDE_DISCARD,
+                                  "inputs_at_step_end (value reference %u) = %g; expected 0 or 1; "
+                                  "the former values are kept",
+                                  reference, values[0]);
     }
     for (size_t i = 0; i < variable.size; ++i) { /* finite as the networks see them */
         if (!isfinite((float)slide_scaled(&instance->model, variable.index, values[i]))) {

@@ -1,7 +1,13 @@
 #include "variables.h"
 
 typedef enum { PER_ONE = 1, PER_INPUT, PER_OUTPUT } Per; /* 0: no kind has this number */
-typedef enum { WHEN_ALWAYS, WHEN_ESTIMATOR, WHEN_STATE_SPACE, WHEN_SEVERAL_SAMPLES } When;
+typedef enum {
+    WHEN_ALWAYS,
+    WHEN_ESTIMATOR,
+    WHEN_STATE_SPACE,
+    WHEN_SEVERAL_SAMPLES,
+    WHEN_FIRST_ORDER
+} When;
 typedef enum { SIZE_SCALAR, SIZE_BLOCK, SIZE_SAMPLED } Size;
 typedef enum {
     CAUSALITY_INPUT,
@@ -30,7 +36,8 @@ uint32_t slide_count_of(const SlideInstance *instance, SlideVariableKind number)
     const bool has[] = {[WHEN_ALWAYS] = true,
                         [WHEN_ESTIMATOR] = model->estimator.positions > 0,
                         [WHEN_STATE_SPACE] = slide_is_recurrent(model->predictor.family),
-                        [WHEN_SEVERAL_SAMPLES] = model->predictor.n_block > 1};
+                        [WHEN_SEVERAL_SAMPLES] = model->predictor.n_block > 1,
+                        [WHEN_FIRST_ORDER] = model->history.first_order};
     const uint32_t counts[] = {
         [PER_ONE] = 1, [PER_INPUT] = model->n_inputs, [PER_OUTPUT] = model->n_outputs};
     return has[kind->when] && (kind->fmi == 2 || instance->has_more) ? counts[kind->per] : 0;

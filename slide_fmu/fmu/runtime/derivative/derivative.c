@@ -44,7 +44,7 @@ static Replay redo(const SlideModel *model, SlideState *state,
     for (size_t i = 0; i < model->n_inputs; ++i) {
         state->inputs[i] = given[i] + amount * scratch->direction[i];
     }
-    slide_history_go_back(&model->history, &state->history);
+    slide_history_go_back(&model->history, &state->history, SLIDE_MARK_STEP);
     replay.intake = slide_stream_take_in(model, state);
     put_earlier(&replay);
     return replay;
@@ -115,7 +115,8 @@ void slide_directional_derivative(const SlideModel *model, SlideState *state,
     const double largest = largest_change(model, scratch->direction);
     const size_t n = model->n_outputs, row = model->n_inputs * sizeof(double);
     const bool fresh = slide_stream_fresh(state);
-    const bool known = fresh && state->head->prehistory != SLIDE_FIRST_HELD;
+    const bool known = fresh && state->head->prehistory != SLIDE_FIRST_HELD &&
+                       !slide_stream_forecasts(model, state);
     memset(scratch->slopes, 0, 3 * n * sizeof *scratch->slopes);
     if (known || largest == 0) { /* no input was taken in yet, or none moves */
         return;
@@ -127,7 +128,7 @@ void slide_directional_derivative(const SlideModel *model, SlideState *state,
         const Replay replay = redo(model, state, scratch, given, amount);
         run(&replay, estimates, scratch->results[side]);
     }
-    slide_history_go_back(&model->history, &state->history);
+    slide_history_go_back(&model->history, &state->history, SLIDE_MARK_STEP);
     if (!fresh) {
         memcpy(state->inputs, given, row);
         slide_stream_take_in(model, state);

@@ -5,20 +5,25 @@
 
 #include "chain_angle.h"
 
+#include <stdbool.h>
+
 /* As in the kernels, products and sums are fused where the processor can. GCC has no such
  * pragma. */
 #ifdef __clang__
 #pragma STDC FP_CONTRACT ON
 #endif
 
-/* One joint and the link that it moves: standard Denavit-Hartenberg. */
+/* One joint and the link that it moves: slide_fmu/features/serial_chain.py. */
 typedef struct {
-    double middle, half_range;  /* rad; of the scaled input, and of the sum of two of them */
-    double rate, acceleration;  /* rad/s, rad/s^2; of changes of the scaled input */
-    double a, d;                /* m */
+    bool prismatic;
+    double middle, half_range;             /* rad; of the turn about z, of the scaled input */
+    double slide_middle, slide_half_range; /* m; of the way along z; prismatic joints only */
+    double rate, acceleration;             /* by s, s^2; of changes of the scaled input */
+    double step[3];                        /* m; the way of a prismatic joint apart */
     double cos_alpha, sin_alpha;
+    double all; /* kg; the link and all further out */
     /* Of the link, and of the masses further out as if they were in the origin of its frame; seen
-     * from the frame before it, turned with the joint. */
+     * from the frame before it, turned and moved with the joint. */
     double first[3];            /* kg m; moment of mass */
     double square[3], mixed[3]; /* kg m^2; integrals of xx, yy, zz and of yz, xz, xy */
 } Link;
@@ -26,7 +31,7 @@ typedef struct {
 /* A joint at the end and at the begin of the step. */
 typedef struct {
     Turn turned;
-    Two rate, acceleration;
+    Two slide, rate, acceleration;
 } Joint;
 
 /* All links from some joint on, as they move seen from the frame before it: sums over their masses
@@ -88,26 +93,26 @@ INLINE void turn_motion(Body *body, int axis, Turn turn) {
     turn_vector(body->moment, axis, turn);
 }
 
-/* Seen from a point that lies back along x and z; but for its mass in the present origin. */
+/* Seen from a point that lies back by the link's step; but for its mass in the present origin. */
 INLINE void shift_masses(Body *body, const Link *link) {
-    const Two *first = body->first, a = both(link->a), d = both(link->d);
-    body->square[X] += (a + a) * first[X];
-    body->square[Z] += (d + d) * first[Z];
-    body->mixed[X] += d * first[Y];
-    body->mixed[Y] += a * first[Z] + d * first[X];
-    body->mixed[Z] += a * first[Y];
+    const Two *first = body->first;
+    for (int i = X; i <= Z; ++i) {
+        const int p = (i + 1) % 3, q = (i + 2) % 3;
+        const Two step = both(link->step[i]);
+        body->square[i] += (step + step) * first[i];
+        body->mixed[i] += both(link->step[p]) * first[q] + both(link->step[q]) * first[p];
+    }
 }
 
 INLINE void shift_motion(Body *body, const Link *link) {
     const Two *momentum = body->momentum, *force = body->force;
-    const Two a = both(link->a), d = both(link->d);
     for (int i = X; i <= Z; ++i) {
-        body->flow[i][X] += a * momentum[i];
-        body->flow[i][Z] += d * momentum[i];
+        const int p = (i + 1) % 3, q = (i + 2) % 3;
+        for (int j = X; j <= Z; ++j) {
+            body->flow[i][j] += both(link->step[j]) * momentum[i];
+        }
+        body->moment[i] += both(link->step[p]) * force[q] - both(link->step[q]) * force[p];
     }
-    body->moment[X] -= d * force[Y];
-    body->moment[Y] += d * force[X] - a * force[Z];
-    body->moment[Z] += a * force[Y];
 }
 
 INLINE void add_to(Two *v, const double *constants) {
@@ -118,8 +123,7 @@ INLINE void add_to(Two *v, const double *constants) {
 
 /* The link, and what further masses add to the sums by where their origin is. */
 INLINE void add_link(Body *body, const Link *link) {
-    body->tool[X] += both(link->a);
-    body->tool[Z] += both(link->d);
+    add_to(body->tool, link->step);
     add_to(body->first, link->first);
     add_to(body->square, link->square);
     add_to(body->mixed, link->mixed);
@@ -145,6 +149,28 @@ INLINE void spin(Body *body, const Joint *joint) {
     body->force[Y] += acceleration * first[X] + rate * (linear[X] + momentum[X]);
 }
 
+/* The body slides along z besides, its mass with it. With v as before, this adds the rate to
+ * velocities and the acceleration to accelerations. */
+INLINE void slide(Body *body, const Link *link, const Joint *joint) {
+    const Two way = joint->slide, mass = both(link->all);
+    Two *first = body->first, *force = body->force;
+    for (int i = X; i <= Z; ++i) {
+        body->flow[i][Z] += way * body->momentum[i];
+    }
+    body->moment[X] -= way * force[Y], body->moment[Y] += way * force[X];
+    body->square[Z] += way * (first[Z] + first[Z] + mass * way);
+    body->mixed[X] += way * first[Y], body->mixed[Y] += way * first[X];
+    first[Z] += mass * way;
+    body->tool[Z] += way;
+    for (int j = X; j <= Z; ++j) {
+        body->flow[Z][j] += joint->rate * first[j];
+    }
+    body->moment[X] += joint->acceleration * first[Y];
+    body->moment[Y] -= joint->acceleration * first[X];
+    body->momentum[Z] += mass * joint->rate;
+    force[Z] += mass * joint->acceleration;
+}
+
 /* One link and the joint that moves it. */
 INLINE void pass(const Link *link, const Joint *joint, Body *body) {
     const Turn twist = {both(link->cos_alpha), both(link->sin_alpha)};
@@ -155,7 +181,11 @@ INLINE void pass(const Link *link, const Joint *joint, Body *body) {
     add_link(body, link);
     turn_masses(body, Z, joint->turned);
     turn_motion(body, Z, joint->turned);
-    spin(body, joint);
+    if (link->prismatic) {
+        slide(body, link, joint);
+    } else {
+        spin(body, joint);
+    }
 }
 
 #endif

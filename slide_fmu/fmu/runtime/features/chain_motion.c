@@ -3,6 +3,8 @@
 #include "feature_set.h"
 #include "kernel.h"
 
+#include <string.h>
+
 #define SYMMETRY 1e-9 /* largest difference of an inertia and its transpose, over its diagonal */
 
 /* Signals: their places, those of joint rates after the tool's position. */
@@ -24,6 +26,9 @@ typedef struct {
     void (*write)(const SlideFeatures *features, const double *input, const double *before);
     size_t n_joints;
     double mass;
+    Turn first;            /* of the first joint where its place is 0 */
+    const double *law;     /* [4] weights of the newest and the oldest of three set points in the
+                              place, and of the newest in rate and acceleration */
     const double *gravity; /* [3] */
     const double *tool;    /* [3], in the last link's frame */
     Link *links;
@@ -31,20 +36,24 @@ typedef struct {
     Joint *joints;     /* scratch */
 } Chain;
 
-/* On the quadratic B-spline through four set points. */
+/* How the joints follow four set points. */
 INLINE void set_joints(const Chain *chain, const double *input, const double *before) {
     const Two *sectors = chain->sectors;
     Joint *joints = chain->joints;
     const size_t n = chain->n_joints;
     const double *u0 = input, *u1 = before, *u2 = before + n, *u3 = before + 2 * n;
+    const Two newest = both(chain->law[0]), oldest = both(chain->law[1]);
+    const Two rate = both(chain->law[2]), rest = both(1 - chain->law[2]);
+    const Two curvature = both(chain->law[3]);
     for (size_t i = 0; i < n; ++i) {
         const Link *link = &chain->links[i];
         const Two after = {u0[i], u1[i]}, between = {u1[i], u2[i]}, first = {u2[i], u3[i]};
-        const Two angle = both(link->middle) + both(link->half_range) * (after + between);
-        const Two change = after - between;
-        joints[i].rate = both(link->rate) * change;
-        joints[i].acceleration = both(link->acceleration) * (change - (between - first));
-        joints[i].turned = turn_by(sectors, angle);
+        const Two newer = after - between, older = between - first;
+        const Two at = between + (newest * newer - oldest * older);
+        joints[i].rate = both(link->rate) * (rate * newer + rest * older);
+        joints[i].acceleration = both(link->acceleration) * (curvature * (newer - older));
+        joints[i].slide = both(link->slide_middle) + both(link->slide_half_range) * at;
+        joints[i].turned = turn_by(sectors, both(link->middle) + both(link->half_range) * at);
     }
 }
 
@@ -117,7 +126,7 @@ INLINE void write_signals(const SlideFeatures *features, const double *input,
     store_joints(chain, signals);
     Turn *turned = &chain->joints[0].turned;
     const Turn first = *turned;
-    turned->c = both(1), turned->s = both(0);
+    *turned = chain->first;
     for (int i = X; i <= Z; ++i) {
         body.tool[i] = both(chain->tool[i]);
     }
@@ -150,21 +159,25 @@ static void write_chain(const SlideFeatures *features, const double *input,
 
 /* The numbers of a chain, in the order of a file. */
 typedef struct {
-    double step;                         /* s */
-    const double *middle, *half_range;   /* [n] rad */
-    const double *a, *d, *alpha;         /* [n] */
-    const double *masses;                /* [n] */
-    const double *centres, *inertias;    /* [n][3], [n][3][3] */
-    const double *gravity, *tool;        /* [3] */
+    double step;                                 /* s */
+    const double *law;                           /* [4] */
+    const double *middle, *half_range;           /* [n] rad or m */
+    const double *prismatic, *theta, *alpha;     /* [n] */
+    const double *steps;                         /* [n][3] */
+    const double *masses;                        /* [n] */
+    const double *centres, *inertias;            /* [n][3], [n][3][3] */
+    const double *gravity, *tool;                /* [3] */
 } Numbers;
 
-enum { NUMBERS_OF_JOINT = 18, NUMBERS_OF_ALL = 6 };
+enum { NUMBERS_OF_LAW = 4, NUMBERS_OF_JOINT = 21, NUMBERS_OF_ALL = 10 };
 
 static Numbers numbers_of(const double *at, size_t n) {
-    const double *middle = at + 1, *centres = middle + 6 * n, *gravity = middle + 18 * n;
-    return (Numbers){at[0],          middle,  middle + n,      middle + 2 * n, middle + 3 * n,
-                     middle + 4 * n, middle + 5 * n, centres, centres + 3 * n, gravity,
-                     gravity + 3};
+    const double *law = at + 1, *middle = law + NUMBERS_OF_LAW, *prismatic = middle + 2 * n;
+    const double *steps = prismatic + 3 * n, *masses = steps + 3 * n, *centres = masses + n;
+    const double *gravity = middle + NUMBERS_OF_JOINT * n;
+    return (Numbers){at[0],         law,           middle,  middle + n, prismatic,
+                     prismatic + n, prismatic + 2 * n, steps,   masses,     centres,
+                     centres + 3 * n, gravity,     gravity + 3};
 }
 
 /* An inertia tensor f64 [3][3] must be symmetric, as slide_fmu/features/serial_chain.py says. */
@@ -188,18 +201,29 @@ static void read_chain(SlideFeaturesView *view, SlideCursor *cursor) {
                 "surrogate file: step %g s of a chain; expected positive", step);
     const unsigned char *numbers =
         slide_take_f64s(cursor, NUMBERS_OF_JOINT * n + NUMBERS_OF_ALL, 1, "chain");
+    const unsigned char *joints = numbers + 8 * NUMBERS_OF_LAW;
     for (uint64_t i = 0; cursor->good && i < n; ++i) {
-        check_inertia(cursor, numbers + 72 * (n + i), (unsigned)i);
+        const double prismatic = slide_f64(joints + 8 * (2 * n + i));
+        slide_check(cursor, prismatic == 0 || prismatic == 1,
+                    "surrogate file: joint %u of a chain is of kind %g; expected 1 (prismatic) or "
+                    "0",
+                    (unsigned)i, prismatic);
+        check_inertia(cursor, joints + 8 * (12 * n + 9 * i), (unsigned)i);
     }
 }
 
+/* The axes of the first joint turn with it alone: its constant turn is the chain's. */
 static void fill_joint(Link *link, const Numbers *chain, size_t i) {
-    link->middle = chain->middle[i];
-    link->half_range = 0.5 * chain->half_range[i]; /* of the sum of two inputs */
-    link->rate = chain->half_range[i] / chain->step;
+    const double half_range = chain->half_range[i], theta = i == 0 ? 0 : chain->theta[i];
+    const bool prismatic = chain->prismatic[i] == 1;
+    link->prismatic = prismatic;
+    link->middle = prismatic ? theta : theta + chain->middle[i];
+    link->half_range = prismatic ? 0 : half_range;
+    link->slide_middle = prismatic ? chain->middle[i] : 0;
+    link->slide_half_range = prismatic ? half_range : 0;
+    link->rate = half_range / chain->step;
     link->acceleration = link->rate / chain->step;
-    link->a = chain->a[i];
-    link->d = chain->d[i];
+    memcpy(link->step, chain->steps + 3 * i, sizeof link->step);
     link->cos_alpha = cos(chain->alpha[i]);
     link->sin_alpha = sin(chain->alpha[i]);
 }
@@ -219,22 +243,24 @@ static Body body_of(double mass, const double *centre, const double *inertia) {
 
 /* Further: the mass further out. */
 static void fill_masses(Link *link, const Numbers *chain, size_t i, double further) {
-    const double all = chain->masses[i] + further;
+    const double all = chain->masses[i] + further, *step = link->step;
     Body alone = body_of(chain->masses[i], chain->centres + 3 * i, chain->inertias + 9 * i);
     turn_masses(&alone, X, (Turn){both(link->cos_alpha), both(link->sin_alpha)});
     shift_masses(&alone, link);
     store(alone.first, link->first);
     store(alone.square, link->square);
     store(alone.mixed, link->mixed);
-    link->first[X] += all * link->a;
-    link->first[Z] += all * link->d;
-    link->square[X] += all * link->a * link->a;
-    link->square[Z] += all * link->d * link->d;
-    link->mixed[Y] += all * link->a * link->d;
+    link->all = all;
+    for (int k = X; k <= Z; ++k) {
+        link->first[k] += all * step[k];
+        link->square[k] += all * step[k] * step[k];
+        link->mixed[k] += all * step[(k + 1) % 3] * step[(k + 2) % 3];
+    }
 }
 
 static void fill_chain(Chain *chain, const Numbers *numbers) {
     fill_sectors(chain->sectors);
+    chain->first = (Turn){both(cos(numbers->theta[0])), both(sin(numbers->theta[0]))};
     for (size_t i = chain->n_joints; i-- > 0;) {
         fill_joint(&chain->links[i], numbers, i);
         fill_masses(&chain->links[i], numbers, i, chain->mass);
@@ -254,7 +280,14 @@ static void *place_chain(const SlideFeaturesView *view, SlideArena *arena) {
             numbers[i] = slide_f64(view->own + 8 * i);
         }
         const Numbers of = numbers_of(numbers, n);
-        *chain = (Chain){write_baseline, n, 0, of.gravity, of.tool, links, sectors, joints};
+        *chain = (Chain){.write = write_baseline,
+                         .n_joints = n,
+                         .law = of.law,
+                         .gravity = of.gravity,
+                         .tool = of.tool,
+                         .links = links,
+                         .sectors = sectors,
+                         .joints = joints};
 #if !defined(SLIDE_ONE_KERNEL)
         const SlideKernel *kernel = slide_kernel(0);
         chain->write = kernel == &slide_kernel_avx512 ? write_avx512
@@ -267,7 +300,7 @@ static void *place_chain(const SlideFeaturesView *view, SlideArena *arena) {
 }
 
 const SlideFeatureSet slide_chain_motion = {
-    .number = 3,
+    .number = 4,
     .read = read_chain,
     .place = place_chain,
     .write = write_chain,

@@ -33,7 +33,8 @@ typedef struct {
 /* A set of features. */
 struct SlideFeatureSet {
     uint32_t number; /* in files */
-    bool of_angle;   /* its inputs are the cosine and sine of an angle */
+    /* Whether an input must be the cosine of an angle, with its sine behind it; NULL: none. */
+    bool (*is_cosine)(const SlideFeaturesView *view, size_t input);
     /* Read what is the set's own in a file and say how many signals there are. */
     void (*read)(SlideFeaturesView *view, SlideCursor *cursor);
     /* Place what the set needs of it; NULL: nothing. */

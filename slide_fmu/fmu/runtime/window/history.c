@@ -26,8 +26,8 @@ size_t slide_history_steps_size(const SlideHistoryShape *shape) {
 
 void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape,
                          SlideArena *arena) {
-    history->count = slide_place(arena, 2, sizeof *history->count);
-    history->before = slide_place(arena, 2, step_size(shape));
+    history->count = slide_place(arena, 3, sizeof *history->count);
+    history->before = slide_place(arena, 4, step_size(shape));
     history->steps = slide_place(arena, (size_t)shape->capacity, step_size(shape));
 }
 
@@ -60,18 +60,24 @@ void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history,
     memcpy(step + 1, inputs, shape->n_inputs * sizeof *inputs);
 }
 
-void slide_history_begin(const SlideHistoryShape *shape, SlideHistory *history) {
-    const uint64_t count = history->count[1] = history->count[0];
-    memcpy(history->before, step_at(shape, history, count - 1), step_size(shape));
-    memcpy(history->before + 1 + shape->n_inputs, step_at(shape, history, count),
-           step_size(shape));
+/* Of a mark: the newest step before it, and the place after that. */
+static double *before_mark(const SlideHistoryShape *shape, const SlideHistory *history,
+                           SlideMark mark) {
+    return history->before + 2 * (size_t)mark * (1 + (size_t)shape->n_inputs);
 }
 
-void slide_history_go_back(const SlideHistoryShape *shape, SlideHistory *history) {
-    const uint64_t count = history->count[0] = history->count[1];
-    memcpy(step_at(shape, history, count - 1), history->before, step_size(shape));
-    memcpy(step_at(shape, history, count), history->before + 1 + shape->n_inputs,
-           step_size(shape));
+void slide_history_begin(const SlideHistoryShape *shape, SlideHistory *history, SlideMark mark) {
+    const uint64_t count = history->count[1 + mark] = history->count[0];
+    double *before = before_mark(shape, history, mark);
+    memcpy(before, step_at(shape, history, count - 1), step_size(shape));
+    memcpy(before + 1 + shape->n_inputs, step_at(shape, history, count), step_size(shape));
+}
+
+void slide_history_go_back(const SlideHistoryShape *shape, SlideHistory *history, SlideMark mark) {
+    const uint64_t count = history->count[0] = history->count[1 + mark];
+    const double *before = before_mark(shape, history, mark);
+    memcpy(step_at(shape, history, count - 1), before, step_size(shape));
+    memcpy(step_at(shape, history, count), before + 1 + shape->n_inputs, step_size(shape));
 }
 
 /* Turned back from its end, which is exact. */

@@ -21,9 +21,10 @@ typedef struct {
 
 /* What changes; part of the flat state block. */
 typedef struct {
-    uint64_t *count; /* [2]: steps so far, joined ones once, the newest in slot
-                        (count - 1) % capacity; and those before the last communication step */
-    double *before;  /* [2][1 + n_inputs], the newest step before it, and the place after that */
+    uint64_t *count; /* [3]: steps so far, joined ones once, the newest in slot
+                        (count - 1) % capacity; and those at each of the two marks */
+    double *before;  /* [2][2][1 + n_inputs], of each mark the newest step before it, and the place
+                        after that */
     double *steps;   /* [capacity][1 + n_inputs]: length in s, physical inputs */
 } SlideHistory;
 
@@ -44,10 +45,14 @@ void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape, 
 void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
                           const double *inputs, bool goes_on);
 
-/* A communication step begins: slide_history_go_back takes back all that is appended from here on.
- * What one step changes is then as it was, to the bit. */
-void slide_history_begin(const SlideHistoryShape *shape, SlideHistory *history);
-void slide_history_go_back(const SlideHistoryShape *shape, SlideHistory *history);
+/* From where on what is appended can be taken back: from the last communication step on, or, where
+ * that also brings the true end of the step before, from what is only forecast on. */
+typedef enum { SLIDE_MARK_STEP, SLIDE_MARK_FORECAST } SlideMark;
+
+/* Set a mark: slide_history_go_back takes back all that is appended from here on. What one step
+ * changes is then as it was, to the bit. A mark is lost where one goes back before it. */
+void slide_history_begin(const SlideHistoryShape *shape, SlideHistory *history, SlideMark mark);
+void slide_history_go_back(const SlideHistoryShape *shape, SlideHistory *history, SlideMark mark);
 
 /* Inputs that move, where a part (0 to 1) of the way is left. Linear; a director on the
  * shorter arc, of two equal ones on that which turns to the left, with its length linear. */

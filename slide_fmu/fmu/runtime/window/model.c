@@ -49,6 +49,8 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideAren
     slide_network_place(&model->predictor, &payload->predictor, payload->n_outputs, arena);
     slide_estimator_place(&model->estimator, payload, arena);
     shape_past(model, payload);
+    slide_forecast_place(&model->forecast, payload, arena);
+    model->at_step_end = payload->forecast.at_step_end;
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
     model->taken = slide_place(arena, (size_t)model->memory_length + SLIDE_BEFORE,
                                  payload->n_inputs * sizeof(double));

@@ -3,6 +3,7 @@
 #define SLIDE_MODEL_H
 
 #include "estimate.h"
+#include "forecast.h"
 #include "history.h"
 #include "network.h"
 
@@ -22,6 +23,8 @@ typedef struct {
     SlideEstimator estimator;
     SlideSamplesShape samples;
     SlideHistoryShape history;
+    SlideForecast forecast;
+    bool at_step_end; /* start value of SlideHead.at_step_end */
     double *inputs;    /* scratch [n_inputs]: a sample, in physical units */
     double *taken;     /* scratch [memory_length + SLIDE_BEFORE][n_inputs]: samples that a step
                           takes in and those before, scaled, newest first */

@@ -14,9 +14,8 @@ static void turn_on(const double *z, const double *rates, double time, double *m
     moved[1] = z[0] * s + z[1] * c;
 }
 
-/* The inputs at a time since the begin of the step. */
-static void move_on(const SlideHistoryShape *shape, const SlideMovingStep *step, double time,
-                    double *inputs) {
+void slide_move_on(const SlideHistoryShape *shape, const SlideMovingStep *step, double time,
+                   double *inputs) {
     const double *given = step->given, *rates = step->rates;
     for (size_t i = 0; i < shape->n_inputs; ++i) {
         if (shape->cosine[i]) {
@@ -37,7 +36,7 @@ void slide_append_moving(const SlideHistoryShape *shape, SlideHistory *history,
     for (uint32_t part = 0; part < count; ++part) {
         const double length = part == 0 ? first : step->sample_step;
         const double begin = part == 0 ? 0 : first + (part - 1) * step->sample_step;
-        move_on(shape, step, begin + (shape->first_order ? 1 : 0.5) * length, inputs);
+        slide_move_on(shape, step, begin + (shape->first_order ? 1 : 0.5) * length, inputs);
         slide_history_append(shape, history, length, inputs, part > 0);
     }
 }

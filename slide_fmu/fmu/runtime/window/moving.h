@@ -14,6 +14,10 @@ typedef struct {
                             takes their place */
 } SlideMovingStep;
 
+/* Inputs that were given, at a time (s) after that. */
+void slide_move_on(const SlideHistoryShape *shape, const SlideMovingStep *step, double time,
+                   double *inputs);
+
 /* The step becomes the newest of the history. Held inputs: in parts one sample step long, the
  * first shorter or longer, each with the value in its middle, so that the mean is kept.
  * First-order hold: as one part, with the value at its end, which the inputs reach. A director

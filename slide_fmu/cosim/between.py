@@ -1,0 +1,98 @@
+"""Inputs between the times at which they are known."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.core.signals import FloatArray
+
+CLEARLY_BETTER = 0.25
+"""A curve counts where the mean square of its errors is below this part of a straight line's."""
+
+AROUND = 3
+"""Known values on either side whose errors decide between curve and straight line."""
+
+SLACK = 1e-6
+"""In steps: what counts as rounding in a distance of times."""
+
+
+def refined(
+    times: FloatArray, values: FloatArray, cosines: tuple[int, ...], step: float
+) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
+    """Divide distances longer than a step into equal parts, and find the inputs there.
+
+    An input that is smooth is a cubic through the four values around; one that is not, a straight
+    line. Smooth is what the neighbours of known values tell of them far better by cubics than by
+    straight lines. Of an angle, both are of its turn, and its length is a straight line.
+
+    Args:
+        times: in s, rising, shape (N,).
+        values: inputs at these times, shape (N, n_inputs).
+        cosines: indices of inputs that are the cosine of an angle, whose sine is the next.
+        step: longest distance in s.
+
+    Returns:
+        Times, inputs at these times, and the places of the given times among them, shape (N,).
+    """
+    counts = np.maximum(np.ceil(np.diff(times) / step - SLACK), 1).astype(np.int64)
+    places = np.concatenate([[0], np.cumsum(counts)])
+    if len(times) == 0 or places[-1] == len(times) - 1:
+        return times, values, places
+    of = np.repeat(np.arange(len(counts)), counts)  # the interval of every time but the last
+    part = (np.arange(len(of)) - places[of]) / counts[of]
+    at = np.append(times[of] + part * np.diff(times)[of], times[-1])
+    columns = [_column(times, column, at, of) for column in values.T]
+    for i in cosines:
+        angle = np.unwrap(np.arctan2(values[:, i + 1], values[:, i]))
+        length = np.interp(at, times, np.hypot(values[:, i], values[:, i + 1]))
+        turned = _column(times, angle, at, of)
+        columns[i], columns[i + 1] = length * np.cos(turned), length * np.sin(turned)
+    found = np.stack(columns, axis=1)
+    found[places] = values
+    return at, found, places
+
+
+def _column(
+    times: FloatArray, values: FloatArray, at: FloatArray, of: NDArray[np.int64]
+) -> FloatArray:
+    """Find one input or angle at times, all but the last of which lie in the intervals ``of``."""
+    found = np.interp(at, times, values)
+    first = np.clip(of - 1, 0, max(len(times) - 4, 0))
+    curved = _is_smooth(times, values)[of]
+    nodes = first[curved, None] + np.arange(4)
+    found[:-1][curved] = _cubic(times[nodes], values[nodes], at[:-1][curved])
+    return found
+
+
+def _is_smooth(times: FloatArray, values: FloatArray) -> NDArray[np.bool_]:
+    """Say of each interval, (N - 1,), whether cubics tell the values around it better than lines.
+
+    Every value is told by its neighbours without itself: by two of them, or by four.
+    """
+    count = len(times) - 4
+    if count < 2 * AROUND:
+        return np.zeros(len(times) - 1, dtype=bool)
+    nodes = np.arange(count)[:, None] + np.array([0, 1, 3, 4])
+    middle, true = times[2:-2], values[2:-2]
+    by_cubic = _cubic(times[nodes], values[nodes], middle)
+    before, after = times[1:-3], times[3:-1]
+    share = (middle - before) / (after - before)
+    by_line = values[1:-3] + share * (values[3:-1] - values[1:-3])
+    window = np.ones(2 * AROUND)
+    cubic, line = (np.convolve((f - true) ** 2, window, "valid") for f in (by_cubic, by_line))
+    # sum j is of the values j + 2 .. j + 1 + 2 AROUND, around the interval j + 1 + AROUND
+    places = np.clip(np.arange(len(times) - 1) - 1 - AROUND, 0, len(line) - 1)
+    return np.asarray(cubic < CLEARLY_BETTER * line)[places]
+
+
+def _cubic(nodes: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
+    """Evaluate cubics through four points each, (M, 4), at one time each, (M,)."""
+    found = np.zeros(len(at))
+    for i in range(4):
+        weight = np.ones(len(at))
+        for j in range(4):
+            if j != i:
+                weight = weight * (at - nodes[:, j]) / (nodes[:, i] - nodes[:, j])
+        found += weight * values[:, i]
+    return found

@@ -1,0 +1,186 @@
+"""Outputs of an FMU at given times, from inputs that are known at these times."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.core.signals import FloatArray, cosines_of
+from slide_fmu.cosim.between import refined
+from slide_fmu.cosim.importer import Reader
+from slide_fmu.cosim.run import CoSimulationError, UnpackedFmu, instantiated, unpacked
+from slide_fmu.fmu.description.variables import (
+    AT_STEP_END,
+    BY_KEY,
+    INITIAL,
+    PREHISTORY_KNOWN,
+    REFERENCES_PER_KIND,
+)
+from slide_fmu.fmu.export import MODULE, SURROGATE, read_fmu, read_member
+
+WHOLE = 1e-6
+"""How far a step may be from a multiple of the FMU's own, in such steps: rounding."""
+
+
+def simulate(fmu: str | Path, t: NDArray[Any], u: NDArray[Any]) -> FloatArray:
+    """Give the outputs of an FMU of slide-fmu at times, from its inputs at the same times.
+
+    All inputs are known here, so that nothing is late and nothing is forecast. Inputs with a
+    first-order hold are straight lines between the times (an angle that cosine and sine give turns
+    evenly); where the times are farther apart than the FMU's step, smooth inputs are curves
+    between them. Before the first time they were what they are there. Inputs with a zero-order
+    hold stay what they are from each time to the next; where the distances are no multiples of the
+    FMU's step, the FMU takes its own steps, each under the mean of its inputs, and outputs are
+    straight lines between them.
+
+    Args:
+        fmu: file of the FMU, of FMI 2.0 or FMI 3.0.
+        t: times in s, rising, shape (N,).
+        u: inputs at these times in their units, in the order of the model description, shape
+            (N, n_inputs); (N,) will do for one input.
+
+    Returns:
+        Outputs at these times in their units, shape (N, n_outputs).
+
+    Raises:
+        CoSimulationError: the FMU cannot be run, or reports an error.
+        FmuError: the file is no FMU, or its model description cannot be read.
+        ValueError: times or inputs do not have these shapes, are not finite, or times do not rise.
+    """
+    path = Path(fmu)
+    with unpacked(path) as files:
+        inputs, outputs = _of_kind(files, "INPUT"), _of_kind(files, "OUTPUT")
+        first_order, cosines = _meaning(path)
+        times, values = _checked(t, u, inputs)
+        run = _Run(files, inputs, outputs)
+        if first_order:
+            own, rows, places = refined(times, values, cosines, files.step)
+            return run.moving(own, rows)[places]
+        if _whole(np.diff(times) / files.step):
+            return run.held(times, values)
+        own = times[0] + files.step * np.arange(np.ceil((times[-1] - times[0]) / files.step) + 1)
+        found = run.held(own, _means(times, values, own))
+        return np.stack([np.interp(times, own, column) for column in found.T], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """An FMU, and the names of the variables that it is run with."""
+
+    fmu: UnpackedFmu
+    inputs: Sequence[str]
+    outputs: Sequence[str]
+
+    def moving(self, times: FloatArray, values: FloatArray) -> FloatArray:
+        """Set before each step what inputs with a first-order hold reach by its end."""
+        known = {
+            INITIAL.replace("{signal}", name): u
+            for name, u in zip(self.inputs, values[0], strict=True)
+        }
+        start = {PREHISTORY_KNOWN: 1.0, **known}
+        if AT_STEP_END in self.fmu.references:  # FMUs of former versions know nothing else
+            start[AT_STEP_END] = 1.0
+        return self._steps(times, values[0], values[1:], start)
+
+    def held(self, times: FloatArray, values: FloatArray) -> FloatArray:
+        """Set before each step what inputs with a zero-order hold are in it."""
+        return self._steps(times, values[0], values[: len(times) - 1], {})
+
+    def _steps(
+        self, times: FloatArray, first: FloatArray, rows: FloatArray, start: dict[str, float]
+    ) -> FloatArray:
+        """Outputs (N, n_outputs) at times (N,), under inputs that are set before each step."""
+        fmu = self.fmu
+        fmu.require(*start)
+        of_inputs = [fmu.references[name] for name in self.inputs]
+        read = Reader(
+            [fmu.references[name] for name in self.outputs], [fmu.types[n] for n in self.outputs]
+        )
+        with instantiated(fmu) as slave:
+            slave.set_real([fmu.references[name] for name in start], [*start.values()])
+            slave.set_real(of_inputs, first.tolist())
+            slave.enter_initialization(float(times[0]))
+            slave.exit_initialization()
+            found = [read(slave)]
+            for time, length, row in zip(times[:-1], np.diff(times), rows, strict=True):
+                slave.set_real(of_inputs, row.tolist())
+                slave.do_step(float(time), float(length))
+                found.append(read(slave))
+            slave.terminate()
+        return np.array(found, dtype=np.float64)
+
+
+def _of_kind(fmu: UnpackedFmu, key: str) -> list[str]:
+    """Names of the variables of one kind, in the order of their value references."""
+    number = BY_KEY[key].number
+    found = {r: n for n, r in fmu.references.items() if r // REFERENCES_PER_KIND == number}
+    return [found[reference] for reference in sorted(found)]
+
+
+def _meaning(path: Path) -> tuple[bool, tuple[int, ...]]:
+    """Say whether the inputs move between communication points, and which are cosines of angles.
+
+    Raises:
+        CoSimulationError: the FMU is none of slide-fmu, so that nothing says it.
+    """
+    if read_member(path, SURROGATE) is not None:
+        surrogate, _ = read_fmu(path)
+        return surrogate.hold == "first_order", cosines_of(surrogate.inputs)
+    module = read_member(path, MODULE)
+    if module is None:
+        raise CoSimulationError(
+            f"{path.name} has no {SURROGATE} and no {MODULE}; expected an FMU of slide-fmu: only "
+            "these say what their inputs do between communication points"
+        )
+    return bool(json.loads(module)["hold"] == "first_order"), ()
+
+
+def _checked(
+    t: NDArray[Any], u: NDArray[Any], inputs: Sequence[str]
+) -> tuple[FloatArray, FloatArray]:
+    """Times (N,) and inputs (N, n_inputs) as float64.
+
+    Raises:
+        ValueError: they have other shapes, are not finite, or times do not rise.
+    """
+    times, values = np.asarray(t, dtype=np.float64), np.asarray(u, dtype=np.float64)
+    if times.ndim != 1 or len(times) == 0:
+        raise ValueError(f"t of shape {times.shape}; expected (N,), at least one time in s")
+    values = values[:, None] if values.ndim == 1 and len(inputs) == 1 else values
+    if values.shape != (len(times), len(inputs)):
+        raise ValueError(
+            f"u of shape {values.shape}; expected ({len(times)}, {len(inputs)}): a row for each "
+            f"time, a column for each input, {list(inputs)}"
+        )
+    for name, array in (("t", times), ("u", values)):
+        if not np.all(np.isfinite(array)):
+            row = int(np.argwhere(~np.isfinite(array))[0, 0])
+            raise ValueError(f"{name}[{row}] = {array[row]}; expected finite numbers")
+    falls = np.flatnonzero(np.diff(times) <= 0)
+    if len(falls):
+        k = int(falls[0])
+        raise ValueError(
+            f"t[{k}] = {times[k]:.9g} s, t[{k + 1}] = {times[k + 1]:.9g} s; expected times that "
+            "rise"
+        )
+    return times, values
+
+
+def _whole(steps: FloatArray) -> bool:
+    return bool(np.all((np.rint(steps) >= 1) & (np.abs(steps - np.rint(steps)) <= WHOLE)))
+
+
+def _means(times: FloatArray, values: FloatArray, own: FloatArray) -> FloatArray:
+    """Mean, from each own time to the next, of values that stay until the next of their times."""
+    lengths = np.diff(times)[:, None]
+    sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values[:-1] * lengths, 0)])
+    ends = np.append(times, max(own[-1], times[-1]) + 1)
+    sums = np.append(sums, sums[-1:] + values[-1:] * (ends[-1] - times[-1]), axis=0)
+    at = np.stack([np.interp(own, ends, column) for column in sums.T], axis=1)
+    return np.asarray(np.diff(at, axis=0) / np.diff(own)[:, None])

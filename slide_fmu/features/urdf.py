@@ -1,0 +1,196 @@
+"""A serial chain from a robot's description in URDF (https://wiki.ros.org/urdf/XML).
+
+The file is read by yourdfpy (extra ``urdf``); what is said here is which robots are serial chains,
+and which frames their links get.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.features.placed_chain import NO_PART, PlacedChain, RigidPart, chain_of_axes
+
+MOST_JOINTS = 7
+"""A chain has at most so many joints."""
+MOVING = {"revolute": 0.0, "continuous": 0.0, "prismatic": 1.0}
+"""Types of joints that move, and whether they slide."""
+STANDARD_GRAVITY = (0.0, 0.0, -9.81)
+"""In base axes, m/s^2."""
+
+
+class UrdfError(ValueError):
+    """A file is no URDF of a serial chain; the message has the file, and what to do."""
+
+
+def read_urdf(
+    path: Path,
+    tool: str | None = None,
+    gravity: tuple[float, float, float] = STANDARD_GRAVITY,
+) -> PlacedChain:
+    """Read the serial chain of a robot from its URDF.
+
+    Args:
+        path: the file.
+        tool: link whose origin is the tool point; the last one if None.
+        gravity: acceleration of gravity in the axes of the file's base link, in m/s^2.
+
+    Raises:
+        UrdfError: the file cannot be read, or the robot is no serial chain of one to seven
+            revolute or prismatic joints whose moved links have masses.
+    """
+    robot = _read(path)
+    links = {link.name: link for link in robot.links}
+    joints = _in_order(path, robot, links)
+    moving = [joint for joint in joints if joint.type in MOVING]
+    if not 1 <= len(moving) <= MOST_JOINTS:
+        raise UrdfError(
+            f"{path}: {len(moving)} joints that move; expected 1 to {MOST_JOINTS}: fix the others "
+            '(type="fixed")'
+        )
+    ends = {joint.child for joint in joints} | {joints[0].parent}
+    name = joints[-1].child if tool is None else tool
+    if name not in ends:
+        raise UrdfError(f"{path}: no link {name!r} for the tool; expected one of {sorted(ends)}")
+    return _chain(path, joints, links, (name, np.array(gravity, dtype=np.float64)))
+
+
+def _read(path: Path) -> Any:
+    """The robot as yourdfpy has it, without its meshes."""
+    try:
+        from yourdfpy import URDF
+    except ImportError as error:
+        raise UrdfError(
+            f"{path}: yourdfpy cannot be imported ({error}); a URDF needs it: pip install "
+            "'slide-fmu[urdf]'"
+        ) from error
+    if not path.is_file():
+        raise UrdfError(f"{path}: no such file; expected a robot's URDF")
+    try:
+        ElementTree.parse(path)  # yourdfpy goes on with what it can read of a broken file
+        return URDF.load(
+            str(path), build_scene_graph=False, load_meshes=False, load_collision_meshes=False
+        ).robot
+    except Exception as error:  # lxml and yourdfpy raise errors of many types
+        raise UrdfError(
+            f"{path}: cannot be read as URDF ({type(error).__name__}: {error}); expected the XML "
+            "file of a robot (of a xacro file, what xacro writes)"
+        ) from error
+
+
+def _in_order(path: Path, robot: Any, links: dict[str, Any]) -> list[Any]:
+    """All joints from the base on.
+
+    Raises:
+        UrdfError: they are no single row, or one is of a type that no chain has.
+    """
+    behind: dict[str, Any] = {}
+    for joint in robot.joints:
+        unknown = [name for name in (joint.parent, joint.child) if name not in links]
+        if unknown:
+            raise UrdfError(f"{path}: joint {joint.name!r} joins {unknown}, which is no link")
+        _require_kind(path, joint)
+        if joint.parent in behind:
+            raise UrdfError(
+                f"{path}: link {joint.parent!r} carries the joints "
+                f"{behind[joint.parent].name!r} and {joint.name!r}; expected a chain without "
+                "branches: leave out what is beside it (a gripper's fingers as one link)"
+            )
+        behind[joint.parent] = joint
+    children = [joint.child for joint in robot.joints]
+    bases = [name for name in links if name not in children]
+    if len(bases) != 1 or len(set(children)) != len(children) or not robot.joints:
+        raise UrdfError(
+            f"{path}: links {bases} hang on nothing, and {len(robot.joints)} joints carry "
+            f"{len(set(children))} links; expected one base, and one joint for each other link"
+        )
+    row = [behind[bases[0]]]
+    while row[-1].child in behind:
+        row.append(behind[row[-1].child])
+    return row
+
+
+def _require_kind(path: Path, joint: Any) -> None:
+    """Refuse joints that a chain cannot have."""
+    if joint.type not in (*MOVING, "fixed"):
+        raise UrdfError(
+            f"{path}: joint {joint.name!r} is of type {joint.type!r}; expected one of "
+            f"{[*MOVING, 'fixed']}: the base of a chain does not move"
+        )
+    if joint.mimic is not None:
+        raise UrdfError(
+            f"{path}: joint {joint.name!r} mimics {joint.mimic.joint!r}; expected joints that "
+            'move on their own: fix it (type="fixed")'
+        )
+    axis = np.asarray(joint.axis, dtype=np.float64)
+    usable = axis.shape == (3,) and np.isfinite(axis).all() and np.linalg.norm(axis) > 0
+    if joint.type in MOVING and not usable:
+        raise UrdfError(
+            f"{path}: joint {joint.name!r} has the axis {axis.tolist()}; expected a direction"
+        )
+
+
+def _chain(
+    path: Path, joints: list[Any], links: dict[str, Any], wanted: tuple[str, FloatArray]
+) -> PlacedChain:
+    """The chain of joints in their order; wanted are the tool's link and gravity."""
+    bodies, axes, slides, names = [NO_PART], [], [], []
+    described = [True]  # whether the file says anything of the masses
+    tool_name, gravity = wanted
+    pose, tool = np.eye(4), (0, np.zeros(3))  # of a link in the base where all joints are at 0
+    for joint in joints:
+        pose = pose @ _pose(path, joint.name, joint.origin)
+        if joint.type in MOVING:
+            axis = np.asarray(joint.axis, dtype=np.float64)
+            axes.append((pose[:3, 3].copy(), pose[:3, :3] @ (axis / np.linalg.norm(axis))))
+            slides.append(MOVING[joint.type])
+            names.append(joint.name)
+            bodies.append(NO_PART)
+            described.append(False)
+        body = _body(path, links[joint.child]).moved(pose)
+        bodies[-1] = bodies[-1].with_part(body)
+        described[-1] |= links[joint.child].inertial is not None
+        if joint.child == tool_name:
+            tool = len(names), pose[:3, 3].copy()
+    for name, said in zip(names, described[1:], strict=True):
+        if not said:
+            raise UrdfError(
+                f"{path}: what joint {name!r} moves has no <inertial>; expected one with mass, "
+                "origin and inertia, if need be of mass 0, in its link or in one fixed to it"
+            )
+    if tool[0] != len(names):
+        raise UrdfError(
+            f"{path}: the tool {tool_name!r} is not behind the last joint {names[-1]!r}; expected "
+            "a link that all joints move"
+        )
+    return chain_of_axes(axes, bodies[1:], (np.array(slides), tuple(names)), (gravity, tool[1]))
+
+
+def _body(path: Path, link: Any) -> RigidPart:
+    """Mass, centre and inertia of a link in its own axes; nothing where the file has none."""
+    inertial = link.inertial
+    if inertial is None:
+        return NO_PART
+    mass = 0.0 if inertial.mass is None else float(inertial.mass)
+    inertia = np.zeros((3, 3)) if inertial.inertia is None else np.asarray(inertial.inertia)
+    pose = _pose(path, link.name, inertial.origin)
+    if not (np.isfinite(mass) and mass >= 0 and np.isfinite(inertia).all()):
+        raise UrdfError(
+            f"{path}: link {link.name!r} has mass {mass} kg and inertia {inertia.tolist()}; "
+            "expected finite numbers, and no negative mass"
+        )
+    if mass > 0 and inertial.inertia is None:
+        raise UrdfError(f"{path}: link {link.name!r} has a mass, but no <inertia>; expected both")
+    return RigidPart(mass, np.zeros(3), inertia.astype(np.float64)).moved(pose)
+
+
+def _pose(path: Path, name: str, origin: Any) -> FloatArray:
+    """An origin of the file as matrix, shape (4, 4)."""
+    pose = np.eye(4) if origin is None else np.asarray(origin, dtype=np.float64)
+    if not np.isfinite(pose).all():
+        raise UrdfError(f"{path}: the origin of {name!r} is not finite; expected numbers")
+    return pose

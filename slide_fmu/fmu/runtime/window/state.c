@@ -1,0 +1,62 @@
+#include "state.h"
+
+#include <string.h>
+
+static void place_before(SlideBeforeStep *before, const SlideModel *model, SlideArena *arena) {
+    size_t row = model->n_inputs * sizeof(double);
+    before->given = slide_place(arena, 1, row);
+    before->rates = slide_place(arena, 1, row);
+    before->told = slide_place(arena, model->n_inputs, sizeof *before->told);
+    if (slide_is_recurrent(model->predictor.family)) {
+        model->predictor.family->place_before(&before->predictor, &model->predictor, arena);
+    }
+}
+
+void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *arena) {
+    size_t n_inputs = model->n_inputs, n_outputs = model->n_outputs, start, seen;
+    state->head = slide_place(arena, 1, sizeof *state->head);
+    start = arena->used - sizeof *state->head;
+    state->inputs = slide_place(arena, n_inputs, sizeof(double));
+    state->rates = slide_place(arena, n_inputs, sizeof(double));
+    state->initial = slide_place(arena, n_inputs, sizeof(double));
+    state->outputs = slide_place(arena, n_outputs, sizeof(double));
+    state->strayed = slide_place(arena, 1, sizeof *state->strayed);
+    seen = arena->used - sizeof *state->strayed;
+    slide_samples_place(&state->samples, &model->samples, arena);
+    model->predictor.family->place_state(&state->predictor, &model->predictor, arena);
+    slide_estimate_place(&state->estimate, &model->estimator, arena);
+    state->seen_size = arena->used - seen;
+    place_before(&state->before, model, arena);
+    state->told = slide_place(arena, n_inputs, sizeof *state->told);
+    state->goal = slide_place(arena, n_inputs, sizeof(double));
+    slide_history_place(&state->history, &model->history, arena);
+    state->before_steps = arena->used - start - slide_history_steps_size(&model->history);
+    state->window = slide_place(arena, model->memory_length, n_inputs * sizeof(double));
+    state->known = slide_place(arena, model->history.first_order ? state->seen_size : 0, 1);
+    state->size = arena->used - start;
+    state->backup = slide_place(
+        arena, state->before_steps + (model->history.first_order ? state->seen_size : 0), 1);
+}
+
+void slide_state_reset(const SlideModel *model, SlideState *state) {
+    memset(state->head, 0, state->size);
+    state->head->at_step_end = model->at_step_end;
+    memcpy(state->inputs, model->starts, model->n_inputs * sizeof(double));
+    memcpy(state->initial, model->starts, model->n_inputs * sizeof(double));
+    for (size_t sample = 0; sample < model->memory_length; ++sample) {
+        memcpy(state->window + sample * model->n_inputs, model->starts,
+               model->n_inputs * sizeof(double));
+    }
+}
+
+const double *slide_stream_prehistory(const SlideModel *model, const SlideState *state) {
+    if (state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
+        return state->window + (size_t)(model->memory_length - 1) * model->n_inputs;
+    }
+    return state->head->prehistory == SLIDE_FIRST_HELD ? state->inputs : state->initial;
+}
+
+const double *slide_stream_reached(const SlideModel *model, const SlideState *state) {
+    return slide_stream_fresh(state) ? slide_stream_prehistory(model, state)
+                                     : slide_history_newest(&model->history, &state->history);
+}

@@ -1,0 +1,85 @@
+"""The forecast of inputs that move, fitted to those of the training."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.surrogate.input_forecast import BETTER, InputForecast, changes_of
+
+POLYNOMIALS = np.array([[-1.0, 0.0, 0.0], [-3.0, 1.0, 0.0], [-6.0, 4.0, -1.0]])
+"""A straight line, a parabola and a cubic: the candidates before they are fitted."""
+
+STRETCH = 16
+"""Samples of which one candidate shall forecast all: excitations change within a trajectory."""
+
+ROUNDS = 4
+"""How often stretches are given to candidates, and these are fitted to them; it settles soon."""
+
+RESOLUTION = 1e-6
+"""Where motions tell less than this about a candidate, it stays the polynomial that it was."""
+
+
+def fit_forecast(
+    signals: tuple[Signal, ...], inputs: FloatArray, at_step_end: bool
+) -> InputForecast | None:
+    """Fit the forecast of inputs with a first-order hold; None of others.
+
+    Every stretch of the inputs belongs to the candidate that forecasts it best, or to the held
+    value where none is clearly better; each candidate is the least squares fit to its stretches,
+    all of which count alike, whatever their amplitude.
+
+    Args:
+        signals: the inputs.
+        inputs: their samples in the training, shape (n_trajectories, N, n_inputs).
+        at_step_end: start value of the FMU's parameter.
+    """
+    if signals[0].hold != "first_order":
+        return None
+    weights = np.tile(POLYNOMIALS, (len(signals), 1, 1))
+    largest = np.zeros(len(signals))
+    for index, signal in enumerate(signals):
+        if signal.angle != "sine":
+            values = inputs[:, :, index]
+            if signal.angle == "cosine":
+                values = np.unwrap(np.arctan2(inputs[:, :, index + 1], values), axis=1)
+            weights[index] = _fit(values)
+            largest[index] = np.abs(np.diff(values, axis=1)).max()
+    return InputForecast(at_step_end, weights, largest)
+
+
+def _fit(values: FloatArray) -> FloatArray:
+    """Fit all candidates to the values of one input or angle, shape (n_trajectories, N)."""
+    n_past = POLYNOMIALS.shape[1]
+    count = (values.shape[1] - n_past - 1) // STRETCH
+    if count < 1:
+        return POLYNOMIALS
+    windows = np.lib.stride_tricks.sliding_window_view(values, n_past + 2, axis=1)
+    views = windows[:, : count * STRETCH, ::-1].reshape(-1, STRETCH, n_past + 2)
+    changes = views[:, :, 0] - views[:, :, 1]
+    held = np.sum(changes**2, axis=1)
+    moving = held > 0
+    views, changes, held = views[moving][:, :, 1:], changes[moving], held[moving]
+    weights = POLYNOMIALS
+    for _ in range(ROUNDS):
+        found = changes_of(weights, views.reshape(-1, n_past + 1)).reshape(-1, *changes.shape)
+        scores = np.sum((changes - found) ** 2, axis=2) / held
+        best = np.where(scores.min(axis=0) < BETTER, scores.argmin(axis=0), -1)
+        weights = np.stack(
+            [
+                _fit_one(start, views[best == index], changes[best == index])
+                for index, start in enumerate(POLYNOMIALS)
+            ]
+        )
+    return weights
+
+
+def _fit_one(start: FloatArray, views: FloatArray, changes: FloatArray) -> FloatArray:
+    """Fit one candidate, which stays as near to where it starts as its stretches leave open."""
+    if len(views) == 0:
+        return start
+    sizes = np.sqrt(np.sum(changes**2, axis=1))[:, None]
+    rows = (views[:, :, 1:] - views[:, :, :1]) / sizes[:, :, None]
+    flat = rows.reshape(-1, len(start))
+    wanted = (changes / sizes).reshape(-1) - flat @ start
+    return np.asarray(start + np.linalg.lstsq(flat, wanted, rcond=RESOLUTION)[0])

@@ -1,0 +1,57 @@
+"""What features can be formed of: the inputs of a recipe's system, and the machine behind them."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from slide_fmu.core.scaling import Affine
+from slide_fmu.core.signals import Signal
+from slide_fmu.features.base import Offered
+from slide_fmu.features.placed_chain import PlacedChain
+from slide_fmu.features.urdf import UrdfError, read_urdf
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.systems.base import System, chain_of
+
+
+def offered_features(recipe: Recipe, system: System, scaling: Affine) -> Offered:
+    """Return what features can be formed of; the scaling is that of the system's inputs.
+
+    The serial chain is the recipe's, else the system's own; its drive law is the recipe's.
+
+    Raises:
+        UrdfError: the recipe's chain cannot be read.
+        RecipeError: the inputs are not the set points of its joints.
+    """
+    wanted, chain = recipe.system.chain, chain_of(system)
+    if wanted is not None:
+        read = read_urdf(_found(wanted.urdf), wanted.tool, wanted.gravity)
+        _require_set_points(recipe, system.inputs, read)
+        chain = read.chain
+    return Offered(system.inputs, scaling, system.step, chain, recipe.system.drive.law())
+
+
+def _require_set_points(recipe: Recipe, inputs: tuple[Signal, ...], read: PlacedChain) -> None:
+    """Refuse a chain whose joints are not driven by the inputs, one each, in SI units."""
+    names, units = [signal.name for signal in inputs], [signal.unit for signal in inputs]
+    wanted = ["m" if sliding else "rad" for sliding in read.chain.prismatic]
+    if units != wanted:
+        raise RecipeError(
+            f"recipe {recipe.name!r}: system.chain has the joints {list(read.joints)}; expected "
+            f"their set points as inputs, in this order and in {wanted}, found {names} in {units}"
+        )
+
+
+def _found(name: str) -> Path:
+    """Find a file as Python finds models: in the current folder, then in those of the search path.
+
+    Raises:
+        UrdfError: it is in none of them.
+    """
+    for folder in (Path(), *map(Path, sys.path)):
+        if (folder / name).is_file():
+            return folder / name
+    raise UrdfError(
+        f"system.chain = {name!r}: no such file; expected a robot's URDF beside the recipe, in "
+        "the current folder, or in one on PYTHONPATH"
+    )

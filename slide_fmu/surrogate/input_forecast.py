@@ -1,0 +1,119 @@
+"""The forecast of inputs that move: what they are expected to be at the end of a step.
+
+An importer that sets u(t) before a step does not know, or does not say, what the input does within
+it. The C runtime has the same equations (``fmu/runtime/window/forecast.c``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.core.scaling import Affine
+from slide_fmu.core.signals import FloatArray, Signal, cosines_of
+
+BETTER = 0.5
+"""A candidate forecasts only where its mean square error is below this part of the held value's:
+then a jump, or noise, leaves the value held."""
+
+MAX_CANDIDATES, MAX_PAST, MAX_SCORED = 8, 8, 64
+"""Largest sizes in a file: bounds against damaged ones."""
+
+
+@dataclass(frozen=True, eq=False)
+class InputForecast:
+    """An InputForecast says how inputs with a first-order hold go on.
+
+    Candidate c says that an input changes by sum_i weights[c, i - 1] (u(t - i H) - u(t)) in a step
+    of the length H, i = 1, 2, ...: it keeps constants, and the held value, a straight line and
+    a parabola are such sums, whatever H is. At every step the candidate counts whose forecasts of
+    the last inputs were the best, if they were clearly better than the held value. Of an angle,
+    given by cosine and sine, the turn is forecast.
+
+    Attributes:
+        at_step_end: start value of the FMU's parameter ``inputs_at_step_end``: whether a value
+            that is set counts as reached by the end of the step, so that nothing is forecast.
+        weights: shape (n_inputs, n_candidates, n_past); those of an angle stand with its cosine.
+        largest_change: largest change in a sample step, in the inputs' units, of an angle its
+            turn in rad, shape (n_inputs,): forecasts are clipped to it.
+        n_scored: number of inputs whose forecasts decide which candidate counts.
+
+    Raises:
+        ValueError: the shapes do not belong together, or a number is not finite.
+    """
+
+    at_step_end: bool = False
+    weights: FloatArray = field(default_factory=lambda: np.zeros((1, 0, 1)))
+    largest_change: FloatArray = field(default_factory=lambda: np.zeros(1))
+    n_scored: int = 12
+
+    def __post_init__(self) -> None:
+        shape, changes = self.weights.shape, self.largest_change
+        fits = len(shape) == 3 and changes.shape == shape[:1]
+        if not (fits and shape[1] <= MAX_CANDIDATES and 1 <= shape[2] <= MAX_PAST):
+            raise ValueError(
+                f"forecast with weights of shape {shape} and largest changes of shape "
+                f"{changes.shape}; expected (n_inputs, up to {MAX_CANDIDATES}, 1 to {MAX_PAST}) "
+                "and (n_inputs,)"
+            )
+        if not 1 <= self.n_scored <= MAX_SCORED:
+            raise ValueError(f"forecast by {self.n_scored} samples; expected 1 to {MAX_SCORED}")
+        if not (np.all(np.isfinite(self.weights)) and np.all(np.isfinite(changes))):
+            raise ValueError("forecast with numbers that are not finite; expected finite ones")
+        if np.any(changes < 0):
+            raise ValueError(f"forecast with largest changes {changes}; expected none below 0")
+
+    @property
+    def n_points(self) -> int:
+        """The number of inputs, one step apart, that a forecast looks at."""
+        return int(self.weights.shape[2]) + self.n_scored + 1
+
+    def ahead(
+        self, past: FloatArray, signals: tuple[Signal, ...], scaling: Affine, steps: float = 1.0
+    ) -> FloatArray:
+        """Forecast the inputs one communication step H after the newest ones.
+
+        Args:
+            past: inputs H apart, newest first, shape (n_points, n_inputs), in their units.
+            signals: the inputs.
+            scaling: theirs, whose range no forecast leaves that began in it.
+            steps: H in sample steps.
+
+        Returns:
+            The inputs, shape (n_inputs,), in their units.
+        """
+        now = past[0]
+        ahead = np.empty(len(now))
+        turning = {index + i for index in cosines_of(signals) for i in (0, 1)}
+        for index in cosines_of(signals):
+            angles = np.unwrap(np.arctan2(past[:, index + 1], past[:, index]))
+            turn = self.change(index, angles, steps)
+            turned = (now[index] + 1j * now[index + 1]) * np.exp(1j * turn)
+            ahead[index : index + 2] = turned.real, turned.imag
+        for index in set(range(len(now))) - turning:
+            low = min(now[index], scaling.offset[index] - scaling.scale[index])
+            high = max(now[index], scaling.offset[index] + scaling.scale[index])
+            value = now[index] + self.change(index, past[:, index], steps)
+            ahead[index] = min(max(value, low), high)
+        return ahead
+
+    def change(self, index: int, values: FloatArray, steps: float = 1.0) -> float:
+        """Forecast the change of one input or angle after its values, newest first."""
+        n_past, largest = self.weights.shape[2], steps * self.largest_change[index]
+        views = np.lib.stride_tricks.sliding_window_view(values, n_past + 1)
+        found = np.clip(changes_of(self.weights[index], views), -largest, largest)
+        true = values[: self.n_scored] - values[1 : self.n_scored + 1]
+        scores = np.sum((true - found[:, 1:]) ** 2, axis=1)
+        best = int(np.argmin(scores)) if len(scores) else -1
+        return float(found[best, 0]) if best >= 0 and scores[best] < BETTER * true @ true else 0.0
+
+
+def changes_of(weights: FloatArray, views: NDArray[np.float64]) -> FloatArray:
+    """Give what candidates say of the next change: shape (n_candidates, N).
+
+    Weights have the shape (n_candidates, n_past), views of the values, newest first, (N, n_past +
+    1).
+    """
+    return np.asarray(weights @ (views[:, 1:] - views[:, :1]).T)

@@ -1,0 +1,205 @@
+"""Systems of exudyn that a function of the user builds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any, cast, get_args
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.systems.base import (
+    Linearizable,
+    LoadError,
+    Parameter,
+    SimulationError,
+    State,
+)
+from slide_fmu.systems.declarations import require_parameters
+from slide_fmu.systems.exudyn_solver.model_file import ModelFile, read_model
+from slide_fmu.systems.exudyn_solver.plant import Plant
+from slide_fmu.systems.exudyn_solver.settings import Integrator
+from slide_fmu.systems.exudyn_solver.wired_system import Solver, WiredPlant, WiredSystem
+from slide_fmu.systems.exudyn_solver.wires import InputWire, OutputWire
+from slide_fmu.systems.specification import Specification, chosen_signals
+
+SOLVER: dict[str, Parameter] = {"substeps": 0, "integrator": "auto", "start": "equilibrium"}
+"""Every model has these parameters beside its own, whose table may set other defaults of these.
+
+``substeps``, the integration steps per sample step, and ``integrator`` are as of ``Solver``, which
+chooses where they are 0 and ``"auto"``. ``start`` says where motions begin: at the static
+``"equilibrium"`` under the first input, or at the ``"initial"`` configuration of the model.
+"""
+_CHOICES = {"integrator": ("auto", *get_args(Integrator)), "start": ("equilibrium", "initial")}
+
+
+class _ExudynSystem(WiredSystem):
+    """A system that a function of the user builds. Interface: never instantiated."""
+
+    def __init__(self, specification: Specification) -> None:
+        """Build the model and let it answer once, at its initial configuration.
+
+        Raises:
+            LoadError: the file or the model lacks something, or parameters do not fit.
+            SimulationError: forces or outputs cannot be computed there.
+        """
+        file = read_model(specification.model)
+        self.specification, self._values = specification, _values(specification, file)
+        inputs = chosen_signals("input", file.inputs, specification.inputs)
+        outputs = chosen_signals("output", file.outputs, specification.outputs)
+        step = specification.step or file.step or specification.sample_step()
+        substeps, integrator = (cast(Any, self._values[n]) for n in ("substeps", "integrator"))
+        solver = Solver(step, substeps, integrator)
+        super().__init__(0, inputs, outputs, solver)
+        self._require_straight_inputs()
+        self._samples = 0
+        model = self._built = self._build()
+        self._require_integrator(model)
+        self._coordinates, self._velocities = model.plant.coordinates(), model.plant.velocities()
+        self._last_input = np.array([signal.start_value for signal in inputs])
+        self._start = self.get_state()
+        self.output()
+        if model.wires.unread():  # user functions of first-order coordinates answer in a step
+            self.advance(self._last_input)
+            self.set_state(self._start)
+        model.wires.require_readers()
+
+    @property
+    def plant(self) -> Plant:
+        """What integrates the model; its ``mbs`` is the exudyn system."""
+        return self._model().plant
+
+    @property
+    def acts(self) -> dict[str, str]:
+        """What every input acts on, by its name, as of ``Wires``."""
+        return self._model().wires.acts
+
+    def _fill(self, mbs: Any) -> object:
+        file = read_model(self.specification.model)
+        values = {name: self._values[name] for name in file.parameters}
+        kept = file.build(mbs, SimpleNamespace(**values))
+        if mbs.systemData.NumberOfObjects() == 0:
+            raise LoadError(
+                f"{_function(file)} added no object to mbs; expected that it fills the system "
+                "that it is given: a system that it makes itself is not used"
+            )
+        if mbs.GetPreStepUserFunction():
+            raise LoadError(
+                f"{_function(file)} sets a pre-step user function; expected none, since what it "
+                "does acts one substep late and no linearization sees it: let the user function "
+                "of a load or connector do it"
+            )
+        return kept
+
+    def _require_straight_inputs(self) -> None:
+        """Refuse angles that turn within a step: inputs move along straight lines here."""
+        turning = [signal.name for signal in self.inputs if signal.angle and self._moving]
+        if turning:
+            raise LoadError(
+                f"inputs {turning} are cosine and sine of an angle with a first-order hold; "
+                "expected inputs that move linearly: give the angle itself as the input"
+            )
+
+    def _require_integrator(self, model: WiredPlant) -> None:
+        """Refuse an explicit integrator that cannot do what the recipe or the file asks of it."""
+        data = model.plant.mbs.systemData
+        reasons = {
+            "the model has constraints": data.AEsize(),
+            "the model has data coordinates": data.DataSize(),
+            "a parameter moves within a step": model.wires.moves_parameters,
+        }
+        for reason, applies in reasons.items():
+            if applies and self._values["integrator"] == "explicit":
+                raise LoadError(
+                    f"integrator = 'explicit', but {reason}; expected another one: set 'auto'"
+                )
+
+    def _wires(self) -> tuple[Sequence[InputWire], Sequence[OutputWire]]:
+        return read_model(self.specification.model).wires
+
+    def set_state(self, state: State) -> None:
+        super().set_state(state)
+        self._samples = 0
+
+    def advance(self, inputs: FloatArray) -> FloatArray:
+        try:
+            outputs = super().advance(inputs)
+        except SimulationError as error:
+            given = ", ".join(
+                f"{signal.name} = {value:g}"
+                for signal, value in zip(self.inputs, inputs, strict=True)
+            )
+            time = self._samples * self.step
+            raise SimulationError(
+                f"system {self.specification.model!r}, {time:g} s after its start, with the input "
+                f"{given}: {error}"
+            ) from error
+        self._samples += 1
+        return outputs
+
+    def output(self) -> FloatArray:
+        """Return what the sensors measure, shape (n_outputs,).
+
+        Raises:
+            SimulationError: a value is not finite.
+        """
+        values = super().output()
+        for signal, value in zip(self.outputs, values, strict=True):
+            if not np.isfinite(value):
+                raise SimulationError(
+                    f"output {signal.name!r} = {value}; expected a finite number: correct the "
+                    "sensor or the model"
+                )
+        return values
+
+    def rest_state(self, held_input: FloatArray) -> State:
+        """Return the static equilibrium under a constant input, shape (n_inputs,).
+
+        With ``start = "initial"`` it is the initial configuration.
+
+        Raises:
+            SimulationError: exudyn's static solver does not find the equilibrium.
+            ValueError: the input is not finite.
+        """
+        if self._values["start"] == "initial":
+            held = self._finite_inputs("held input", held_input)
+            return State(self._start.coordinates, self._start.velocities, held)
+        try:
+            return super().rest_state(held_input)
+        except SimulationError as error:
+            raise SimulationError(
+                f"system {self.specification.model!r} at rest under {held_input}: {error}; or set "
+                'start = "initial" in system.parameters: motions then begin at the initial '
+                "configuration, and data.burn_in leads in"
+            ) from error
+
+
+class ExudynSystem(_ExudynSystem):
+    """A system of exudyn with first-order or data coordinates, which is not linearized. Final."""
+
+
+class LinearizableExudynSystem(_ExudynSystem, Linearizable):
+    """A system of exudyn with coordinates of second order alone. Final."""
+
+
+def _values(specification: Specification, file: ModelFile) -> dict[str, Parameter]:
+    """Give all parameters of a model, those of the recipe before those of its file."""
+    offered = {**SOLVER, **file.parameters}
+    what = f"system {specification.model!r}"
+    require_parameters(what, offered, specification.parameters)
+    values = {**offered, **specification.parameters}
+    for name, words in _CHOICES.items():
+        if values[name] not in words:
+            raise LoadError(f"{what}: {name} = {values[name]!r}; expected one of {list(words)}")
+    substeps = values["substeps"]
+    if type(substeps) is not int or substeps < 0:
+        raise LoadError(
+            f"{what}: substeps = {substeps!r}; expected a whole number from 1, or 0 for as many "
+            "as the integrator usually needs"
+        )
+    return values
+
+
+def _function(file: ModelFile) -> str:
+    return f"{file.build.__name__}(mbs, p)"

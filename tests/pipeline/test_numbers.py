@@ -1,0 +1,177 @@
+"""Numbers of trajectories are found once, from a learning curve, and released with the FMU."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from slide_fmu.core.progress import Progress, Stages
+from slide_fmu.data import pool
+from slide_fmu.data.store import read_split
+from slide_fmu.learn.history import Curve, CurvePoint
+from slide_fmu.pipeline import numbers
+from slide_fmu.pipeline.job import Job, open_job, provenance
+from slide_fmu.pipeline.numbers import known_numbers
+from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.pipeline.stages import choose_numbers, generate_data, train_surrogate
+from slide_fmu.recipe.recipe import RecipeError
+from tests.data.test_generation import Inline
+from tests.progress import no_stages, silent
+from tests.recipes import TINY
+
+OPEN = TINY[: TINY.index("[network]")].replace("train = 4\nvalidation = 2\n", "") + (
+    "[network]\norder = 2\nhidden = 2\n\n[training]\niterations = 3\nstarts = 1\n"
+)
+"""The tiny recipe with a state-space network, and no numbers of trajectories."""
+FEW = 2
+
+
+@pytest.fixture(autouse=True)
+def few_trajectories(monkeypatch: pytest.MonkeyPatch) -> None:
+    @contextmanager
+    def inline(workers: int | None = None) -> Iterator[Executor]:
+        yield Inline()
+
+    monkeypatch.setattr(pool, "process_pool", inline)
+    monkeypatch.setattr(numbers, "FIRST", FEW)
+    monkeypatch.setattr(numbers, "VALIDATION", FEW)
+    monkeypatch.setattr(numbers, "MOST", 4 * FEW)
+
+
+def opened(folder: Path, text: str = OPEN, bar: Stages = no_stages) -> Job:
+    place = folder / "tiny.toml"
+    place.write_text(text, encoding="utf-8")
+    return open_job(place, folder / "runs", bar)
+
+
+def with_data(line: str) -> str:
+    return OPEN.replace("seed = 7\n", f"seed = 7\n{line}\n")
+
+
+def pays(monkeypatch: pytest.MonkeyPatch, part: float) -> None:
+    """Let a doubling pay if the error falls below this part: 0 for never, 9 for always."""
+    monkeypatch.setattr(numbers, "PAYS", part)
+
+
+def curve_of(job: Job) -> Curve:
+    return numbers.kept_curve(job.recipe, job.folder)
+
+
+def without_times(curve: Curve) -> list[tuple[int, float]]:
+    return [(point.trajectories, point.validation_error) for point in curve.points]
+
+
+@pytest.mark.parametrize(("part", "train"), [(0.0, 2 * FEW), (9.0, 4 * FEW)])
+def test_curve_ends_where_a_doubling_does_not_pay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, part: float, train: int
+) -> None:
+    pays(monkeypatch, part)
+    job = choose_numbers(opened(tmp_path), None, overwrite=False)
+    curve = curve_of(job)
+    assert [p.trajectories for p in curve.points] == [FEW, 2 * FEW, 4 * FEW][: train // FEW]
+    assert curve.reason is not None
+    assert ("lower the error by less than" in curve.reason) == (part == 0)
+    assert (job.recipe.count("train"), job.recipe.count("validation")) == (train, FEW)
+    assert job.recipe.automatic == ()
+    assert generate_data(job, None)["learning_curve"] == curve.figures()
+    assert len(read_split(job.folder.store, "train").inputs) == train
+
+
+def test_numbers_are_found_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pays(monkeypatch, 0.0)
+    job = choose_numbers(opened(tmp_path), None, overwrite=False)
+    monkeypatch.setattr(pool, "process_pool", None)  # nothing may be made again
+    again = opened(tmp_path)
+    assert again.recipe == job.recipe
+    assert again.resolved == job.resolved == {"data": {"train": 2 * FEW, "validation": FEW}}
+    other = opened(tmp_path, OPEN.replace("damping = 40.0", "damping = 41.0"))
+    assert known_numbers(other.recipe, other.folder) is None
+
+
+def test_released_fmu_knows_its_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pays(monkeypatch, 0.0)
+    job = choose_numbers(opened(tmp_path), None, overwrite=False)
+    assert recipe_of_provenance(provenance(job, {}), "it") == job.recipe
+
+
+class Killed(Exception):
+    pass
+
+
+@pytest.mark.parametrize("stage", ["4 trajectories", "learning curve, 4 trajectories"])
+def test_killed_curve_goes_on_without_a_trace(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stage: str
+) -> None:
+    pays(monkeypatch, 9.0)
+    unbroken = choose_numbers(opened(_made(tmp_path / "a")), None, overwrite=False)
+
+    def bar(name: str) -> Progress:
+        return _killing() if name == stage else silent
+
+    place = _made(tmp_path / "b")
+    with pytest.raises(Killed):
+        choose_numbers(opened(place, bar=bar), None, overwrite=False)
+    assert len(curve_of(opened(place)).points) == 1
+    broken = choose_numbers(opened(place), None, overwrite=False)
+    assert without_times(curve_of(broken)) == without_times(curve_of(unbroken))
+    assert broken.recipe == unbroken.recipe
+
+
+def _made(folder: Path) -> Path:
+    folder.mkdir()
+    return folder
+
+
+def _killing() -> Callable[..., None]:
+    def progress(done: int, total: int, error: float | None = None) -> None:
+        if done >= 1:
+            raise Killed
+
+    return progress
+
+
+def test_budget_ends_a_curve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pays(monkeypatch, 9.0)
+    job = choose_numbers(opened(tmp_path, with_data("budget_minutes = 1e-6")), None, False)
+    assert (
+        curve_of(job).reason == "twice the trajectories would exceed data.budget_minutes = 1e-06"
+    )
+    assert job.recipe.count("train") == FEW
+
+
+def test_budget_counts_what_all_points_took() -> None:
+    points = [CurvePoint(2, 1.0, 30.0), CurvePoint(4, 0.5, 60.0)]
+    assert numbers._end(points, 3.6) is None
+    assert numbers._end(points, 3.4) is not None
+
+
+@pytest.mark.parametrize(("train", "validation"), [(4, FEW), (40, 10)])
+def test_given_number_needs_no_curve(tmp_path: Path, train: int, validation: int) -> None:
+    job = opened(tmp_path, with_data(f"train = {train}"))
+    assert (job.recipe.count("train"), job.recipe.count("validation")) == (train, validation)
+    assert not job.folder.numbers.exists()
+
+
+def test_estimator_gets_numbers_too(tmp_path: Path) -> None:
+    job = opened(tmp_path, with_data("train = 6") + "[estimator]\n")
+    counts = {name: job.recipe.count(name) for name in ("estimator", "estimator_validation")}
+    assert counts == {"estimator": 24, "estimator_validation": 3}
+
+
+def test_nothing_is_trained_before_numbers_are_found(tmp_path: Path) -> None:
+    job = opened(tmp_path)
+    with pytest.raises(RecipeError, match=r'data.train is "auto" and was not found yet; make the'):
+        generate_data(job, None)
+    with pytest.raises((RecipeError, ValueError), match=r"no data at|was not found yet"):
+        train_surrogate(job)
+
+
+def test_overwriting_makes_all_data_again(tmp_path: Path) -> None:
+    job = opened(tmp_path, with_data("train = 2\nvalidation = 1"))
+    generate_data(job, None)
+    assert choose_numbers(job, None, overwrite=True) is job
+    assert not job.folder.store.exists()

@@ -1,0 +1,92 @@
+"""An FMU of the user is its own reference, in an SSP too, where it runs by itself."""
+
+from __future__ import annotations
+
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from slide_fmu.core.window import Window
+from slide_fmu.fmu.export import export_fmu
+from slide_fmu.pipeline.side_by_side import write_reference, write_side_by_side
+from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.systems.base import LoadError
+from tests.fmu.samples import sum_surrogate
+from tests.libraries import build_libraries
+from tests.own_models.quarter_car import build_in_c
+
+TEXT = """
+name = "car"
+description = "quarter car"
+
+[system]
+kind = "fmu"
+model = "MODEL"
+
+[system.inputs.road]
+range = [-0.05, 0.05]
+
+[system.outputs.suspension_travel]
+range = [-0.1, 0.1]
+
+[window]
+step = 0.005
+n_in = 16
+n_out = 8
+
+[data]
+duration = 0.5
+burn_in = 0.1
+train = 2
+validation = 1
+
+[[data.excitation]]
+kind = "held_random"
+weight = 1.0
+"""
+
+
+@pytest.fixture
+def car(tmp_path: Path) -> Path:
+    return build_in_c(tmp_path / "car.fmu", co_simulation=True)
+
+
+def text_of(car: Path, parameters: str = "") -> str:
+    text = TEXT.replace("MODEL", str(car))
+    return text.replace("[system.inputs", f"{parameters}\n[system.inputs", 1)
+
+
+def test_a_co_simulation_fmu_is_copied_as_reference(car: Path, tmp_path: Path) -> None:
+    recipe = parse_recipe(text_of(car), "recipe")
+    written = write_reference(recipe, tmp_path / "reference.fmu")
+    assert written.read_bytes() == car.read_bytes()
+    with pytest.raises(ValueError, match=r"expected a name ending in \.fmu"):
+        write_reference(recipe, tmp_path / "reference.zip")
+
+
+def test_an_fmu_with_parameters_is_no_reference_by_itself(car: Path, tmp_path: Path) -> None:
+    recipe = parse_recipe(text_of(car, "parameters = { spring = 20e3 }"), "recipe")
+    with pytest.raises(LoadError, match=r"with parameters \['spring'\]; expected a co-simulation"):
+        write_reference(recipe, tmp_path / "reference.fmu")
+
+
+def test_an_ssp_holds_the_fmu_of_the_user_beside_the_surrogate(car: Path, tmp_path: Path) -> None:
+    text = text_of(car)
+    system = recipe_system(parse_recipe(text, "recipe"))
+    build_libraries()
+    surrogate = replace(
+        sum_surrogate(16),
+        name="car",
+        window=Window(0.005, 16, 1),
+        inputs=system.inputs,
+        outputs=system.outputs,
+    )
+    fmu = export_fmu(surrogate, tmp_path / "surrogate.fmu", provenance={"recipe": text})
+    path, _ = write_side_by_side(fmu, tmp_path / "side.ssp", seed=1, duration=None)
+    with zipfile.ZipFile(path) as archive:
+        assert archive.read("resources/reference.fmu") == car.read_bytes()
+        structure = archive.read("SystemStructure.ssd").decode()
+    assert 'endElement="reference" endConnector="road"' in structure

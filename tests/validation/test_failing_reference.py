@@ -1,0 +1,50 @@
+"""A validation goes on with another draw where the reference cannot be simulated."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.window import Window
+from slide_fmu.fmu.export import export_fmu
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.systems.base import SimulationError
+from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.validate import validate
+from tests.data.test_failures import failing
+from tests.fmu.samples import sum_surrogate
+from tests.libraries import build_libraries
+from tests.progress import silent
+
+COUNT = 12
+
+
+def measured(level: float, path: Path) -> Validation:
+    recipe = failing(fail=level)
+    system = recipe_system(recipe)
+    window = Window(recipe.window.step, 8, 1)
+    signals = {"inputs": system.inputs, "outputs": system.outputs}
+    surrogate = replace(sum_surrogate(8), name="tiny", window=window, **signals)
+    build_libraries()
+    fmu = export_fmu(surrogate, path / "tiny.fmu")
+    return validate(fmu, surrogate, recipe, Task(seed=3, trajectories=COUNT), silent)
+
+
+def test_another_draw_is_measured_and_the_failures_are_counted(tmp_path: Path) -> None:
+    found = measured(0.95, tmp_path)
+    failed = [comparison.failed for comparison in found.comparisons]
+    assert len(failed) == COUNT
+    assert 0 < sum(failed) == found.figures()["failed"]
+    assert all(np.max(comparison.reference) <= 0.95 for comparison in found.comparisons)
+    whole = measured(2.0, tmp_path)
+    assert "failed" not in whole.figures()
+    kept = failed.index(0)
+    np.testing.assert_array_equal(found.comparisons[kept].inputs, whole.comparisons[kept].inputs)
+
+
+def test_a_reference_that_always_fails_ends_the_validation(tmp_path: Path) -> None:
+    with pytest.raises(SimulationError, match="no solution at t = "):
+        measured(-1.0, tmp_path)

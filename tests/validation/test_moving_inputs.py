@@ -1,0 +1,107 @@
+"""An FMU whose inputs move, beside its reference: with known inputs, and by the plain call."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.window import Window
+from slide_fmu.data.draws import TEST, Stream, draw
+from slide_fmu.fmu.export import export_fmu, read_fmu
+from slide_fmu.pipeline.side_by_side import as_the_reference
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import simulate
+from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.model_card import model_card
+from slide_fmu.validation.report import validation_sections
+from slide_fmu.validation.validate import validate
+from tests.fmu.moving_inputs import Moving, forecasting
+from tests.fmu.samples import sum_surrogate
+from tests.libraries import build_libraries
+from tests.progress import silent
+from tests.recipes import tiny_recipe
+from tests.validation.measured import figures_of
+
+SAMPLES = 8
+RECIPE = tiny_recipe(
+    system={"model": "mbs_models.oscillators.oscillators:DuffingBaseMotion", "parameters": {}},
+    data={"burn_in": 0.0, "duration": 1.0},
+)
+
+
+def surrogate_of(at_step_end: bool) -> Surrogate:
+    """The sum of the last inputs."""
+    system = recipe_system(RECIPE)
+    summing = replace(
+        sum_surrogate(SAMPLES, "first_order"),
+        name="tiny",
+        window=Window(RECIPE.window.step, SAMPLES, 1),
+        inputs=system.inputs,
+        outputs=system.outputs,
+    )
+    return forecasting(summing, at_step_end)
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["now", "step_end"])
+def found(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Validation:
+    build_libraries()
+    surrogate = surrogate_of(request.param)
+    fmu = export_fmu(surrogate, tmp_path_factory.mktemp("fmu") / "tiny.fmu")
+    return validate(fmu, surrogate, RECIPE, Task(3, trajectories=1), silent)
+
+
+def test_both_calls_are_measured_against_the_truth_at_the_same_times(found: Validation) -> None:
+    """The true motion under inputs that are reached by the ends of steps."""
+    one, system = found.comparisons[0], recipe_system(RECIPE)
+    drawn = draw(RECIPE, system, Stream(TEST, 3, (1.0, 1.0), RECIPE.data.duration), 0)
+    true = simulate(system, drawn.inputs, drawn.initial).outputs[SAMPLES:]
+    assert one.reference == pytest.approx(true, abs=1e-12)
+    known = found.surrogate.predict_newest(drawn.inputs)[SAMPLES - 1 :]
+    np.testing.assert_allclose(one.surrogate, known, rtol=1e-5, atol=1e-6)
+    now = np.concatenate([drawn.inputs[:1], drawn.inputs[:-1]])
+    if found.surrogate.inputs_at_step_end:
+        expected = found.surrogate.predict_newest(now)
+    else:
+        moving, step = Moving(found.surrogate), RECIPE.window.step
+        expected = np.array([moving.step(step, row).results()[0] for row in now])
+    assert one.plain is not None
+    np.testing.assert_allclose(one.plain, expected[SAMPLES - 1 :], rtol=1e-5, atol=1e-6)
+
+
+def test_report_and_card_say_which_error_is_which(found: Validation) -> None:
+    percent = f"{100 * found.figures()['outputs'][0]['plain_relative_rmse']:.3g} %"
+    section = validation_sections({"in range": found})[0]
+    assert section.rows[0][-1] == "relative RMSE, inputs set to what they are now"
+    assert section.rows[1][-1] == percent
+    text = model_card(found.surrogate, RECIPE, figures_of(found), "picture.png")
+    table = [line for line in text.split("## Measured error")[1].splitlines() if line[:1] == "|"]
+    assert table[0].endswith("| set now |")
+    assert table[2].endswith(f"| {percent} |")
+    said = "answers one step late" if found.surrogate.inputs_at_step_end else "forecasts what"
+    assert said in section.text
+    assert said in text
+
+
+def test_card_of_figures_that_were_measured_before_has_no_such_column(found: Validation) -> None:
+    figures = figures_of(found)
+    for output in figures["validation"]["in range"]["outputs"]:
+        del output["plain_relative_rmse"]
+    assert "set now" not in model_card(found.surrogate, RECIPE, figures, "picture.png")
+
+
+def test_side_by_side_system_has_an_fmu_that_takes_inputs_as_the_reference(
+    tmp_path: Path,
+) -> None:
+
+    for at_step_end in (False, True):
+        surrogate = surrogate_of(at_step_end)
+        fmu = export_fmu(surrogate, tmp_path / f"{at_step_end}.fmu", fmi=3, provenance={"a": 1})
+        alike = as_the_reference(fmu, surrogate, {"a": 1}, tmp_path / "alike.fmu")
+        told, provenance = read_fmu(alike)
+        assert told.inputs_at_step_end
+        assert provenance == {"a": 1}
+        assert (alike == fmu) == at_step_end

@@ -29,6 +29,8 @@ MOTIONS = 40
 """At most this many pairs of motions are measured."""
 LINEARIZED_MOTIONS = 20
 """The equations are linearized along at most this many motions."""
+LINEARIZED_SAMPLES = 40_000
+"""No more motions are linearized after this many samples, but at least ``LEAST_MEASURED``."""
 WINDOWS_PER_MOTION = 10
 """These motions are at most this many input windows long."""
 POINTS_PER_WINDOW = 8
@@ -110,7 +112,9 @@ def linearize_motions(motions: Motions) -> Linearized:
     amplitude, window = recipe.window.remaining_amplitude, _window(recipe.window)
     rest = system.rest_state(np.array([signal.start_value for signal in system.inputs]))
     modes = spectrum(system.linearize(rest), amplitude)
-    followed = range(min(motions.most, LINEARIZED_MOTIONS))
+    samples = round((motions.stream.duration + recipe.data.burn_in) / window.step)
+    enough = max(LEAST_MEASURED, LINEARIZED_SAMPLES // samples)
+    followed = range(min(motions.most, LINEARIZED_MOTIONS, enough))
     draws = [draw(recipe, system, motions.stream, index) for index in followed]
     stride = -(-window.n_in // POINTS_PER_WINDOW)  # rounded up
     along = _decay_along_motions(system, draws, stride, amplitude)

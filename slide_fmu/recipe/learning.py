@@ -201,7 +201,8 @@ class LeastSquaresRecipe(Table):
     Attributes:
         method: name of the training method.
         seed: seed of the starts.
-        segment: scored samples of a segment of a trajectory, about.
+        segment: scored samples of a segment of a trajectory, about; if not given 256, or as many
+            as the window truncates, which come before them unscored, if those are more.
         part: every ``part``-th segment makes the data of the starts.
         starts: number of random starts.
         start_iterations: iterations of each.
@@ -221,7 +222,7 @@ class LeastSquaresRecipe(Table):
 
     method: Literal["levenberg_marquardt"] = "levenberg_marquardt"
     seed: int = Field(default=0, ge=0, lt=2**31)
-    segment: PositiveInt = 256
+    segment: PositiveInt | None = None
     part: PositiveInt = 5
     starts: PositiveInt = 8
     start_iterations: PositiveInt = 20

@@ -26,6 +26,8 @@ from slide_fmu.learn.training import TrainingError
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
+SEGMENT = 256
+"""A segment has about so many scored samples, if the window does not truncate more."""
 FEWEST = 8
 """The starts have at least this many segments, where there are as many."""
 ENOUGH = 12_288
@@ -95,7 +97,8 @@ def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresR
     dtype = getattr(torch, training.precision)
 
     def segments(record: tuple[torch.Tensor, torch.Tensor]) -> Segments:
-        burn_in, length = problem.window.n_truncated, training.segment
+        burn_in = problem.window.n_truncated
+        length = training.segment or max(SEGMENT, burn_in)
         cut = cut_segments(record[0].to(dtype), record[1].to(dtype), burn_in, length)
         return cut.evened_out() if training.even_out else cut
 

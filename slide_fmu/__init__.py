@@ -29,15 +29,15 @@ if TYPE_CHECKING:
         Linearization,
         RandomStates,
         Restorable,
-        SimulationError,
         State,
         StateMatrix,
         Stepping,
         System,
     )
-    from slide_fmu.systems.function_system import FunctionSystem
-    from slide_fmu.systems.integration import Solver
-    from slide_fmu.systems.record_system import RecordSystem
+    from slide_fmu.systems.errors import SimulationError
+    from slide_fmu.systems.function.integration import Solver
+    from slide_fmu.systems.function.record import RecordSystem
+    from slide_fmu.systems.function.system import FunctionSystem
 
 __version__ = "0.6.0"
 
@@ -82,20 +82,20 @@ _HOMES = {
     "slide_fmu.recipe.recipe": ("Recipe", "RecipeError"),
     "slide_fmu.surrogate.gradient": ("gradient", "jacobian"),
     "slide_fmu.surrogate.surrogate": ("Surrogate",),
+    "slide_fmu.systems.errors": ("SimulationError",),
     "slide_fmu.systems.base": (
         "Linearizable",
         "Linearization",
         "RandomStates",
         "Restorable",
-        "SimulationError",
         "State",
         "StateMatrix",
         "Stepping",
         "System",
     ),
-    "slide_fmu.systems.function_system": ("FunctionSystem",),
-    "slide_fmu.systems.integration": ("Solver",),
-    "slide_fmu.systems.record_system": ("RecordSystem",),
+    "slide_fmu.systems.function.system": ("FunctionSystem",),
+    "slide_fmu.systems.function.integration": ("Solver",),
+    "slide_fmu.systems.function.record": ("RecordSystem",),
 }
 """The module that each public name is imported from at its first use (PEP 562)."""
 

@@ -14,13 +14,8 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.systems.base import (
-    Linearizable,
-    Linearization,
-    RandomStates,
-    SimulationError,
-    State,
-)
+from slide_fmu.systems.base import Linearizable, Linearization, RandomStates, State
+from slide_fmu.systems.errors import SimulationError
 from tests.recipes import merged
 
 BODY, WHEEL = 300.0, 40.0

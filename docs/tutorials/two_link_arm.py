@@ -12,7 +12,8 @@ from exudyn.utilities import SensorKinematicTree, SensorNode
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.features.urdf import read_urdf
-from slide_fmu.systems.base import SimulationError, System
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import SimulationError
 
 ARM = read_urdf(Path(__file__).with_suffix(".urdf")).chain
 JOINTS, BASE = ARM.n_joints, 6

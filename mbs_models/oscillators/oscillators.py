@@ -13,7 +13,7 @@ import numpy as np
 from mbs_models.plants.spring_masses import SpringMasses, SpringMassSystem
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.systems.base import State
-from slide_fmu.systems.exudyn_solver.wires import InputWire, OutputWire
+from slide_fmu.systems.exudyn.wires import InputWire, OutputWire
 
 
 class _OscillatorSystem(SpringMassSystem):

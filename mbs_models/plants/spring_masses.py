@@ -29,7 +29,7 @@ from scipy.optimize import brentq
 from mbs_models.plants.checks import expect_not_negative, expect_positive, expect_substeps
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.systems.base import Linearizable, RandomStates, State
-from slide_fmu.systems.exudyn_solver.wired_system import Solver, WiredSystem
+from slide_fmu.systems.exudyn.wired_system import Solver, WiredSystem
 
 
 @dataclass(frozen=True)

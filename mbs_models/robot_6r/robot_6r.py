@@ -22,7 +22,7 @@ from mbs_models.robot_6r.socket import FLANGE, Socket
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.systems.base import Chained, Linearizable, Linearization, RandomStates, State
-from slide_fmu.systems.exudyn_solver.plant_system import PlantSystem
+from slide_fmu.systems.exudyn.plant_system import PlantSystem
 
 SOCKET_DAMPING = 8e-3
 """The socket's damping is its stiffness times this, in s."""

@@ -34,8 +34,8 @@ from mbs_models.robot_6r.socket import FLANGE, Socket
 from mbs_models.robot_6r.socket_spring import SocketSpring
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.serial_chain import SerialChain
-from slide_fmu.systems.exudyn_solver.driven_plant import DrivenPlant
-from slide_fmu.systems.exudyn_solver.plant import Plant
+from slide_fmu.systems.exudyn.driven_plant import DrivenPlant
+from slide_fmu.systems.exudyn.plant import Plant
 
 _INITIAL, _CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
 _MATRICES: Any = exu.Matrix3DList  # exudyn's stubs know no arguments of these

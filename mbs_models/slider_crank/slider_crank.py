@@ -14,7 +14,7 @@ from mbs_models.plants.checks import expect_positive
 from mbs_models.slider_crank.slider_crank_plant import CRANK_LENGTH, Mechanism, SliderCrankPlant
 from slide_fmu.core.signals import Angle, FloatArray, Signal
 from slide_fmu.systems.base import Linearizable, RandomStates, State
-from slide_fmu.systems.exudyn_solver.plant_system import PlantSystem
+from slide_fmu.systems.exudyn.plant_system import PlantSystem
 
 _SHORTEST_DIRECTOR = 1e-6
 """A director that is shorter than this has no direction."""

@@ -34,8 +34,8 @@ from mbs_models.plants.checks import (
 )
 from mbs_models.plants.spring_masses import add_marker, add_mass
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.exudyn_solver.driven_plant import DrivenPlant
-from slide_fmu.systems.exudyn_solver.plant import Plant
+from slide_fmu.systems.exudyn.driven_plant import DrivenPlant
+from slide_fmu.systems.exudyn.plant import Plant
 
 CRANK_LENGTH, CRANK_MASS = 0.5, 2.0
 ROD_LENGTH, ROD_MASS = 1.0, 4.0

@@ -13,7 +13,9 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.excitation.mix import choose_kind
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.systems.base import RandomStates, SimulationError, State, System, simulate
+from slide_fmu.systems.base import RandomStates, State, System
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.simulation import simulate
 
 STREAMS = {
     "train": 0,

@@ -26,7 +26,8 @@ from slide_fmu.data.pool import in_parallel
 from slide_fmu.data.store import missing_trajectories, open_store, write_trajectory
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_system
-from slide_fmu.systems.base import SimulationError, System
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import SimulationError
 
 
 def generate(recipe: Recipe, path: Path, executor: Executor | None, progress: Progress) -> int:

@@ -19,8 +19,10 @@ from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.data.draws import PROBE, Stream, draw
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import data_specification
-from slide_fmu.systems.base import LoadError, SimulationError, System, simulate
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.loading import load_system
+from slide_fmu.systems.simulation import simulate
 
 GAIN = 0.2
 """Beyond its bandwidth an output answers with less than this part of its largest gain: a lag of

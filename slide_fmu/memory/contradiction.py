@@ -12,7 +12,8 @@ import numpy as np
 from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.modes import time_to_decay
 from slide_fmu.memory.motions import MEASURED_DECAYS, Linearized, Motions
-from slide_fmu.systems.base import Linearizable, simulate
+from slide_fmu.systems.base import Linearizable
+from slide_fmu.systems.simulation import simulate
 
 FACTOR = 2.0
 """Decay times that differ by more than this factor contradict each other: along the motions of

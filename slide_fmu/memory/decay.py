@@ -16,7 +16,8 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.core.window import Window
 from slide_fmu.memory.modes import UnstableModeError, slowest_rate, time_to_decay
-from slide_fmu.systems.base import Linearizable, RandomStates, State, System, simulate
+from slide_fmu.systems.base import Linearizable, RandomStates, State, System
+from slide_fmu.systems.simulation import simulate
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,8 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.memory.motions import Motions
-from slide_fmu.systems.base import RandomStates, State, simulate
+from slide_fmu.systems.base import RandomStates, State
+from slide_fmu.systems.simulation import simulate
 
 PASTS, CERTAIN_PASTS = 3, 8
 """Different pasts that are compared at first, and where the outputs stayed apart."""

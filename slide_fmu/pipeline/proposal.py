@@ -22,9 +22,10 @@ from slide_fmu.pipeline.job import make_importable
 from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_name, recipe_text
-from slide_fmu.systems.base import System, simulate
+from slide_fmu.systems.base import System
 from slide_fmu.systems.found import Found
 from slide_fmu.systems.loading import describe_model, load_system
+from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import SignalChoice, Specification
 
 SAMPLES = 1000

@@ -22,7 +22,7 @@ from slide_fmu.python_fmu.reference_slave import write_reference_fmu
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import reference_specification, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.fmu_model import FmuSystem
+from slide_fmu.systems.fmu.model import FmuSystem
 from slide_fmu.validation.comparison import Task
 
 FMI_3 = (

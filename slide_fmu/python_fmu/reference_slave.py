@@ -18,7 +18,8 @@ from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.python_fmu.slave import Slave, stored
 from slide_fmu.python_fmu.torch_window import Clock
 from slide_fmu.python_fmu.writer import write_python_fmu
-from slide_fmu.systems.base import LoadError, Restorable, SimulationError, State, Stepping
+from slide_fmu.systems.base import Restorable, State, Stepping
+from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.specification import Specification
 

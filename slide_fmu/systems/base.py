@@ -13,8 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, Signal, Trajectory
+from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.features.serial_chain import SerialChain
+from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.user_code import told
 
 Parameter = float | int | str | bool
 """Value of a parameter of a reference system, as TOML and JSON know it."""
@@ -209,22 +211,6 @@ def chain_of(system: System) -> SerialChain | None:
     return system.chain if isinstance(system, Chained) else None
 
 
-class SimulationError(RuntimeError):
-    """A reference system could not be simulated.
-
-    Attributes:
-        time: when it failed, in s from the begin of the record; None where that is not known.
-    """
-
-    def __init__(self, message: str, time: float | None = None) -> None:
-        super().__init__(message)
-        self.time = time
-
-
-class LoadError(ValueError):
-    """A reference system could not be made from its name and parameters."""
-
-
 def go_on(system: Stepping, inputs: FloatArray) -> FloatArray:
     """Go on from the current state under inputs (N, n_inputs); give outputs (N + 1, n_outputs).
 
@@ -249,93 +235,18 @@ def _row(
         raise
     except Exception as error:  # a user's method may raise anything
         time = k * system.step if k >= 0 else None
-        raise SimulationError(_raised(system, method, error, k, *inputs), time) from error
+        raise SimulationError(raised(system, method, error, k, *inputs), time) from error
     raise SimulationError(
         f"{type(system).__qualname__}.{method} gave outputs of shape {np.shape(row)}; expected "
         f"({len(system.outputs)},), one number for each output: correct the model"
     )
 
 
-def _raised(
-    system: System, method: str, error: Exception, k: int = -1, *inputs: FloatArray
-) -> str:
+def raised(system: System, method: str, error: Exception, k: int = -1, *inputs: FloatArray) -> str:
     """Say what a method of a user raised, in which step, and where in which file."""
-    from slide_fmu.systems.user_code import told  # which imports this module
-
     place = (
         f" in sample {k} (t = {k * system.step:.6g} s) under {inputs[0].tolist()}"
         if k >= 0
         else ""
     )
     return f"{type(system).__qualname__}.{method} raised {told(error)}{place}: correct the model"
-
-
-def simulate(system: System, inputs: FloatArray, initial: State | None = None) -> Trajectory:
-    """Simulate a system over a whole input record.
-
-    Args:
-        inputs: shape (N, n_inputs), in the units of ``system.inputs``.
-        initial: the state at sample 0, of a system whose states can be set; its own start if None.
-
-    Returns:
-        The trajectory: N inputs and N + 1 outputs.
-
-    Raises:
-        SimulationError: the solver did not converge, the model raised an error, or gave outputs
-            of another shape, or such that are not finite; the message says where.
-        ValueError: the inputs have the wrong number of channels, or are not finite.
-    """
-    if inputs.ndim != 2 or inputs.shape[1] != len(system.inputs):
-        names = [signal.name for signal in system.inputs]
-        raise ValueError(
-            f"inputs of shape {inputs.shape}; expected (samples, {len(names)}) for {names}"
-        )
-    if not np.isfinite(inputs).all():
-        k = int(np.argmin(np.isfinite(inputs).all(axis=1)))
-        raise ValueError(f"inputs in sample {k}: {inputs[k].tolist()}; expected finite numbers")
-    if initial is None:
-        return Trajectory(system.step, inputs, _whole(system, inputs))
-    assert isinstance(system, Restorable)
-    system.set_state(initial)
-    return Trajectory(system.step, inputs, _checked(system, inputs, go_on(system, inputs)))
-
-
-def _whole(system: System, inputs: FloatArray) -> FloatArray:
-    """Simulate from the system's own start; whatever it raises says where."""
-    try:
-        outputs = system.simulate(inputs)
-    except (SimulationError, LoadError):
-        raise
-    except Exception as error:  # a user's method may raise anything
-        raise SimulationError(_raised(system, "simulate", error)) from error
-    return _checked(system, inputs, outputs)
-
-
-def _checked(system: System, inputs: FloatArray, outputs: object) -> FloatArray:
-    """Return outputs as numbers; refuse other shapes, and the first that are not finite."""
-    shape, name = (len(inputs) + 1, len(system.outputs)), f"{type(system).__qualname__}.simulate"
-    try:
-        found = np.asarray(outputs, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise SimulationError(
-            f"{name} gave {type(outputs).__name__} ({error}); expected an array of numbers of "
-            f"shape {shape}: correct the model"
-        ) from error
-    if found.shape != shape:
-        raise SimulationError(
-            f"{name} gave an array of shape {found.shape}; expected {shape}: a row for the start "
-            f"and one for each of the {len(inputs)} inputs, a column for each output"
-        )
-    finite = np.isfinite(found).all(axis=1)
-    if not finite.all():
-        k = int(np.argmin(finite))
-        i = int(np.argmin(np.isfinite(found[k])))
-        under, signal = inputs[max(0, k - 1)].tolist(), system.outputs[i]
-        raise SimulationError(
-            f"{name} gave output {signal.name!r} = {found[k, i]} {signal.unit} in sample {k} "
-            f"(t = {k * system.step:.6g} s) under the input {under}; expected "
-            "finite numbers: excite it less (data.excitation), choose a smaller step, or correct "
-            "the model",
-            k * system.step,
-        )
-    return found

@@ -16,17 +16,16 @@ from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.systems.base import (
     Linearizable,
     Linearization,
-    LoadError,
     RandomStates,
     Restorable,
-    SimulationError,
     State,
     StateMatrix,
     Stepping,
     System,
     go_on,
-    simulate,
 )
+from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.user_code import told
 
 SAME = 1e-6

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from slide_fmu.systems.base import LoadError, Parameter
+from slide_fmu.systems.base import Parameter
+from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.specification import SignalChoice
 
 SIGNAL_KEYS = ("unit", "range", "description", "start", "hold", "angle")

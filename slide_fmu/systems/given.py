@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import pickle
 
-from slide_fmu.systems.base import LoadError, System
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.found import Found
 from slide_fmu.systems.specification import Specification
 

@@ -9,17 +9,18 @@ from typing import cast
 
 from slide_fmu.core.signals import check_inputs
 from slide_fmu.core.units import require_unit
-from slide_fmu.systems.base import LoadError, System
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.found import Found
 from slide_fmu.systems.specification import Specification
 from slide_fmu.systems.user_code import imported
 
 KINDS: dict[str, str] = {
     "class": "slide_fmu.systems.python_class",
-    "fmu": "slide_fmu.systems.fmu_model",
-    "function": "slide_fmu.systems.function",
+    "fmu": "slide_fmu.systems.fmu.model",
+    "function": "slide_fmu.systems.function.model",
     "object": "slide_fmu.systems.given",
-    "exudyn": "slide_fmu.systems.exudyn_model",
+    "exudyn": "slide_fmu.systems.exudyn.model",
 }
 """Every kind of reference system by its name in recipes: one module and one entry here.
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import inspect
 from typing import Any, cast
 
-from slide_fmu.systems.base import LoadError, System
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.found import Found, FoundParameter
 from slide_fmu.systems.specification import SignalChoice, Specification
 from slide_fmu.systems.user_code import imported, told

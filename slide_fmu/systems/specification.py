@@ -8,7 +8,8 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from slide_fmu.core.signals import Angle, Hold, Signal
-from slide_fmu.systems.base import LoadError, Parameter
+from slide_fmu.systems.base import Parameter
+from slide_fmu.systems.errors import LoadError
 
 
 @dataclass(frozen=True)

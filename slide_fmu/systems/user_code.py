@@ -10,7 +10,7 @@ from pathlib import Path
 from types import ModuleType
 
 from slide_fmu.core.files import find_file as core_find_file
-from slide_fmu.systems.base import LoadError
+from slide_fmu.systems.errors import LoadError
 
 PACKAGE = str(Path(__file__).parents[1])
 

@@ -9,7 +9,8 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import System, simulate
+from slide_fmu.systems.base import System
+from slide_fmu.systems.simulation import simulate
 
 
 def is_affine(surrogate: Surrogate) -> bool:

@@ -22,7 +22,9 @@ from slide_fmu.python_fmu.reference_slave import FROM_STATE, write_reference_fmu
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system, reference_specification, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import RandomStates, SimulationError, State, System, simulate
+from slide_fmu.systems.base import RandomStates, State, System
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.comparison import Comparison, Task, Validation
 
 WORTH_PROCESSES = 20.0

@@ -109,7 +109,7 @@ def test_validate_measures_what_the_trajectories_say(duffing: Finished) -> None:
     from slide_fmu.data.draws import TEST, Stream, draw
     from slide_fmu.recipe.reading import load_recipe
     from slide_fmu.recipe.systems import recipe_system
-    from slide_fmu.systems.base import simulate
+    from slide_fmu.systems.simulation import simulate
 
     result = invoke("validate", duffing.fmu, "--trajectories", 2, "--seed", 11, "--json", "-")
     figures = json.loads(result.stdout)

@@ -24,7 +24,8 @@ from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.systems import recipe_system
-from slide_fmu.systems.base import State, simulate
+from slide_fmu.systems.base import State
+from slide_fmu.systems.simulation import simulate
 
 FLOOR_INPUTS, STATES = 100, 16
 """Inputs and initial states under each of them from which the floor is measured."""

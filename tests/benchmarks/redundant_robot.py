@@ -29,7 +29,7 @@ from mbs_models.robot_6r.robot_6r import SOCKET_DAMPING
 from mbs_models.robot_6r.socket import SocketMesh
 from mbs_models.robot_6r.socket_mesh import finite_elements
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.exudyn_solver.driven_plant import SetPoints
+from slide_fmu.systems.exudyn.driven_plant import SetPoints
 
 AUTHORS_MESH = SocketMesh(element_size=0.05, element_order=1)
 ARM = puma_560(np.zeros(3))

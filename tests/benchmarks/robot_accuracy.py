@@ -27,7 +27,7 @@ from figures_out import write_figures
 from mbs_models.robot_6r.puma_560 import JOINTS, LIMITS
 from mbs_models.robot_6r.robot_6r import Robot6R
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import simulate
+from slide_fmu.systems.simulation import simulate
 
 MOVES, PAUSE = 6, 1
 """Moves in a motion; those that do not count."""

@@ -19,7 +19,7 @@ from figures_out import write_figures
 
 from mbs_models.slider_crank.slider_crank import SliderCrank, director
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import simulate
+from slide_fmu.systems.simulation import simulate
 
 FINEST = (40, 160)
 """Elements and substeps of what counts as the truth."""

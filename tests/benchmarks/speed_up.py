@@ -37,7 +37,8 @@ from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import data_specification, recipe_system, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import System, simulate
+from slide_fmu.systems.base import System
+from slide_fmu.systems.simulation import simulate
 
 Timer = Callable[[Draw], float]
 """Gives the time per sample in s on a motion."""

@@ -17,7 +17,7 @@ from slide_fmu.core.measures import moving_rms, relative_deviation
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.systems import reference_system
-from slide_fmu.systems.base import simulate
+from slide_fmu.systems.simulation import simulate
 from tests.progress import no_stages
 
 

@@ -15,7 +15,7 @@ from samples_of_tiny import held_by_an_fmu
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.systems import reference_system
-from slide_fmu.systems.base import simulate
+from slide_fmu.systems.simulation import simulate
 from tests.progress import no_stages
 
 

@@ -11,7 +11,7 @@ from slide_fmu.data.draws import Draw, Stream, draw
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import simulate
+from slide_fmu.systems.simulation import simulate
 
 
 @dataclass(frozen=True, eq=False)

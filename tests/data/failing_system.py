@@ -7,7 +7,8 @@ import os
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.systems.base import SimulationError, System
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import SimulationError
 
 
 class FailingSystem(System):

@@ -22,7 +22,7 @@ from slide_fmu.data.store import read_split
 from slide_fmu.pipeline.checks import check_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
-from slide_fmu.systems.base import SimulationError
+from slide_fmu.systems.errors import SimulationError
 from tests.data.test_generation import Inline
 from tests.progress import silent
 from tests.recipes import tiny_recipe

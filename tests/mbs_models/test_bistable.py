@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mbs_models.oscillators.oscillators import DuffingOscillator
-from slide_fmu.systems.base import State, simulate
+from slide_fmu.systems.base import State
+from slide_fmu.systems.simulation import simulate
 
 FREQUENCIES = (40.0, 44.0, 48.0, 50.7, 54.0, 58.0)
 """Angular frequencies in rad/s, from the resonance of small motions upwards."""

@@ -20,7 +20,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.pipeline import run as release
 from slide_fmu.pipeline.job import Job
 from slide_fmu.pipeline.run_folder import RunFolder
-from slide_fmu.systems.base import LoadError
+from slide_fmu.systems.errors import LoadError
 from tests.recipes import tiny_recipe
 
 

@@ -12,7 +12,8 @@ from scipy.linalg import expm
 from mbs_models.mass_chain.mass_chain import LOADED, OBSERVED, MassChain
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.memory.modes import spectrum
-from slide_fmu.systems.base import State, simulate
+from slide_fmu.systems.base import State
+from slide_fmu.systems.simulation import simulate
 
 M, K, D, DRAG, ALPHA = 1.0, 1600.0, 1.0, 6.0, 50.0
 STRETCH = np.eye(7, 6) - np.eye(7, 6, k=-1)

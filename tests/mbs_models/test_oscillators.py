@@ -15,7 +15,8 @@ from mbs_models.oscillators.oscillators import (
     LinearOscillator,
 )
 from slide_fmu.core.signals import FloatArray, hold_of
-from slide_fmu.systems.base import State, System, simulate
+from slide_fmu.systems.base import State, System
+from slide_fmu.systems.simulation import simulate
 
 K, D, ALPHA = 1600.0, 8.0, 0.5
 CLOSED_FORM = 1e-9

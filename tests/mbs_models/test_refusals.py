@@ -11,7 +11,9 @@ from mbs_models.mass_chain.mass_chain import MassChain
 from mbs_models.oscillators.oscillators import DuffingOscillator
 from mbs_models.robot_6r.robot_6r import Robot6R
 from mbs_models.slider_crank.slider_crank import SliderCrank
-from slide_fmu.systems.base import SimulationError, State, simulate
+from slide_fmu.systems.base import State
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.simulation import simulate
 
 NAN, INFINITE = float("nan"), float("inf")
 

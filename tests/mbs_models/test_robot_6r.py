@@ -15,7 +15,9 @@ from mbs_models.robot_6r.robot_6r import Robot6R
 from mbs_models.robot_6r.socket import FLANGE, Socket
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.memory.modes import spectrum
-from slide_fmu.systems.base import SimulationError, State, simulate
+from slide_fmu.systems.base import State
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.simulation import simulate
 
 SOCKETS = ("spring", "finite_element")
 JOINT_COORDINATES = slice(FLANGE, FLANGE + JOINTS)

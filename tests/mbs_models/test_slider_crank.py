@@ -13,7 +13,9 @@ from mbs_models.slider_crank.slider_crank import SliderCrank, director
 from mbs_models.slider_crank.slider_crank_plant import AXIAL_STIFFNESS, CRANK_LENGTH, ROD_LENGTH
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.memory.modes import spectrum
-from slide_fmu.systems.base import SimulationError, State, simulate
+from slide_fmu.systems.base import State
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.simulation import simulate
 
 STEP = 1.0 / 32.0
 INTERRUPTED = 1e-5

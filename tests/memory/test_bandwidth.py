@@ -16,7 +16,8 @@ from slide_fmu.memory.bandwidth import (
     tidy_step,
 )
 from slide_fmu.recipe.reading import load_recipe
-from slide_fmu.systems.base import LoadError, SimulationError, System
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import LoadError, SimulationError
 from tests.memory.plain_systems import Acceleration, FixedStep, Lag, Through
 from tests.memory.test_lengths import of_lag
 from tests.memory.test_sizing import DUFFING

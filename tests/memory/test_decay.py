@@ -26,7 +26,7 @@ from slide_fmu.memory.decay import (
 )
 from slide_fmu.memory.modes import UnstableModeError
 from slide_fmu.systems.base import Linearizable, Linearization, State
-from slide_fmu.systems.exudyn_solver.plant_system import PlantSystem
+from slide_fmu.systems.exudyn.plant_system import PlantSystem
 
 PAPER = math.log(100) / 4
 """1.151 s to 1 %: m = 1 kg, d = 8 N s/m."""

@@ -16,8 +16,8 @@ from slide_fmu.data.store import StoreError
 from slide_fmu.fmu.export import load
 from slide_fmu.pipeline.learning import Learnt, learn
 from slide_fmu.recipe.recipe import RecipeError
-from slide_fmu.systems.base import LoadError
-from slide_fmu.systems.function_system import FunctionSystem
+from slide_fmu.systems.errors import LoadError
+from slide_fmu.systems.function.system import FunctionSystem
 from tests.systems.function_models import specifications as models
 
 SMALL = {

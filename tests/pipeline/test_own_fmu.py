@@ -13,7 +13,7 @@ from slide_fmu.fmu.export import export_fmu
 from slide_fmu.pipeline.side_by_side import write_reference, write_side_by_side
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.systems import recipe_system
-from slide_fmu.systems.base import LoadError
+from slide_fmu.systems.errors import LoadError
 from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries
 from tests.own_models.quarter_car import build_in_c

@@ -17,8 +17,10 @@ from fmpy.validation import validate_fmu
 from slide_fmu.core.files import OLDEST
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.python_fmu.reference_slave import write_reference_fmu
-from slide_fmu.systems.base import LoadError, State, System, simulate
+from slide_fmu.systems.base import State, System
+from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import load_system
+from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import Specification
 from tests.limits import largest_file
 

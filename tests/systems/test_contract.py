@@ -13,9 +13,11 @@ from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.units import require_unit
 from slide_fmu.pipeline.checks import check_recipe
 from slide_fmu.recipe.reading import load_recipe
-from slide_fmu.systems.base import Linearization, LoadError, SimulationError, State, simulate
+from slide_fmu.systems.base import Linearization, State
 from slide_fmu.systems.contract import ContractError, check_system
+from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.loading import load_system
+from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import Specification
 from tests.memory.plain_systems import Acceleration, Lag, Play, Through
 from tests.recipes import tiny_recipe

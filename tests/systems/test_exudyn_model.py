@@ -13,17 +13,11 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import (
-    Linearizable,
-    Linearization,
-    LoadError,
-    RandomStates,
-    Restorable,
-    SimulationError,
-    simulate,
-)
-from slide_fmu.systems.exudyn_model import describe, integration_error
+from slide_fmu.systems.base import Linearizable, Linearization, RandomStates, Restorable
+from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.exudyn.model import describe, integration_error
 from slide_fmu.systems.loading import load_system
+from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import SignalChoice, Specification
 
 QUARTER_CAR = str(Path(__file__).parents[2] / "docs" / "tutorials" / "quarter_car_exudyn.py")

@@ -20,9 +20,11 @@ from exudyn.itemInterface import (
 
 from mbs_models.oscillators.oscillators import DuffingOscillator
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import SimulationError, State, simulate
-from slide_fmu.systems.exudyn_solver.plant import Plant
-from slide_fmu.systems.exudyn_solver.settings import Integrator
+from slide_fmu.systems.base import State
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.exudyn.plant import Plant
+from slide_fmu.systems.exudyn.settings import Integrator
+from slide_fmu.systems.simulation import simulate
 
 SAME = 1e-9
 """Of the RMS: time grows in one run and starts anew in the other, the rest is rounding."""

@@ -11,15 +11,10 @@ from scipy.integrate import solve_ivp
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import export_fmu, read_fmu
-from slide_fmu.systems.base import (
-    Linearizable,
-    SimulationError,
-    StateMatrix,
-    Stepping,
-    System,
-    simulate,
-)
+from slide_fmu.systems.base import Linearizable, StateMatrix, Stepping, System
+from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.loading import load_system
+from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import SignalChoice, Specification
 from tests.own_models import quarter_car_slave as equations
 from tests.own_models.tank import THRESHOLD

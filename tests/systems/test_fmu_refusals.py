@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slide_fmu.systems.base import LoadError, SimulationError, System, simulate
-from slide_fmu.systems.fmu_model import FmuSystem, describe
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.fmu.model import FmuSystem, describe
 from slide_fmu.systems.found import FoundParameter
 from slide_fmu.systems.loading import load_system
+from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import SignalChoice, Specification
 
 ROAD = SignalChoice("road", low=-0.05, high=0.05)

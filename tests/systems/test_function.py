@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slide_fmu.systems.base import LoadError, SimulationError, System, simulate
-from slide_fmu.systems.function import describe
-from slide_fmu.systems.function_system import FunctionSystem
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.function.model import describe
+from slide_fmu.systems.function.record import RecordSystem
+from slide_fmu.systems.function.system import FunctionSystem
 from slide_fmu.systems.loading import load_system
-from slide_fmu.systems.record_system import RecordSystem
+from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import SignalChoice, Specification
 from tests.systems.function_models import specifications as models
 

@@ -10,8 +10,8 @@ import pytest
 from mbs_models.oscillators import LinearOscillator
 from slide_fmu.data.pool import in_parallel, process_pool
 from slide_fmu.systems import given
-from slide_fmu.systems.base import LoadError
-from slide_fmu.systems.function_system import FunctionSystem
+from slide_fmu.systems.errors import LoadError
+from slide_fmu.systems.function.system import FunctionSystem
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.specification import SignalChoice, Specification
 from tests.systems.function_models import specifications as models

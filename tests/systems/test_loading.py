@@ -10,7 +10,8 @@ import pytest
 from mbs_models.oscillators.oscillators import DuffingOscillator
 from slide_fmu.data.store import data_fingerprint
 from slide_fmu.recipe.systems import data_specification, recipe_system
-from slide_fmu.systems.base import LoadError, System
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import KINDS, load_system
 from slide_fmu.systems.specification import Specification
 from tests.recipes import tiny_recipe

@@ -20,7 +20,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import simulate
+from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.comparison import Comparison, Task
 from slide_fmu.validation.validate import validate
 from tests.fmu.samples import sum_surrogate

@@ -11,7 +11,7 @@ import pytest
 from slide_fmu.core.window import Window
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.recipe.systems import recipe_system
-from slide_fmu.systems.base import SimulationError
+from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.validate import validate
 from tests.data.test_failures import failing

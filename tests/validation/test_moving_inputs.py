@@ -14,7 +14,7 @@ from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.pipeline.side_by_side import as_the_reference
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import simulate
+from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.model_card import model_card
 from slide_fmu.validation.report import validation_sections

@@ -13,7 +13,8 @@ from slide_fmu.pipeline.checks import check_recipe
 from slide_fmu.pipeline.side_by_side import write_reference
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.systems import reference_system
-from slide_fmu.systems.base import LoadError, simulate
+from slide_fmu.systems.errors import LoadError
+from slide_fmu.systems.simulation import simulate
 from tests.recipes import tiny_recipe
 from tests.validation.measured import FINER
 

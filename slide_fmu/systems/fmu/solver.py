@@ -12,7 +12,7 @@ from fmpy.simulation import ForwardEuler
 from fmpy.sundials import CVodeSolver
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.fmu_steps import Plan, Steps, StoppedError
+from slide_fmu.systems.fmu.steps import Plan, Steps, StoppedError
 
 DIFFERENCE = 6e-6
 """Relative step of central differences, about the cube root of the rounding error."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import LoadError, SimulationError
+from slide_fmu.systems.errors import LoadError, SimulationError
 
 METHODS = ("RK23", "RK45", "DOP853", "LSODA", "Radau", "BDF")
 """Methods by the names that ``scipy.integrate.solve_ivp`` has for them."""

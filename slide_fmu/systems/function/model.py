@@ -11,22 +11,23 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
-from slide_fmu.systems.base import LoadError, Parameter, System
+from slide_fmu.systems.base import Parameter, System
 from slide_fmu.systems.declarations import (
     declared_parameters,
     declared_signals,
     declared_step,
     require_parameters,
 )
+from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.found import Found, FoundParameter
-from slide_fmu.systems.function_system import FunctionSystem
-from slide_fmu.systems.integration import Solver
-from slide_fmu.systems.record_system import RecordSystem
+from slide_fmu.systems.function.integration import Solver
+from slide_fmu.systems.function.record import RecordSystem
+from slide_fmu.systems.function.system import FunctionSystem
 from slide_fmu.systems.specification import SignalChoice, Specification, chosen_signals
 from slide_fmu.systems.user_code import imported
 
 SOLVER_KEYS = ("method", "rtol", "atol")
-"""What a model may say about its integration, as of ``slide_fmu.systems.integration.Solver``."""
+"""What a model may say about its integration, as of ``integration.Solver``."""
 
 
 @dataclass(frozen=True, eq=False)

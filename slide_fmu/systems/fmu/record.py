@@ -10,8 +10,8 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import fmi2Fatal
 
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.systems.base import SimulationError
-from slide_fmu.systems.fmu_steps import Steps
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.fmu.steps import Steps
 
 COMPARED = 1000, 20
 """An instance is trusted to reset itself if that many samples at most, and that many at least, of

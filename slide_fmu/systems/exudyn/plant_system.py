@@ -9,8 +9,8 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import Linearization, Restorable, State
-from slide_fmu.systems.exudyn_solver.driven_plant import DrivenPlant
-from slide_fmu.systems.exudyn_solver.plant import Plant
+from slide_fmu.systems.exudyn.driven_plant import DrivenPlant
+from slide_fmu.systems.exudyn.plant import Plant
 
 
 class Model(Protocol):

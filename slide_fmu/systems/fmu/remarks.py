@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from slide_fmu.core.signals import Hold
-from slide_fmu.systems.fmu_file import PREFIX, FmuFile, other_interface
-from slide_fmu.systems.fmu_steps import interpolates
+from slide_fmu.systems.fmu.file import PREFIX, FmuFile, other_interface
+from slide_fmu.systems.fmu.steps import interpolates
 
 
 def default_hold(file: FmuFile) -> Hold:

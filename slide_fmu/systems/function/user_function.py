@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal, check_inputs, cosines_of, hold_of
-from slide_fmu.systems.base import LoadError, SimulationError
+from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.user_code import told
 
 REAL = "fiub"

@@ -12,7 +12,8 @@ from typing import Any, Literal, cast, get_args
 import fmpy
 from fmpy.model_description import CoSimulation, ModelDescription, ModelExchange
 
-from slide_fmu.systems.base import LoadError, Parameter
+from slide_fmu.systems.base import Parameter
+from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.user_code import find_file
 
 Interface = Literal["co_simulation", "model_exchange"]

@@ -10,10 +10,10 @@ from types import SimpleNamespace
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import SimulationError
-from slide_fmu.systems.equilibrium import Field, equilibrium
-from slide_fmu.systems.integration import Solver
-from slide_fmu.systems.user_function import FunctionError, UserFunction, read_only
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.function.equilibrium import Field, equilibrium
+from slide_fmu.systems.function.integration import Solver
+from slide_fmu.systems.function.user_function import FunctionError, UserFunction, read_only
 
 SETTLING = (16, 48, 192, 768, 3072)
 """An equilibrium is looked for from the start, and each time the system has gone on from there by
@@ -85,7 +85,7 @@ class Equations:
         """Give the stable equilibrium that is found from a start under an input that is held.
 
         It is looked for at the start itself, then where the system goes from there; None where it
-        goes nowhere near one. The sizes are as of ``slide_fmu.systems.equilibrium``.
+        goes nowhere near one. The sizes are as of ``slide_fmu.systems.function.equilibrium``.
         """
         field, state = self.held(u), start
         try:

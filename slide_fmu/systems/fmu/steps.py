@@ -9,8 +9,8 @@ from typing import Any
 
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.systems.base import Parameter
-from slide_fmu.systems.fmu_file import FmuFile
-from slide_fmu.systems.fmu_instance import Instance
+from slide_fmu.systems.fmu.file import FmuFile
+from slide_fmu.systems.fmu.instance import Instance
 
 
 class StoppedError(RuntimeError):

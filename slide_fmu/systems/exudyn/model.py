@@ -8,19 +8,16 @@ from dataclasses import replace
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import (
-    LoadError,
-    SimulationError,
-    simulate,
-)
-from slide_fmu.systems.exudyn_solver.exudyn_system import (
+from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.exudyn.model_file import BUILD, read_model
+from slide_fmu.systems.exudyn.plant import told_by_exudyn
+from slide_fmu.systems.exudyn.system import (
     SOLVER,
     ExudynSystem,
     LinearizableExudynSystem,
 )
-from slide_fmu.systems.exudyn_solver.model_file import BUILD, read_model
-from slide_fmu.systems.exudyn_solver.plant import told_by_exudyn
 from slide_fmu.systems.found import Found, FoundParameter
+from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import SignalChoice, Specification
 from slide_fmu.systems.user_code import imported
 

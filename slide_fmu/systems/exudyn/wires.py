@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import LoadError
-from slide_fmu.systems.exudyn_solver.variables import RATE, Motion, Variables
+from slide_fmu.systems.errors import LoadError
+from slide_fmu.systems.exudyn.variables import RATE, Motion, Variables
 
 
 @dataclass(frozen=True)

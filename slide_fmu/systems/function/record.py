@@ -10,7 +10,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.systems.base import Parameter, System
-from slide_fmu.systems.user_function import (
+from slide_fmu.systems.function.user_function import (
     FunctionError,
     called_with,
     read_only,

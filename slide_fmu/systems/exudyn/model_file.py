@@ -8,14 +8,15 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any, cast
 
-from slide_fmu.systems.base import LoadError, Parameter
+from slide_fmu.systems.base import Parameter
 from slide_fmu.systems.declarations import (
     as_table,
     declared_parameters,
     declared_signals,
     declared_step,
 )
-from slide_fmu.systems.exudyn_solver.wires import InputWire, OutputWire
+from slide_fmu.systems.errors import LoadError
+from slide_fmu.systems.exudyn.wires import InputWire, OutputWire
 from slide_fmu.systems.specification import SignalChoice
 from slide_fmu.systems.user_code import imported
 

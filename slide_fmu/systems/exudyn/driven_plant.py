@@ -9,7 +9,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import Linearization
-from slide_fmu.systems.exudyn_solver.plant import Plant
+from slide_fmu.systems.exudyn.plant import Plant
 
 
 @dataclass(frozen=True, eq=False)

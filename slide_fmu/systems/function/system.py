@@ -10,18 +10,12 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
-from slide_fmu.systems.base import (
-    Linearizable,
-    LoadError,
-    Parameter,
-    SimulationError,
-    State,
-    StateMatrix,
-)
-from slide_fmu.systems.equations import Equations
-from slide_fmu.systems.equilibrium import state_matrix
-from slide_fmu.systems.integration import Solver
-from slide_fmu.systems.user_function import (
+from slide_fmu.systems.base import Linearizable, Parameter, State, StateMatrix
+from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.function.equations import Equations
+from slide_fmu.systems.function.equilibrium import state_matrix
+from slide_fmu.systems.function.integration import Solver
+from slide_fmu.systems.function.user_function import (
     FunctionError,
     UserFunction,
     called_with,

@@ -10,8 +10,9 @@ from fmpy.model_description import ModelVariable
 from fmpy.simulation import settable_in_initialization_mode, settable_in_instantiated
 
 from slide_fmu.core.signals import Hold, Signal
-from slide_fmu.systems.base import LoadError, Parameter
-from slide_fmu.systems.fmu_file import FmuFile
+from slide_fmu.systems.base import Parameter
+from slide_fmu.systems.errors import LoadError
+from slide_fmu.systems.fmu.file import FmuFile
 from slide_fmu.systems.found import FoundParameter
 from slide_fmu.systems.specification import SignalChoice, chosen_signals
 

@@ -12,13 +12,14 @@ from pathlib import Path
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, hold_of
-from slide_fmu.systems.base import Linearizable, LoadError, State, StateMatrix, Stepping, System
-from slide_fmu.systems.fmu_file import FmuOptions, read_fmu_file, split_options
-from slide_fmu.systems.fmu_record import Records
-from slide_fmu.systems.fmu_remarks import default_hold, is_continuous, remarks_on
-from slide_fmu.systems.fmu_solver import SolverSteps
-from slide_fmu.systems.fmu_steps import CoSimulationSteps, Plan, Steps
-from slide_fmu.systems.fmu_variables import (
+from slide_fmu.systems.base import Linearizable, State, StateMatrix, Stepping, System
+from slide_fmu.systems.errors import LoadError
+from slide_fmu.systems.fmu.file import FmuOptions, read_fmu_file, split_options
+from slide_fmu.systems.fmu.record import Records
+from slide_fmu.systems.fmu.remarks import default_hold, is_continuous, remarks_on
+from slide_fmu.systems.fmu.solver import SolverSteps
+from slide_fmu.systems.fmu.steps import CoSimulationSteps, Plan, Steps
+from slide_fmu.systems.fmu.variables import (
     choices_of,
     parameters_of,
     require_parameters,

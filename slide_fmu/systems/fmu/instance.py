@@ -18,9 +18,10 @@ from fmpy.simulation import (
 )
 
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.systems.base import LoadError, Parameter
-from slide_fmu.systems.fmu_file import FmuFile, unpacked
-from slide_fmu.systems.fmu_log import callbacks_of_fmi2, logger
+from slide_fmu.systems.base import Parameter
+from slide_fmu.systems.errors import LoadError
+from slide_fmu.systems.fmu.file import FmuFile, unpacked
+from slide_fmu.systems.fmu.log import callbacks_of_fmi2, logger
 
 _CLASSES = {
     ("co_simulation", False): fmi2.FMU2Slave,

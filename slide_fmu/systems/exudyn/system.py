@@ -9,19 +9,14 @@ from typing import Any, cast, get_args
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import (
-    Linearizable,
-    LoadError,
-    Parameter,
-    SimulationError,
-    State,
-)
+from slide_fmu.systems.base import Linearizable, Parameter, State
 from slide_fmu.systems.declarations import require_parameters
-from slide_fmu.systems.exudyn_solver.model_file import ModelFile, read_model
-from slide_fmu.systems.exudyn_solver.plant import Plant
-from slide_fmu.systems.exudyn_solver.settings import Integrator
-from slide_fmu.systems.exudyn_solver.wired_system import Solver, WiredPlant, WiredSystem
-from slide_fmu.systems.exudyn_solver.wires import InputWire, OutputWire
+from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.exudyn.model_file import ModelFile, read_model
+from slide_fmu.systems.exudyn.plant import Plant
+from slide_fmu.systems.exudyn.settings import Integrator
+from slide_fmu.systems.exudyn.wired_system import Solver, WiredPlant, WiredSystem
+from slide_fmu.systems.exudyn.wires import InputWire, OutputWire
 from slide_fmu.systems.specification import Specification, chosen_signals
 
 SOLVER: dict[str, Parameter] = {"substeps": 0, "integrator": "auto", "start": "equilibrium"}

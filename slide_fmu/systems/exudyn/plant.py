@@ -15,8 +15,9 @@ import exudyn as exu
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import Linearization, SimulationError
-from slide_fmu.systems.exudyn_solver.settings import Integrator, settings_of
+from slide_fmu.systems.base import Linearization
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.exudyn.settings import Integrator, settings_of
 from slide_fmu.systems.user_code import told
 
 _INITIAL = exu.ConfigurationType.Initial

@@ -1,0 +1,5 @@
+"""Reference systems of the kind "function": equations, or a simulation, in Python.
+
+``model`` makes one from a user's file; ``system`` integrates f and g, ``record`` calls a whole
+simulation.
+"""

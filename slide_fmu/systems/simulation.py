@@ -1,0 +1,80 @@
+"""Whole records are simulated here, whoever asks: what a system raises or gives is checked."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray, Trajectory
+from slide_fmu.systems.base import Restorable, State, System, go_on, raised
+from slide_fmu.systems.errors import LoadError, SimulationError
+
+
+def simulate(system: System, inputs: FloatArray, initial: State | None = None) -> Trajectory:
+    """Simulate a system over a whole input record.
+
+    Args:
+        inputs: shape (N, n_inputs), in the units of ``system.inputs``.
+        initial: the state at sample 0, of a system whose states can be set; its own start if None.
+
+    Returns:
+        The trajectory: N inputs and N + 1 outputs.
+
+    Raises:
+        SimulationError: the solver did not converge, the model raised an error, or gave outputs
+            of another shape, or such that are not finite; the message says where.
+        ValueError: the inputs have the wrong number of channels, or are not finite.
+    """
+    if inputs.ndim != 2 or inputs.shape[1] != len(system.inputs):
+        names = [signal.name for signal in system.inputs]
+        raise ValueError(
+            f"inputs of shape {inputs.shape}; expected (samples, {len(names)}) for {names}"
+        )
+    if not np.isfinite(inputs).all():
+        k = int(np.argmin(np.isfinite(inputs).all(axis=1)))
+        raise ValueError(f"inputs in sample {k}: {inputs[k].tolist()}; expected finite numbers")
+    if initial is None:
+        return Trajectory(system.step, inputs, _whole(system, inputs))
+    assert isinstance(system, Restorable)
+    system.set_state(initial)
+    return Trajectory(system.step, inputs, _checked(system, inputs, go_on(system, inputs)))
+
+
+def _whole(system: System, inputs: FloatArray) -> FloatArray:
+    """Simulate from the system's own start; whatever it raises says where."""
+    try:
+        outputs = system.simulate(inputs)
+    except (SimulationError, LoadError):
+        raise
+    except Exception as error:  # a user's method may raise anything
+        raise SimulationError(raised(system, "simulate", error)) from error
+    return _checked(system, inputs, outputs)
+
+
+def _checked(system: System, inputs: FloatArray, outputs: object) -> FloatArray:
+    """Return outputs as numbers; refuse other shapes, and the first that are not finite."""
+    shape, name = (len(inputs) + 1, len(system.outputs)), f"{type(system).__qualname__}.simulate"
+    try:
+        found = np.asarray(outputs, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise SimulationError(
+            f"{name} gave {type(outputs).__name__} ({error}); expected an array of numbers of "
+            f"shape {shape}: correct the model"
+        ) from error
+    if found.shape != shape:
+        raise SimulationError(
+            f"{name} gave an array of shape {found.shape}; expected {shape}: a row for the start "
+            f"and one for each of the {len(inputs)} inputs, a column for each output"
+        )
+    finite = np.isfinite(found).all(axis=1)
+    if not finite.all():
+        k = int(np.argmin(finite))
+        i = int(np.argmin(np.isfinite(found[k])))
+        under, signal = inputs[max(0, k - 1)].tolist(), system.outputs[i]
+        raise SimulationError(
+            f"{name} gave output {signal.name!r} = {found[k, i]} {signal.unit} in sample {k} "
+            f"(t = {k * system.step:.6g} s) under the input {under}; expected "
+            "finite numbers: excite it less (data.excitation), choose a smaller step, or correct "
+            "the model",
+            k * system.step,
+        )
+    return found

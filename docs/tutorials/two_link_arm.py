@@ -61,13 +61,13 @@ class TwoLinkArm(System):
 
         follow(mbs, 0.0)
         settings = exu.SimulationSettings()
-        settings.solutionSettings.writeSolutionToFile = False
+        settings.solution.file.write = False
         settings.timeIntegration.verboseMode = settings.staticSolver.verboseMode = 0
         settings.timeIntegration.newton.useModifiedNewton = True
         settings.timeIntegration.generalizedAlpha.spectralRadius = 0.9
         settings.timeIntegration.endTime = len(inputs) * self.step
         settings.timeIntegration.numberOfSteps = len(inputs) * SUBSTEPS
-        settings.solutionSettings.sensorsWritePeriod = self.step
+        settings.solution.sensors.writePeriod = self.step
         if not mbs.SolveStatic(settings, updateInitialValues=True):
             raise SimulationError("exudyn found no equilibrium; expected set points in range")
         mbs.SetPreStepUserFunction(follow)

@@ -84,9 +84,10 @@ def try_recipe(job: Job, seed: int | None = None) -> Trial:
     """
     sizing = size_recipe(job, seed)
     system = recipe_system(job.recipe)
-    remarks = (sizing.problem, sizing.remark, step_remark(job.recipe))
+    seconds = _seconds(job.recipe, system)
+    remarks = (sizing.problem, sizing.remark, step_remark(job.recipe), *system.remarks)
     told = tuple(remark for remark in remarks if remark is not None)
-    return Trial(job.recipe, system, sizing, _seconds(job.recipe, system), told)
+    return Trial(job.recipe, system, sizing, seconds, told)
 
 
 def _seconds(recipe: Recipe, system: System) -> float:

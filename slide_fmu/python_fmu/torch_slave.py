@@ -3,6 +3,8 @@
 It imports nothing of slide_fmu where it runs: Python with torch and numpy is enough, PythonFMU is
 in the FMU. This file and those that it imports get names of their own there. Window and
 communication step mean what they mean in the native runtime, see ``fmu/runtime/README.md``.
+Nothing is known of how the inputs of a module go on, so that there is no forecast: inputs with a
+first-order hold are set to what they reach by the end of a step, and the description says so.
 
 The library of PythonFMU answers a call with fmi2OK, a step with fmi2Discard too, and every
 exception with fmi2Fatal, after which the instance is gone. So a step that cannot be taken is
@@ -29,6 +31,7 @@ from slide_fmu.python_fmu.torch_network import ModuleNetwork
 from slide_fmu.python_fmu.torch_window import Clock, FloatArray, PastInputs
 
 DESCRIPTION = "module.json"
+AT_STEP_END = "; inputs are set to what they reach by the end of a step"
 RANGE_SLACK = 1e-6
 """Of scaled inputs, as in ``runtime/window/ranges.h``."""
 
@@ -52,20 +55,22 @@ class ModuleSlave(Slave):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         folder = Path(self.resources)
-        text = (folder / DESCRIPTION).read_bytes()
-        self.about: dict[str, Any] = json.loads(text)
+        content = (folder / DESCRIPTION).read_bytes()
+        self.about: dict[str, Any] = json.loads(content)
         self.network = ModuleNetwork(folder, len(self.about["outputs"]))
         self.clock, self.filled = Clock(float(self.about["window"]["step"])), 0.0
         self.n_in = int(self.about["window"]["n_in"])
-        identity, step = text + self.network.identity, self.clock.step
-        self.introduce(identity, self.about["description"], step)
+        identity, step = content + self.network.identity, self.clock.step
+        first_order = self.about["inputs"][0]["hold"] == "first_order"
+        text = self.about["description"] + (AT_STEP_END if first_order else "")
+        self.introduce(identity, text, step)
         signals = self.about["inputs"]
         self.inputs = [float(signal["start"]) for signal in signals]
         self.initial = list(self.inputs)
         self.prehistory_known = 0.0
         self.offset = np.array([signal["offset"] for signal in signals])
         self.scale = np.array([signal["scale"] for signal in signals])
-        self.past = PastInputs(self.n_in, step, signals[0]["hold"] == "first_order")
+        self.past = PastInputs(self.n_in, step, first_order)
         self.stepping = False
         self.refused: str | None = None  # why the next step is
         self.outputs: list[float] | None = None  # None: those of the present inputs, held

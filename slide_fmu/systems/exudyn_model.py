@@ -85,11 +85,10 @@ def describe(model: str) -> Found:
     values = {**SOLVER, **file.parameters}
     system = make(given)
     remarks = [f"input {name} {_ACTS[what]}" for name, what in system.acts.items()]
-    try:
-        system.begin(np.array([signal.start_value for signal in system.inputs]))
-    except SimulationError as error:
+    system.rest_state(np.array([signal.start_value for signal in system.inputs]))
+    if system.remarks:
         values["start"] = "initial"
-        remarks.append(f'start = "initial", since {error}')
+        remarks += system.remarks
     parameters = tuple(FoundParameter(name, value) for name, value in values.items())
     return Found("exudyn", model, parameters, file.inputs, file.outputs, file.step, tuple(remarks))
 

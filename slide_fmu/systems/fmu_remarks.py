@@ -31,7 +31,8 @@ def is_continuous(file: FmuFile) -> bool:
 
 def remarks_on(file: FmuFile, hold: Hold) -> tuple[str, ...]:
     """Say how an FMU is simulated whose inputs have a hold: one sentence each."""
-    version, kind = file.description.fmiVersion, file.interface.replace("_", " ")
+    version = file.description.fmiVersion
+    kind = "co-simulation" if file.interface == "co_simulation" else "model exchange"
     other = other_interface(file)
     beside = f'; {PREFIX}interface = "{other}" takes the other one' if other else ""
     remarks = [f"the FMU is used for {kind}, FMI {version}{beside}", _on_inputs(file, hold)]

@@ -47,4 +47,4 @@ def test_quarter_car_of_exudyn_becomes_an_fmu(tmp_path: Path) -> None:
     measured = finished.figures["validation"]["in range"]
     errors = [output["relative_rmse"] for output in measured["outputs"]]
     assert len(errors) == 3
-    assert max(errors) < 0.1
+    assert max(errors) < 0.05

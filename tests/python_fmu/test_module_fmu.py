@@ -15,6 +15,7 @@ import torch
 from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
 
+import slide_fmu as slide
 from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.fmu.export import MODULE, export_fmu, read_json
 from slide_fmu.python_fmu.torch_export import export_module
@@ -197,3 +198,19 @@ def test_info_says_what_a_module_fmu_needs(tmp_path: Path) -> None:
     assert set(figures["needs"]) == {"python", "torch", "numpy"}
     assert figures["needs"]["torch"] == torch.__version__
     assert figures == read_json(path, MODULE)
+
+
+@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
+def test_outputs_at_given_times_are_those_of_the_native_fmu(tmp_path: Path, hold: Hold) -> None:
+    """Whose inputs are known ahead; the description says what is set before a step."""
+    surrogate = surrogate_with(hold)
+    module, description = saved(surrogate, tmp_path, ".pt")
+    path = export_module(module, description, tmp_path / "module.fmu")
+    native = export_fmu(surrogate, tmp_path / "native.fmu")
+    t = STEP * np.array([0.0, 1.0, 1.6, 4.0, 5.0, 7.5])
+    u = np.random.default_rng(1).uniform(0.2, 1, (6, 2))
+    np.testing.assert_allclose(
+        slide.simulate(path, t, u), slide.simulate(native, t, u), rtol=0, atol=8 * CLOSE
+    )
+    text = fmpy.read_model_description(str(path)).description
+    assert ("what they reach by the end of a step" in text) == (hold == "first_order")

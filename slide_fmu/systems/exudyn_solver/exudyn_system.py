@@ -29,7 +29,7 @@ SOLVER: dict[str, Parameter] = {"substeps": 0, "integrator": "auto", "start": "e
 
 ``substeps``, the integration steps per sample step, and ``integrator`` are as of ``Solver``, which
 chooses where they are 0 and ``"auto"``. ``start`` says where motions begin: at the static
-``"equilibrium"`` under the first input, or at the ``"initial"`` configuration of the model.
+``"equilibrium"`` under the first input if there is one, or at the ``"initial"`` configuration.
 """
 _CHOICES = {"integrator": ("auto", *get_args(Integrator)), "start": ("equilibrium", "initial")}
 
@@ -115,6 +115,11 @@ class _ExudynSystem(WiredSystem):
                     f"integrator = 'explicit', but {reason}; expected another one: set 'auto'"
                 )
 
+    def _build(self) -> WiredPlant:
+        model = super()._build()
+        model.plant.has_kinks = True  # nobody knows what a user's forces look like
+        return model
+
     def _wires(self) -> tuple[Sequence[InputWire], Sequence[OutputWire]]:
         return read_model(self.specification.model).wires
 
@@ -126,14 +131,11 @@ class _ExudynSystem(WiredSystem):
         try:
             outputs = super().advance(inputs)
         except SimulationError as error:
-            given = ", ".join(
-                f"{signal.name} = {value:g}"
-                for signal, value in zip(self.inputs, inputs, strict=True)
-            )
             time = self._samples * self.step
             raise SimulationError(
                 f"system {self.specification.model!r}, {time:g} s after its start, with the input "
-                f"{given}: {error}"
+                f"{self._named(inputs)}: {error}",
+                time,
             ) from error
         self._samples += 1
         return outputs
@@ -156,23 +158,27 @@ class _ExudynSystem(WiredSystem):
     def rest_state(self, held_input: FloatArray) -> State:
         """Return the static equilibrium under a constant input, shape (n_inputs,).
 
-        With ``start = "initial"`` it is the initial configuration.
+        It is the initial configuration with ``start = "initial"``, or where exudyn finds none,
+        which ``remarks`` then say.
 
         Raises:
-            SimulationError: exudyn's static solver does not find the equilibrium.
             ValueError: the input is not finite.
         """
-        if self._values["start"] == "initial":
-            held = self._finite_inputs("held input", held_input)
-            return State(self._start.coordinates, self._start.velocities, held)
-        try:
-            return super().rest_state(held_input)
-        except SimulationError as error:
-            raise SimulationError(
-                f"system {self.specification.model!r} at rest under {held_input}: {error}; or set "
-                'start = "initial" in system.parameters: motions then begin at the initial '
-                "configuration, and data.burn_in leads in"
-            ) from error
+        held = self._finite_inputs("held input", held_input)
+        if self._values["start"] == "equilibrium":
+            try:
+                return super().rest_state(held)
+            except SimulationError as error:
+                if not self.remarks:
+                    self.remarks = (
+                        f"motions begin at the initial configuration, since under the input "
+                        f"{self._named(held)} {error}",
+                    )
+        return State(self._start.coordinates, self._start.velocities, held)
+
+    def _named(self, inputs: FloatArray) -> str:
+        pairs = zip(self.inputs, inputs, strict=True)
+        return ", ".join(f"{signal.name} = {value:g}" for signal, value in pairs)
 
 
 class ExudynSystem(_ExudynSystem):

@@ -96,7 +96,6 @@ class WiredSystem(PlantSystem[WiredPlant]):
         wires = Wires(mbs, inputs, outputs, self._moving)
         plant = _plant(container, mbs, self.solver, wires.moves_parameters)
         plant.continuous = False  # forces jump with held inputs, and with rates of moving ones
-        plant.has_kinks = True
         if wires.moves_parameters:
             plant.before_substep = wires.move
         return WiredPlant(plant, wires, kept)

@@ -41,10 +41,16 @@ def show_json(path: str | None, figures: Any) -> None:
 
 
 def show_validation(figures: dict[str, Any], title: str) -> None:
-    """Print the accuracy of every output, in its unit, and of the error estimate."""
+    """Print the accuracy of every output, in its unit, and of the error estimate.
+
+    Where inputs move, what a plain importer call errs stands beside it.
+    """
     # not as the table's title, which rich wraps to the width of the table
     console.print(f"{title}: {figures['trajectories']} trajectories, seed {figures['seed']}")
+    moving = all("plain_relative_rmse" in output for output in figures["outputs"])
     table = Table("output", "RMS of the reference", "RMSE", "relative RMSE", "largest error")
+    if moving:
+        table.add_column("relative RMSE, inputs set to what they are now")
     for output in figures["outputs"]:
         unit = output["unit"]
         table.add_row(
@@ -53,6 +59,7 @@ def show_validation(figures: dict[str, Any], title: str) -> None:
             f"{output['rmse']:.4g} {unit}",
             f"{100 * output['relative_rmse']:.3g} %",
             f"{output['max_error']:.4g} {unit}",
+            *([f"{100 * output['plain_relative_rmse']:.3g} %"] if moving else []),
         )
     console.print(table)
     estimate = figures["error_estimate"]

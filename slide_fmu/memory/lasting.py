@@ -120,9 +120,9 @@ def _reason(pasts: _Pasts, samples: int, part: float) -> Lasting:
     strong = pasts.under_motion(PASTS)
     quiet = pasts.at_rest(PASTS, pasts.count)
     change = _apart(strong[:, -1] - quiet[:, -1]) / max(_apart(quiet[:, -1]), TINY)
-    reason: Reason = "hysteresis" if rests > FEW else "rests"
-    if change < ALONE:
-        reason = "integral"
+    reason: Reason = "rests"
+    if rests > FEW:
+        reason = "integral" if change < ALONE else "hysteresis"
     return Lasting(reason, part, samples * pasts.step, rests)
 
 

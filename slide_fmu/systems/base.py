@@ -329,11 +329,13 @@ def _checked(system: System, inputs: FloatArray, outputs: object) -> FloatArray:
     finite = np.isfinite(found).all(axis=1)
     if not finite.all():
         k = int(np.argmin(finite))
-        under = inputs[max(0, k - 1)].tolist()
+        i = int(np.argmin(np.isfinite(found[k])))
+        under, signal = inputs[max(0, k - 1)].tolist(), system.outputs[i]
         raise SimulationError(
-            f"{name} gave {found[k].tolist()} in sample {k} (t = {k * system.step:.6g} s) under "
-            f"the input {under}; expected finite numbers: excite it less (data.excitation), "
-            "choose a smaller step, or correct the model",
+            f"{name} gave output {signal.name!r} = {found[k, i]} {signal.unit} in sample {k} "
+            f"(t = {k * system.step:.6g} s) under the input {under}; expected "
+            "finite numbers: excite it less (data.excitation), choose a smaller step, or correct "
+            "the model",
             k * system.step,
         )
     return found

@@ -123,3 +123,15 @@ def test_table_and_its_heading_in_a_pipe_are_whole(monkeypatch: pytest.MonkeyPat
     for cell in ("1 m", "0.25 m", "25 %", "0.5 m"):
         assert f" {cell} " in row
     assert lines[-1] == ("error estimate: mean relative deviation 10 %, 95 % within 20 %")
+
+
+def test_validation_shows_the_plain_call_beside_known_inputs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    messages = Messages(file=io.StringIO(), markup=False, highlight=False)
+    monkeypatch.setattr(console, "console", messages)
+    moving = {**FIGURES["outputs"][0], "plain_relative_rmse": 0.125}
+    console.show_validation({**FIGURES, "outputs": [moving]}, "in range")
+    shown = messages.file.getvalue()
+    assert "inputs set to what they are now" in shown
+    assert " 12.5 % " in shown

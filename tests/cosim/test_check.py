@@ -10,8 +10,9 @@ import pytest
 
 from slide_fmu.cosim.check import check_fmu
 from slide_fmu.fmu.export import FmuError, export_fmu, read_fmu
+from slide_fmu.fmu.libraries.platforms import FmiVersion
 from tests.cosim.damage import members_of, packed
-from tests.fmu.samples import TWO_MASSES, random_surrogate
+from tests.fmu.samples import TWO_MASSES, Shape, random_surrogate
 from tests.libraries import build_libraries
 
 
@@ -73,3 +74,12 @@ def test_check_names_the_faults_of_a_damaged_fmu(fmu: Path) -> None:
             continue
         problems = check_fmu(_changed(fmu, replaced))
         assert any(expected in problem for problem in problems), (expected, problems)
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_check_has_nothing_to_say_about_an_fmu_that_forecasts_its_inputs(
+    tmp_path: Path, fmi: FmiVersion
+) -> None:
+    """It is run with inputs that are known to the end of each step."""
+    surrogate = random_surrogate(Shape(n_inputs=2, hold="first_order", forecasts=True))
+    assert check_fmu(export_fmu(surrogate, tmp_path / "one.fmu", fmi=fmi)) == []

@@ -109,7 +109,7 @@ def test_inputs_that_failed_can_drive_a_recipe(tmp_path: Path) -> None:
 
 def test_an_output_that_is_no_number_is_a_failure(tmp_path: Path) -> None:
     failures = made(failing(broken=0.97), tmp_path / "store")
-    assert "gave [nan] in sample " in failures[0].error
+    assert "output 'position' = nan m in sample " in failures[0].error
     assert np.isfinite(read_split(tmp_path / "store", "train").outputs).all()
 
 

@@ -45,7 +45,9 @@ FAMILIES = {
     "tanh layers": Shape(
         activation="tanh", n_inputs=2, n_outputs=2, hold="first_order", means=True
     ),
-    "cells": Shape(n_inputs=2, positions=3, hold="first_order", cell=CellShape(9, 17)),
+    "cells": Shape(
+        n_inputs=2, positions=3, hold="first_order", cell=CellShape(9, 17), forecasts=True
+    ),
     "chain": Shape(
         n_inputs=2,
         n_outputs=2,

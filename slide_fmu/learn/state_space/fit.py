@@ -108,18 +108,18 @@ def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresR
         whole = whole.and_others(whole.mirrored(), 1.0)
     searched = "auto" in (network.order, network.hidden)
     fewest = max(FEWEST, math.ceil(ENOUGH / len(whole.targets))) if searched else FEWEST
-    part = whole.every(_stride(training.part, pieces, whole.count // fewest))
+    part = whole.every(_stride(training.part, pieces, whole.count, fewest))
     roles = roles_of(network, problem.features)
     return FitData(whole, part, segments(problem.validation), features, roles)
 
 
-def _stride(part: int, pieces: int, most: int) -> int:
-    """Choose the stride, about ``most`` at most, by which the segments of the starts are taken.
+def _stride(part: int, pieces: int, count: int, fewest: int = FEWEST) -> int:
+    """Choose the stride by which the segments of the starts are taken, out of ``count``.
 
     It is the least from ``part`` on, or the greatest below it, that has no divisor in common with
     the number of pieces of a trajectory: else only early pieces, say, would be taken.
     """
-    most = max(1, most)
+    most = max(1, count // fewest)
     wished = [*range(part, most + 1), *range(min(part, most), 0, -1)]
     fitting: list[int] = [stride for stride in wished if math.gcd(stride, pieces) == 1]
     return fitting[0]

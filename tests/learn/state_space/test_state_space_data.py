@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import torch
 
+from slide_fmu.learn.state_space import fit as fit_module
 from slide_fmu.learn.state_space.cell import CellShape, simulate
 from slide_fmu.learn.state_space.fit import FEWEST, _stride, freeze, prepare
 from slide_fmu.learn.state_space.levenberg_marquardt import Iterate
@@ -189,10 +190,22 @@ def test_starts_have_some_segments_at_least(part: int, pieces: int, count: int) 
 
 def test_starts_have_early_and_late_segments(tmp_path: Path) -> None:
     """Four segments of each trajectory, and every second of them would be the same two."""
-    data = prepare(problem_of(tmp_path), StateSpaceRecipe(), LeastSquaresRecipe(**QUICK))
+    given = StateSpaceRecipe(order=2, hidden=8)
+    data = prepare(problem_of(tmp_path), given, LeastSquaresRecipe(**QUICK))
     assert (data.whole.count, QUICK["part"], data.part.count) == (24, 2, 8)
     expected = data.whole.every(3)
     assert torch.equal(data.part.features, expected.features)
+
+
+@pytest.mark.parametrize(("enough", "segments"), [(10**6, 24), (8 * 33, 8), (1, 8)])
+def test_sizes_are_judged_on_enough_samples(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, enough: int, segments: int
+) -> None:
+    """Few data are all taken, of many a part: every third of 24 segments of 33 samples."""
+    monkeypatch.setattr(fit_module, "ENOUGH", enough)
+    data = prepare(problem_of(tmp_path), StateSpaceRecipe(), LeastSquaresRecipe(**QUICK))
+    assert (len(data.whole.targets), data.whole.count) == (33, 24)
+    assert data.part.count == segments
 
 
 @pytest.mark.parametrize("units", ["tanh", "cubic"])

@@ -64,6 +64,7 @@ class Features(abc.ABC):
         blocks: names of the signals in their order, with the number of each.
         centred: names of those whose mean is removed before they are scaled.
         bounded: names of those that lie within -1 and 1 anyway and are left as they are.
+        vectors: names of those of which single components may rest, as in planar machines.
         cosines: channels that must be the cosine of an angle; the next one is its sine.
     """
 
@@ -77,6 +78,7 @@ class Features(abc.ABC):
     blocks: dict[str, int]
     centred: frozenset[str] = frozenset()
     bounded: frozenset[str] = frozenset()
+    vectors: frozenset[str] = frozenset()
     cosines: tuple[int, ...] = ()
 
     @classmethod

@@ -64,6 +64,7 @@ class ChainMotion(Features):
     }
     centred = frozenset({"wrench", "turned_inertia", "position"})
     bounded = frozenset({"frame"})
+    vectors = frozenset({"wrench_change", "turned_wrench_change", "turned_momentum"})
 
     def __init__(
         self,

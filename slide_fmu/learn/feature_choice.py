@@ -25,7 +25,7 @@ def choose_features(names: tuple[str, ...], offered: Offered, inputs: FloatArray
 
     Raises:
         ValueError: names are unknown or of several sets, the system has not what the set needs, or
-            a feature never changes.
+            a feature never changes (of vectors: none of their components does).
     """
     features = feature_set(names, offered)
     chosen = features.indices(names)
@@ -42,10 +42,12 @@ def choose_features(names: tuple[str, ...], offered: Offered, inputs: FloatArray
         if name in features.CHANGES_OF:
             changed = features.indices((features.CHANGES_OF[name],))
             size = np.maximum(size, signals[:, changed].std(0))
+        if name in features.vectors:
+            size = np.full(size.shape, size.max())
         still = deviation <= STILL * size
         if name in features.centred:
             offset[part] = values[:, part].mean(0)
-        elif np.any(still):
+        elif np.all(still) if name in features.vectors else np.any(still):
             raise ValueError(
                 f"feature {name!r} never changes in the training data (its component "
                 f"{np.flatnonzero(still)[0]}); expected it to: leave it out of the network's "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -180,6 +181,18 @@ def test_chain_that_never_moves_has_no_wrench_changes(name: str, rounding: float
     held = np.zeros((6, 160, 2)) + 0.1 * np.arange(6)[:, None, None]
     with pytest.raises(ValueError, match=STILL.format(name, "[0-5]")):
         chosen(("wrench", name), held + rounding * noise(2), ARM)
+
+
+def test_components_that_rest_in_a_planar_machine_are_zero() -> None:
+    """An arm that lies moves its load in its plane alone."""
+    lying = replace(ARM, alpha=np.zeros(2), inertias=np.array([0.02 * np.eye(3)] * 2))
+    names = ("wrench_change", "turned_wrench_change", "turned_momentum")
+    features = chosen(names, smooth(2), lying)
+    values = features.along(smooth(2)).reshape(-1, 18)
+    resting = [2, 8, 14]  # forces along the axes, and momentum
+    assert np.abs(values[:, resting]).max() < SINGLE
+    for place in (0, 1, 5, 6, 7, 11, 12, 13, 17):
+        assert values[:, place].std() == pytest.approx(1, rel=1e-5)
 
 
 EXPECTED = (

@@ -82,7 +82,8 @@ def try_recipe(job: Job, seed: int | None = None) -> Trial:
         SimulationError: it cannot be simulated.
         UnstableModeError, ValueError: it does not forget its initial state.
     """
-    sizing = size_recipe(job, seed)
+    known = job.sizing if seed is None else None  # from finding what the recipe leaves open
+    sizing = known or size_recipe(job, seed)
     system = recipe_system(job.recipe)
     seconds = _seconds(job.recipe, system)
     remarks = (sizing.problem, sizing.remark, step_remark(job.recipe), *system.remarks)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from slide_fmu.cosim.simulate import simulate
     from slide_fmu.fmu.export import FmuError, export_fmu, load
     from slide_fmu.fmu.native import NativeSurrogate
+    from slide_fmu.pipeline.learning import Learnt, learn
     from slide_fmu.recipe.reading import load_recipe
     from slide_fmu.recipe.recipe import Recipe, RecipeError
     from slide_fmu.surrogate.gradient import gradient, jacobian
@@ -45,6 +46,7 @@ __all__ = [
     "CoSimulationError",
     "FmuError",
     "FunctionSystem",
+    "Learnt",
     "Linearizable",
     "Linearization",
     "NativeSurrogate",
@@ -66,6 +68,7 @@ __all__ = [
     "export_fmu",
     "gradient",
     "jacobian",
+    "learn",
     "load",
     "load_recipe",
     "simulate",
@@ -78,6 +81,7 @@ _HOMES = {
     "slide_fmu.cosim.simulate": ("simulate",),
     "slide_fmu.fmu.export": ("FmuError", "export_fmu", "load"),
     "slide_fmu.fmu.native": ("NativeSurrogate",),
+    "slide_fmu.pipeline.learning": ("Learnt", "learn"),
     "slide_fmu.recipe.reading": ("load_recipe",),
     "slide_fmu.recipe.recipe": ("Recipe", "RecipeError"),
     "slide_fmu.surrogate.gradient": ("gradient", "jacobian"),

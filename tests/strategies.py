@@ -14,7 +14,7 @@ from slide_fmu.network.state_space.cell import CELL_ACTIVATIONS, GATED, Roles
 from tests.fmu.samples import CellShape, Shape
 
 if TYPE_CHECKING:
-    from slide_fmu.learn.state_space.cell import CellShape as LearntShape
+    from slide_fmu.fitting.state_space.cell import CellShape as LearntShape
 
 numbers = st.floats(-1e6, 1e6)
 scales = st.floats(1e-6, 1e6)
@@ -173,7 +173,7 @@ def point_to_point_tables(draw: st.DrawFn) -> dict[str, Any]:
 @st.composite
 def learnt_cell_shapes(draw: st.DrawFn) -> LearntShape:
     """Small cells that are learnt: all sorts of units or none, of roles, factors, turned pairs."""
-    from slide_fmu.learn.state_space.cell import CellShape as LearntShape  # loads torch
+    from slide_fmu.fitting.state_space.cell import CellShape as LearntShape  # loads torch
 
     units = draw(st.sampled_from(["tanh", "cubic", "gated"]))
     gated = units == "gated"

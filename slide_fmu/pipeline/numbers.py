@@ -19,7 +19,7 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import probe
 from slide_fmu.data.store import same_motion
-from slide_fmu.learn.history import Curve, CurvePoint
+from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.pipeline.resolved import Resolved
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.automatic import NUMBERS, nested
@@ -103,7 +103,7 @@ def _identity(recipe: Recipe) -> tuple[dict[str, Any], FloatArray]:
 
 def _extend_curve(recipe: Recipe, folder: RunFolder, bar: Stages, workers: int | None) -> None:
     """Go on with the curve that the folder keeps, until it has ended."""
-    from slide_fmu.learn.learning_curve import LearningCurve
+    from slide_fmu.fitting.learning_curve import LearningCurve
 
     curve, (about, motion) = kept_curve(recipe, folder), _identity(recipe)
     known = {point.trajectories: point.seconds for point in curve.points}

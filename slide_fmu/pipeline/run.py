@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from slide_fmu.fitting.history import Curve
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.learn.history import Curve
 from slide_fmu.memory.sizing import Sizing
 from slide_fmu.memory.stability import AmplitudeTest, stability_figures
 from slide_fmu.pipeline.job import Job, provenance

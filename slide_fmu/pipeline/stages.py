@@ -113,7 +113,7 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
     """
     import torch
 
-    from slide_fmu.learn.fit import fit_surrogate
+    from slide_fmu.fitting.fit import fit_surrogate
 
     recipe, folder = job.recipe, job.folder
     system = recipe_system(recipe)

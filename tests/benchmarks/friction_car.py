@@ -25,7 +25,7 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
 from slide_fmu.data.generation import generate
-from slide_fmu.learn.fit import Fit, fit_surrogate
+from slide_fmu.fitting.fit import Fit, fit_surrogate
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from tests.friction_car import friction_recipe

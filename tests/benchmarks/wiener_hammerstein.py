@@ -28,8 +28,8 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.learn.problem import Problem
-from slide_fmu.learn.state_space.fit import fit_state_space
+from slide_fmu.fitting.problem import Problem
+from slide_fmu.fitting.state_space.fit import fit_state_space
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 

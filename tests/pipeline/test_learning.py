@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slide_fmu import Learnt, learn
 from slide_fmu.core.signals import Signal
 from slide_fmu.data.store import StoreError
 from slide_fmu.fmu.export import load
-from slide_fmu.pipeline.learning import Learnt, learn
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.function.system import FunctionSystem
@@ -109,7 +109,7 @@ def test_script_without_a_guard_simulates_in_its_own_process(tmp_path: Path) -> 
     """A worker would run the script again, and never end."""
     script = tmp_path / "script.py"
     script.write_text(
-        "from slide_fmu.pipeline.learning import learn\n"
+        "from slide_fmu import learn\n"
         "from mbs_models.oscillators import LinearOscillator\n"
         "from tests.pipeline.test_learning import SMALL\n"
         "print('here')\n"

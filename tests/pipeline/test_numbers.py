@@ -12,7 +12,7 @@ import pytest
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data import pool
 from slide_fmu.data.store import read_split
-from slide_fmu.learn.history import Curve, CurvePoint
+from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.pipeline import numbers
 from slide_fmu.pipeline.job import Job, open_job, provenance
 from slide_fmu.pipeline.numbers import known_numbers

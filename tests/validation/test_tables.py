@@ -7,7 +7,7 @@ from dataclasses import asdict
 import pytest
 
 from slide_fmu.cli.findings import show_search
-from slide_fmu.learn.history import Curve, CurvePoint, TriedSize
+from slide_fmu.fitting.history import Curve, CurvePoint, TriedSize
 from slide_fmu.validation.report import Report, curve_section, sizes_section
 from slide_fmu.validation.tables import curve_rows, size_rows
 

@@ -12,7 +12,7 @@ polynomial units); with gated units it is a linear parameter-varying one.
 
 ``Equations`` holds what does not depend on the states, for all samples at once. Everything that
 moves a cell asks it: the evaluation in numpy (``network.py``), its gradient (``gradient.py``), and
-the fits in torch (``slide_fmu.learn.state_space``). The C runtime has its own copy
+the fits in torch (``slide_fmu.fitting.state_space``). The C runtime has its own copy
 (``runtime/kernel/kernel.c``), the tests an independent one in plain loops
 (``tests/plain_cell.py``).
 """

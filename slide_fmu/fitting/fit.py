@@ -1,0 +1,202 @@
+"""From a recipe and its trajectories to a surrogate with its error estimator."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from slide_fmu.core.progress import Stages
+from slide_fmu.core.scaling import Affine, range_scaling
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.window import Window
+from slide_fmu.data.draws import probe
+from slide_fmu.data.store import Split, read_split, require_origin
+from slide_fmu.features.base import Offered
+from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of, machine_of
+from slide_fmu.fitting.estimator import fit_estimator
+from slide_fmu.fitting.family import FITS
+from slide_fmu.fitting.feature_choice import choose_features, require_odd
+from slide_fmu.fitting.feature_search import Trials, search_features
+from slide_fmu.fitting.history import History
+from slide_fmu.fitting.input_forecast import fit_forecast
+from slide_fmu.fitting.problem import Problem
+from slide_fmu.memory.modes import spectrum
+from slide_fmu.recipe.offers import offered_features
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import Linearizable, System
+
+STILL = 1e-9
+"""A standard deviation below this part of the range is rounding, not motion."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fit is a surrogate, and how its trainings went, by stage."""
+
+    surrogate: Surrogate
+    histories: dict[str, History]
+
+
+def fit_surrogate(
+    recipe: Recipe, system: System, store: Path, checkpoints: Path, progress: Stages
+) -> Fit:
+    """Train the surrogate of a recipe, then its error estimator.
+
+    The store has the recipe's trajectories; the folder ``checkpoints`` holds the states of
+    interrupted trainings.
+
+    Raises:
+        RecipeError: the recipe leaves something to be found.
+        StoreError: trajectories are missing, or were made from another recipe or model.
+        TrainingError: a training diverged.
+        UnstableModeError: a mode of the system linearized at rest grows.
+        RecipeError, UrdfError: the recipe's serial chain cannot be read, or is not the system's.
+        ValueError: signs shall be flipped of signals that are not symmetric, or a signal never
+            moves in the training data.
+    """
+    recipe.require_resolved()
+    require_origin(store, recipe, probe(recipe, system))
+    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    offered = offered_features(recipe, system, range_scaling(system.inputs))
+    surrogate, histories = _fit_network(
+        recipe, (system, offered), (store, checkpoints), device, progress
+    )
+    if recipe.estimator is None:
+        return Fit(surrogate, histories)
+    learnt, validation = (
+        read_split(store, name, recipe.count(name))
+        for name in ("estimator", "estimator_validation")
+    )
+    key = checkpoint_key(
+        surrogate.to_bytes().hex(),
+        machine_of(offered),
+        content_of(learnt),
+        content_of(validation),
+        recipe.estimator.model_dump(mode="json"),
+    )
+    place, splits = checkpoints / f"estimator-{key}.pt", (learnt, validation)
+    estimator, more = fit_estimator(
+        surrogate, offered, splits, recipe.estimator, place, device, progress
+    )
+    return Fit(dataclasses.replace(surrogate, estimator=estimator), {**histories, **more})
+
+
+def _fit_network(
+    recipe: Recipe,
+    machine: tuple[System, Offered],
+    places: tuple[Path, Path],
+    device: torch.device,
+    progress: Stages,
+) -> tuple[Surrogate, dict[str, History]]:
+    """Fit the surrogate without its error estimator; places are the store and the checkpoints."""
+    system, offered = machine
+    store, checkpoints = places
+    kinds = ("train", "validation", *(["beyond"] if recipe.data.beyond else []))
+    splits = [read_split(store, kind, recipe.count(kind)) for kind in kinds]
+    if any(training.flip_signs for training in recipe.trainings()):
+        require_symmetry((*system.inputs, *system.outputs))
+    require_motion(system.inputs, splits[0].inputs)
+    input_scaling = offered.scaling
+    output_scaling = standard_deviation_scaling(system.outputs, splits[0])
+    family = FITS[type(recipe.network)]
+    eigenvalues = eigenvalues_at_rest(system) if family.linearized else None
+    dtype = torch.float64 if family.linearized else getattr(torch, recipe.training.precision)
+    window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
+    key = checkpoint_key(
+        *(content_of(split) for split in splits),
+        str(eigenvalues),
+        machine_of(offered),
+        *(values.tolist() for s in (input_scaling, output_scaling) for values in vars(s).values()),
+        recipe.model_dump(mode="json", include={"window", "network", "training"}),
+    )
+    checkpoint = checkpoints / f"surrogate-{key}.pt"
+    values = [
+        (input_scaling.apply(split.inputs), output_scaling.apply(split.outputs))
+        for split in splits
+    ]
+    trials = Trials(offered, window, (splits[0], splits[1]), eigenvalues, checkpoints)
+    table, tried = search_features(recipe.network, recipe.training, trials, progress)
+    features = choose_features(table.feature_names(), offered, values[0][0])
+    if recipe.training.flip_signs:
+        require_odd(features)
+
+    def seen(inputs: FloatArray, outputs: FloatArray) -> tuple[torch.Tensor, torch.Tensor]:
+        parts = features.along(inputs), outputs
+        one, other = (torch.as_tensor(part, dtype=dtype).to(device) for part in parts)
+        return one, other
+
+    training, validation, *beyond = (seen(*pair) for pair in values)
+    more = beyond[0] if beyond else None
+    problem = Problem(window, features, training, validation, checkpoint, eigenvalues, more)
+    network, history = family.fit(problem, table, recipe.training, progress("surrogate"))
+    signals = system.inputs, system.outputs
+    surrogate = Surrogate(recipe.name, window, *signals, input_scaling, output_scaling, network)
+    at_step_end = recipe.window.inputs == "step_end"
+    forecast = fit_forecast(system.inputs, splits[0].inputs, at_step_end)
+    surrogate = dataclasses.replace(surrogate, forecast=forecast)
+    return surrogate, {**tried, "surrogate": history}
+
+
+def eigenvalues_at_rest(system: System) -> NDArray[np.complex128] | None:
+    """Return the eigenvalues in 1/s of the system linearized at rest under its start inputs.
+
+    There is one of each conjugate pair, and none of rigid-body modes; None of a system that does
+    not offer to be linearized.
+
+    Raises:
+        UnstableModeError: a mode grows.
+    """
+    if not isinstance(system, Linearizable):
+        return None
+    start = np.array([signal.start_value for signal in system.inputs])
+    found = spectrum(system.linearize(system.rest_state(start)))
+    return np.array([mode.eigenvalue for mode in found.modes], dtype=np.complex128)
+
+
+def require_symmetry(signals: tuple[Signal, ...]) -> None:
+    """Refuse to flip the signs of signals whose ranges do not lie evenly about 0.
+
+    Raises:
+        ValueError: a range is not symmetric; the message names the signal.
+    """
+    for signal in signals:
+        if signal.low != -signal.high:
+            raise ValueError(
+                f"flip_signs = true in a training, but the range of {signal.name!r} is "
+                f"{signal.low} .. {signal.high} {signal.unit}; flipping needs ranges about 0 and "
+                "a system that answers -u with -y: set flip_signs = false, or declare a "
+                "symmetric range"
+            )
+
+
+def require_motion(signals: tuple[Signal, ...], values: FloatArray) -> None:
+    """Refuse data (n_trajectories, samples, n_signals) in which a signal never moves.
+
+    Raises:
+        ValueError: nothing can be learnt about a signal, which the message names.
+    """
+    deviations = values.reshape(-1, len(signals)).std(axis=0)
+    for signal, value in zip(signals, deviations, strict=True):
+        if not value > STILL * (signal.high - signal.low):
+            raise ValueError(
+                f"{signal.name!r} is constant in the training data; expected it to move within "
+                f"{signal.low} .. {signal.high} {signal.unit}: check data.excitation and the "
+                "signal's range"
+            )
+
+
+def standard_deviation_scaling(signals: tuple[Signal, ...], split: Split) -> Affine:
+    """Scale by the middle of the signals' ranges and the standard deviation in the data.
+
+    Raises:
+        ValueError: an output never moves.
+    """
+    require_motion(signals, split.outputs)
+    deviation = split.outputs.reshape(-1, len(signals)).std(axis=0)
+    return Affine(range_scaling(signals).offset, deviation)

@@ -1,0 +1,96 @@
+"""A cell is rewritten so that it answers as before: other coordinates, more states, more units.
+
+Random starts of the units need this: the units see states of unit size, and a start answers as the
+linear model that it comes from.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import torch
+
+from slide_fmu.fitting.state_space.cell import CellShape
+from slide_fmu.network.state_space.cell import Cell
+
+PAD_POLE, PAD_GAIN = 0.6, 0.8
+"""States that are added have this pole and this gain: short memories that no output sees yet."""
+JITTER = 1e-10
+"""The states' variances are raised by this part before the states are made uncorrelated."""
+
+
+def rescale(shape: CellShape, cell: Cell, states: torch.Tensor, whiten: bool) -> Cell:
+    """Return the cell in coordinates in which its states have unit root mean square.
+
+    The outputs stay the same. States of a run, shape (..., n), tell the present size; ``whiten``
+    makes them uncorrelated too.
+
+    Raises:
+        ValueError: units see pairs of states in a turned frame; in other coordinates the states
+            would be no pairs.
+    """
+    if shape.turned and shape.n_units:
+        raise ValueError(
+            f"cell with {shape.n_units} units and {shape.turned} turned pairs; expected none of "
+            "the one or the other: rescale the states before units are added"
+        )
+    n = shape.n_states
+    flat = states.reshape(-1, n)
+    if whiten:
+        # the states may be nearly dependent: unit size first, and double precision
+        size = _rms(flat).double()
+        unit = flat.double() / size
+        covariance = unit.T @ unit / len(unit)
+        covariance.diagonal().add_(JITTER)
+        back = size[:, None] * torch.linalg.cholesky(covariance)
+        there, back = torch.linalg.inv(back).to(flat), back.to(flat)
+    else:
+        size = _rms(flat)
+        there, back = torch.diag(1 / size), torch.diag(size)
+    a, b, e = there @ cell.a @ back, there @ cell.b, there @ cell.e
+    # plain units see the states by W; LPV units by V, and the scheduling variables alone by W
+    seeing = "w" if cell.v is None else "v"
+    seen = cell.arrays()[seeing]
+    moved: dict[str, Any] = {seeing: torch.cat([seen[:, :n] @ back, seen[:, n:]], 1)}
+    return replace(cell, a=a, b=b, e=e, c=cell.c @ back, **moved)
+
+
+def _rms(states: torch.Tensor) -> torch.Tensor:
+    """Return the RMS of every state, shape (n,), of states (N, n).
+
+    A state that never moves gets a small value above 0, since one divides by it.
+    """
+    rms = states.square().mean(0).sqrt()
+    return rms.clamp_min(1e-9 * float(rms.max()) + 1e-30)
+
+
+def widen(cell: Cell, new: CellShape, generator: torch.Generator) -> torch.Tensor:
+    """Return parameters, (new.n_parameters,), of a larger cell that answers as a smaller one.
+
+    New states are short memories of the features that no output sees; new units have random
+    arguments and act on nothing. Roles and outputs of both cells are the same.
+    """
+    (n, q), units, wide = cell.b.shape, len(cell.w), new.n_states
+    a, b, e = (cell.a.new_zeros(wide, columns) for columns in (wide, q, new.n_units))
+    a[:n, :n], b[:n], e[:n, :units] = cell.a, cell.b, cell.e
+    for state in range(n, wide):
+        a[state, state] = PAD_POLE
+        b[state, (state - n) % q] = PAD_GAIN  # the features take turns
+    w = _random(new.shapes["w"], generator).to(a)
+    v = _random(new.shapes["v"], generator).to(a) if new.gated else None
+    seeing, source = w if v is None else v, cell.arrays()["w" if v is None else "v"]
+    seeing[:units], seeing[:units, :n] = 0, source[:, :n]
+    seeing[:units, wide:] = source[:, n:]
+    if new.gated:
+        w[:units] = cell.w
+    c = cell.c.new_zeros(len(cell.c), wide)
+    c[:, :n] = cell.c
+    return new.join(Cell(a, b, e, w, c, cell.d, cell.d0, new.units, v))
+
+
+def _random(shape: tuple[int, ...], generator: torch.Generator) -> torch.Tensor:
+    """Draw normal numbers, (units, arguments); a sum over the arguments has unit variance."""
+    values = torch.randn(*shape, generator=generator, dtype=torch.float64)
+    return values / math.sqrt(max(1, shape[1]))

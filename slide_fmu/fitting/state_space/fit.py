@@ -1,0 +1,172 @@
+"""A state-space network is fitted here: its size is chosen, its multi-start run, the best kept."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import torch
+
+from slide_fmu.core.progress import Progress
+from slide_fmu.fitting.feature_choice import roles_of
+from slide_fmu.fitting.history import History
+from slide_fmu.fitting.problem import Problem
+from slide_fmu.fitting.state_space.multi_start import (
+    LINEAR_ITERATIONS,
+    Candidate,
+    FitData,
+    MultiStart,
+)
+from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
+from slide_fmu.fitting.state_space.segments import Segments, cut_segments
+from slide_fmu.fitting.state_space.sizes import POOR, Chosen, choose_sizes, still_learnable
+from slide_fmu.fitting.training import TrainingError
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+
+SEGMENT = 256
+"""A segment has about so many scored samples, if the window does not truncate more."""
+FEWEST = 8
+"""The starts have at least this many segments, where there are as many."""
+ENOUGH = 12_288
+"""Sizes are judged on at least this many samples, where there are as many: fewer would judge a
+linear model, fitted to all data, better than the many parameters of units."""
+
+
+def fit_state_space(
+    problem: Problem,
+    network: StateSpaceRecipe,
+    training: LeastSquaresRecipe,
+    progress: Progress,
+) -> tuple[StateSpace, History]:
+    """Fit a state-space network; return it with the history of its last run, in scaled units.
+
+    The progress is called after every iteration of every run.
+
+    Raises:
+        TrainingError: no start gives a finite error.
+        ValueError: trajectories are too short for the window, the order is too high for it, or a
+            weight is not finite.
+    """
+    data = prepare(problem, network, training)
+    multi_start = MultiStart(problem, network, training, data, progress)
+    multi_start.plan(2 * LINEAR_ITERATIONS + _iterations(training, training.iterations))
+    chosen = choose_sizes(multi_start)
+    winner = compete(multi_start, chosen)
+    if not math.isfinite(winner.error):
+        raise TrainingError(
+            "training diverged: no start of the state-space network has a finite validation "
+            "error; give more starts (training.starts) or a lower network.order"
+        )
+    history = _history(winner, data)
+    remark = _remark(winner.error, still_learnable(multi_start, winner))
+    return freeze(winner, problem), replace(history, sizes=chosen.tried, remark=remark)
+
+
+def _remark(error: float, learnable: float) -> str | None:
+    """Tell of a poor result: one whose errors the inputs could still explain in good part."""
+    if learnable < POOR:
+        return None
+    return (
+        f"the network misses {100 * error:.2g} % of the outputs (RMS over standard deviation, in "
+        f"validation), and {100 * learnable:.2g} % could still be learnt from the inputs: give "
+        "more trajectories (data.train), more units (network.hidden) or states (network.order), "
+        "or more starts (training.starts)"
+    )
+
+
+def _history(winner: Candidate, data: FitData) -> History:
+    """Return the course of the winner's last run; its start is step 0 where no step was better."""
+    rows = winner.state.history
+    if not rows or min(row[2] for row in rows) > winner.error:
+        cost = sum_of_squares(winner.shape, winner.state.best, data.whole)
+        error = math.sqrt(cost / data.whole.counted)
+        rows = ((0, error, winner.error), *rows)
+    steps, training_errors, validation_errors = zip(*rows, strict=True)
+    return History(steps, training_errors, validation_errors)
+
+
+def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresRecipe) -> FitData:
+    """Cut trajectories into segments, for the starts and for the whole fit.
+
+    Raises:
+        ValueError: trajectories are not longer than the truncated part of the window.
+    """
+    dtype = getattr(torch, training.precision)
+
+    def segments(record: tuple[torch.Tensor, torch.Tensor]) -> Segments:
+        burn_in = problem.window.n_truncated
+        length = training.segment or max(SEGMENT, burn_in)
+        cut = cut_segments(record[0].to(dtype), record[1].to(dtype), burn_in, length)
+        return cut.evened_out() if training.even_out else cut
+
+    features = problem.training[0].to(dtype)
+    whole = segments(problem.training)
+    pieces = whole.count // len(features)
+    if problem.beyond is not None:
+        whole = whole.and_others(segments(problem.beyond), training.beyond_weight)
+    if training.flip_signs:
+        whole = whole.and_others(whole.mirrored(), 1.0)
+    searched = "auto" in (network.order, network.hidden)
+    fewest = max(FEWEST, math.ceil(ENOUGH / len(whole.targets))) if searched else FEWEST
+    part = whole.every(_stride(training.part, pieces, whole.count, fewest))
+    roles = roles_of(network, problem.features)
+    return FitData(whole, part, segments(problem.validation), features, roles)
+
+
+def _stride(part: int, pieces: int, count: int, fewest: int = FEWEST) -> int:
+    """Choose the stride by which the segments of the starts are taken, out of ``count``.
+
+    It is the least from ``part`` on, or the greatest below it, that has no divisor in common with
+    the number of pieces of a trajectory: else only early pieces, say, would be taken.
+    """
+    most = max(1, count // fewest)
+    wished = [*range(part, most + 1), *range(min(part, most), 0, -1)]
+    fitting: list[int] = [stride for stride in wished if math.gcd(stride, pieces) == 1]
+    return fitting[0]
+
+
+def compete(multi_start: MultiStart, chosen: Chosen) -> Candidate:
+    """Run the multi-start of a size, in which the search's own network takes part.
+
+    The winner, refined on all data, is returned.
+    """
+    training, order, units = multi_start.training, chosen.order, chosen.units
+    linear = multi_start.linear(order)
+    if units == 0:
+        return multi_start.refine(linear)
+    dense = multi_start.dense_units(order, units)
+    last = training.iterations if dense == units else training.stretches
+    multi_start.plan(_iterations(training, last))
+    starts = [multi_start.start(linear, dense, number) for number in range(training.starts)]
+    judged = [] if chosen.judged is None else [chosen.judged]
+    winner = multi_start.go_on([*starts, *judged])[0]
+    return multi_start.refine(winner) if dense == units else multi_start.widened(winner, units)
+
+
+def _iterations(training: LeastSquaresRecipe, last: int) -> int:
+    """Return the greatest number of iterations of a multi-start after its linear models.
+
+    The last ones, of the winner alone, are given.
+    """
+    first = training.starts * training.start_iterations
+    return first + training.kept * training.kept_iterations + last
+
+
+def freeze(winner: Candidate, problem: Problem) -> StateSpace:
+    """Return the fitted network as data, in float32.
+
+    Raises:
+        ValueError: a weight is not finite.
+    """
+    shape, window = winner.shape, problem.window
+    cell = shape.split(winner.state.best)
+    if not shape.bias:
+        cell = replace(cell, w=torch.cat([cell.w, cell.w.new_zeros(shape.n_units, 1)], 1))
+    arrays: dict[str, Any] = {
+        n: np.array(part.cpu().numpy(), np.float32) for n, part in cell.arrays().items()
+    }
+    cell = replace(cell, **arrays)
+    return StateSpace(cell, window.n_in, window.n_out, problem.features, shape.roles, shape.turned)

@@ -1,0 +1,106 @@
+"""A ledger stores a fit that consists of several runs, so that it resumes where it broke off."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, TypeVar
+
+import torch
+
+from slide_fmu.core.progress import Progress
+from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
+from slide_fmu.fitting.state_space.preconditioned_descent import Descent
+from slide_fmu.fitting.training import reading, write_checkpoint
+
+State = TypeVar("State", Iterate, Descent)
+
+STORE_EVERY = 2.0
+"""The file is written at most once in this many seconds, and at the end of every run."""
+
+
+class Ledger:
+    """A ledger holds named runs and where each stands, in one file. Final.
+
+    A run is a sequence of states, each computed from the one before alone. So a fit that goes on
+    from the file ends with the same weights as an unbroken one.
+
+    The file is read if it exists, its tensors to the device, and written after iterations. The
+    progress is called after each iteration with the iterations done and planned of all runs.
+
+    Attributes:
+        planned: iterations of all runs, as far as they are known; those done count at least.
+
+    Raises:
+        TrainingError: the file cannot be read.
+    """
+
+    def __init__(self, path: Path, device: torch.device, progress: Progress) -> None:
+        self._path, self._progress = path, progress
+        self.planned, self._best = 0, math.inf
+        self._runs: dict[str, dict[str, Any]] = {}
+        self._written = time.monotonic()
+        if path.exists():
+            with reading(path):
+                self._runs = _checked(torch.load(path, map_location=device, weights_only=True))
+
+    @property
+    def iterations(self) -> int:
+        """All runs together have done this many iterations."""
+        return sum(run["iterations"] for run in self._runs.values())
+
+    def show(self, error: float = math.inf) -> None:
+        """Let the progress be seen, with the smallest validation error so far."""
+        self._best, done = min(self._best, error), self.iterations
+        self._progress(done, max(done, self.planned), self._best)
+
+    def run(
+        self,
+        name: str,
+        start: State,
+        advance: Callable[[State], State],
+        iterations: int,
+    ) -> State:
+        """Do a run, or what is left of it, or nothing if it has been done; return its last state.
+
+        The name is unique in this fit. States are dataclasses of plain values and tensors, on
+        which alone an iteration depends. ``iterations`` is their greatest number.
+
+        Raises:
+            TrainingError: the file holds a run of this name that another version has written.
+        """
+        stored = self._runs.get(name, {"iterations": 0, "state": None})
+        done, state = stored["iterations"], start
+        if stored["state"] is not None:
+            with reading(self._path):  # another version may have written it
+                state = type(start)(**stored["state"])
+        while done < iterations and not state.finished:
+            state = advance(state)
+            done += 1
+            values = {field.name: getattr(state, field.name) for field in fields(state)}
+            self._runs[name] = {"iterations": done, "state": values}
+            if time.monotonic() - self._written > STORE_EVERY:
+                self._write()
+            self.show(state.best_error)
+        self._write()
+        self._best = min(self._best, state.best_error)  # also of a run that had been done before
+        return state
+
+    def _write(self) -> None:
+        write_checkpoint(self._path, self._runs)
+        self._written = time.monotonic()
+
+
+def _checked(runs: Any) -> dict[str, dict[str, Any]]:
+    """Check that a file held runs, and return them.
+
+    Raises:
+        ValueError: the file holds something else.
+    """
+    found = runs.values() if isinstance(runs, dict) else [None]
+    if not all(isinstance(run, dict) and run.keys() == {"iterations", "state"} for run in found):
+        raise ValueError("it holds no runs of a state-space fit")
+    return dict(runs)

@@ -1,0 +1,325 @@
+"""The runs of a state-space fit are a multi-start with successive halving.
+
+Linear models come first; random starts of the units follow; the best of these candidates go on,
+fewer in every round, and the last one is refined on all data. (Successive halving: Jamieson and
+Talwalkar, 2016, with rounds of the recipe's own sizes.)
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from slide_fmu.core.progress import Progress
+from slide_fmu.fitting.problem import Problem
+from slide_fmu.fitting.state_space import levenberg_marquardt, preconditioned_descent
+from slide_fmu.fitting.state_space.cell import CellShape, simulate
+from slide_fmu.fitting.state_space.coordinates import rescale, widen
+from slide_fmu.fitting.state_space.ledger import Ledger
+from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate, LeastSquares
+from slide_fmu.fitting.state_space.linear_start import (
+    LinearModel,
+    excited_eigenvalues,
+    from_eigenvalues,
+    from_turned_pairs,
+    impulse_responses,
+    lowest_eigenvalues,
+    realize,
+    states_of,
+    states_shown,
+)
+from slide_fmu.fitting.state_space.normal_equations import (
+    NormalEquations,
+    normal_equations,
+    sum_of_squares,
+)
+from slide_fmu.fitting.state_space.pole_penalty import PolePenalty, pole_radii
+from slide_fmu.fitting.state_space.preconditioned_descent import Descent
+from slide_fmu.fitting.state_space.segments import Segments
+from slide_fmu.network.state_space.cell import Roles
+from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.systems import require_turned_pairs
+
+LINEAR_ITERATIONS = 15
+"""A linear model is fitted in at most this many iterations."""
+MOST_RESIDUALS = 1_000_000
+"""Linear models are fitted to all data up to this many residuals, else to the starts' data."""
+SHORTEST_RESPONSE, LONGEST_RESPONSE = 40, 200
+"""A linear model is realized from impulse responses of this many samples at least and at most;
+between these limits they are as long as the truncated part of the window."""
+START_STRIDE = 1009
+"""A seed has this many random starts of its own, so that two seeds share none."""
+
+
+@dataclass(frozen=True, eq=False)
+class FitData:
+    """Fit data are what all runs of a fit work on.
+
+    Attributes:
+        whole: segments of all trajectories.
+        part: some of these segments, for the starts.
+        validation: segments by which parameters are chosen.
+        features: scaled features of whole trajectories, shape (n_trajectories, N, n_features).
+        roles: which features are state inputs, feedthrough, scheduling variables and so on.
+    """
+
+    whole: Segments
+    part: Segments
+    validation: Segments
+    features: torch.Tensor
+    roles: Roles
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A candidate is a network in the multi-start, and where its run stands.
+
+    Attributes:
+        shape: shape of its cell.
+        state: the last state of its run, with its best parameters.
+    """
+
+    shape: CellShape
+    state: Iterate | Descent
+
+    @property
+    def error(self) -> float:
+        """The candidate's best validation error is an RMS in scaled units."""
+        return self.state.best_error
+
+
+class MultiStart:
+    """A multi-start does all runs of one fit, each named and stored in the ledger. Final.
+
+    The progress is called after every iteration.
+
+    Raises:
+        TrainingError: the checkpoint cannot be read.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        network: StateSpaceRecipe,
+        training: LeastSquaresRecipe,
+        data: FitData,
+        progress: Progress,
+    ) -> None:
+        self.problem, self.network, self.training, self.data = problem, network, training, data
+        self._ledger = Ledger(problem.checkpoint, data.features.device, progress)
+
+    def plan(self, iterations: int) -> None:
+        """Announce how many iterations are still to come, so that the progress has a total."""
+        self._ledger.planned = self._ledger.iterations + iterations
+        self._ledger.show()
+
+    def shape(self, order: int, units: int) -> CellShape:
+        """Return the shape of a cell; one with units has states to spare (the padding).
+
+        Raises:
+            ValueError: more pairs of states are turned than there are.
+        """
+        pairs = self.network.turned_pairs
+        n_outputs = self.data.whole.targets.shape[2]
+        if pairs:
+            require_turned_pairs(pairs, order, len(self.data.roles.drive), n_outputs)
+        return CellShape(
+            order + (self.network.padding if units else 0),
+            units,
+            n_outputs,
+            self.data.roles,
+            self.network.units,
+            self.network.bias,
+            pairs,
+        )
+
+    def dense_units(self, order: int, units: int) -> int:
+        """Return the number of units for which normal equations are solved: all, up to the limit.
+
+        Beyond it, it is that of half the limit: the fit is widened from there by gradient steps.
+        """
+        limit = self.training.dense_limit
+        if self.shape(order, units).n_parameters <= limit:
+            return units
+        while units > 1 and self.shape(order, units).n_parameters > limit // 2:
+            units -= 1
+        return units
+
+    def first_order(self) -> int:
+        """Guess the number of states: from the excited eigenvalues, else the impulse responses."""
+        excited = self._excited()
+        if excited is not None:
+            return states_of(excited)
+        return min(states_shown(self._impulse_responses), self.highest_order())
+
+    def highest_order(self) -> int:
+        """Return the number of states that impulse responses of this length can show."""
+        taps, p, q = self._impulse_responses.shape
+        return taps // 2 * min(p, q)
+
+    def linear(self, order: int) -> Candidate:
+        """Fit linear models of an order from all linear starts, and return the best.
+
+        They are fitted to all data, or to those of the starts where there are very many.
+
+        Raises:
+            ValueError: the order is too high for the window, or its turned pairs do not fit.
+        """
+        shape, data = self.shape(order, 0), self.data
+        many = data.whole.targets.numel() > MOST_RESIDUALS
+        found = []
+        for source, model in self._linear_starts(shape).items():
+            theta = shape.linear(*model).to(data.features)
+            name = f"linear, {order} states, from {source}"
+            segments = data.part if many else data.whole
+            found.append(self._descend(name, shape, theta, segments, LINEAR_ITERATIONS))
+        return min(found, key=lambda candidate: candidate.error)
+
+    def _linear_starts(self, shape: CellShape) -> dict[str, LinearModel]:
+        """Return the linear models to start from, by the name of what they come from."""
+        order, step, n_drive = shape.n_states, self.problem.window.step, len(shape.roles.drive)
+        generator = torch.Generator().manual_seed(self.training.seed)
+        unknown = np.zeros(0, np.complex128)
+        known = unknown if self.problem.eigenvalues is None else self.problem.eigenvalues
+        if shape.turned:
+            sizes = (order, shape.turned, n_drive, shape.n_outputs)
+            return {"turned pairs": from_turned_pairs(known, step, sizes, generator)}
+        starts, lowest = {}, lowest_eigenvalues(known, order)
+        if lowest is not None:
+            sizes_of = (n_drive, shape.n_outputs)
+            starts["eigenvalues"] = from_eigenvalues(lowest, step, sizes_of, generator)
+        if order <= self.highest_order() or not starts:
+            starts["impulse responses"] = realize(self._impulse_responses, order)
+        return starts
+
+    def start(self, linear: Candidate, units: int, number: int) -> Candidate:
+        """Run a random start from a linear model; every second one in whitened coordinates.
+
+        The number of the start, from 0, fixes the random numbers together with the seed.
+        """
+        old, order = linear.shape, linear.shape.n_states
+        shape = self.shape(order, units)
+        features = self.data.part.features
+        _, states = simulate(old, linear.state.best, features)
+        m = old.split(linear.state.best)
+        if not shape.turned:  # pairs that turn keep their coordinates
+            m = rescale(old, m, states, whiten=number % 2 == 1)
+        seed = (self.training.seed * START_STRIDE + number) % 2**32
+        theta = widen(m, shape, torch.Generator().manual_seed(seed))
+        name = f"start {number}, {order} states, {units} units"
+        return self._descend(name, shape, theta, self.data.part, self.training.start_iterations)
+
+    def go_on(self, candidates: list[Candidate]) -> list[Candidate]:
+        """Run the best candidates some iterations more on the same data; return the best first."""
+        ranked = sorted(candidates, key=lambda candidate: candidate.error)
+        kept = []
+        for place, candidate in enumerate(ranked[: self.training.kept]):
+            name = (
+                f"kept {place}, {candidate.shape.n_states} states, {candidate.shape.n_units} units"
+            )
+            iterations = self.training.kept_iterations
+            theta, part = candidate.state.best, self.data.part
+            kept.append(self._descend(name, candidate.shape, theta, part, iterations))
+        return sorted(kept, key=lambda candidate: candidate.error)
+
+    def judged(self, candidate: Candidate) -> Candidate:
+        """Run the best start of a size as long as those that are kept, on the same data."""
+        shape, iterations = candidate.shape, self.training.kept_iterations
+        name = f"judged, {shape.n_states} states, {shape.n_units} units"
+        return self._descend(name, shape, candidate.state.best, self.data.part, iterations)
+
+    def with_more_data(self, candidate: Candidate, iterations: int) -> Candidate:
+        """Run a network on all data of this fit, perhaps one that was learnt from fewer."""
+        name = f"{len(self.data.features)} trajectories"
+        theta = candidate.state.best
+        return self._descend(name, candidate.shape, theta, self.data.whole, iterations)
+
+    def refine(self, candidate: Candidate) -> Candidate:
+        """Run the winner on all data."""
+        theta, iterations = candidate.state.best, self.training.iterations
+        return self._descend("refined", candidate.shape, theta, self.data.whole, iterations)
+
+    def widened(self, candidate: Candidate, units: int) -> Candidate:
+        """Run a network of more units than normal equations can be solved for, from a smaller one.
+
+        At first it answers as the smaller network does.
+        """
+        old, training = candidate.shape, self.training
+        shape = self.shape(old.n_states - self.network.padding, units)
+        generator = torch.Generator().manual_seed(training.seed)
+        theta = widen(old.split(candidate.state.best), shape, generator)
+        validation = self._least_squares(shape, self.data.validation).validation
+        radius = self._penalty(1).radius
+
+        def stretch(state: Descent) -> Descent:
+            return preconditioned_descent.advance_stretch(
+                state, shape, self.data.whole, validation, radius, training.seed
+            )
+
+        begin = Descent.begin(theta, validation(theta))
+        done = self._ledger.run(f"widened to {units}", begin, stretch, training.stretches)
+        self._ledger.show()
+        return Candidate(shape, done)
+
+    def _descend(
+        self, name: str, shape: CellShape, theta: torch.Tensor, segments: Segments, iterations: int
+    ) -> Candidate:
+        """Do a run of Levenberg-Marquardt from the parameters theta, shape (P,)."""
+        least_squares = self._least_squares(shape, segments)
+
+        step = partial(levenberg_marquardt.advance, problem=least_squares)
+        begin = Iterate.begin(theta, least_squares)
+        done = self._ledger.run(name, begin, step, iterations)
+        self._ledger.show()
+        return Candidate(shape, done)
+
+    def _penalty(self, residuals: int) -> PolePenalty:
+        excited, step = self._excited(), self.problem.window.step
+        # poles of the system itself: a mode v has the pole exp(v h)
+        slowest = 0.0 if excited is None else float(np.exp(excited.real * step).max())
+        return PolePenalty.of(self.problem.window, slowest, residuals)
+
+    def _least_squares(self, shape: CellShape, segments: Segments) -> LeastSquares:
+        """Return the problem on segments with the penalty on poles.
+
+        The validation error of an unstable A is infinite, so that it is never chosen.
+        """
+        validation, penalty = self.data.validation, self._penalty(segments.targets.numel())
+
+        def normal(theta: torch.Tensor) -> NormalEquations:
+            return penalty.join(normal_equations(shape, theta, segments), shape, theta)
+
+        def cost(theta: torch.Tensor) -> float:
+            squares = sum_of_squares(shape, theta, segments)
+            return squares + penalty.cost(shape, theta) if math.isfinite(squares) else squares
+
+        def error(theta: torch.Tensor) -> float:
+            squares = sum_of_squares(shape, theta, validation)
+            fine = math.isfinite(squares) and float(pole_radii(shape, theta).max()) < 1
+            return math.sqrt(squares / validation.counted) if fine else math.inf
+
+        return LeastSquares(normal, cost, segments.counted, error)
+
+    def _excited(self) -> NDArray[np.complex128] | None:
+        if self.problem.eigenvalues is None or len(self.problem.eigenvalues) == 0:
+            return None
+        drive = self.data.features[:, :, list(self.data.roles.drive)]
+        return excited_eigenvalues(self.problem.eigenvalues, drive, self.problem.window.step)
+
+    @cached_property
+    def _impulse_responses(self) -> torch.Tensor:
+        """The impulse responses to the state input have the shape (taps, p, q)."""
+        longest = min(LONGEST_RESPONSE, self.data.features.shape[1] // 2)
+        wanted = max(self.problem.window.memory_length, SHORTEST_RESPONSE)
+        taps = max(2, min(wanted, longest))
+        targets = self.problem.training[1].to(self.data.features)
+        roles, features = self.data.roles, self.data.features
+        # what drives the states has a response of its own: only the rest is feedthrough
+        others = [index for index in roles.static if index not in roles.drive]
+        drive, static = features[:, :, list(roles.drive)], features[:, :, others]
+        return impulse_responses(drive, static, targets, taps)

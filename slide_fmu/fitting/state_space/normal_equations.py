@@ -1,0 +1,231 @@
+"""A cell's sum of squares, gradient and Gauss-Newton matrix come from forward sensitivities.
+
+S[k] = dx[k]/dtheta follows S[k+1] = (A + E act' W_x) S[k] + df/dtheta along the segments (LPV
+units: A + T E diag(gates) V_x T'). The states, the units and their slopes are those of
+``slide_fmu.network.state_space.equations``. J'J and J'r are accumulated over blocks of samples, so
+that J itself is never stored. Where residuals outnumber the parameters by far, J'J is taken from
+every second, fourth or eighth sample and scaled: neighbours say nearly the same, and the gradient,
+which decides where a fit ends, has all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+
+from slide_fmu.fitting.state_space.cell import CellShape, simulate
+from slide_fmu.fitting.state_space.segments import Segments
+from slide_fmu.network.state_space.equations import ByRole, Equations, Units, outputs, turned
+
+SENSITIVITIES = {"cpu": 150_000, "cuda": 100_000_000}
+"""Numbers in the sensitivities of one chunk of segments, by device: about what a core's cache
+holds, or what keeps a GPU busy."""
+BLOCK = 16
+"""Samples whose rows of J are multiplied at once."""
+ROWS_PER_PARAMETER = 50
+"""Residuals for each parameter that J'J is made of, at least, where there are as many."""
+THINNEST = 8
+"""Samples of which at least one goes into J'J; divides ``BLOCK``."""
+
+
+@dataclass(eq=False)
+class NormalEquations:
+    """Normal equations are a sum of squares, J'J (P, P) and J'r (P,) over scored samples."""
+
+    cost: float
+    matrix: torch.Tensor
+    gradient: torch.Tensor
+
+    def add(self, rows: torch.Tensor, residuals: torch.Tensor, thin: int) -> None:
+        """Add rows of J (samples, B, p, P), each ``thin``-th to J'J, and residuals."""
+        flat, residual = rows.reshape(-1, rows.shape[-1]), residuals.reshape(-1)
+        some = rows[::thin]
+        share = len(rows) / len(some)
+        some = some.reshape(-1, rows.shape[-1])
+        self.matrix.addmm_(some.T, some, alpha=share)
+        self.gradient.addmv_(flat.T, residual)
+        self.cost += float(residual @ residual)
+
+
+def sum_of_squares(shape: CellShape, theta: torch.Tensor, segments: Segments) -> float:
+    """Return the sum of squares over all scored samples; not finite if the cell diverges."""
+    with torch.no_grad():
+        found, _ = simulate(shape, theta, segments.features)
+        residuals = (found[segments.burn_in :] - segments.targets).square().sum((0, 2))
+        return float(residuals @ segments.weights.square())
+
+
+def normal_equations(shape: CellShape, theta: torch.Tensor, segments: Segments) -> NormalEquations:
+    """Accumulate the normal equations of a least-squares step at theta, shape (n_parameters,)."""
+    count, thin = shape.n_parameters, thinning(shape, segments)
+    total = NormalEquations(0.0, theta.new_zeros(count, count), theta.new_zeros(count))
+    numbers = SENSITIVITIES[theta.device.type]
+    size = max(8, numbers // (shape.n_states * shape.n_dynamic))
+    with torch.no_grad():
+        for chunk in segments.chunks(size):
+            _run(shape, theta, chunk, total, thin)
+    return total
+
+
+def thinning(shape: CellShape, segments: Segments) -> int:
+    """Return t for which every t-th sample goes into J'J: enough rows for the parameters."""
+    thin, enough = 1, 2 * ROWS_PER_PARAMETER * shape.n_parameters
+    while thin < THINNEST and segments.targets.numel() >= enough * thin:
+        thin *= 2
+    return thin
+
+
+class _Rows:
+    """Rows of J are filled for a block of samples, with views on each output's own parameters."""
+
+    def __init__(self, shape: CellShape, theta: torch.Tensor, batch: int) -> None:
+        p, factors = shape.n_outputs, shape.n_factors
+        self.rows = theta.new_zeros(BLOCK, batch, p, shape.n_parameters)
+        self.residuals = theta.new_zeros(BLOCK, batch, p)
+        self.dynamic = self.rows[..., : shape.n_dynamic]
+        # rows of output i belong to block i of C, D and d only
+        sizes, first = shape.sizes[3:], shape.n_dynamic
+        self.own = []
+        for size in sizes:
+            part = self.rows[..., first : first + size]
+            own = part.view(BLOCK, batch, p, p, size // p).diagonal(dim1=2, dim2=3)
+            shape_of_own = (BLOCK, batch, factors, size // (p * factors), p)
+            self.own.append(own.view(shape_of_own) if size else None)
+            first += size
+        self.filled = 0
+
+    def fill_own(self, parts: tuple[torch.Tensor, ...], factors: torch.Tensor) -> None:
+        """Fill the next row of C, D and d: the products of all factors with x, w and 1.
+
+        The parts x, w and 1 have the shape (B, ...) each; the factors [1, r], weighted, are (B,
+        R).
+        """
+        for own, part in zip(self.own, parts, strict=True):
+            if own is not None:
+                own[self.filled] = (factors[:, :, None] * part[:, None, :])[..., None]
+
+    def take(self) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return the filled rows and residuals; the block is empty again."""
+        count, self.filled = self.filled, 0
+        return self.rows[:count], self.residuals[:count]
+
+
+class _Sensitivities:
+    """Sensitivities are S = dx/dtheta of a chunk, (B, n, n_dynamic), and their recursion."""
+
+    def __init__(self, shape: CellShape, equations: Equations) -> None:
+        cell, inputs = equations.cell, equations.inputs
+        self._shape, self._equations, self._inputs = shape, equations, inputs
+        self._a, self._e = cell.a.contiguous(), cell.e.contiguous()
+        # what the columns of W see apart from the states: [f, 1], in LPV units [s, 1]
+        seen = inputs.schedule if shape.gated else inputs.drive
+        one = seen.new_ones(*seen.shape[:2], 1)
+        self._arguments = torch.cat([seen, one], 2) if shape.bias else seen
+        batch = inputs.drive.shape[1]
+        self.state = cell.a.new_zeros(batch, shape.n_states)
+        self.values = cell.a.new_zeros(batch, shape.n_states, shape.n_dynamic)
+        self._next = torch.empty_like(self.values)
+        if shape.turned:
+            self._blocks = self._turns()
+
+    def _turns(self) -> torch.Tensor:
+        """Return the matrices that turn a pair of states, shape (N, B, 2, 2)."""
+        turn = self._inputs.turn
+        frames = torch.eye(2, dtype=turn.dtype, device=turn.device).expand(*turn.shape, 2)
+        matrices: torch.Tensor = turned(frames, turn[:, :, None], 1, torch).mT
+        return matrices
+
+    def advance(self, k: int) -> None:
+        """Take in sample k."""
+        units = self._equations.units_with_slopes(k, self.state)
+        slopes, terms = (self._gated if self._shape.gated else self._plain)(k, units)
+        torch.bmm(self._a + slopes, self.values, out=self._next)
+        self.values, self._next = self._next, self.values
+        linear = torch.cat([self.state, self._inputs.drive[k]], 1)
+        self._add_direct(k, linear, units.values)
+        first = self._shape.sizes[0]
+        for gain, arguments in terms:
+            size = gain.shape[2] * arguments.shape[1]
+            part = self.values[..., first : first + size]
+            part.view(*gain.shape, arguments.shape[1]).add_(
+                gain[..., None] * arguments[:, None, None, :]
+            )
+            first += size
+        self.state = self._equations.after(k, self.state, units.values)
+
+    def _add_direct(self, k: int, linear: torch.Tensor, units: torch.Tensor) -> None:
+        """Add how the next state depends on F directly: on A and B as they are, on E through T."""
+        shape, (batch, n) = self._shape, self.values.shape[:2]
+        of_f = self.values[..., : shape.sizes[0]].view(batch, n, n, shape.n_next)
+        before, pairs = linear.shape[1], shape.turned
+        of_f[..., :before].diagonal(dim1=1, dim2=2).add_(linear[..., None])
+        rest = of_f[:, 2 * pairs :, 2 * pairs :, before:]
+        rest.diagonal(dim1=1, dim2=2).add_(units[..., None])
+        if pairs:
+            of_e = of_f[:, : 2 * pairs, : 2 * pairs, before:]
+            of_pairs = of_e.unflatten(2, (pairs, 2)).unflatten(1, (pairs, 2))
+            own = of_pairs.diagonal(dim1=1, dim2=3)  # (B, 2, 2, H, pairs)
+            own.add_((self._blocks[k][..., None] * units[:, None, None, :])[..., None])
+
+    def _plain(self, k: int, units: Units) -> _Step:
+        """Return the step of units that see states and state input."""
+        arguments = torch.cat([self.state, self._arguments[k]], 1)
+        gain = self._e * units.slope[:, None, :]
+        return gain @ self._equations.w_x, [(gain, arguments)]
+
+    def _gated(self, k: int, units: Units) -> _Step:
+        """Return the step of LPV units, seen and acting in the turned frame."""
+        v_x, turn, pairs = self._equations.v_x, self._inputs.turn[k], self._shape.turned
+        assert v_x is not None
+        assert units.gates is not None
+        assert units.seen is not None
+        count, turn = len(turn), turn[:, None]
+        acting = turned(self._e.T.expand(count, -1, -1), turn, pairs, torch).mT.contiguous()
+        gain = acting * units.gates[:, None, :]
+        # V T': the transpose of T acting on the rows of V
+        seeing = turned(v_x.expand(count, -1, -1), turn, pairs, torch)
+        offered = torch.cat([units.seen, self._inputs.gated[k]], 1)
+        terms = [(acting * units.slope[:, None, :], self._arguments[k]), (gain, offered)]
+        return torch.bmm(gain, seeing), terms
+
+
+_Step = tuple[torch.Tensor, list[tuple[torch.Tensor, torch.Tensor]]]
+"""Of one sample: what the units add to dx'/dx (B, n, n); and for W, and V, the gains (B, n, H) and
+the arguments (B, ...) whose products are dx'/dW and dx'/dV."""
+
+
+def _run(
+    shape: CellShape, theta: torch.Tensor, chunk: Segments, total: NormalEquations, thin: int
+) -> None:
+    """Run a chunk of segments with its sensitivities, and add its rows to the total."""
+    cell, burn_in, samples = shape.split(theta), chunk.burn_in, len(chunk.features)
+    inputs = ByRole.of(shape.roles, chunk.features)
+    equations = Equations(cell, inputs, shape.turned, torch)
+    rows, weights = _Rows(shape, theta, chunk.count), chunk.weights[:, None]
+    sensitivities = _Sensitivities(shape, equations)
+    states, one = [], theta.new_ones(chunk.count, 1)
+    for k in range(samples):
+        sensitivities.advance(k)
+        if k < burn_in:
+            continue
+        factors = weights * torch.cat([one, inputs.readout[k]], 1)
+        rows.dynamic[rows.filled] = _to_outputs(cell.c, factors) @ sensitivities.values
+        rows.fill_own((sensitivities.state, inputs.static[k], one), factors)
+        states.append(sensitivities.state)
+        rows.filled += 1
+        if rows.filled == BLOCK or k + 1 == samples:
+            block = slice(k + 1 - rows.filled, k + 1)
+            found = outputs(cell, torch.stack(states), inputs.stretch(block))
+            targets = chunk.targets[block.start - burn_in : block.stop - burn_in]
+            rows.residuals[: rows.filled] = weights * (found - targets)
+            total.add(*rows.take(), thin)
+            states = []
+
+
+def _to_outputs(c: torch.Tensor, factors: torch.Tensor) -> torch.Tensor:
+    """Return dy/dx times the weights, shape (B, p, n)."""
+    count = factors.shape[1]
+    if count == 1:
+        return factors[:, :, None] * c
+    return torch.einsum("br,prn->bpn", factors, c.view(-1, count, c.shape[1]))

@@ -1,0 +1,118 @@
+"""Is there more to learn? What a cell leaves over is predicted from what it has seen.
+
+The residual is regressed on random units of the cell's states and features, as they are and as
+they pass through the cell's own poles: what units would add to the outputs at first order. It is
+scored on segments that were left out (cross-validation), so that noise, and what lies before the
+window, do not count.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import torch
+
+from slide_fmu.fitting.state_space.cell import CellShape, simulate
+from slide_fmu.fitting.state_space.segments import Segments
+
+UNITS = 32
+"""The regression has this many random units."""
+STEEPNESS = (0.3, 10.0)
+"""Their arguments are random with deviations between these: friction needs steep units."""
+POLES = 6
+"""The units pass through at most this many poles, of those that decay most slowly."""
+SEGMENTS = 64
+"""At most this many segments of each kind of data are taken."""
+FOLDS = 3
+"""Every so manyth segment is left out in turn: other stretches of the same trajectories stay."""
+RIDGES = (1e-3, 1e-2, 1e-1)
+"""The regression is regularised by these parts of the regressors' mean square; the best counts."""
+
+
+def learnable_share(shape: CellShape, theta: torch.Tensor, data: Sequence[Segments]) -> float:
+    """Return the share of the squared error of a cell that can be predicted, from 0 to 1.
+
+    The parameters theta have the shape (P,). All data are regressed on and scored together.
+    """
+    units = _Units(shape, theta, data[0])
+    known, residuals, folds = (
+        torch.cat(parts) for parts in zip(*map(units.of, data), strict=True)
+    )
+    size = known.square().mean(0).sqrt()
+    known = known / size.clamp_min(1e-12 * float(size.max()))  # what never moves has no size
+    before, after = float(residuals.square().sum()), [0.0] * len(RIDGES)
+    whole = known.T @ known, known.T @ residuals
+    for fold in range(FOLDS):
+        left = folds == fold
+        others, wanted = known[left], residuals[left]
+        matrix, right = whole[0] - others.T @ others, whole[1] - others.T @ wanted
+        for index, ridge in enumerate(RIDGES):
+            damping = torch.full_like(matrix[0], ridge * int((~left).sum()))
+            coefficients = torch.linalg.solve(matrix + torch.diag(damping), right)
+            after[index] += float((wanted - others @ coefficients).square().sum())
+    return max(0.0, 1 - min(after) / before) if before > 0 else 0.0
+
+
+class _Units:
+    """Random units that see states and features of a cell, scaled by segments of it. Final."""
+
+    def __init__(self, shape: CellShape, theta: torch.Tensor, segments: Segments) -> None:
+        self._shape, self._theta = shape, theta
+        poles = torch.linalg.eigvals(shape.split(theta).a.double())
+        upper = poles[poles.imag >= 0]  # one of each conjugate pair
+        slowest = torch.argsort(upper.abs(), descending=True, stable=True)
+        self._poles = [complex(pole) for pole in upper[slowest][:POLES] if abs(pole) < 1]
+        seen, _ = self._seen(_some(segments))
+        self._size = seen.square().mean((0, 1)).sqrt().clamp_min(1e-12)
+        generator = torch.Generator().manual_seed(0)
+        count = seen.shape[2] + 1
+        weights = torch.randn(UNITS, count, generator=generator, dtype=torch.float64)
+        low, high = (math.log(value) for value in STEEPNESS)
+        spread = torch.rand(UNITS, 1, generator=generator, dtype=torch.float64)
+        steep = (low + (high - low) * spread).exp() / math.sqrt(count)
+        self._weights = (weights * steep).to(seen.device)
+
+    def of(self, segments: Segments) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+        """Return regressors (N, R), residuals (N, p) and folds (N,) of scored samples."""
+        chosen = _some(segments)
+        seen, outputs = self._seen(chosen)
+        scaled, first = seen / self._size, chosen.burn_in
+        arguments = torch.cat([scaled, torch.ones_like(scaled[:, :, :1])], 2) @ self._weights.T
+        both = torch.cat([scaled, torch.tanh(arguments)], 2)
+        parts = [both, *(_filtered(both, pole) for pole in self._poles)]
+        known = torch.cat([part[first:] for part in parts], 2)
+        residuals = chosen.targets.double() - outputs[first:]
+        folds = torch.arange(chosen.count, device=known.device) % FOLDS
+        folds = folds.expand(known.shape[:2])
+        return known.flatten(0, 1), residuals.flatten(0, 1), folds.flatten()
+
+    def _seen(self, segments: Segments) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return what units may see, (N, B, m), late and not, and the outputs (N, B, p)."""
+        outputs, states = simulate(self._shape, self._theta, segments.features)
+        features = segments.features
+        seen = torch.cat([_before(states), features, _before(features)], 2)
+        return seen.double(), outputs.double()
+
+
+def _some(segments: Segments) -> Segments:
+    """Return at most ``SEGMENTS`` segments, from all over the data."""
+    return segments.every(math.ceil(segments.count / SEGMENTS))
+
+
+def _before(values: torch.Tensor) -> torch.Tensor:
+    """Return values (N, B, m) one sample late, with zeros at first."""
+    return torch.cat([torch.zeros_like(values[:1]), values[:-1]])
+
+
+def _filtered(values: torch.Tensor, pole: complex) -> torch.Tensor:
+    """Pass values, (N, B, m), through a pole: its real part and, if complex, the imaginary."""
+    real = pole.imag == 0
+    factor = pole.real if real else pole
+    state = torch.zeros_like(values[0], dtype=values.dtype if real else torch.complex128)
+    passed = []
+    for value in values:
+        state = factor * state + (1 - abs(pole)) * value
+        passed.append(state)
+    whole = torch.stack(passed)
+    return whole if real else torch.cat([whole.real, whole.imag], 2)

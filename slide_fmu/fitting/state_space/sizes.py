@@ -1,0 +1,172 @@
+"""The search for sizes: more states or more units, while they pay and there is more to learn.
+
+A step to a larger network counts as worthwhile when its validation error falls to ``WORTHWHILE``,
+at equal effort on equal data. Where no single step is, the search looks one step further, as long
+as the residual can still be predicted from the inputs: a few units may gain little alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from slide_fmu.fitting.history import TriedSize
+from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
+from slide_fmu.fitting.state_space.residual import learnable_share
+
+SEARCH_STARTS = 3
+"""A size is judged by this many random starts, of which the best goes on."""
+WORTHWHILE = 0.8
+"""A larger network is chosen when its error is below this part of the smaller one's."""
+FIRST_UNITS, MOST_UNITS = 16, 64
+"""The search tries 0 units, then the first number, then doubles it up to the second."""
+MORE_STATES = 8
+"""At most this many states are tried beyond the first guess."""
+NEGLIGIBLE = 1e-3
+"""A linear network suffices where less can be learnt, relative to the outputs' deviation."""
+UNFINISHED, POOR = 3e-3, 1e-2
+"""Where more than the first could still be learnt, the search looks a step further; where it is
+more than the second in the end, the user is told."""
+
+Place = tuple[int, int]
+"""A size, by its positions among the orders and among the numbers of units."""
+STATES, UNITS = (1, 0), (0, 1)
+"""A step to more states, and a step to more units."""
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """The search has chosen a size.
+
+    Attributes:
+        order: number of states that carry the response.
+        units: number of units.
+        judged: the network of this size as far as the search has run it; None without a search.
+        tried: all sizes that were judged, in their order.
+    """
+
+    order: int
+    units: int
+    judged: Candidate | None = None
+    tried: tuple[TriedSize, ...] = ()
+
+
+def choose_sizes(multi_start: MultiStart) -> Chosen:
+    """Return order and number of units as the recipe says, or as a search finds them."""
+    order, units = multi_start.network.order, multi_start.network.hidden
+    if order != "auto" and units != "auto":
+        return Chosen(order, units)
+    search = _Search(multi_start, _orders(multi_start, order), _numbers_of_units(units))
+    place = search.climb((0, 0), [STATES])
+    if units == "auto":
+        place = search.climb(place, [STATES, UNITS])
+    return search.chosen(place)
+
+
+def _orders(multi_start: MultiStart, order: int | str) -> list[int]:
+    """Return the orders to try: by two, since an oscillation has two states."""
+    if isinstance(order, int):
+        return [order]
+    first = multi_start.first_order()
+    last = min(first + MORE_STATES, max(first, multi_start.highest_order()))
+    return list(range(first, last + 1, 2))
+
+
+def _numbers_of_units(units: int | str) -> list[int]:
+    if isinstance(units, int):
+        return [units]
+    numbers = [0, FIRST_UNITS]
+    while numbers[-1] < MOST_UNITS:
+        numbers.append(2 * numbers[-1])
+    return numbers
+
+
+class _Search:
+    """A search judges sizes, each once, and climbs from size to size. Final."""
+
+    def __init__(self, multi_start: MultiStart, orders: list[int], units: list[int]) -> None:
+        self._multi_start, self._orders, self._units = multi_start, orders, units
+        self._judged: dict[Place, Candidate] = {}
+        self._learnable: dict[Place, float] = {}
+
+    def climb(self, place: Place, steps: Sequence[Place]) -> Place:
+        """Go to larger sizes by the given kinds of steps, while one of them is worthwhile."""
+        while not self._linear_suffices(place):
+            found = self._best_of(self._beyond(place, steps))
+            unfinished = self._learnable_at(place) >= UNFINISHED
+            if found is not None and unfinished and not self._pays(found, place):
+                found = self._best_of([found, *self._beyond(found, steps)])
+            if found is None or not self._pays(found, place):
+                break
+            place = found
+        return place
+
+    def chosen(self, place: Place) -> Chosen:
+        """Return the size at a place, with all that were tried."""
+        tried = tuple(self._tried(place) for place in self._judged)
+        order, units = self._orders[place[0]], self._units[place[1]]
+        return Chosen(order, units, self._judged[place], tried)
+
+    def _beyond(self, place: Place, steps: Sequence[Place]) -> list[Place]:
+        """Return the places one step beyond, as far as the search goes."""
+        beyond = [(place[0] + states, place[1] + units) for states, units in steps]
+        return [(i, j) for i, j in beyond if i < len(self._orders) and j < len(self._units)]
+
+    def _best_of(self, places: list[Place]) -> Place | None:
+        return min(places, key=self._error, default=None)
+
+    def _pays(self, larger: Place, smaller: Place) -> bool:
+        return self._error(larger) < WORTHWHILE * self._error(smaller)
+
+    def _error(self, place: Place) -> float:
+        """Return the validation error of a size, which is judged if it was not yet."""
+        if place not in self._judged:
+            order, units = self._orders[place[0]], self._units[place[1]]
+            self._judged[place] = judge(self._multi_start, order, units)
+        return self._judged[place].error
+
+    def _linear_suffices(self, place: Place) -> bool:
+        """Whether the network is linear, and its residual cannot be predicted."""
+        return self._units[place[1]] == 0 and self._learnable_at(place) < NEGLIGIBLE
+
+    def _learnable_at(self, place: Place) -> float:
+        """Return how much of a size's error can be predicted; without end if it is unstable."""
+        if place not in self._learnable:
+            stable = math.isfinite(self._error(place))
+            found = still_learnable(self._multi_start, self._judged[place]) if stable else math.inf
+            self._learnable[place] = found
+        return self._learnable[place]
+
+    def _tried(self, place: Place) -> TriedSize:
+        candidate, learnable = self._judged[place], self._learnable.get(place, math.inf)
+        return TriedSize(
+            self._orders[place[0]],
+            candidate.shape.n_units,
+            candidate.shape.n_parameters,
+            _finite(candidate.error),
+            _finite(learnable),
+        )
+
+
+def judge(multi_start: MultiStart, order: int, units: int) -> Candidate:
+    """Return a network of a size after a few short runs, of which the best was longer."""
+    linear = multi_start.linear(order)
+    if units == 0:
+        return linear
+    units, training = multi_start.dense_units(order, units), multi_start.training
+    multi_start.plan(SEARCH_STARTS * training.start_iterations + training.kept_iterations)
+    starts = [multi_start.start(linear, units, number) for number in range(SEARCH_STARTS)]
+    return multi_start.judged(min(starts, key=lambda start: start.error))
+
+
+def still_learnable(multi_start: MultiStart, candidate: Candidate) -> float:
+    """Return how much of a network's validation error can be predicted from the inputs."""
+    data = multi_start.data
+    both = data.part, data.validation
+    share = learnable_share(candidate.shape, candidate.state.best, both)
+    return candidate.error * math.sqrt(share)
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,241 @@
+"""The training loop runs Adam with a schedule of rates and keeps the best validation weights.
+
+Loss, optimizer and the choice of the weights are those of the paper (section "Training loss and
+validation error"); warm-up, cosine decay and decoupled weight decay (AdamW: Loshchilov and Hutter,
+2019) are additions.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from pickle import UnpicklingError
+from typing import Any
+
+import torch
+
+from slide_fmu.core.files import write_whole
+from slide_fmu.core.progress import Progress
+from slide_fmu.fitting.history import History
+from slide_fmu.fitting.windows import WindowData
+from slide_fmu.recipe.learning import TrainingRecipe
+
+VALIDATION_TARGETS, VALIDATION_LEAST = 16_384, 512
+"""A validation uses this many output samples, and at least this many windows: its figures are
+stable and cost little."""
+
+VALIDATION_BATCH = 512
+"""A validation evaluates this many windows at once, which bounds its memory."""
+
+SEED_STRIDE = 1_000_003
+"""Two seeds are this many steps apart in their random numbers; torch's generator uses 32 bits."""
+
+ADAM_EPSILON = {"float32": 1e-8, "float64": 1e-16}
+"""The guard of Adam's denominator lies far below gradients that each precision tells from zero."""
+
+
+@dataclass(frozen=True)
+class Objective:
+    """An objective says what a training minimises and how the loss is reported.
+
+    Attributes:
+        loss: gives the mean loss of a batch from the model's values (B, n) and the targets (B, m).
+        error: gives the figure as which a mean loss is reported; it rises with the loss.
+        odd: whether the targets change their sign with the inputs, as the outputs of an odd
+            system do.
+    """
+
+    loss: Callable[[torch.Tensor, torch.Tensor], torch.Tensor]
+    error: Callable[[float], float]
+    odd: bool = True
+
+
+MEAN_SQUARE = Objective(lambda values, targets: (values - targets).square().mean(), math.sqrt)
+"""The objective is the mean squared error, reported as RMSE (paper)."""
+
+
+def block_mean_square(n_out: int, newest_weight: float) -> Objective:
+    """Return the mean squared error of blocks of n_out samples, with weights along the block.
+
+    The weight rises linearly to ``newest_weight`` times that of the oldest sample. The weights
+    have the mean 1, so that the figure compares with the unweighted RMSE.
+    """
+    if newest_weight == 1.0:
+        return MEAN_SQUARE
+    weights = torch.linspace(1.0, newest_weight, n_out)
+    weights = (weights / weights.mean())[:, None]
+
+    def loss(values: torch.Tensor, targets: torch.Tensor) -> torch.Tensor:
+        squares = (values - targets).square().view(len(values), n_out, -1)
+        mean: torch.Tensor = (squares * weights.to(squares)).mean()
+        return mean
+
+    return Objective(loss, math.sqrt)
+
+
+class TrainingError(RuntimeError):
+    """The training diverged."""
+
+
+def train(
+    model: torch.nn.Module,
+    training: WindowData,
+    validation: WindowData,
+    recipe: TrainingRecipe,
+    checkpoint: Path,
+    progress: Progress,
+    objective: Objective = MEAN_SQUARE,
+) -> History:
+    """Train a model in place to the weights of the best validation, and return the whole course.
+
+    A training that was killed goes on from its checkpoint and ends with the same weights as an
+    unbroken one: the order of the windows depends on the seed and the number of the step alone.
+
+    Args:
+        model: maps features of input windows (B, n_in, n_features) to what the objective compares
+            with the targets (B, n_out * n_targets).
+        training: windows to learn from.
+        validation: windows by which the weights are chosen.
+        recipe: optimizer, schedule of rates and number of steps.
+        checkpoint: file that holds the state between validations.
+        progress: is called at the start and after every validation.
+        objective: what is minimised.
+
+    Raises:
+        TrainingError: the loss or the validation error is not finite, or the checkpoint cannot be
+            read.
+    """
+    optimizer = torch.optim.AdamW(
+        model.parameters(),
+        lr=recipe.learning_rate,
+        weight_decay=recipe.weight_decay,
+        eps=ADAM_EPSILON[recipe.precision],
+        fused=True,
+    )
+    state = _restore(checkpoint, model, optimizer)
+    generator = torch.Generator(device=training.inputs.device)
+    loss_sum = 0.0
+    progress(state["step"], recipe.steps, state["best_error"])
+    for step in range(state["step"], recipe.steps):
+        # every step seeds anew: its batch is the same after a restart
+        generator.manual_seed((recipe.seed * SEED_STRIDE + step) % 2**32)
+        windows, targets = _batch(training, recipe, objective, generator)
+        for group in optimizer.param_groups:
+            group["lr"] = learning_rate(recipe, step)
+        optimizer.zero_grad(set_to_none=True)
+        loss = objective.loss(model(windows), targets)
+        torch.autograd.backward(loss)
+        if recipe.gradient_clip is not None:
+            torch.nn.utils.clip_grad_norm_(model.parameters(), recipe.gradient_clip)
+        optimizer.step()
+        loss_sum += float(loss.detach())
+        if not math.isfinite(loss_sum):
+            raise TrainingError(_divergence(f"loss at step {step}"))
+        if (step + 1) % recipe.validate_every == 0 or step + 1 == recipe.steps:
+            steps_since = step + 1 - (state["history"][-1][0] if state["history"] else 0)
+            error = evaluate(model, validation, objective)
+            training_error = objective.error(loss_sum / steps_since)
+            state["history"].append((step + 1, training_error, error))
+            if error < state["best_error"]:
+                state["best_error"] = error
+                state["best"] = {k: v.detach().clone() for k, v in model.state_dict().items()}
+            state["step"], loss_sum = step + 1, 0.0
+            both = {"model": model.state_dict(), "optimizer": optimizer.state_dict()}
+            write_checkpoint(checkpoint, {**state, **both})
+            progress(step + 1, recipe.steps, state["best_error"])
+    model.load_state_dict(state["best"])
+    steps, losses, errors = zip(*state["history"], strict=True)
+    return History(steps, losses, errors)
+
+
+def evaluate(
+    model: torch.nn.Module, data: WindowData, objective: Objective = MEAN_SQUARE
+) -> float:
+    """Return the error over windows in equal distances, as the objective reports it.
+
+    The same windows are used every time, so that two validations differ by the weights alone.
+
+    Raises:
+        TrainingError: the model gives values that are not finite.
+    """
+    total, least = 0.0, max(VALIDATION_LEAST, VALIDATION_TARGETS // data.window.n_out)
+    numbers = data.evenly_chosen(least)
+    with torch.no_grad():
+        for part in torch.split(numbers, VALIDATION_BATCH):
+            windows, targets = data.cut(part)
+            total += float(objective.loss(model(windows), targets)) * len(part)
+    if not math.isfinite(total):
+        raise TrainingError(_divergence("validation error"))
+    return objective.error(total / len(numbers))
+
+
+def learning_rate(recipe: TrainingRecipe, step: int) -> float:
+    """Return the learning rate at a step from 0: linear warm-up, then a cosine down."""
+    warm_up = recipe.warm_up * recipe.steps
+    if step < warm_up:
+        return recipe.learning_rate * (step + 1) / (warm_up + 1)
+    progress = (step - warm_up) / max(1.0, recipe.steps - warm_up)
+    cosine = 0.5 * (1 + math.cos(math.pi * progress))
+    last = recipe.final_learning_rate
+    return recipe.learning_rate * (last + (1 - last) * cosine)
+
+
+def _batch(
+    data: WindowData, recipe: TrainingRecipe, objective: Objective, generator: torch.Generator
+) -> tuple[torch.Tensor, torch.Tensor]:
+    """Draw a batch: windows (B, n_in, n_features) and their targets (B, n_out * n_targets)."""
+    device = data.inputs.device
+    numbers = torch.randint(data.n_windows, (recipe.batch,), generator=generator, device=device)
+    windows, targets = data.cut(numbers)
+    if recipe.input_jitter > 0:
+        noise = torch.randn(windows.shape, generator=generator, device=device, dtype=windows.dtype)
+        windows = windows + recipe.input_jitter * noise
+    if recipe.flip_signs:
+        signs = torch.randint(2, (recipe.batch,), generator=generator, device=device) * 2 - 1
+        windows = windows * signs[:, None, None]
+        targets = targets * signs[:, None] if objective.odd else targets
+    return windows, targets
+
+
+def _divergence(what: str) -> str:
+    return f"training diverged: {what} is not finite; lower training.learning_rate"
+
+
+def _restore(
+    checkpoint: Path, model: torch.nn.Module, optimizer: torch.optim.Optimizer
+) -> dict[str, Any]:
+    """Load a checkpoint into model and optimizer and return the course so far, or a new one.
+
+    Raises:
+        TrainingError: the checkpoint cannot be read.
+    """
+    if not checkpoint.exists():
+        return {"step": 0, "history": [], "best_error": math.inf, "best": None}
+    device = next(model.parameters()).device
+    with reading(checkpoint):
+        saved: dict[str, Any] = torch.load(checkpoint, map_location=device, weights_only=True)
+        model.load_state_dict(saved["model"])
+        optimizer.load_state_dict(saved["optimizer"])
+        return {key: saved[key] for key in ("step", "history", "best_error", "best")}
+
+
+@contextmanager
+def reading(checkpoint: Path) -> Iterator[None]:
+    """Turn what a checkpoint that cannot be read raises into a TrainingError with the remedy."""
+    try:
+        yield
+    except (RuntimeError, LookupError, TypeError, ValueError, EOFError, UnpicklingError) as error:
+        raise TrainingError(
+            f"checkpoint {checkpoint} cannot be read ({error}); remove it to train from the start"
+        ) from error
+
+
+def write_checkpoint(checkpoint: Path, content: dict[str, Any]) -> None:
+    """Write plain values and tensors as checkpoint; its folder is made where there is none."""
+    buffer = io.BytesIO()
+    torch.save(content, buffer)
+    write_whole(checkpoint, buffer.getvalue())

@@ -1,0 +1,139 @@
+"""A fit of several runs that is broken off anywhere ends as an unbroken one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+import torch
+
+from slide_fmu.core.progress import Progress
+from slide_fmu.fitting.state_space import ledger as module
+from slide_fmu.fitting.state_space.ledger import Ledger
+from slide_fmu.fitting.training import TrainingError
+from tests.progress import silent
+
+CPU = torch.device("cpu")
+RUNS = {"first": 4, "second": 7, "third": 3}
+"""Iterations of each run; the second finishes after five."""
+TOTAL = 4 + 5 + 3
+
+
+@dataclass(frozen=True, eq=False)
+class Wandering:
+    """Numbers that tell every bit of the way that led to them."""
+
+    theta: torch.Tensor
+    best_error: float = float("inf")
+    finished: bool = False
+    history: tuple[tuple[int, float], ...] = ()
+
+
+def advance(state: Wandering) -> Wandering:
+    theta = torch.sin(3 * state.theta) + 0.1
+    history = (*state.history, (len(state.history), float(theta[0])))
+    return replace(
+        state, theta=theta, best_error=float(theta[1]), finished=len(history) == 5, history=history
+    )
+
+
+class Broken(Exception):
+    pass
+
+
+def fit(
+    path: Path,
+    progress: Progress = silent,
+    step: Callable[[Wandering], Wandering] = advance,
+) -> list[Wandering]:
+    """Three runs, each starting where the one before ended."""
+    ledger = Ledger(path, CPU, progress)
+    theta, ends = torch.tensor([0.3, 0.7, 0.9], dtype=torch.float64), []
+    for name, iterations in RUNS.items():
+        ends.append(ledger.run(name, Wandering(theta), step, iterations))
+        theta = ends[-1].theta
+    assert ledger.iterations == TOTAL
+    return ends
+
+
+@pytest.mark.parametrize("store_every", [0.0, 1e9])
+@pytest.mark.parametrize("broken_at", range(1, TOTAL + 1))
+def test_broken_fit_goes_on_without_a_trace(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, broken_at: int, store_every: float
+) -> None:
+    monkeypatch.setattr(module, "STORE_EVERY", store_every)
+
+    def stop(done: int, total: int, error: float | None = None) -> None:
+        if done == broken_at:
+            raise Broken
+
+    with pytest.raises(Broken):
+        fit(tmp_path / "c.pt", stop)
+    reported: list[int] = []
+    found = fit(tmp_path / "c.pt", lambda done, total, error=None: reported.append(done))
+    for end, expected in zip(found, fit(tmp_path / "other.pt"), strict=True):
+        assert torch.equal(end.theta, expected.theta)
+        assert (end.best_error, end.finished, end.history) == (
+            expected.best_error,
+            expected.finished,
+            expected.history,
+        )
+    assert reported == list(range(TOTAL - len(reported) + 1, TOTAL + 1))
+    # stored after every iteration, or at the ends of the runs alone
+    ends = [0, 4, 9, 12]
+    stored = broken_at if store_every == 0 else max(end for end in ends if end < broken_at)
+    assert len(reported) == TOTAL - stored
+
+
+def test_finished_fit_is_not_repeated(tmp_path: Path) -> None:
+    def never(state: Wandering) -> Wandering:
+        raise AssertionError("this run has been done")
+
+    def unheard(done: int, total: int, error: float | None = None) -> None:
+        raise AssertionError("no iteration has been done")
+
+    first = fit(tmp_path / "c.pt")
+    second = fit(tmp_path / "c.pt", unheard, never)
+    assert all(torch.equal(a.theta, b.theta) for a, b in zip(first, second, strict=True))
+    assert [path.name for path in tmp_path.iterdir()] == ["c.pt"]
+
+
+def test_every_iteration_of_all_runs_is_reported(tmp_path: Path) -> None:
+    reported: list[int] = []
+    fit(tmp_path / "folder" / "c.pt", lambda done, total, error=None: reported.append(done))
+    assert reported == list(range(1, TOTAL + 1))
+
+
+def test_finished_start_is_left_alone(tmp_path: Path) -> None:
+    start = Wandering(torch.ones(2), finished=True)
+    assert Ledger(tmp_path / "c.pt", CPU, silent).run("one", start, advance, 5) is start
+
+
+def damaged(path: Path, how: str) -> None:
+    """Write something that is no ledger."""
+    if how == "empty":
+        path.write_bytes(b"")
+    elif how == "text":
+        path.write_bytes(b"no checkpoint")
+    elif how == "cut":
+        fit(path)
+        path.write_bytes(path.read_bytes()[:-100])
+    elif how == "list":
+        torch.save([1, 2], path)
+    elif how == "other":  # that of a feed-forward training
+        torch.save({"step": 3, "history": [], "best": None}, path)
+    else:
+        values = {"angle": torch.ones(2), "finished": True}
+        torch.save({"first": {"iterations": 1, "state": values}}, path)
+
+
+@pytest.mark.parametrize("how", ["empty", "text", "cut", "list", "other", "older"])
+def test_damaged_ledger_is_refused_with_its_remedy(tmp_path: Path, how: str) -> None:
+    path = tmp_path / "c.pt"
+    damaged(path, how)
+    with pytest.raises(
+        TrainingError, match=r"(?s)c\.pt cannot be read .*; remove it to train from"
+    ):
+        fit(path)

@@ -1,0 +1,226 @@
+"""The normal equations against the Jacobian of the residuals by automatic differentiation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+import torch
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from slide_fmu.fitting.state_space import normal_equations as module
+from slide_fmu.fitting.state_space.cell import CellShape, simulate
+from slide_fmu.fitting.state_space.normal_equations import (
+    BLOCK,
+    ROWS_PER_PARAMETER,
+    THINNEST,
+    normal_equations,
+    sum_of_squares,
+    thinning,
+)
+from slide_fmu.fitting.state_space.segments import Segments
+from tests.fitting.state_space.cells import (
+    FACTORS,
+    GATED_SHAPES,
+    READ,
+    TURNED,
+    plain,
+    random_segments,
+    random_theta,
+    random_weights,
+    taught_segments,
+)
+from tests.strategies import learnt_cell_shapes
+
+EXACT = 1e-10
+"""Roundings of float64 in sums of some thousand products of order 1, relative to the largest."""
+FORWARD = 1e-12
+"""Those of a few hundred products."""
+NEIGHBOURS = 0.15
+"""Deviation of a thinned matrix from the full one, relative to its norm: an eighth of some
+thousand rows that the fit does not depend on in detail."""
+
+
+def jacobian(
+    shape: CellShape, theta: torch.Tensor, segments: Segments
+) -> tuple[torch.Tensor, torch.Tensor]:
+    """J (scored, B, p, P) and residuals (scored, B, p), with the segments' weights."""
+
+    def residuals(parameters: torch.Tensor) -> torch.Tensor:
+        outputs, _ = simulate(shape, parameters, segments.features)
+        return segments.weights[:, None] * (outputs[segments.burn_in :] - segments.targets)
+
+    theta = theta.clone().requires_grad_()
+    values = residuals(theta)
+    # columns of J as derivatives of J'w by w: there are fewer of them than rows
+    w = torch.zeros_like(values, requires_grad=True)
+    (product,) = torch.autograd.grad(values, theta, w, create_graph=True)
+    unit = torch.eye(len(theta), dtype=theta.dtype)
+    (columns,) = torch.autograd.grad(product, w, unit, is_grads_batched=True)
+    return columns.movedim(0, -1), values.detach()
+
+
+def deviation(found: torch.Tensor, expected: torch.Tensor) -> float:
+    return float((found - expected).abs().max() / expected.abs().max().clamp_min(1e-300))
+
+
+def thinned_weights(scored: int, thin: int) -> torch.Tensor:
+    """How often each sample counts in J'J, shape (scored,): those of a block share its length."""
+    weights = torch.zeros(scored, dtype=torch.float64)
+    for first in range(0, scored, BLOCK):
+        block = range(first, min(first + BLOCK, scored))
+        weights[block[::thin]] = len(block) / len(block[::thin])
+    return weights
+
+
+SHAPES = [
+    *GATED_SHAPES,
+    FACTORS,
+    replace(FACTORS, units="tanh", bias=False),
+    replace(FACTORS, n_units=0),
+    plain(4, 2, 5, 2),
+    plain(4, 2, 5, 2, "cubic", False),
+]
+
+
+@pytest.mark.extended
+@pytest.mark.filterwarnings(
+    "ignore:`torch.jit.script` is deprecated"
+)  # torch.func warns of itself
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("thin", [1, 2, 4, 8])
+def test_cells_of_all_kinds_agree_with_forward_differentiation(
+    monkeypatch: pytest.MonkeyPatch, shape: CellShape, thin: int
+) -> None:
+    theta, scored = random_theta(shape, 3), 2 * BLOCK + 5
+    segments = random_weights(random_segments(shape, 7, scored, 5))
+
+    def residuals(parameters: torch.Tensor) -> torch.Tensor:
+        outputs, _ = simulate(shape, parameters, segments.features)
+        return segments.weights[:, None] * (outputs[segments.burn_in :] - segments.targets)
+
+    r, rows = residuals(theta), torch.func.jacfwd(residuals)(theta)
+    weights = thinned_weights(scored, thin).sqrt()[:, None, None, None]
+    some = (weights * rows).reshape(-1, shape.n_parameters)
+    monkeypatch.setattr(module, "thinning", lambda shape, segments: thin)
+    found = normal_equations(shape, theta, segments)
+    assert deviation(found.matrix, some.T @ some) < FORWARD
+    expected = rows.reshape(-1, shape.n_parameters).T @ r.reshape(-1)
+    assert deviation(found.gradient, expected) < FORWARD
+    assert found.cost == pytest.approx(float(r.square().sum()), rel=FORWARD)
+
+
+@example(READ, 3, BLOCK + 1, 9, 0)
+@example(TURNED, 3, BLOCK + 1, 9, 0)
+@settings(max_examples=25)
+@given(
+    learnt_cell_shapes(),
+    st.integers(0, 6),
+    st.integers(1, BLOCK + 5),
+    st.integers(1, 12),
+    st.integers(0, 100),
+)
+def test_all_rows_give_the_exact_normal_equations(
+    shape: CellShape, burn_in: int, scored: int, batch: int, seed: int
+) -> None:
+    theta = random_theta(shape, seed)
+    segments = random_weights(random_segments(shape, burn_in, scored, batch, seed), seed)
+    rows, residuals = jacobian(shape, theta, segments)
+    j, r = rows.reshape(-1, shape.n_parameters), residuals.reshape(-1)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(module.SENSITIVITIES, "cpu", 1)  # chunks of eight segments
+        patch.setattr(module, "ROWS_PER_PARAMETER", 10**9)  # nothing is left out
+        found = normal_equations(shape, theta, segments)
+    assert deviation(found.matrix, j.T @ j) < EXACT
+    assert deviation(found.gradient, j.T @ r) < EXACT
+    assert found.cost == pytest.approx(float(r @ r), rel=EXACT)
+    assert sum_of_squares(shape, theta, segments) == pytest.approx(found.cost, rel=EXACT)
+
+
+@pytest.mark.parametrize("size", [1, 10**6])
+def test_chunks_make_no_difference(monkeypatch: pytest.MonkeyPatch, size: int) -> None:
+    shape = plain(3, 2, 4, 2)
+    theta, segments = random_theta(shape), random_weights(random_segments(shape, 4, 21, 30))
+    default = normal_equations(shape, theta, segments)
+    monkeypatch.setitem(module.SENSITIVITIES, "cpu", size)
+    found = normal_equations(shape, theta, segments)
+    assert deviation(found.matrix, default.matrix) < EXACT
+    assert deviation(found.gradient, default.gradient) < EXACT
+
+
+def test_chunks_of_a_gpu_are_larger() -> None:
+    assert module.SENSITIVITIES.keys() == {"cpu", "cuda"}
+    assert module.SENSITIVITIES["cuda"] > 100 * module.SENSITIVITIES["cpu"]
+
+
+@pytest.mark.parametrize("units", ["tanh", "cubic"])
+@pytest.mark.parametrize("bias", [True, False])
+def test_thinned_matrix_is_that_of_some_samples(units: str, bias: bool) -> None:
+    """Every eighth sample of each block counts for all; gradient and cost have all samples."""
+    shape = plain(2, 1, 2, 2, units, bias)
+    theta, scored = random_theta(shape, 5), 5 * BLOCK + 3
+    segments = random_weights(random_segments(shape, 6, scored, 80))
+    thin = thinning(shape, segments)
+    assert thin == THINNEST
+    rows, residuals = jacobian(shape, theta, segments)
+    j, r = rows.reshape(-1, shape.n_parameters), residuals.reshape(-1)
+    weights = thinned_weights(scored, thin)
+    some = (weights.sqrt()[:, None, None, None] * rows).reshape(-1, shape.n_parameters)
+    found = normal_equations(shape, theta, segments)
+    assert deviation(found.matrix, some.T @ some) < EXACT
+    assert deviation(found.gradient, j.T @ r) < EXACT
+    assert found.cost == pytest.approx(float(r @ r), rel=EXACT)
+    full = j.T @ j
+    assert 0 < float((found.matrix - full).norm() / full.norm()) < NEIGHBOURS
+
+
+@pytest.mark.parametrize(
+    ("residuals", "thin"), [(1.0, 1), (1.99, 1), (2.0, 2), (4.0, 4), (7.99, 4), (8.0, 8), (99, 8)]
+)
+def test_thinning_leaves_enough_rows(residuals: float, thin: int) -> None:
+    """Number of residuals relative to ROWS_PER_PARAMETER times the parameters."""
+    shape = plain(2, 1, 3, 1)
+    least = ROWS_PER_PARAMETER * shape.n_parameters
+    count = math.ceil(residuals * least)
+    samples = torch.zeros(count, 1, 1)
+    found = thinning(shape, Segments(samples, samples, torch.ones(1)))
+    assert found == thin
+    assert thin == 1 or count // thin >= least
+
+
+@pytest.mark.parametrize("bias", [True, False])
+def test_weight_is_the_square_root_of_how_often_a_segment_counts(bias: bool) -> None:
+    """Twice the segment or once with weight 2 ** 0.5; weight 0 is none."""
+    shape = plain(2, 2, 3, 2, "tanh", bias)
+    theta, segments = random_theta(shape, 7), random_segments(shape, 5, 40, 3)
+    twice = segments.chosen(torch.tensor([0, 0, 1]))
+    once = replace(segments, weights=torch.tensor([math.sqrt(2), 1.0, 0.0], dtype=torch.float64))
+    expected, found = (normal_equations(shape, theta, data) for data in (twice, once))
+    # the same number of rows, so that the same samples make the matrix
+    assert deviation(found.matrix, expected.matrix) < EXACT
+    assert deviation(found.gradient, expected.gradient) < EXACT
+    assert found.cost == pytest.approx(expected.cost, rel=EXACT)
+    assert sum_of_squares(shape, theta, once) == pytest.approx(
+        sum_of_squares(shape, theta, twice), rel=EXACT
+    )
+
+
+def test_blocks_hold_whole_strides() -> None:
+    assert BLOCK % THINNEST == 0
+
+
+@pytest.mark.parametrize("shape", [plain(2, 1, 3, 1), READ, TURNED])
+def test_gradient_of_the_teacher_is_zero(shape: CellShape) -> None:
+    found = normal_equations(shape, random_theta(shape, 99), taught_segments(shape, 1))
+    assert found.cost < EXACT**2
+    assert float(found.gradient.abs().max()) < EXACT
+
+
+def test_diverging_cell_has_no_finite_sum() -> None:
+    shape = plain(1, 1, 0, 1)
+    theta = torch.tensor([30.0, 1.0, 1.0, 0.0, 0.0], dtype=torch.float64)  # x -> 30 x + u
+    segments = random_segments(shape, 0, 300, 2)
+    assert not math.isfinite(sum_of_squares(shape, theta, segments))
+    assert not math.isfinite(normal_equations(shape, theta, segments).cost)

@@ -1,0 +1,70 @@
+"""Orders and numbers of units that state-space fits choose, or keep to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import torch
+
+from slide_fmu.core.window import Window
+from slide_fmu.fitting.state_space import sizes
+from slide_fmu.recipe.learning import StateSpaceRecipe
+from tests.fitting.state_space.springs import (
+    CUBIC,
+    EIGENVALUES,
+    FORGOTTEN,
+    SMALL,
+    fit,
+    problem_of,
+    spring,
+)
+
+
+@pytest.fixture
+def few_units(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search among small networks."""
+    monkeypatch.setattr(sizes, "FIRST_UNITS", 4)
+    monkeypatch.setattr(sizes, "MOST_UNITS", 8)
+
+
+@pytest.mark.extended
+@pytest.mark.usefixtures("few_units")
+@pytest.mark.parametrize("eigenvalues", [EIGENVALUES, None], ids=["eigenvalues", "responses"])
+@pytest.mark.parametrize("cubic", [0.0, CUBIC], ids=["linear", "nonlinear"])
+def test_sizes_are_chosen(tmp_path: Path, eigenvalues: Any, cubic: float) -> None:
+    found = fit(problem_of(tmp_path, cubic, eigenvalues=eigenvalues), {})
+    cell = found.network.cell
+    if cubic == 0:
+        assert (len(cell.a), len(cell.w)) == (2, 0)
+        assert found.error < FORGOTTEN
+    else:
+        assert len(cell.a) >= 2 + StateSpaceRecipe().padding
+        assert len(cell.w) >= 4
+        assert found.error < 3 * SMALL
+
+
+@pytest.mark.usefixtures("few_units")
+@pytest.mark.parametrize(("given", "states"), [({"order": 3}, 3), ({"hidden": 0}, 2)])
+def test_given_sizes_are_kept(tmp_path: Path, given: dict[str, int], states: int) -> None:
+    cell = fit(problem_of(tmp_path, 0.0), given).network.cell
+    assert len(cell.w) == 0
+    assert len(cell.a) == states
+
+
+@pytest.mark.usefixtures("few_units")
+@pytest.mark.parametrize(("samples", "states"), [(12, {1, 2, 3}), (200, {5})])
+def test_search_stays_within_what_impulse_responses_show(
+    tmp_path: Path, samples: int, states: set[int]
+) -> None:
+    """Half a record of 12 samples shows three states at most, a long one all five."""
+    inputs = spring(1, 6, 6 + samples)[0]
+    sums = torch.cat([0 * inputs[:, :1], inputs], 1)
+    outputs = sums + 0.9 * sums.roll(1, 1) - 0.7 * sums.roll(2, 1) + 0.6 * sums.roll(3, 1)
+    outputs = outputs - 0.5 * sums.roll(4, 1)
+    records = inputs[:, 6:], outputs[:, 6:]
+    problem = problem_of(
+        tmp_path, window=Window(0.1, 6, 1), training=records, validation=records, eigenvalues=None
+    )
+    assert len(fit(problem, {"hidden": 0}).network.cell.a) in states

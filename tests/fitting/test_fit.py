@@ -1,0 +1,279 @@
+"""The whole way from trajectories to a surrogate, short and real."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, Never
+
+import numpy as np
+import pytest
+import torch
+
+from slide_fmu.core.measures import rms
+from slide_fmu.core.progress import Progress
+from slide_fmu.core.signals import Signal
+from slide_fmu.data.generation import generate
+from slide_fmu.data.store import Split, read_split
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.fitting.family import FITS, FamilyFit
+from slide_fmu.fitting.feed_forward import FeedForwardModule
+from slide_fmu.fitting.fit import (
+    Fit,
+    eigenvalues_at_rest,
+    fit_surrogate,
+    range_scaling,
+    require_symmetry,
+    standard_deviation_scaling,
+)
+from slide_fmu.fitting.problem import Problem
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.learning import StateSpaceRecipe
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_figures
+from tests.progress import no_stages, silent
+from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
+
+SMALL_ERROR = 1e-3
+"""Relative RMSE after two seconds of training; the released recipe reaches 1e-5."""
+
+TORCH_IS_NUMPY = 2e-6
+"""Of the output's range; the bound of the project for torch = numpy = C = FMU."""
+
+SINGLE = 2.0**-24
+"""Relative rounding of float32, in which networks see features."""
+
+LEARNING = tiny_recipe(
+    data={"duration": 8.0, "train": 16, "estimator": 4, "estimator_validation": 2},
+    training={
+        "steps": 1500,
+        "batch": 256,
+        "learning_rate": 1e-2,
+        "precision": "float64",
+        "validate_every": 250,
+    },
+    estimator=ESTIMATOR,
+)
+
+
+def fitted(recipe: Recipe, store: Path, checkpoints: Path) -> Fit:
+    return fit_surrogate(recipe, recipe_system(recipe), store, checkpoints, no_stages)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Holds the trajectories, and checkpoints after the first fit."""
+    path = tmp_path_factory.mktemp("fit")
+    with ThreadPoolExecutor(1) as pool:
+        generate(LEARNING, path / "store", pool, silent)
+    return path
+
+
+@pytest.fixture(scope="module")
+def fit(folder: Path) -> Fit:
+    return fitted(LEARNING, folder / "store", folder / "checkpoints")
+
+
+def test_short_fit_reaches_a_small_error(fit: Fit, folder: Path) -> None:
+    test = read_split(folder / "store", "estimator_validation")
+    window = fit.surrogate.window
+    for inputs, outputs in zip(test.inputs, test.outputs, strict=True):
+        for predicted in (fit.surrogate.predict(inputs), fit.surrogate.predict_newest(inputs)):
+            error = (predicted - outputs[1:])[window.n_in :]
+            assert rms(error)[0] < SMALL_ERROR * rms(outputs)[0]
+
+
+def test_learnt_matrix_is_the_exact_one(fit: Fit) -> None:
+    exact = exact_matrix(recipe_system(LEARNING), fit.surrogate.window)
+    figures = matrix_figures(learnt_matrix(fit.surrogate), exact)
+    assert figures["max_deviation_relative"] < SMALL_ERROR
+    assert figures["max_above_diagonal_relative"] < SMALL_ERROR
+
+
+def test_torch_module_gives_what_numpy_gives(fit: Fit, folder: Path) -> None:
+    """The best weights of the checkpoint, in float64, on unseen windows."""
+    (checkpoint,) = (folder / "checkpoints").glob("surrogate-*.pt")
+    surrogate, window = fit.surrogate, fit.surrogate.window
+    inputs = FeatureMap(Differences(1))
+    module = FeedForwardModule(LEARNING.network, window.n_in, inputs, window.n_out).double()
+    module.load_state_dict(torch.load(checkpoint, weights_only=True)["best"])
+    test = read_split(folder / "store", "estimator_validation")
+    windows = test.inputs[0][window.input_indices(window.starts(len(test.inputs[0])))]
+    with torch.no_grad():
+        values = module(torch.from_numpy(surrogate.input_scaling.apply(windows))).numpy()
+    expected = surrogate.output_scaling.invert(values[:, :, None])
+    found = surrogate.predict_windows(windows)
+    assert np.max(np.abs(found - expected)) < TORCH_IS_NUMPY * np.ptp(expected)
+
+
+def test_surrogate_does_not_depend_on_its_estimator(fit: Fit, folder: Path) -> None:
+    assert fit.surrogate.estimator is not None
+    assert fit.histories.keys() == {"surrogate", "error estimator"}
+    alone = LEARNING.model_copy(update={"estimator": None})
+    other = fitted(alone, folder / "store", folder / "other")
+    assert other.surrogate.estimator is None
+    assert other.histories == {"surrogate": fit.histories["surrogate"]}
+    inputs = read_split(folder / "store", "estimator_validation").inputs[0]
+    assert np.array_equal(other.surrogate.predict(inputs), fit.surrogate.predict(inputs))
+
+
+def test_finished_fit_is_found_again_and_another_recipe_is_not(fit: Fit, folder: Path) -> None:
+    again = fitted(LEARNING, folder / "store", folder / "checkpoints")
+    assert again.surrogate.to_bytes() == fit.surrogate.to_bytes()
+    before = {path.name for path in (folder / "checkpoints").iterdir()}
+    assert len(before) == 2
+    other = LEARNING.model_copy(
+        update={"training": LEARNING.training.model_copy(update={"seed": 1, "steps": 5})}
+    )
+    surrogate = fitted(other, folder / "store", folder / "checkpoints").surrogate
+    assert surrogate.to_bytes() != fit.surrogate.to_bytes()
+    assert len({path.name for path in (folder / "checkpoints").iterdir()} - before) == 2
+
+
+@pytest.mark.parametrize("time_invariant", [True, False])
+def test_both_forms_of_the_network_fit(folder: Path, tmp_path: Path, time_invariant: bool) -> None:
+    changes = {"time_invariant": time_invariant, "hidden": (4,), "linear_skip": True}
+    recipe = LEARNING.model_copy(
+        update={
+            "estimator": None,
+            "network": LEARNING.network.model_copy(update=changes),
+            "training": LEARNING.training.model_copy(update={"steps": 5, "flip_signs": True}),
+        }
+    )
+    surrogate = fitted(recipe, folder / "store", tmp_path).surrogate
+    assert (surrogate.network.n_values == 1) is time_invariant
+    assert surrogate.network.n_samples == (41 if time_invariant else 48)
+
+
+def test_scalings_are_those_of_ranges_and_standard_deviations() -> None:
+    signals = (Signal("a", "N", -2.0, 6.0), Signal("b", "m", 0.0, 1.0))
+    scaling = range_scaling(signals)
+    assert scaling.apply(np.array([[-2.0, 0.0], [6.0, 1.0]])).tolist() == [[-1, -1], [1, 1]]
+    outputs = np.random.default_rng(0).normal(5.0, [3.0, 0.5], (4, 500, 2))
+    split = Split(outputs[:, 1:], outputs, np.zeros(4, np.int64))
+    scaling = standard_deviation_scaling(signals, split)
+    assert scaling.offset.tolist() == [2.0, 0.5]
+    assert scaling.scale == pytest.approx([3.0, 0.5], rel=0.05)
+    outputs[:, :, 1] = 0.25
+    with pytest.raises(ValueError, match=r"^'b' is constant in the training data; expected"):
+        standard_deviation_scaling(signals, split)
+
+
+def test_signs_are_flipped_of_symmetric_signals_only() -> None:
+    signals = (Signal("force", "N", -2.0, 2.0), Signal("position", "m", -1.5, 3.5))
+    require_symmetry(signals[:1])
+    with pytest.raises(ValueError, match=r"in a training, but the range of 'position' is -1.5"):
+        require_symmetry(signals)
+
+
+def state_space_recipe(**training: Any) -> Recipe:
+    """The recipe of the same data with a small state-space network."""
+    return tiny_state_space_recipe(
+        data=LEARNING.data.model_dump(mode="json"),
+        network={"hidden": 3, "padding": 1},
+        training={
+            "segment": 128, "part": 4, "starts": 2, "start_iterations": 3, "kept": 1,
+            "kept_iterations": 3, "iterations": 4, **training,
+        },
+    )  # fmt: skip
+
+
+STATE_SPACE = state_space_recipe()
+
+
+@pytest.fixture(scope="module")
+def state_space(folder: Path) -> Fit:
+    return fitted(STATE_SPACE, folder / "store", folder / "state_space")
+
+
+def test_state_space_network_reaches_a_small_error(state_space: Fit, folder: Path) -> None:
+    test = read_split(folder / "store", "estimator_validation")
+    surrogate = state_space.surrogate
+    for inputs, outputs in zip(test.inputs, test.outputs, strict=True):
+        for predicted in (surrogate.predict(inputs), surrogate.predict_newest(inputs)):
+            error = (predicted - outputs[1:])[surrogate.window.n_in :]
+            assert rms(error)[0] < SMALL_ERROR * rms(outputs)[0]
+
+
+def test_order_comes_from_the_eigenvalues_of_the_system(state_space: Fit) -> None:
+    (value,) = eigenvalues_at_rest(recipe_system(STATE_SPACE))
+    # m = 1 kg, d = 40 N s/m, k = 1600 N/m
+    assert complex(value) == pytest.approx(complex(-20, np.sqrt(1200)), rel=1e-4)
+    network = state_space.surrogate.network
+    assert isinstance(network, StateSpace)
+    assert network.cell.w.shape == (3, 2 + 1 + 1 + 1)
+    assert (network.n_samples, network.n_out) == (48, 8)
+
+
+def test_same_seed_gives_the_same_bytes_and_another_seed_others(
+    state_space: Fit, folder: Path, tmp_path: Path
+) -> None:
+    content = state_space.surrogate.to_bytes()
+    torch.manual_seed(99)
+    again = fitted(STATE_SPACE, folder / "store", tmp_path)
+    assert again.surrogate.to_bytes() == content
+    assert again.histories == state_space.histories
+    other = fitted(state_space_recipe(seed=1), folder / "store", tmp_path)
+    assert other.surrogate.to_bytes() != content
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+@pytest.mark.extended
+@pytest.mark.parametrize("broken_at", [2, 12])
+def test_broken_fit_gives_the_same_bytes(
+    state_space: Fit, folder: Path, tmp_path: Path, broken_at: int
+) -> None:
+    class Broken(Exception):
+        pass
+
+    def stopping(stage: str) -> Progress:
+        def stop(done: int, total: int, error: float | None = None) -> None:
+            if done == broken_at:
+                raise Broken
+
+        return stop
+
+    system, store = recipe_system(STATE_SPACE), folder / "store"
+    with pytest.raises(Broken):
+        fit_surrogate(STATE_SPACE, system, store, tmp_path, stopping)
+    again = fitted(STATE_SPACE, store, tmp_path)
+    assert again.surrogate.to_bytes() == state_space.surrogate.to_bytes()
+    assert again.histories == state_space.histories
+
+
+def test_trajectories_beyond_the_range_reach_the_fit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Scaled as the others, so that their inputs leave [-1, 1]; checkpoints depend on them."""
+
+    class Reached(Exception):
+        pass
+
+    def reached(problem: Problem, *rest: object) -> Never:
+        raise Reached(problem)
+
+    monkeypatch.setitem(FITS, StateSpaceRecipe, FamilyFit(reached, linearized=True))
+    problems = []
+    for beyond in (0, 2, 3):
+        counts = {"train": 2, "beyond": beyond, "beyond_factor": (1.5, 2.0)}
+        recipe, store = tiny_state_space_recipe(data=counts), tmp_path / str(beyond)
+        with ThreadPoolExecutor(1) as pool:
+            generate(recipe, store, pool, silent)
+        with pytest.raises(Reached) as caught:
+            fitted(recipe, store, tmp_path)
+        problems.append(caught.value.args[0])
+    without, two, three = problems
+    assert without.beyond is None
+    assert len({problem.checkpoint for problem in problems}) == 3
+    inputs, outputs = three.beyond
+    assert inputs.shape == (3, without.training[0].shape[1], 1)
+    assert outputs.shape == (3, inputs.shape[1] + 1, 1)
+    assert torch.equal(inputs[:2], two.beyond[0])
+    assert torch.equal(three.training[1], without.training[1])
+    largest = inputs.abs().amax((1, 2))
+    assert 1.2 < float(largest.min()) <= float(largest.max()) <= 2.0
+    signal = recipe_system(STATE_SPACE).inputs[0]
+    split = read_split(tmp_path / "3", "beyond")
+    assert np.allclose(signal.high * inputs.numpy(), split.inputs, rtol=SINGLE, atol=0)

@@ -1,0 +1,243 @@
+"""What a fit makes of its trajectories: refusals, precision, and names of checkpoints."""
+
+from __future__ import annotations
+
+import shutil
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Never
+
+import grimp
+import numpy as np
+import pytest
+import torch
+
+from slide_fmu.core.signals import Signal
+from slide_fmu.data.generation import generate
+from slide_fmu.data.store import Split, read_split
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.fitting import checkpoint_keys
+from slide_fmu.fitting import fit as module
+from slide_fmu.fitting.family import FITS, FamilyFit
+from slide_fmu.fitting.fit import STILL, fit_surrogate, require_motion
+from slide_fmu.fitting.problem import Problem
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system
+from tests.progress import no_stages, silent
+from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
+
+FEED_FORWARD = tiny_recipe(
+    data={"estimator": 2, "estimator_validation": 1}, training={"steps": 2}, estimator=ESTIMATOR
+)
+STATE_SPACE = tiny_state_space_recipe(data=FEED_FORWARD.data.model_dump(mode="json"))
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("data") / "store"
+    with ThreadPoolExecutor(1) as pool:
+        generate(FEED_FORWARD, path, pool, silent)
+    return path
+
+
+class Reached(Exception):
+    """The fit has come as far as its problem."""
+
+
+def problem_of(recipe: Recipe, store: Path) -> Problem:
+    """The problem that a fit hands to its network family."""
+
+    def reached(problem: Problem, *rest: object) -> Never:
+        raise Reached(problem)
+
+    with pytest.MonkeyPatch.context() as patch:
+        for table, family in FITS.items():
+            patch.setitem(FITS, table, FamilyFit(reached, family.linearized))
+        with pytest.raises(Reached) as caught:
+            fit_surrogate(recipe, recipe_system(recipe), store, store, no_stages)
+    found: Problem = caught.value.args[0]
+    return found
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_state_space_problems_are_double_whatever_the_precision(
+    store: Path, precision: str
+) -> None:
+    """Their sums are long; other families see windows."""
+    state_space = tiny_state_space_recipe(
+        data=STATE_SPACE.data.model_dump(mode="json"), training={"precision": precision}
+    )
+    feed_forward = FEED_FORWARD.model_copy(
+        update={"training": FEED_FORWARD.training.model_copy(update={"precision": precision})}
+    )
+    expected = [torch.float64, getattr(torch, precision)]
+    for recipe, dtype in zip((state_space, feed_forward), expected, strict=True):
+        problem = problem_of(recipe, store)
+        records = (*problem.training, *problem.validation)
+        assert {values.dtype for values in records} == {dtype}
+
+
+def with_network(recipe: Recipe, **changes: Any) -> Recipe:
+    return recipe.model_copy(update={"network": recipe.network.model_copy(update=changes)})
+
+
+DIFFERENCES = ("inputs", "changes", "second_changes")
+
+
+@pytest.mark.parametrize(
+    "recipe",
+    [
+        with_network(FEED_FORWARD, features=DIFFERENCES),
+        with_network(STATE_SPACE, drive=DIFFERENCES),
+    ],
+    ids=["feed_forward", "state_space"],
+)
+def test_features_are_those_of_the_network_normalised_by_the_training_data(
+    store: Path, recipe: Recipe
+) -> None:
+    problem = problem_of(recipe, store)
+    features, signal = problem.features, recipe_system(recipe).inputs[0]
+    assert features.chosen == (0, 1, 2)
+    for (seen, _), name in ((problem.training, "train"), (problem.validation, "validation")):
+        scaled = read_split(store, name).inputs / signal.high
+        assert np.array_equal(seen.numpy(), features.along(scaled))
+    spread = problem.training[0].double().flatten(0, 1).std(0, correction=0)
+    assert spread[1:].tolist() == pytest.approx([1.0, 1.0], rel=1e-5)
+    assert features.scaling.scale[0] == 1
+
+
+@pytest.mark.parametrize("recipe", [FEED_FORWARD, STATE_SPACE], ids=["adam", "least squares"])
+def test_signs_of_features_that_do_not_follow_are_not_flipped(
+    store: Path, monkeypatch: pytest.MonkeyPatch, recipe: Recipe
+) -> None:
+    def refused(features: FeatureMap) -> None:
+        raise Reached(features)
+
+    monkeypatch.setattr(module, "require_odd", refused)
+    problem_of(recipe, store)
+    training = recipe.training.model_copy(update={"flip_signs": True})
+    flipping = recipe.model_copy(update={"training": training})
+    with pytest.raises(Reached) as caught:
+        fit_surrogate(flipping, recipe_system(recipe), store, store, no_stages)
+    assert isinstance(caught.value.args[0], FeatureMap)
+
+
+def test_eigenvalues_are_those_of_state_space_recipes_alone(
+    store: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Systems that cannot be linearized, or grow, may have a feed-forward network."""
+    found = problem_of(STATE_SPACE, store).eigenvalues
+    assert found is not None
+    assert complex(found[0]) == pytest.approx(complex(-20, np.sqrt(1200)), rel=1e-4)
+
+    def never(system: object) -> None:
+        raise AssertionError("nobody needs them")
+
+    monkeypatch.setattr(module, "eigenvalues_at_rest", never)
+    assert problem_of(FEED_FORWARD, store).eigenvalues is None
+    with pytest.raises(AssertionError, match="nobody"):
+        problem_of(STATE_SPACE, store)
+
+
+def test_checkpoints_belong_to_the_eigenvalues(
+    store: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = problem_of(STATE_SPACE, store).checkpoint
+    assert problem_of(STATE_SPACE, store).checkpoint == before
+    monkeypatch.setattr(module, "eigenvalues_at_rest", lambda system: np.array([-20 + 1j]))
+    assert problem_of(STATE_SPACE, store).checkpoint != before
+
+
+def test_checkpoints_belong_to_the_code(
+    store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of the surrogate and of the estimator, both."""
+
+    def names() -> set[str]:
+        fit_surrogate(FEED_FORWARD, recipe_system(FEED_FORWARD), store, tmp_path, no_stages)
+        return {path.name for path in tmp_path.iterdir()}
+
+    before = names()
+    assert names() == before
+    assert len(before) == 2
+    monkeypatch.setattr(checkpoint_keys, "_code", lambda: "another")
+    new = names() - before
+    assert sorted(name.split("-")[0] for name in new) == ["estimator", "surrogate"]
+
+
+def test_code_is_every_source_of_the_rooms_of_a_training_and_torch(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here = checkpoint_keys._code()
+    copy = tmp_path / "slide_fmu"
+    shutil.copytree(checkpoint_keys.PACKAGE, copy)
+    monkeypatch.setattr(checkpoint_keys, "PACKAGE", copy)
+    assert checkpoint_keys._code() == here
+    seen = {here}
+    sources = ["learn/state_space/cell.py", "learn/new.py", "surrogate/surrogate.py"]
+    sources += ["network/state_space/network.py", "features/serial_chain.py", "core/measures.py"]
+    for source in sources:
+        with (copy / source).open("a", encoding="utf-8") as file:
+            file.write("# changed\n")
+        seen.add(checkpoint_keys._code())
+    (copy / "learn" / "new.py").rename(copy / "learn" / "newer.py")
+    seen.add(checkpoint_keys._code())
+    monkeypatch.setattr(torch, "__version__", "0.1")
+    seen.add(checkpoint_keys._code())
+    assert len(seen) == len(sources) + 3
+    (copy / "cli" / "app.py").write_text("")  # no part of a training
+    assert checkpoint_keys._code() in seen
+
+
+def test_rooms_of_a_training_are_all_that_it_imports() -> None:
+    graph = grimp.build_graph("slide_fmu")
+    own = graph.find_descendants("slide_fmu.fitting")
+    reached = set[str]().union(own, *(graph.find_upstream_modules(name) for name in own))
+    assert {name.split(".")[1] for name in reached if "." in name} == set(checkpoint_keys.ROOMS)
+
+
+SIGNALS = (Signal("a", "N", -2.0, 6.0), Signal("b", "m", 0.0, 4.0))
+
+
+def noise(seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(-1, 1, (4, 500, 2))
+
+
+def test_signals_that_move_pass() -> None:
+    require_motion(SIGNALS, noise())
+    # a little more than rounding, and one that is held along each trajectory
+    require_motion(SIGNALS, 3.0 + noise() * [1.0, 4 * STILL * 4.0])
+    held = noise()
+    held[:, :, 1] = np.arange(4)[:, None]
+    require_motion(SIGNALS, held)
+
+
+@pytest.mark.parametrize("remaining", [0.0, 1e-12, 0.5 * STILL * 4.0])
+@pytest.mark.parametrize("level", [0.0, 3.1])
+def test_signal_that_is_constant_up_to_rounding_is_refused(remaining: float, level: float) -> None:
+    still = noise()
+    still[:, :, 1] = level + remaining * still[:, :, 1]
+    with pytest.raises(ValueError, match="constant") as caught:
+        require_motion(SIGNALS, still)
+    assert str(caught.value) == (
+        "'b' is constant in the training data; expected it to move within 0.0 .. 4.0 m: check "
+        "data.excitation and the signal's range"
+    )
+
+
+@pytest.mark.parametrize(
+    "recipe", [FEED_FORWARD, STATE_SPACE], ids=["feed_forward", "state_space"]
+)
+@pytest.mark.parametrize(("part", "name"), [("inputs", "force"), ("outputs", "position")])
+def test_fit_refuses_what_never_moves(
+    store: Path, monkeypatch: pytest.MonkeyPatch, recipe: Recipe, part: str, name: str
+) -> None:
+    def still(path: Path, split: str, count: int) -> Split:
+        found = read_split(path, split, count)
+        change: dict[str, Any] = {part: np.full_like(getattr(found, part), 0.1)}
+        return replace(found, **change) if split == "train" else found
+
+    monkeypatch.setattr(module, "read_split", still)
+    with pytest.raises(ValueError, match=rf"^'{name}' is constant in the training data; expected"):
+        fit_surrogate(recipe, recipe_system(recipe), store, store, no_stages)

@@ -1,0 +1,115 @@
+"""The forecast of inputs learns what the inputs of the training do."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.scaling import range_scaling
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.fitting.input_forecast import POLYNOMIALS, fit_forecast
+from slide_fmu.surrogate.input_forecast import InputForecast
+
+ROAD = (Signal("road", "m", -1.0, 1.0, hold="first_order"),)
+ANGLE = tuple(
+    Signal(f"director_{axis}", "1", -1.0, 1.0, start=start, hold="first_order", angle=part)
+    for axis, start, part in (("x", 1.0, "cosine"), ("y", 0.0, "sine"))
+)
+
+
+def smooth(seed: int, count: int = 12, samples: int = 600) -> FloatArray:
+    rng = np.random.default_rng(seed)
+    frequencies, phases = rng.uniform(0.02, 0.6, (2, count, 5, 1))
+    values = np.sin(frequencies * np.arange(samples) + 10 * phases)
+    return np.asarray(0.15 * values.sum(axis=1))
+
+
+def rough(seed: int, count: int = 12, samples: int = 600) -> FloatArray:
+    steps = np.random.default_rng(seed).normal(0, 0.02, (count, samples))
+    return np.asarray(np.cumsum(steps, axis=1) * 0.2)
+
+
+def errors(forecast: InputForecast, values: FloatArray, index: int = 0) -> tuple[float, float]:
+    """RMS of the forecast's errors, and of the held value's."""
+    n = forecast.n_points
+    found = [forecast.change(index, values[k - n : k][::-1]) for k in range(n, len(values))]
+    true = np.diff(values)[n - 1 :]
+    return float(np.std(true - found)), float(np.std(true))
+
+
+def test_one_forecast_serves_smooth_and_rough_inputs() -> None:
+    """Smooth ones nearly to the end, rough ones no worse than the value that is held."""
+    both = np.concatenate([smooth(0), rough(1)])[:, :, None]
+    forecast = fit_forecast(ROAD, both, at_step_end=False)
+    assert forecast is not None
+    wrong, held = errors(forecast, smooth(7, 1)[0])
+    assert wrong < 0.04 * held
+    wrong, held = errors(forecast, rough(8, 1)[0])
+    assert wrong < 1.01 * held
+
+
+def test_fitted_candidates_are_better_than_polynomials() -> None:
+    fast = smooth(0)[:, ::2, None]
+    fitted = fit_forecast(ROAD, fast, at_step_end=False)
+    plain = InputForecast(False, POLYNOMIALS[None], np.ones(1))
+    assert fitted is not None
+    values = smooth(7, 1)[0, ::2]
+    assert errors(fitted, values)[0] < 0.5 * errors(plain, values)[0]
+
+
+def test_what_the_training_leaves_open_stays_a_polynomial() -> None:
+    """Straight lines: every candidate knows them, none is fitted away from what it is."""
+    ramps = np.linspace(-1, 1, 400) * np.array([[0.2], [0.9]])
+    forecast = fit_forecast(ROAD, ramps[:, :, None], at_step_end=True)
+    assert forecast is not None
+    assert forecast.at_step_end
+    np.testing.assert_allclose(forecast.weights[0], POLYNOMIALS, atol=1e-6)
+    assert forecast.largest_change == pytest.approx([0.9 * 2 / 399])
+
+
+def test_jumps_leave_the_value_held() -> None:
+    values = np.repeat(np.random.default_rng(0).uniform(-1, 1, (8, 40)), 30, axis=1)
+    forecast = fit_forecast(ROAD, values[:, :, None], at_step_end=False)
+    assert forecast is not None
+    found, held = errors(forecast, values[0])
+    assert found == held
+
+
+def test_angles_are_forecast_by_their_turn() -> None:
+    angles = 8 * smooth(0)
+    inputs = np.stack([np.cos(angles), np.sin(angles)], axis=2)
+    forecast = fit_forecast(ANGLE, inputs, at_step_end=False)
+    assert forecast is not None
+    assert forecast.largest_change[0] == pytest.approx(np.abs(np.diff(angles, axis=1)).max())
+    assert forecast.largest_change[1] == 0
+    angle = 8 * smooth(9, 1)[0]
+    circle, scaling = np.stack([np.cos(angle), np.sin(angle)], axis=1), range_scaling(ANGLE)
+    n, wrong = forecast.n_points, []
+    for k in range(n, len(circle)):
+        ahead = forecast.ahead(0.7 * circle[k - n : k][::-1], ANGLE, scaling)
+        assert np.hypot(*ahead) == pytest.approx(0.7)
+        wrong.append(np.angle(complex(*ahead) / complex(*circle[k])))
+    assert np.std(wrong) < 0.04 * np.std(np.diff(angle))
+
+
+def test_forecasts_are_no_larger_than_what_was_seen_and_stay_in_the_range() -> None:
+    forecast = InputForecast(False, POLYNOMIALS[None], np.array([0.05]))
+    past = np.linspace(0.0, -1.0, forecast.n_points)[:, None]  # rises by 0.07
+    scaling = range_scaling(ROAD)
+    assert forecast.ahead(past, ROAD, scaling) == pytest.approx([0.05])
+    quick = InputForecast(False, POLYNOMIALS[None], np.array([0.2]))
+    assert quick.ahead(past, ROAD, scaling) == pytest.approx([past[0, 0] - past[1, 0]])
+    assert quick.ahead(past, ROAD, scaling, 0.05) == pytest.approx([0.0])
+    assert quick.ahead(past + 0.95, ROAD, scaling) == pytest.approx([1.0])
+    assert quick.ahead(past + 1.5, ROAD, scaling) == pytest.approx([1.5])
+
+
+def test_inputs_with_a_zero_order_hold_have_no_forecast() -> None:
+    force = (Signal("force", "N", -1.0, 1.0),)
+    assert fit_forecast(force, smooth(0)[:, :, None], at_step_end=False) is None
+
+
+def test_trajectories_too_short_to_learn_from_leave_polynomials() -> None:
+    forecast = fit_forecast(ROAD, smooth(0, 3, 12)[:, :, None], at_step_end=False)
+    assert forecast is not None
+    np.testing.assert_array_equal(forecast.weights[0], POLYNOMIALS)

@@ -1,7 +1,8 @@
 """Build released FMUs again without training: ``python fmus/rebuild.py fmus/duffing/duffing.fmu``.
 
 Each FMU is replaced by one with the same surrogate, provenance, measured figures and report, and
-with the runtime of this version; its card is written again too. To train and to measure again:
+with the runtime of this version; its card is written again too. Its recipe is that of ``training``
+as it is now, which must say the same. To train and to measure again:
 ``make release NAME=duffing``.
 """
 
@@ -9,12 +10,17 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 from slide_fmu.core.files import write_whole
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
-from slide_fmu.pipeline.run_folder import StageError
+from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
+from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.model_card import variable_table
 
+TRAINING = Path(__file__).parents[1] / "training"
 PAGE, CARD = "index.html", "README.md"
 HEADING = "| variable |"
 """How the table of variables begins on a card."""
@@ -29,7 +35,8 @@ def rebuild(fmu: Path) -> Path:
 
     Raises:
         FmuError: the file is no FMU of slide-fmu, or damaged.
-        StageError: it carries no measured figures or no report, or its card has no table.
+        StageError: it carries no measured figures or no report, its recipe says something else
+            now, or its card has no table.
         OSError: a file cannot be read or written, or there is no card.
     """
     surrogate, found = read_fmu(fmu)
@@ -42,9 +49,38 @@ def rebuild(fmu: Path) -> Path:
         )
     place = fmu.with_name(CARD)
     text = _with_variables(place.read_text(encoding="utf-8"), variable_table(surrogate), place)
-    export_fmu(surrogate, fmu, provenance=found, documentation={PAGE: page})
+    recipe = _recipe_now(found or {}, surrogate)
+    export_fmu(
+        surrogate, fmu, provenance={**(found or {}), "recipe": recipe}, documentation={PAGE: page}
+    )
     write_whole(place, text.encode("utf-8"))
     return fmu
+
+
+def _recipe_now(provenance: dict[str, Any], surrogate: Surrogate) -> str:
+    """Return the text of the recipe in ``training``, if it says what the released one says.
+
+    A surrogate of an earlier version had no key ``window.inputs``: what it does stands in itself.
+    """
+    place = TRAINING / f"{surrogate.name}.toml"
+    text = place.read_text(encoding="utf-8")
+    released = recipe_of_provenance(provenance, surrogate.name)
+    found, now = (_learnt(recipe) for recipe in (released, parse_recipe(text, str(place))))
+    inputs = "step_end" if surrogate.inputs_at_step_end else "now"
+    if "inputs =" not in provenance["recipe"] and any(
+        signal.hold == "first_order" for signal in surrogate.inputs
+    ):
+        found["window"]["inputs"] = inputs
+    if found != now:
+        raise StageError(f"{place} says something else than the released FMU: release it again")
+    return text
+
+
+def _learnt(recipe: Recipe) -> dict[str, Any]:
+    """Return what a recipe says, but for words and a picture: nothing is learnt by them."""
+    values = recipe.model_dump(mode="json", exclude={"description", "equations"})
+    del values["system"]["picture"]
+    return values
 
 
 def _with_variables(text: str, table: str, place: Path) -> str:

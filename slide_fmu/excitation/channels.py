@@ -11,7 +11,6 @@ from typing import Literal
 
 import numpy as np
 from pydantic import Field
-from scipy.signal import lfilter
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.base import CountRange, Kind, PositiveRange, Range
@@ -93,6 +92,8 @@ class FilteredRandom(ChannelKind):
     angular_frequency: PositiveRange
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
+        from scipy.signal import lfilter  # slow to import, and not needed to read recipes
+
         low, high = np.log(self.angular_frequency)
         step = time[1] - time[0] if len(time) > 1 else 0.0
         pole = float(np.exp(-step * np.exp(rng.uniform(low, high))))

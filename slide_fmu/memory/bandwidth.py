@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.signal import welch
 
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.data.draws import PROBE, Stream, draw
@@ -116,6 +115,8 @@ def bandwidth(system: System) -> float | None:
     Raises:
         SimulationError: the system could not be simulated.
     """
+    from scipy.signal import welch  # slow to import, and not needed to size a window
+
     rng = np.random.default_rng(0)
     low, high = (np.array([getattr(s, end) for s in system.inputs]) for end in ("low", "high"))
     inputs = rng.uniform(low, high, (LEAD_IN + SAMPLES, len(low)))

@@ -104,7 +104,8 @@ def _check_same(
 ) -> None:
     """Refuse two sets of outputs that should be the same."""
     one, other = pair
-    slack = part * np.max(np.abs(one), axis=0, initial=0.0)
+    ranges = np.array([signal.high - signal.low for signal in system.outputs])
+    slack = part * np.maximum(np.max(np.abs(one), axis=0, initial=0.0), ranges)
     apart = np.abs(one - other) > slack
     if apart.any():
         k, i = (int(index[0]) for index in np.nonzero(apart))

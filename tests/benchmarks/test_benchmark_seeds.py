@@ -6,7 +6,7 @@ from pathlib import Path
 
 import seeds
 
-from slide_fmu.cli.options import UNSEEN_SEED
+from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.recipe.reading import load_recipe
 
 HERE = Path(__file__).parent

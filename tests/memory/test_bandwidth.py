@@ -28,7 +28,10 @@ from tests.recipes import tiny_recipe
 def test_lag_is_sampled_some_times_in_its_time_constant(time_constant: float) -> None:
     """The gain 1 / sqrt(1 + w^2 T^2) is a fifth of the largest at w T = sqrt(24)."""
     found = proposed_step(lambda step: Lag(step, time_constant))
-    assert found.bandwidth == pytest.approx(math.sqrt(24) / (2 * math.pi * time_constant), rel=0.5)
+    corner = math.sqrt(24) / (2 * math.pi * time_constant)
+    assert found.bandwidth is not None
+    # a spectrum at a step of more than the lag shows the corner blurred by what folds back
+    assert 0.7 < found.bandwidth / corner < 2.0
     assert 0.5 < found.step * 5.0 * found.bandwidth <= 1.0
 
 

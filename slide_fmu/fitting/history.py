@@ -52,11 +52,13 @@ class CurvePoint:
     Attributes:
         trajectories: number of trajectories that were learnt from.
         validation_error: RMS on other trajectories, in scaled units.
+        training_error: RMS on those that were learnt from.
         seconds: time that its data and its learning took.
     """
 
     trajectories: int
     validation_error: float
+    training_error: float
     seconds: float
 
 

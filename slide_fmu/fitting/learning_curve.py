@@ -1,12 +1,13 @@
 """A learning curve: how the validation error falls with the number of trajectories.
 
 One network of moderate size goes on learning from twice as many trajectories, point by point. It
-starts each point with what it knows, so that a point whose error does not fall shows that neither
-more data nor more iterations pay.
+starts each point with what it knows: the validation error falls with the iterations too, so it is
+the difference from the training error that shows whether more data would pay.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from slide_fmu.fitting.fit import eigenvalues_at_rest, standard_deviation_scalin
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.fit import prepare
 from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
+from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
 from slide_fmu.fitting.state_space.sizes import FIRST_UNITS
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.offers import offered_features
@@ -66,8 +68,10 @@ class LearningCurve:
         self._scales: _Scales | None = None
         self._candidate: Candidate | None = None
 
-    def error(self, train: int, validation: int, progress: Progress) -> float:
-        """Return the validation error after learning from the first trajectories, as scaled RMS.
+    def errors(self, train: int, validation: int, progress: Progress) -> tuple[float, float]:
+        """Return validation and training error after learning from the first trajectories.
+
+        Both are RMS in scaled units.
 
         Raises:
             StoreError: trajectories are missing.
@@ -96,8 +100,9 @@ class LearningCurve:
         iterations = FIRST_ITERATIONS if first else ITERATIONS
         fit.plan(iterations)
         before = self._candidate or self._first(fit)
-        self._candidate = fit.with_more_data(before, iterations)
-        return self._candidate.error
+        self._candidate = candidate = fit.with_more_data(before, iterations)
+        squares = sum_of_squares(candidate.shape, candidate.state.best, data.whole)
+        return candidate.error, math.sqrt(squares / data.whole.counted)
 
     def _first(self, fit: MultiStart) -> Candidate:
         """Return what the curve starts from: the sizes that are given, else moderate ones."""

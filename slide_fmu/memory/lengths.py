@@ -22,7 +22,7 @@ MARGIN = 1.25
 but rare motions of any other seed (docs/window.md has the figures)."""
 OUTPUTS = 0.5
 """Output samples of a window, relative to those that it truncates: a third of the window."""
-WINDOWS = 6
+WINDOWS = 4
 """A trajectory is this many windows long, so that its burn-in is a small part of the work."""
 LEAST_SAMPLES = 1024
 """It scores at least this many samples, some segments of a training."""

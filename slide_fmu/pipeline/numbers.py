@@ -1,8 +1,8 @@
 """Numbers of trajectories that a recipe leaves open are found from a learning curve, and kept.
 
 Trajectories are made, and learnt from, in stages of twice as many; the curve ends where a doubling
-does not pay. What was found lies in the run folder, point by point, so that a curve that was
-killed goes on.
+does not pay, or cannot, since what was learnt holds on other motions too. What was found lies in
+the run folder, point by point, so that a curve that was killed goes on.
 """
 
 from __future__ import annotations
@@ -26,10 +26,13 @@ from slide_fmu.recipe.automatic import NUMBERS, nested
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_system
 
-FIRST, MOST = 8, 256
+FIRST, MOST = 32, 256
 """A learning curve begins with the first number of trajectories, and ends with the second."""
 PAYS = 0.95
 """A doubling of the trajectories pays when the validation error falls below this part of it."""
+HOLDS = 1.1
+"""More trajectories teach nothing new where the validation error is at most this many times the
+error on those that were learnt from."""
 VALIDATION, SHARE = 12, 4
 """The curve is judged on the first number of validation trajectories. In the end there are as
 many, or one for so many trajectories to learn from, if that is more."""
@@ -67,7 +70,7 @@ def known_numbers(recipe: Recipe, folder: RunFolder) -> Resolved | None:
 def least_numbers(recipe: Recipe) -> Resolved:
     """Return the numbers that a recipe leaves open, if its curve ends as soon as it can."""
     open_curve = "data.train" in recipe.automatic
-    return _numbers_with(recipe, 2 * FIRST if open_curve else recipe.data.train)
+    return _numbers_with(recipe, FIRST if open_curve else recipe.data.train)
 
 
 def _numbers_with(recipe: Recipe, train: int) -> Resolved:
@@ -113,10 +116,11 @@ def _extend_curve(recipe: Recipe, folder: RunFolder, bar: Stages, workers: int |
     while curve.reason is None:
         train, begin = FIRST * 2 ** len(points), time.monotonic()
         staged.make(train)
-        error = learning.error(train, VALIDATION, bar(f"learning curve, {train} trajectories"))
+        stage = bar(f"learning curve, {train} trajectories")
+        errors = learning.errors(train, VALIDATION, stage)
         # of a point that was known, finding it again is no measure of what it takes
         seconds = known.get(train, time.monotonic() - begin)
-        points.append(CurvePoint(train, error, seconds))
+        points.append(CurvePoint(train, *errors, seconds))
         curve = Curve(tuple(points), _end(points, recipe.data.budget_minutes))
         record = {"recipe": about, "probe": motion.tolist(), "curve": curve.figures()}
         write_whole(folder.numbers, json.dumps(record, indent=1).encode("utf-8"))
@@ -125,6 +129,8 @@ def _extend_curve(recipe: Recipe, folder: RunFolder, bar: Stages, workers: int |
 def _end(points: list[CurvePoint], budget: float | None) -> str | None:
     """Return why a curve ends with its last point; None if it does not."""
     last, spent = points[-1], sum(point.seconds for point in points) / 60
+    if last.validation_error <= HOLDS * last.training_error:
+        return "what was learnt holds on other motions: more trajectories would teach nothing new"
     if len(points) > 1 and not last.validation_error < PAYS * points[-2].validation_error:
         return f"twice the trajectories lower the error by less than {100 * (1 - PAYS):.0f} %"
     if last.trajectories >= MOST:

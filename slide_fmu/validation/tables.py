@@ -22,9 +22,16 @@ def size_rows(sizes: Sequence[Mapping[str, Any]]) -> list[Sequence[str]]:
 
 def curve_rows(curve: Mapping[str, Any]) -> list[Sequence[str]]:
     """Return a table of a learning curve, its heading first."""
-    rows: list[Sequence[str]] = [("trajectories", "validation error", "time / s")]
+    rows: list[Sequence[str]] = [
+        ("trajectories", "validation error", "training error", "time / s")
+    ]
     rows += [
-        (str(p["trajectories"]), f"{p['validation_error']:.3g}", f"{p['seconds']:.0f}")
+        (
+            str(p["trajectories"]),
+            f"{p['validation_error']:.3g}",
+            f"{p['training_error']:.3g}",
+            f"{p['seconds']:.0f}",
+        )
         for p in curve["points"]
     ]
     return rows

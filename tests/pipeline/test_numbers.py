@@ -144,7 +144,7 @@ def test_budget_ends_a_curve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_budget_counts_what_all_points_took() -> None:
-    points = [CurvePoint(2, 1.0, 30.0), CurvePoint(4, 0.5, 60.0)]
+    points = [CurvePoint(2, 1.0, 0.1, 30.0), CurvePoint(4, 0.5, 0.1, 60.0)]
     assert numbers._end(points, 3.6) is None
     assert numbers._end(points, 3.4) is not None
 

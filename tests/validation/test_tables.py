@@ -12,7 +12,9 @@ from slide_fmu.validation.report import Report, curve_section, sizes_section
 from slide_fmu.validation.tables import curve_rows, size_rows
 
 SIZES = [asdict(TriedSize(4, 0, 26, 0.0912, 0.08)), asdict(TriedSize(4, 16, 290, None, None))]
-CURVE = Curve((CurvePoint(8, 0.25, 3.2), CurvePoint(16, 0.0625, 6.0)), "it was enough")
+CURVE = Curve(
+    (CurvePoint(8, 0.25, 0.125, 3.2), CurvePoint(16, 0.0625, 0.05, 6.0)), "it was enough"
+)
 REMARK = "much could still be learnt"
 
 
@@ -24,7 +26,10 @@ def test_sizes_stand_with_their_errors() -> None:
 
 
 def test_curve_stands_with_its_numbers_and_times() -> None:
-    assert curve_rows(CURVE.figures())[1:] == [("8", "0.25", "3"), ("16", "0.0625", "6")]
+    assert curve_rows(CURVE.figures())[1:] == [
+        ("8", "0.25", "0.125", "3"),
+        ("16", "0.0625", "0.05", "6"),
+    ]
     assert Curve.of_figures(CURVE.figures()) == CURVE
 
 

@@ -1,0 +1,146 @@
+"""A first recipe is proposed for a model of the user, and is tried."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from slide_fmu.cli import app
+from slide_fmu.pipeline import proposal as proposals
+from slide_fmu.pipeline.proposal import Wish, parse_range, propose
+from slide_fmu.recipe.reading import load_recipe, parse_recipe
+from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.systems.errors import LoadError
+from tests.progress import silent
+
+LAG = '''
+"""A lag of first order: the output follows the input with the time constant of 0.5 s."""
+
+inputs = {"force": "N", "spare": {"unit": "N", "range": [0.0, 1.0]}}
+outputs = {"position": "m", "double": {"unit": "m", "range": [-9.0, 9.0]}}
+parameters = {"time_constant": 0.5}
+start = [0.0]
+
+
+def f(x, u, p):
+    return [(u[0] + 0.1 * u[1] - x[0]) / p.time_constant]
+
+
+def g(x, u, p):
+    return [x[0], 2 * x[0]]
+'''
+
+
+@pytest.fixture
+def lag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(proposals, "SAMPLES", 200)
+    path = tmp_path / "slow_lag.py"
+    path.write_text(LAG)
+    return path
+
+
+def invoke(*arguments: str) -> Result:
+    return CliRunner().invoke(app, list(arguments))
+
+
+def test_proposed_recipe_says_what_was_found_and_assumed(lag: Path) -> None:
+    found = propose(Wish(str(lag), {"force": (-2.0, 2.0)}, ("position",), step=0.1), silent)
+    recipe = parse_recipe(found.text, "proposal")
+    assert (recipe.name, recipe.system.kind) == ("slow_lag", "function")
+    assert recipe.system.model == "slow_lag.py"
+    assert list(recipe.system.inputs) == ["force"]
+    assert recipe.system.inputs["force"].range == (-2.0, 2.0)
+    assert recipe.system.inputs["force"].hold == "zero_order"
+    low, high = recipe.system.outputs["position"].range or (0.0, 0.0)
+    assert -3.0 < low < -0.5
+    assert 0.5 < high < 3.0
+    assert "# time_constant = 0.5" in found.text
+    assert "# The range was given." in found.text
+
+
+def test_proposal_takes_all_signals_where_none_are_named(lag: Path) -> None:
+    wish = Wish(str(lag), {"force": (-2.0, 2.0), "spare": None}, step=0.1)
+    found = parse_recipe(propose(wish, silent).text, "proposal")
+    assert list(found.system.inputs) == ["force", "spare"]
+    assert list(found.system.outputs) == ["position", "double"]
+    assert found.system.outputs["double"].range == (-9.0, 9.0)
+
+
+@pytest.mark.parametrize(
+    ("wish", "message"),
+    [
+        ({}, r"input 'force' \(N\): the model declares no range; .* --input force=LOW\.\.HIGH"),
+        ({"inputs": {"power": None}}, r"--input power: .* expected some of \['force', 'spare'\]"),
+        (
+            {"inputs": {"force": (-1.0, 1.0)}, "outputs": ("speed",)},
+            r"--output speed: .* expected some of \['position', 'double'\]",
+        ),
+    ],
+)
+def test_proposal_without_what_it_needs_is_refused(
+    lag: Path, wish: dict[str, object], message: str
+) -> None:
+    with pytest.raises(RecipeError, match=message):
+        propose(Wish(str(lag), **wish), silent)  # type: ignore[arg-type]
+
+
+def test_model_of_no_kind_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "nothing.py"
+    path.write_text("x = 1\n")
+    with pytest.raises(LoadError, match=r"is of no known kind; expected an FMU"):
+        propose(Wish(str(path)), silent)
+
+
+def test_model_that_cannot_be_run_is_named_with_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "broken.py"
+    path.write_text("import numpy\n\nvalue = 1 / 0\n")
+    with pytest.raises(LoadError, match=r"ZeroDivisionError: .*broken\.py, line 3"):
+        propose(Wish(str(path)), silent)
+
+
+@pytest.mark.parametrize("text", ["force=1", "force=2..1", "force=a..b", "=1..2", "force=1..1"])
+def test_range_that_is_none_is_refused(text: str) -> None:
+    with pytest.raises(RecipeError, match=r"expected NAME=LOW\.\.HIGH"):
+        parse_range([text])
+
+
+def test_ranges_are_read_in_their_order() -> None:
+    assert parse_range(["b=-1..2.5", "a"]) == {"b": (-1.0, 2.5), "a": None}
+
+
+def test_init_and_try_go_from_a_model_to_figures(lag: Path, tmp_path: Path) -> None:
+    command = ("init", "slow_lag.py", "--input", "force=-2..2", "-o", "recipes/lag.toml")
+    done = invoke(*command)
+    assert done.exit_code == 0, done.output
+    assert "next    slide-fmu try recipes/lag.toml" in done.output
+    recipe = load_recipe("recipes/lag.toml")
+    assert recipe.system.model == "../slow_lag.py"
+    again = invoke(*command)
+    assert again.exit_code == 1
+    assert "recipes/lag.toml is there already" in again.output
+    tried = invoke("try", "recipes/lag.toml", "--json", "figures.json")
+    assert tried.exit_code == 0, tried.output
+    figures = json.loads((tmp_path / "figures.json").read_text())
+    assert figures["window"]["sufficient"]
+    # to a thousandth the lag forgets in 0.5 s ln(1000)
+    assert figures["window"]["decay_time_s"]["worst"] == pytest.approx(3.45, rel=0.05)
+    assert figures["system"]["offers"]["linearization"]
+    assert figures["data"]["expected_wall_time_s"] > 0
+    assert "next    slide-fmu run recipes/lag.toml" in tried.output
+
+
+@pytest.mark.parametrize("kind", ["function", "exudyn"])
+def test_init_writes_a_small_model_that_runs(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(proposals, "SAMPLES", 100)
+    done = invoke("init", "--kind", kind, "first_model", "--step", "0.02")
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "first_model.py").exists()
+    recipe = load_recipe("first_model.toml")
+    assert (recipe.system.kind, recipe.window.step) == (kind, 0.02)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
 
 import numpy as np
 import pytest
 
+from slide_fmu.core.scaling import Affine
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.feed_forward.network import FeedForward
@@ -80,11 +82,21 @@ def test_cells_that_overflow_are_refused_and_go_on(load: Load) -> None:
     assert np.all(np.isfinite(native.get(1, 5)))
 
 
+def magnified(features: FeatureMap) -> FeatureMap:
+    """The same features times 1e6, so that most of them overflow; but for cosine and sine."""
+    scale = features.scaling.scale * np.array([*[1e-6] * (features.n_signals - 2), 1, 1])
+    scaling = Affine.of_channels(features.scaling.offset, scale)
+    return FeatureMap(features.features, features.chosen, scaling)
+
+
 @pytest.mark.parametrize("cell", [None, CellShape(units=8, activation="gated", turned=1)])
 def test_features_that_are_not_finite_are_refused(load: Load, cell: CellShape | None) -> None:
-    """Saturated units would hide them: rates overflow where the inputs do not."""
+    """Saturated units would hide them: loads overflow where the inputs do not."""
     shape = Shape(n_inputs=2, features="chain", activation="tanh", positions=2, cell=cell)
-    native = load(random_surrogate(shape)).instance().start()
+    surrogate = random_surrogate(shape)
+    network = copy.copy(surrogate.network)
+    network.features = magnified(network.features)
+    native = load(dataclasses.replace(surrogate, network=network)).instance().start()
     native.step(0.1, 0.2)
     native.set(3e38, 0.2)
     before = native.get(2, 3)

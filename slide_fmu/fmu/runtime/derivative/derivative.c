@@ -20,14 +20,21 @@ static double *row_at(const Replay *replay, size_t age) {
     return replay->model->taken + age * replay->model->n_inputs;
 }
 
-/* Samples that the step did not take in. */
-static void put_earlier(const Replay *replay) {
+/* A sample that the step did not take in. The last ones before it are kept, since two steps may
+ * take in more samples than the ring holds. */
+static const double *sample_before(const Replay *replay, size_t age) {
     const SlideModel *model = replay->model;
     const SlideSamples *samples = &replay->state->samples;
-    const uint64_t newest = *samples->count - 1;
-    const size_t end = (size_t)model->memory_length + SLIDE_BEFORE;
-    for (size_t age = replay->intake.count; age < end; ++age) {
-        const double *before = slide_samples_at(&model->samples, samples, newest - age);
+    const size_t behind = age - replay->intake.count;
+    return behind < SLIDE_BEFORE
+               ? replay->state->before.samples + behind * model->n_inputs
+               : slide_samples_at(&model->samples, samples, *samples->count - 1 - age);
+}
+
+static void put_earlier(const Replay *replay) {
+    const SlideModel *model = replay->model;
+    for (size_t age = replay->intake.count; age < model->n_redone; ++age) {
+        const double *before = sample_before(replay, age);
         for (size_t i = 0; i < model->n_inputs; ++i) {
             row_at(replay, age)[i] = replay->intake.settled
                                          ? slide_scaled(model, i, replay->state->inputs[i])
@@ -53,8 +60,13 @@ static Replay redo(const SlideModel *model, SlideState *state,
 /* What a network gives after the samples from an age on. */
 static const double *evaluate(const Replay *replay, const SlideNetwork *network,
                               const SlideExact *exact, size_t age) {
-    const SlideExactRun run = {row_at(replay, age), replay->intake.count, replay->intake.anew,
-                               replay->intake.settled, &replay->state->before.predictor};
+    const SlideIntake *intake = &replay->intake;
+    const SlideExactRun run = {.samples = row_at(replay, age),
+                               .n_taken = intake->count,
+                               .anew = intake->anew,
+                               .n_after = intake->n_after,
+                               .settled = intake->settled,
+                               .before = &replay->state->before.predictor};
     return network->family->run_exact(network, exact, &run);
 }
 

@@ -63,12 +63,12 @@ static void take(const SlideNetwork *network, const State *exact, const double *
 }
 
 /* From what was before the step; or from zero, over the same sample until that is forgotten, or
- * over the whole window. */
+ * over the whole window and what came after it. */
 const double *slide_cells_exact_run(const SlideNetwork *network, const SlideExact *scratch,
                                     const SlideExactRun *run) {
     const State *exact = &scratch->cells;
     const size_t n_inputs = network->seen.n_inputs;
-    const uint32_t n_taken = run->anew ? network->n_samples : run->n_taken;
+    const uint32_t n_taken = run->anew ? network->n_samples + run->n_after : run->n_taken;
     const bool settles = run->settled && !run->anew;
     start(network, exact, run->settled || run->anew ? NULL : &run->before->cells);
     for (uint64_t left = settles ? network->n_settling : 0; left > 0; --left) {

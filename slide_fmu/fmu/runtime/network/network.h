@@ -33,7 +33,8 @@ typedef struct SlideNetwork {
 typedef struct SlideExactRun {
     const double *samples; /* scaled [][n_inputs], newest first: those of the step, and before */
     uint32_t n_taken;      /* samples that the step took in */
-    bool anew;             /* it took in the whole window instead */
+    bool anew;             /* it took in the whole window instead, and then */
+    uint32_t n_after;      /* so many more */
     bool settled;          /* the sample before counts as held for ever */
     const SlideNetworkState *before; /* else: what was kept before the step */
 } SlideExactRun;

@@ -60,7 +60,7 @@ SlideIntake slide_intake_step(const SlideModel *model, SlideState *state) {
     const bool held = settled && !state->head->moved; /* slide_stream_hold took in one sample */
     const uint32_t n_whole = slide_intake_whole(model, state->head->last_length);
     const double *from = slide_stream_reached(model, state);
-    SlideIntake intake = {n_whole, n_whole == 0 && !held, settled};
+    SlideIntake intake = {n_whole, n_whole == 0 && !held, settled, 0};
     if (intake.anew) {
         intake.count = model->memory_length;
     } else if (held && n_whole > 0) {
@@ -79,7 +79,7 @@ SlideIntake slide_intake_step(const SlideModel *model, SlideState *state) {
 static SlideIntake move_to(const SlideModel *model, SlideState *state, double length,
                            const double *inputs) {
     const double *from = slide_stream_reached(model, state);
-    SlideIntake intake = {slide_intake_whole(model, length), false, false};
+    SlideIntake intake = {.count = slide_intake_whole(model, length)};
     intake.anew = intake.count == 0;
     intake.count = intake.anew ? model->memory_length : intake.count;
     slide_history_append(&model->history, &state->history, length, inputs, false);
@@ -130,18 +130,11 @@ static SlideIntake take_in_both(const SlideModel *model, SlideState *state) {
         return end;
     }
     const uint32_t n_whole = slide_intake_whole(model, state->head->last_length);
-    const bool joined = !end.anew && n_whole > 0 && end.count + n_whole <= model->memory_length;
-    if (joined) {
-        memmove(model->taken + n_whole * n_inputs, model->taken,
-                end.count * n_inputs * sizeof(double));
-    }
+    memmove(model->taken + n_whole * n_inputs, model->taken,
+            end.count * n_inputs * sizeof(double));
     SlideIntake intake = slide_intake_forecast(model, state);
-    intake.settled = end.settled;
-    if (joined) {
-        intake.count += end.count;
-    } else if (!intake.anew) { /* the whole window gives the same, but for what it truncates */
-        intake = (SlideIntake){model->memory_length, true, end.settled};
-        slide_intake_sample(model, state, intake.count, NULL);
+    if (!intake.anew) {
+        intake = (SlideIntake){end.count + n_whole, end.anew, end.settled, n_whole};
     }
     return intake;
 }

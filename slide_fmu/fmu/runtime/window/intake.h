@@ -7,8 +7,9 @@
 /* What a step takes in: samples one h apart, or all that the networks see anew. */
 typedef struct {
     uint32_t count; /* the newest so many of model->taken */
-    bool anew;
+    bool anew; /* all, but for the newest n_after, which came one by one */
     bool settled; /* what was before are its inputs, held for ever */
+    uint32_t n_after;
 } SlideIntake;
 
 /* The step that begins now, of state->head->last_length under state->inputs, becomes the newest of

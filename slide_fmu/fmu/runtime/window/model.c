@@ -29,6 +29,7 @@ static void shape_past(SlideModel *model, const SlidePayload *payload) {
     uint32_t estimated = estimator->positions > 0 ? (uint32_t)estimator->memory_length : 1;
     uint32_t n_seen = estimated > payload->n_in ? estimated : payload->n_in;
     model->memory_length = n_seen + SLIDE_BEFORE;
+    model->n_redone = model->memory_length + (payload->first_order ? payload->n_in : 0);
     model->samples =
         (SlideSamplesShape){payload->n_inputs, slide_power_of_two((uint64_t)model->memory_length)};
     model->history = slide_history_shape(payload->n_inputs, model->memory_length, payload->step,
@@ -52,8 +53,7 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideAren
     slide_forecast_place(&model->forecast, payload, arena);
     model->at_step_end = payload->forecast.at_step_end;
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
-    model->taken = slide_place(arena, (size_t)model->memory_length + SLIDE_BEFORE,
-                                 payload->n_inputs * sizeof(double));
+    model->taken = slide_place(arena, model->n_redone, payload->n_inputs * sizeof(double));
     model->candidate = slide_place(arena, payload->n_outputs, sizeof(double));
     memcpy(model->guid, payload->guid, sizeof model->guid);
 }

@@ -17,6 +17,8 @@ typedef struct {
     uint32_t n_in;      /* samples of the window */
     bool *cosine;       /* [n_inputs]: is it of an angle, with its sine in the next input? */
     uint32_t memory_length; /* newest samples that any result depends on */
+    uint32_t n_redone;      /* samples with which the last step can be done again; first-order
+                               hold: with the one before it, whose true end may come with it */
     SlideScaling *input_scaling, *output_scaling;
     double *starts; /* [n_inputs], physical: inputs before the first is set */
     SlideNetwork predictor;
@@ -26,8 +28,8 @@ typedef struct {
     SlideForecast forecast;
     bool at_step_end; /* start value of SlideHead.at_step_end */
     double *inputs;    /* scratch [n_inputs]: a sample, in physical units */
-    double *taken;     /* scratch [memory_length + SLIDE_BEFORE][n_inputs]: samples that a step
-                          takes in and those before, scaled, newest first */
+    double *taken;     /* scratch [n_redone][n_inputs]: samples that a step takes in and those
+                          before, scaled, newest first */
     double *candidate; /* scratch [n_outputs]: a result before it is accepted */
     const SlideKernel *kernel;
     char guid[48];

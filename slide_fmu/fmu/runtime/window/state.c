@@ -6,6 +6,7 @@ static void place_before(SlideBeforeStep *before, const SlideModel *model, Slide
     size_t row = model->n_inputs * sizeof(double);
     before->given = slide_place(arena, 1, row);
     before->rates = slide_place(arena, 1, row);
+    before->samples = slide_place(arena, SLIDE_BEFORE, row);
     before->told = slide_place(arena, model->n_inputs, sizeof *before->told);
     if (slide_is_recurrent(model->predictor.family)) {
         model->predictor.family->place_before(&before->predictor, &model->predictor, arena);

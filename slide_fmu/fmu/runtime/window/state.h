@@ -37,6 +37,7 @@ typedef struct {
 typedef struct {
     double *given, *rates;  /* [n_inputs], the inputs as they were set; of a step whose inputs
                                moved, their derivatives */
+    double *samples; /* [SLIDE_BEFORE][n_inputs], the last ones before it, scaled, newest first */
     bool *told; /* [n_inputs], of such a step: whose derivatives take the place of a forecast */
     SlideNetworkState predictor; /* of recurrent networks */
 } SlideBeforeStep;

@@ -56,10 +56,12 @@ static void remember(const SlideModel *model, SlideState *state, const double *s
 /* Keep what derivatives need of the state before what the inputs that were set change. */
 static void keep(const SlideModel *model, SlideState *state) {
     const SlideNetwork *network = &model->predictor;
+    const size_t row = model->n_inputs * sizeof(double);
     if (slide_is_recurrent(network->family)) {
         network->family->keep(network, &state->predictor, &state->before.predictor);
     }
-    memcpy(state->before.given, state->inputs, model->n_inputs * sizeof(double));
+    memcpy(state->before.given, state->inputs, row);
+    memcpy(state->before.samples, newest_sample(model, state), SLIDE_BEFORE * row);
     slide_history_begin(&model->history, &state->history, SLIDE_MARK_STEP);
 }
 

@@ -15,7 +15,8 @@ from slide_fmu.validation.model_card import variable_table
 
 ROOT = Path(__file__).parents[2]
 LINEAR = ROOT / "fmus" / "linear" / "linear.fmu"
-PROVENANCE: dict[str, object] = {"recipe": "name = 'linear'", "measured": {"parameters": 7}}
+RECIPE = (ROOT / "training" / "linear.toml").read_text(encoding="utf-8")
+PROVENANCE: dict[str, object] = {"recipe": RECIPE, "measured": {"parameters": 7}}
 PAGE = b"<p>report</p>"
 
 
@@ -78,3 +79,23 @@ def test_command_says_how_large_the_fmu_was_and_is(folder: Path) -> None:
     result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert result.returncode == 0, result.stderr
     assert f"{(folder / 'linear.fmu').stat().st_size} now" in result.stdout
+
+
+def test_rebuild_takes_the_recipe_as_it_is_written_now(folder: Path) -> None:
+    fmu = folder / "linear.fmu"
+    older = {**PROVENANCE, "recipe": RECIPE.replace('description = "', 'description = "An older ')}
+    export_fmu(read_fmu(fmu)[0], fmu, provenance=older, documentation={"index.html": PAGE})
+    rebuild(fmu)
+    assert read_fmu(fmu)[1] == PROVENANCE
+
+
+def test_rebuild_refuses_an_fmu_of_another_recipe(folder: Path) -> None:
+    fmu = folder / "linear.fmu"
+    other = {**PROVENANCE, "recipe": RECIPE.replace("n_out = 32", "n_out = 33")}
+    export_fmu(read_fmu(fmu)[0], fmu, provenance=other, documentation={"index.html": PAGE})
+    before = fmu.read_bytes()
+    with pytest.raises(
+        StageError, match=r"toml says something else than the released"
+    ):
+        rebuild(fmu)
+    assert fmu.read_bytes() == before

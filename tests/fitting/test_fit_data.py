@@ -181,7 +181,7 @@ def test_code_is_every_source_of_the_rooms_of_a_training_and_torch(
         with (copy / source).open("a", encoding="utf-8") as file:
             file.write("# changed\n")
         seen.add(checkpoint_keys._code())
-    (copy / "learn" / "new.py").rename(copy / "learn" / "newer.py")
+    (copy / "fitting" / "new.py").rename(copy / "fitting" / "newer.py")
     seen.add(checkpoint_keys._code())
     monkeypatch.setattr(torch, "__version__", "0.1")
     seen.add(checkpoint_keys._code())

@@ -175,7 +175,7 @@ def test_code_is_every_source_of_the_rooms_of_a_training_and_torch(
     monkeypatch.setattr(checkpoint_keys, "PACKAGE", copy)
     assert checkpoint_keys._code() == here
     seen = {here}
-    sources = ["learn/state_space/cell.py", "learn/new.py", "surrogate/surrogate.py"]
+    sources = ["fitting/state_space/cell.py", "fitting/new.py", "surrogate/surrogate.py"]
     sources += ["network/state_space/network.py", "features/serial_chain.py", "core/measures.py"]
     for source in sources:
         with (copy / source).open("a", encoding="utf-8") as file:

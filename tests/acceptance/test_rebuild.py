@@ -94,8 +94,6 @@ def test_rebuild_refuses_an_fmu_of_another_recipe(folder: Path) -> None:
     other = {**PROVENANCE, "recipe": RECIPE.replace("n_out = 32", "n_out = 33")}
     export_fmu(read_fmu(fmu)[0], fmu, provenance=other, documentation={"index.html": PAGE})
     before = fmu.read_bytes()
-    with pytest.raises(
-        StageError, match=r"toml says something else than the released"
-    ):
+    with pytest.raises(StageError, match=r"toml says something else than the released"):
         rebuild(fmu)
     assert fmu.read_bytes() == before

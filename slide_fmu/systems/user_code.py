@@ -6,6 +6,7 @@ import importlib
 import importlib.util
 import sys
 import traceback
+import zlib
 from pathlib import Path
 from types import ModuleType
 
@@ -77,7 +78,7 @@ def _is_users(filename: str) -> bool:
 
 def _module_of_file(path: Path) -> ModuleType:
     """Run a file as a module of its own, once in every process."""
-    name = f"slide_fmu_model_{abs(hash(str(path))):x}_{path.stem}"
+    name = f"slide_fmu_model_{zlib.crc32(str(path).encode()):x}_{path.stem}"
     if name in sys.modules:
         return sys.modules[name]
     spec = importlib.util.spec_from_file_location(name, path)

@@ -133,17 +133,17 @@ def test_zero_order_holds_have_no_such_parameter(load: Load) -> None:
     assert "no variable has the value reference" in native.messages[-1]
 
 
-LENGTHS = [1, 1, 3, 0.02, 0.01, 1, 0.6, 1, 5, 1, 2.3, 1, 0.5, 1, 8, 1, 7.7, 1, 1, 8, 8, 20.5, 2]
+LENGTHS = [1, 1, 3, 0.02, 0.01, 1, 0.6, 1, 5, 1, 2.3, 1, 0.5, 8, 1, 7.7, 1, 1, 8, 8, 20.5, 3, 13]
 """Steps in units of h; short ones are joined."""
 
 
-@pytest.mark.parametrize("family", ["elu, skip", "tanh cell", "gated cell"])
+@pytest.mark.parametrize("family", ["elu, skip", "tanh cell", "cubic cell", "gated cell"])
 @pytest.mark.parametrize("seen", ["differences", "director", "chain"])
 def test_derivatives_are_those_by_the_inputs_that_were_set_last(
     load: Load, seen: str, family: str
 ) -> None:
     """Finite differences by rollback: the forecast moves with what it begins from."""
-    surrogate = forecasting(surrogate_of(seen, family, hold="first_order"))
+    surrogate = forecasting(surrogate_of(seen, family, hold="first_order", n_in=13))
     native, count = load(surrogate).instance().start(), len(surrogate.inputs)
     distance, direction = 5e-3, np.linspace(0.7, -1, count)
     for row, length in zip(moving_inputs(surrogate, len(LENGTHS)), LENGTHS, strict=True):

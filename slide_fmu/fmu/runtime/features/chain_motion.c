@@ -6,6 +6,7 @@
 #include <string.h>
 
 #define SYMMETRY 1e-9 /* largest difference of an inertia and its transpose, over its diagonal */
+#define EXACT 1e-9 /* by which weights of a drive law may miss what they must sum up to */
 
 /* Signals: their places, those of joint rates after the tool's position. */
 enum {
@@ -180,6 +181,21 @@ static Numbers numbers_of(const double *at, size_t n) {
                      centres + 3 * n, gravity,     gravity + 3};
 }
 
+/* What the weights that follow from those of a drive law f64 [4] sum up to, after rounding
+ * (slide_fmu/features/drive_law.py). */
+static void check_law(SlideCursor *cursor, const unsigned char *law) {
+    const double newest = slide_f64(law), oldest = slide_f64(law + 8);
+    const double rate = slide_f64(law + 16), curvature = slide_f64(law + 24);
+    const double middle = 1 - newest - oldest, rate_before = 1 - 2 * rate, rest = rate - 1;
+    const bool rests = fabs(newest + middle + oldest - 1) <= EXACT &&
+                       fabs(rate + rate_before + rest) <= EXACT;
+    slide_check(cursor, rests && fabs(-rate_before - 2 * rest - 1) <= EXACT &&
+                            isfinite(2 * curvature),
+                "surrogate file: drive law %g, %g, %g, %g of a chain; expected weights that can be "
+                "summed up without loss",
+                newest, oldest, rate, curvature);
+}
+
 /* An inertia tensor f64 [3][3] must be symmetric, as slide_fmu/features/serial_chain.py says. */
 static void check_inertia(SlideCursor *cursor, const unsigned char *inertia, unsigned link) {
     for (int i = X; i <= Z; ++i) {
@@ -201,6 +217,10 @@ static void read_chain(SlideFeaturesView *view, SlideCursor *cursor) {
                 "surrogate file: step %g s of a chain; expected positive", step);
     const unsigned char *numbers =
         slide_take_f64s(cursor, NUMBERS_OF_JOINT * n + NUMBERS_OF_ALL, 1, "chain");
+    if (!cursor->good) {
+        return;
+    }
+    check_law(cursor, numbers);
     const unsigned char *joints = numbers + 8 * NUMBERS_OF_LAW;
     for (uint64_t i = 0; cursor->good && i < n; ++i) {
         const double prismatic = slide_f64(joints + 8 * (2 * n + i));

@@ -48,7 +48,13 @@ static void read_kinds(SlideFeaturesView *view, SlideCursor *cursor) {
                     (unsigned)i, (unsigned)kind);
         open = kind == COSINE;
     }
-    slide_take_f64s(cursor, view->n_inputs, 2, "director");
+    const unsigned char *ranges = slide_take_f64s(cursor, view->n_inputs, 2, "director");
+    for (uint32_t i = 0; cursor->good && i < view->n_inputs; ++i) {
+        const double half_range = slide_f64(ranges + 8 * ((size_t)view->n_inputs + i));
+        slide_check(cursor, half_range > 0,
+                    "surrogate file: half range %g of input %u of a director; expected positive",
+                    half_range, (unsigned)i);
+    }
     if (!cursor->good) {
         return;
     }

@@ -26,7 +26,11 @@ from slide_fmu.fitting.feature_search import Trials, search_features
 from slide_fmu.fitting.fit import eigenvalues_at_rest, standard_deviation_scaling
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.fit import prepare
-from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
+from slide_fmu.fitting.state_space.multi_start import (
+    LINEAR_ITERATIONS,
+    Candidate,
+    MultiStart,
+)
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
 from slide_fmu.fitting.state_space.sizes import FIRST_UNITS
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
@@ -98,7 +102,8 @@ class LearningCurve:
         fit = MultiStart(problem, self._network, self._training, data, progress)
         first = self._candidate is None
         iterations = FIRST_ITERATIONS if first else ITERATIONS
-        fit.plan(iterations)
+        starts = 2 * LINEAR_ITERATIONS + self._training.start_iterations if first else 0
+        fit.plan(starts + iterations)
         before = self._candidate or self._first(fit)
         self._candidate = candidate = fit.with_more_data(before, iterations)
         squares = sum_of_squares(candidate.shape, candidate.state.best, data.whole)

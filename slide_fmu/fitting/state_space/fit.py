@@ -129,20 +129,22 @@ def _stride(part: int, pieces: int, count: int, fewest: int = FEWEST) -> int:
 
 
 def compete(multi_start: MultiStart, chosen: Chosen) -> Candidate:
-    """Run the multi-start of a size, in which the search's own network takes part.
+    """Return the best network of a size, refined on all data.
 
-    The winner, refined on all data, is returned.
+    A search has run several starts of the size, and the best of them further: that one is taken.
+    Sizes that are given have a multi-start of their own.
     """
     training, order, units = multi_start.training, chosen.order, chosen.units
-    linear = multi_start.linear(order)
-    if units == 0:
-        return multi_start.refine(linear)
-    dense = multi_start.dense_units(order, units)
+    dense = multi_start.dense_units(order, units) if units else 0
     last = training.iterations if dense == units else training.stretches
-    multi_start.plan(_iterations(training, last))
-    starts = [multi_start.start(linear, dense, number) for number in range(training.starts)]
-    judged = [] if chosen.judged is None else [chosen.judged]
-    winner = multi_start.go_on([*starts, *judged])[0]
+    winner = chosen.judged
+    if winner is None:
+        winner = multi_start.linear(order)
+        if units:
+            multi_start.plan(_iterations(training, last))
+            starts = [multi_start.start(winner, dense, n) for n in range(training.starts)]
+            winner = multi_start.go_on(starts)[0]
+    multi_start.plan(last)
     return multi_start.refine(winner) if dense == units else multi_start.widened(winner, units)
 
 

@@ -47,7 +47,7 @@ from slide_fmu.recipe.systems import require_turned_pairs
 
 LINEAR_ITERATIONS = 15
 """A linear model is fitted in at most this many iterations."""
-MOST_RESIDUALS = 1_000_000
+MOST_RESIDUALS = 200_000
 """Linear models are fitted to all data up to this many residuals, else to the starts' data."""
 SHORTEST_RESPONSE, LONGEST_RESPONSE = 40, 200
 """A linear model is realized from impulse responses of this many samples at least and at most;

@@ -29,9 +29,9 @@ UNFINISHED, POOR = 3e-3, 1e-2
 """Where more than the first could still be learnt, the search looks a step further; where it is
 more than the second in the end, the user is told."""
 
-GOOD = 3e-3
+GOOD = 5e-3
 """A network whose validation error is below this, relative to the outputs' deviation, is not made
-larger: the fit on all data comes still, and mostly makes it several times as accurate."""
+larger: the fit on all data comes still, and mostly makes it about twice as accurate."""
 
 Place = tuple[int, int]
 """A size, by its positions among the orders and among the numbers of units."""

@@ -2,9 +2,9 @@
 
     python docs/gallery_results.py [NAME ...]
 
-The site is built often, also by a test, and on machines that have just checked it out; trainings of
-minutes have no place there. So their results are kept in docs/tutorials/results, as the pictures of
-released FMUs are kept beside them. Without names all scripts are run.
+The site is built often, also by a test, and where the repository was just checked out; trainings
+of minutes have no place there. So their results are kept in docs/tutorials/results, as the
+pictures of released FMUs are kept beside these. Without names all scripts are run.
 """
 
 from __future__ import annotations

@@ -13,8 +13,8 @@ from pathlib import Path
 import slide_fmu as slide
 
 # %%
-# The model is a file of 35 lines: the functions f and g, and the names and units of the road and of
-# three outputs ([the file, explained](../../own_model_function.md)). Its recipe adds the ranges
+# The model is a file of 35 lines: the functions f and g, and the names and units of the road and
+# of three outputs ([the file, explained](../../own_model_function.md)). Its recipe adds the ranges
 # and the sample step. Both lie in one folder.
 
 MODELS = "docs/tutorials"

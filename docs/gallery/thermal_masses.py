@@ -23,24 +23,24 @@ import thermal_masses_function as model
 heaters = [slide.Signal(name, unit, 0, 500) for name, unit in model.inputs.items()]
 blocks = [slide.Signal(name, unit, 250, 650) for name, unit in model.outputs.items()]
 system = slide.FunctionSystem(
-    *(model.f, model.g), inputs=heaters, outputs=blocks, start=model.start,
+    model.f, model.g, inputs=heaters, outputs=blocks, start=model.start,
     parameters=model.parameters, step=10.0,
 )  # fmt: skip
 
 # %%
-# The window is found by the program: 240 samples, since the blocks remember for half an hour. The
-# other sizes are given. `slide.learn(system, "thermal_masses")` alone finds them too, within 10 to
-# 20 minutes, and so does `slide-fmu run docs/tutorials/thermal_masses_function.toml`.
+# By default inputs vary about the middle of their ranges; taught so, the surrogate is 8 K off where
+# no heater works. These are switched, so they are taught steps in the whole range. The window is
+# found, the sizes are given; without them `slide.learn` finds these too, in 10 to 20 minutes.
 
-sizes = {"data": {"train": 8, "validation": 2}, "network": {"order": 3, "hidden": 8}}
+steps = {"kind": "steps", "weight": 1.0, "amplitude": [0.9, 1.0], "duration": [60.0, 2000.0]}
+data = {"train": 12, "validation": 3, "duration": 9000.0, "excitation": [steps]}
 training = {"starts": 2, "kept": 1, "iterations": 40}
-learnt = slide.learn(
-    system, "thermal_masses", **sizes, training=training, validation={"trajectories": 4}
-)
+sizes = {"data": data, "network": {"order": 3, "hidden": 8}, "training": training}
+learnt = slide.learn(system, "thermal_masses", **sizes, validation={"trajectories": 4})
 
 # %%
-# Errors on four unseen motions, related to how far each temperature varies. Then a test of our
-# own: one heater works for an hour, later the other one.
+# Errors on four unseen records, related to how far each temperature varies. Then a test of our
+# own: one heater works for an hour, later the other one. The error stays below 0.4 K.
 
 for output in learnt.figures["validation"]["in range"]["outputs"]:
     print(f"{output['name']}: {100 * output['rmse_over_deviation']:.3f} %")

@@ -5,7 +5,7 @@ Two drives turn and lift an arm on a flexible base. How far does the base put th
 forces on the base follow from the arm's geometry and masses, and these stand in its URDF.
 """
 
-# mkdocs_gallery_thumbnail_path = 'tutorials/results/two_link_arm.png'
+# mkdocs_gallery_thumbnail_path = 'tutorials/results/arm_from_urdf.png'
 import sys
 import tomllib
 from pathlib import Path
@@ -45,6 +45,6 @@ for name, error in learnt.errors.items():
 print("picture:", learnt.report.with_name("side_by_side.png"))
 
 # %%
-# --8<-- "docs/tutorials/results/two_link_arm.md"
+# --8<-- "docs/tutorials/results/arm_from_urdf.md"
 #
 # Above the set points, in the middle the deviation along x of exudyn and FMU, below the error.

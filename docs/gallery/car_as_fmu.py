@@ -4,7 +4,7 @@
 A model that is an FMU needs no line of Python: its model description says what it takes and gives.
 """
 
-# mkdocs_gallery_thumbnail_path = 'tutorials/results/quarter_car_fmu.png'
+# mkdocs_gallery_thumbnail_path = 'tutorials/results/car_as_fmu.png'
 import subprocess
 import sys
 import tomllib
@@ -18,7 +18,7 @@ import slide_fmu as slide
 # Any tool may have written the FMU. This one is made here by PythonFMU, of a file with the class
 # of its slave. It is an FMU of FMI 2.0 for co-simulation, which holds its inputs over each step.
 
-folder = Path("runs", "quarter_car_fmu_model")
+folder = Path("runs", "car_model")
 folder.mkdir(parents=True, exist_ok=True)
 FmuBuilder.build_FMU("docs/tutorials/quarter_car_slave.py", dest=folder)
 
@@ -38,7 +38,7 @@ recipe = tomllib.loads(place.read_text())
 # sizes are given, and the estimate of the error, which the recipe asks for, is left out.
 
 sys.path.append(str(folder))  # where the recipe finds the FMU
-recipe |= {"name": "quarter_car_fmu", "estimator": None}
+recipe |= {"name": "car_as_fmu", "estimator": None}
 recipe["window"] |= {"n_in": 640, "n_out": 128, "remaining_amplitude": 0.01}
 recipe["data"] |= {"train": 12, "validation": 3, "duration": 12.0, "burn_in": 7.0}
 network = {"order": 4, "hidden": 20}
@@ -53,6 +53,6 @@ for name, error in learnt.errors.items():
 print("picture:", learnt.report.with_name("side_by_side.png"))
 
 # %%
-# --8<-- "docs/tutorials/results/quarter_car_fmu.md"
+# --8<-- "docs/tutorials/results/car_as_fmu.md"
 #
 # Above the road, in the middle body acceleration of both FMUs, below the error.

@@ -4,7 +4,7 @@
 The same car as a multibody model: two masses, a spring and a tyre in an exudyn `MainSystem`.
 """
 
-# mkdocs_gallery_thumbnail_path = 'tutorials/results/quarter_car_exudyn.png'
+# mkdocs_gallery_thumbnail_path = 'tutorials/results/car_in_exudyn.png'
 import sys
 import tomllib
 from pathlib import Path
@@ -27,7 +27,7 @@ recipe = tomllib.loads(Path(MODELS, "quarter_car_exudyn.toml").read_text())
 # docs/tutorials/quarter_car_exudyn.toml` takes 10 to 20 minutes on two cores. Here all sizes
 # are given, and small.
 
-recipe["name"] = "quarter_car_exudyn"
+recipe["name"] = "car_in_exudyn"
 recipe["window"] |= {"n_in": 640, "n_out": 128}
 learnt = slide.learn(
     **recipe,
@@ -46,7 +46,7 @@ for name, error in learnt.errors.items():
 print("picture:", learnt.report.with_name("side_by_side.png"))
 
 # %%
-# --8<-- "docs/tutorials/results/quarter_car_exudyn.md"
+# --8<-- "docs/tutorials/results/car_in_exudyn.md"
 #
 # Above the road, in the middle body acceleration of exudyn and FMU, below the error, of a usual
 # motion and of the worst one.

@@ -5,7 +5,7 @@ A quarter of a car drives over a road: a body on a spring with a bump stop and a
 damper, a wheel, and a tyre. Whoever can write this as x' = f(x, u, p) needs nothing else.
 """
 
-# mkdocs_gallery_thumbnail_path = 'tutorials/results/quarter_car_function.png'
+# mkdocs_gallery_thumbnail_path = 'tutorials/results/car_as_function.png'
 import sys
 import tomllib
 from pathlib import Path
@@ -28,7 +28,7 @@ recipe = tomllib.loads(Path(MODELS, "quarter_car_function.toml").read_text())
 # these sizes are given and small: the network sees 6.4 s of the road, 12 motions teach it, and 3
 # decide which of its versions is kept.
 
-recipe["name"] = "quarter_car_function"
+recipe["name"] = "car_as_function"
 recipe["window"] |= {"n_in": 640, "n_out": 128}
 learnt = slide.learn(
     **recipe,
@@ -48,7 +48,7 @@ for name, error in learnt.errors.items():
 print("picture:", learnt.report.with_name("side_by_side.png"))
 
 # %%
-# --8<-- "docs/tutorials/results/quarter_car_function.md"
+# --8<-- "docs/tutorials/results/car_as_function.md"
 #
 # Above the road, in the middle body acceleration of model and FMU, below the error, of a usual
 # motion and of the worst one. The FMU and its report lie beside the picture.

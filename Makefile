@@ -75,7 +75,7 @@ docs: setup
 	NO_MKDOCS_2_WARNING=1 TQDM_DISABLE=1 $(BIN)/python -m mkdocs build --strict --quiet
 
 # make gallery NAME=two_link_arm: run a tutorial, and keep what it prints and draws for the site;
-# without NAME all of them, in about ten minutes.
+# without NAME all of them, in about seven minutes.
 gallery: setup
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/gallery_results.py $(NAME)
 

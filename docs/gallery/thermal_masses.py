@@ -28,8 +28,8 @@ system = slide.FunctionSystem(
 )  # fmt: skip
 
 # %%
-# By default inputs vary about the middle of their ranges; taught so, the surrogate is 8 K off where
-# no heater works. These are switched, so they are taught steps in the whole range. The window is
+# By default inputs vary about the middle of their ranges; taught so, the surrogate is 8 K off
+# where no heater works. These are switched, so steps in the whole range are taught. The window is
 # found, the sizes are given; without them `slide.learn` finds these too, in 10 to 20 minutes.
 
 steps = {"kind": "steps", "weight": 1.0, "amplitude": [0.9, 1.0], "duration": [60.0, 2000.0]}

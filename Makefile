@@ -70,7 +70,9 @@ clean:
 .PHONY: docs gallery fmus
 
 # The site, from docs/ into build/site, without network. The picture of the rooms is drawn first.
+# Pages of tutorials are written anew, so that none stays of a tutorial that is gone.
 docs: setup
+	rm -rf docs/tutorials/pages
 	$(BIN)/python docs/rooms.py
 	NO_MKDOCS_2_WARNING=1 TQDM_DISABLE=1 $(BIN)/python -m mkdocs build --strict --quiet
 

@@ -37,8 +37,8 @@ VALIDATION, SHARE = 12, 4
 """The curve is judged on the first number of validation trajectories. In the end there are as
 many, or one for so many trajectories to learn from, if that is more."""
 ESTIMATOR, ESTIMATOR_SHARE = 128, 8
-"""An error estimator learns from at least the first number of trajectories, and from as many as the
-surrogate. It is judged by one for so many of them, at least as many as judge the curve."""
+"""An error estimator learns from at least the first number of trajectories, and from as many as
+the surrogate. It is judged by one for so many of them, at least as many as judge the curve."""
 
 
 def find_numbers(recipe: Recipe, folder: RunFolder, bar: Stages, workers: int | None) -> Resolved:

@@ -22,6 +22,12 @@ def car(fmu_folder: Path) -> str:
 
 
 @pytest.fixture(scope="session")
+def slope_car(fmu_folder: Path) -> str:
+    """The quarter car in C, for model exchange, which tells directional derivatives."""
+    return str(build_in_c(fmu_folder / "slope_car.fmu", slopes=True))
+
+
+@pytest.fixture(scope="session")
 def python_car(fmu_folder: Path) -> str:
     """The quarter car in Python, for co-simulation, without units and ranges."""
     return str(build_in_python(fmu_folder / "python_car.fmu"))

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import export_fmu, read_fmu
-from slide_fmu.systems.base import Linearizable, StateMatrix, Stepping, System
+from slide_fmu.systems.base import Linearizable, State, StateMatrix, Stepping, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.simulation import simulate
@@ -186,6 +186,25 @@ def test_the_linearization_is_that_of_the_equations(car: str) -> None:
     np.testing.assert_array_equal(system.get_state().coordinates, x)
     moved = system.advance(road()[30])
     np.testing.assert_allclose(moved, simulate(system, road()[30:31], state).outputs[1], atol=1e-7)
+
+
+def test_directional_derivatives_of_the_fmu_are_more_exact_than_differences(
+    car: str, slope_car: str
+) -> None:
+    found = []
+    for system in (made(slope_car), made(car, **EXCHANGED)):
+        assert isinstance(system, Linearizable)
+        state = State(np.array([0.03, 0.01, 0.2, -0.1]), np.empty(0), np.array([0.02]))
+        linearized = system.linearize(state)
+        assert isinstance(linearized, StateMatrix)
+        found.append(linearized.matrix)
+    stiffness = 18e3 + 3 * 4e6 * 0.02**2
+    damping = 1800 * (1 + 0.4 * 0.3 / np.hypot(0.3, 0.05))
+    force = np.array([stiffness, -stiffness, damping, -damping])
+    tyre = np.array([0.0, 180e3, 0.0, 0.0])
+    true = np.array([[0, 0, 1, 0], [0, 0, 0, 1], -force / 300, (force - tyre) / 40])
+    errors = [np.max(np.abs(matrix - true)) / np.max(np.abs(true)) for matrix in found]
+    assert errors[0] < 1e-15 < 1e-12 < errors[1] < 1e-8
 
 
 @pytest.mark.parametrize("parameters", [{}, EXCHANGED], ids=["co_simulation", "model_exchange"])

@@ -156,7 +156,7 @@ class RestorableFmu(FmuSystem, Linearizable):
         return State(self._steps.states(), np.empty(0), self._records.last_input.copy())
 
     def linearize(self, state: State) -> StateMatrix:
-        """Linearize by differences of the derivatives; the current state stays as it is."""
+        """Linearize as the FMU tells, else by differences; the current state stays as it is."""
         if not self._records.running:
             self.set_state(state)
         return StateMatrix(self._steps.state_matrix(state.coordinates, state.last_input))

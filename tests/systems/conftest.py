@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.own_models.lag import build_lag
 from tests.own_models.quarter_car import build_in_c, build_in_python
 from tests.own_models.tank import build_tank
 
@@ -43,3 +44,9 @@ def trap(fmu_folder: Path) -> str:
 def tank(fmu_folder: Path) -> str:
     """A tank with events, for model exchange by FMI 3.0."""
     return str(build_tank(fmu_folder / "tank.fmu"))
+
+
+@pytest.fixture(scope="session")
+def lag(fmu_folder: Path) -> str:
+    """A lag for co-simulation by FMI 3.0, with signals of single precision."""
+    return str(build_lag(fmu_folder / "lag.fmu"))

@@ -126,6 +126,44 @@ def test_state_and_time_events_of_fmi_3_are_handled(tank: str, threshold: float)
     assert not isinstance(system, Linearizable)  # the valve is a state that no one sees
 
 
+def true_lag(drive: FloatArray, step: float, lag: float, ramped: bool) -> FloatArray:
+    """Give level and excess of a lag by its closed solution."""
+    before, level, kept = drive[0], drive[0], np.exp(-step / lag)
+    rows = [(level, 0.0)]
+    for now in drive:
+        slope = (now - before) / step if ramped else 0.0
+        begin = before if ramped else now
+        level = now - slope * lag + kept * (level - begin + slope * lag)
+        rows.append((level, now - level))
+        before = now
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
+def test_a_slave_of_fmi_3_with_single_precision_follows_its_input(lag: str, hold: Any) -> None:
+    drive = 0.5 * np.sin(0.3 * np.arange(60) + 0.2)
+    errors = {}
+    for count in (1, 10, 100):
+        system = load_system(
+            Specification(
+                lag,
+                {"lag": 0.1, "fmu-substeps": count},
+                0.05,
+                "fmu",
+                (SignalChoice("drive", hold=hold),),
+                (SignalChoice("level"), SignalChoice("excess")),
+            )
+        )
+        found = simulate(system, drive[:, None]).outputs
+        true = true_lag(drive, 0.05, 0.1, hold == "first_order")
+        errors[count] = relative_error(found, true)
+    if hold == "zero_order":
+        assert max(errors.values()) < 2e-7  # that of single precision
+        return
+    assert 50 < errors[1] / errors[10] < 200  # the error falls with the square of the stairs
+    assert errors[100] < 5e-6
+
+
 def test_parameters_of_the_fmu_change_the_motion(car: str) -> None:
     soft = simulate(made(car, spring=9000.0), road()).outputs
     assert relative_error(soft, true_car(road(), True)) > 0.05

@@ -155,16 +155,15 @@ def window(
     runs: RunsOption = Path("runs"),
 ) -> None:
     """Compute decay times of a system, linearized and measured, and the window they ask for."""
-    from slide_fmu.memory.bandwidth import step_remark
     from slide_fmu.memory.sizing import require_window
     from slide_fmu.pipeline.job import open_job
-    from slide_fmu.pipeline.stages import size_recipe
+    from slide_fmu.pipeline.stages import remark_on_step, size_recipe
 
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar)
         show_found(job.resolved)
         sizing = size_recipe(job, seed)
-        coarse_or_wasted = step_remark(job.recipe)
+        coarse_or_wasted = remark_on_step(job.recipe)
     figures = sizing.figures()
     show_sizing(figures)
     show_remark(sizing.remark)

@@ -74,6 +74,14 @@ def init(
     step: Annotated[
         float | None, typer.Option(help="Sample step in s; found by simulation if not given.")
     ] = None,
+    chain: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Take this URDF: the inputs are the set points of its joints. If not given, the "
+            "only one beside the model, where it fits.",
+        ),
+    ] = None,
     name: Annotated[str | None, typer.Option(help="Name of the recipe and of the FMU.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace what is there.")] = False,
 ) -> None:
@@ -87,7 +95,7 @@ def init(
             console.print(f"model   {written}")
         chosen = parse_range(inputs or []), tuple(outputs or ())
         folder = output.parent if output is not None else Path()
-        wish = Wish(written or model, *chosen, kind, step, name, folder)
+        wish = Wish(written or model, *chosen, kind, step, name, folder, chain)
         proposal = propose(wish, bar("motions"))
         place = output or Path(f"{proposal.draft.name}.toml")
         if place.exists() and not force:

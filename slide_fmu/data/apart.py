@@ -1,4 +1,4 @@
-"""Work is done in a program of its own where a library may crash, which then ends that one alone."""
+"""Where a library may crash, work is done in a program of its own, which then ends alone."""
 
 from __future__ import annotations
 
@@ -54,7 +54,9 @@ def apart(function: Callable[..., Result], *arguments: Any) -> Result:
                 program.stdin.flush()
             program.wait()  # its input stays open, and ends when this process does
         if not result.exists():
-            raise EndedError(f"the program that simulates ended with the code {program.returncode}")
+            raise EndedError(
+                f"the program that simulates ended with the code {program.returncode}"
+            )
         worked, found = pickle.loads(result.read_bytes())
     if not worked:
         raise found

@@ -1,4 +1,4 @@
-"""Motions on which a system fails while it is looked at: a few are tolerated, as data tolerate them.
+"""Of the motions by which a system is looked at a few may fail, as a few of the data may.
 
 Another draw takes the place of each, which a remark says.
 """
@@ -47,8 +47,8 @@ class Tolerance:
         if len(self.errors) > allowed:
             raise TooManyFailuresError(
                 f"{self._told}, {allowed} may fail ({100 * self.share:g} % of all, "
-                f"data.most_failures): {error}. Correct the model, narrow the ranges of its inputs "
-                "(system.inputs, data.excitation), or allow more",
+                f"data.most_failures): {error}. Correct the model, narrow the ranges of its "
+                "inputs (system.inputs, data.excitation), or allow more",
                 error.time,
             ) from error
 

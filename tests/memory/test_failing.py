@@ -58,7 +58,7 @@ def test_share_of_failures_is_that_of_the_data() -> None:
     tolerance.tried = 50
     for _ in range(5):
         tolerance.hear(SimulationError("no"))
-    with pytest.raises(TooManyFailuresError, match="6 of 50 .* 5 may fail"):
+    with pytest.raises(TooManyFailuresError, match=r"6 of 50 .* 5 may fail"):
         tolerance.hear(SimulationError("no"))
 
 

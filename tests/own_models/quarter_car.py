@@ -54,7 +54,9 @@ def build_in_c(
     library = compiled(source, path.with_suffix(".so"), ("-DTRAPS",) if traps else ())
     text = description(co_simulation, traps)
     if slopes:
-        text = text.replace("<ModelExchange ", '<ModelExchange providesDirectionalDerivative="true" ')
+        text = text.replace(
+            "<ModelExchange ", '<ModelExchange providesDirectionalDerivative="true" '
+        )
     return write_fmu(path, text, library, "quarter_car", fmi=2)
 
 

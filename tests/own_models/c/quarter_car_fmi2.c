@@ -10,6 +10,11 @@
 
 enum { ROAD = 0, OUTPUT = 1, PARAMETER = 10, STATE = 20, RATE = 30, FAIL_ABOVE = 40, CRASH_ABOVE = 41 };
 
+/* Where the parameter 41 starts. */
+#ifndef CRASH_START
+#define CRASH_START 1e9
+#endif
+
 typedef struct {
     double p[PARAMETERS], x[STATES], road, slope, time, fail_above, crash_above;
     const fmi2CallbackFunctions *callbacks;
@@ -19,7 +24,8 @@ typedef struct {
 static void start(Car *car) {
     memcpy(car->p, START_PARAMETERS, sizeof car->p);
     car->road = car->slope = car->time = 0.0;
-    car->fail_above = car->crash_above = 1e9;
+    car->fail_above = 1e9;
+    car->crash_above = CRASH_START;
     memset(car->x, 0, sizeof car->x);
 }
 

@@ -105,9 +105,15 @@ def _identity(recipe: Recipe) -> tuple[dict[str, Any], FloatArray]:
 
 
 def _extend_curve(recipe: Recipe, folder: RunFolder, bar: Stages, workers: int | None) -> None:
-    """Go on with the curve that the folder keeps, until it has ended."""
+    """Go on with the curve that the folder keeps, until it has ended.
+
+    It is found with one thread, so that every machine sums in the same order, and finds the same.
+    """
+    import torch
+
     from slide_fmu.fitting.learning_curve import LearningCurve
 
+    torch.set_num_threads(1)
     curve, (about, motion) = kept_curve(recipe, folder), _identity(recipe)
     known = {point.trajectories: point.seconds for point in curve.points}
     staged = _Staged(recipe, folder, bar, workers)

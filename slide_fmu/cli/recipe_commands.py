@@ -87,7 +87,8 @@ def init(
 ) -> None:
     """Write a first recipe for a model of your own, and say what was found and assumed."""
     from slide_fmu.core.files import write_whole
-    from slide_fmu.pipeline.proposal import Wish, parse_range, propose, write_template
+    from slide_fmu.pipeline.proposal import Wish, parse_range, propose
+    from slide_fmu.pipeline.template import write_template
 
     with progress_bars() as bar:
         written = write_template(model, kind)

@@ -7,11 +7,9 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import Signal, hold_of
 from slide_fmu.data.apart import guarded
@@ -30,8 +28,6 @@ MARGIN = 0.2
 """Ranges of outputs are wider than what was seen, by this part of it at both ends."""
 MOVING = ("m", "mm", "rad", "deg")
 """Inputs in these units are motions, which have no jumps: their hold is of first order."""
-TEMPLATES = ("function", "exudyn")
-"""Kinds of systems of which a small model can be written."""
 FIRST_STEP = 0.01
 """A model without a step is made with this one, in s, to see what it offers."""
 UNSEEN = (-1.0, 1.0)
@@ -78,23 +74,6 @@ class Proposal:
     text: str
     draft: Draft
     remarks: tuple[str, ...]
-
-
-def write_template(name: str, kind: str | None) -> str | None:
-    """Write a small model that runs, for a name that is no model yet, and return its path.
-
-    None is returned where the name is that of a file or module already, or the kind has no
-    template.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
-    path = Path(name if name.endswith(".py") else f"{name}.py")
-    if kind not in TEMPLATES or path.exists() or not path.stem.isidentifier():
-        return None
-    text = resources.files(__package__).joinpath("templates", f"{kind}.py").read_bytes()
-    write_whole(path, text)
-    return str(path)
 
 
 def propose(wish: Wish, progress: Progress) -> Proposal:

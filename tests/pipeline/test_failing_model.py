@@ -9,6 +9,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from slide_fmu.cli import app
+from slide_fmu.memory import motions
 from slide_fmu.pipeline import first_look, trial
 from slide_fmu.pipeline.proposal import Wish, propose
 from slide_fmu.recipe.reading import parse_recipe
@@ -57,7 +58,8 @@ def recipe_text(folder: Path, level: float) -> str:
     return (
         f'name = "fragile"\ndescription = "breaks"\n\n[system]\nkind = "function"\n'
         f"model = {json.dumps(str(written(folder, level)))}\n\n"
-        f"[system.outputs.position]\nrange = [-1.0, 1.0]\n\n[window]\nstep = 0.1\n{TABLES}"
+        f"[system.outputs.position]\nrange = [-1.0, 1.0]\n\n[window]\nstep = 0.1\n"
+        f"n_in = 60\nn_out = 20\n{TABLES}"
     )
 
 
@@ -69,6 +71,8 @@ def invoke(*arguments: object) -> Result:
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(first_look, "SAMPLES", 300)
     monkeypatch.setattr(trial, "TIMED", 0.2)
+    monkeypatch.setattr(motions, "MOTIONS", 12)
+    monkeypatch.setattr(motions, "LINEARIZED_MOTIONS", 4)
 
 
 def test_proposal_draws_other_motions_and_says_so(tmp_path: Path) -> None:
@@ -77,10 +81,10 @@ def test_proposal_draws_other_motions_and_says_so(tmp_path: Path) -> None:
     whole = propose(Wish(str(written(tmp_path / "whole", 9.0))), silent)
     assert whole.remarks == ()
     assert found.draft.step == pytest.approx(whole.draft.step, rel=0.3)
-    step_remark, motions = found.remarks
+    step_remark, failed = found.remarks
     assert "so a part of them showed the step: " in step_remark
     assert "the spring breaks" in step_remark
-    assert "motions could not be simulated, and others took their place; the first" in motions
+    assert "motions could not be simulated, and others took their place; the first" in failed
     output = parse_recipe(found.text, "proposal").system.outputs["position"]
     assert output.range is not None
     assert -3.0 < output.range[0] < -0.1 < 0.1 < output.range[1] < 3.0

@@ -87,12 +87,13 @@ class Failing:
         Raises:
             TooManyFailuresError: too many attempts failed.
         """
-        attempt = self._fits.get((index, count or 0))
-        if attempt is None:
-            self.tolerance.tried += 1
-        attempt = self._first if attempt is None else attempt
+        key = index, count or 0
+        attempt = self._fits.get(key, self._first)
         found = _cut(draw(attempt), count)
-        while self._careful and (index, count or 0) not in self._fits:
+        if key in self._fits:
+            return found
+        self.tolerance.tried += 1
+        while self._careful:
             try:
                 simulate(self._system, found.inputs, found.initial)
                 break
@@ -101,7 +102,7 @@ class Failing:
                 self.tolerance.tried += 1
                 attempt += 1
                 found = _cut(draw(attempt), count)
-        self._fits[index, count or 0] = attempt
+        self._fits[key] = attempt
         return found
 
     def tolerated(self, work: Callable[[], Result]) -> Result:

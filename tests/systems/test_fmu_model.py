@@ -18,6 +18,7 @@ from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import SignalChoice, Specification
 from tests.own_models import quarter_car_slave as equations
 from tests.own_models.tank import THRESHOLD
+from tests.systems.test_fmu_refusals import changed
 
 STEP = 0.005
 ROAD = SignalChoice("road", "m", -0.1, 0.1)
@@ -243,6 +244,14 @@ def test_directional_derivatives_of_the_fmu_are_more_exact_than_differences(
     true = np.array([[0, 0, 1, 0], [0, 0, 0, 1], -force / 300, (force - tyre) / 40])
     errors = [np.max(np.abs(matrix - true)) / np.max(np.abs(true)) for matrix in found]
     assert errors[0] < 1e-15 < 1e-12 < errors[1] < 1e-8
+
+
+def test_derivatives_that_the_fmu_refuses_are_told(slope_car: str, tmp_path: Path) -> None:
+    broken = changed(slope_car, tmp_path / "broken.fmu", **{'"30"': '"99"'})  # not der(body)
+    system = made(broken)
+    assert isinstance(system, Linearizable)
+    with pytest.raises(SimulationError, match=r"'broken\.fmu' cannot be linearized: .*fmu-interf"):
+        system.linearize(system.rest_state(np.zeros(1)))
 
 
 @pytest.mark.parametrize("parameters", [{}, EXCHANGED], ids=["co_simulation", "model_exchange"])

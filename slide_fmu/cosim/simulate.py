@@ -32,12 +32,17 @@ WHOLE = 1e-6
 def simulate(fmu: str | Path, t: NDArray[Any], u: NDArray[Any]) -> FloatArray:
     """Give the outputs of an FMU of slide-fmu at times, from its inputs at the same times.
 
-    All inputs are known here, so that nothing is late and nothing is forecast. Inputs with a
-    first-order hold are straight lines between the times (an angle that cosine and sine give turns
-    evenly), or curves where the inputs are smooth. Before the first time they were what they are there. Inputs with a zero-order
-    hold stay what they are from each time to the next; where the distances are no multiples of the
-    FMU's step, the FMU takes its own steps, each under the mean of its inputs, and outputs are
-    straight lines between them.
+    All inputs are known here, so that nothing is late and nothing is forecast. Before the first
+    time they were what they are there.
+
+    Inputs with a first-order hold are straight lines between the times (an angle that cosine and
+    sine give turns evenly), or curves where the inputs are smooth. The FMU knows straight lines
+    only; where there are curves, it keeps values whose lines have the mean of the curve, though
+    its outputs follow the inputs themselves.
+
+    Inputs with a zero-order hold stay what they are from each time to the next; where the
+    distances are no multiples of the FMU's step, the FMU takes its own steps, each under the mean
+    of its inputs, and outputs are straight lines between them.
 
     Args:
         fmu: file of the FMU, of FMI 2.0 or FMI 3.0.

@@ -16,9 +16,11 @@ from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import SignalChoice, Specification
-from tests.own_models import quarter_car_slave as equations
+from tests.own_models import quarter_car
 from tests.own_models.tank import THRESHOLD
 from tests.systems.test_fmu_refusals import changed
+
+equations = quarter_car.equations()
 
 STEP = 0.005
 ROAD = SignalChoice("road", "m", -0.1, 0.1)

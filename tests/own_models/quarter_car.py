@@ -41,7 +41,14 @@ _OUTPUTS = (
 _STATES = ("body", "wheel", "body_speed", "wheel_speed")
 
 
-def build_in_c(path: Path, *, co_simulation: bool = False, traps: bool = False) -> Path:
+def build_in_c(
+    path: Path,
+    *,
+    co_simulation: bool = False,
+    traps: bool = False,
+    crash_above: float = 1e9,
+    slopes: bool = False,
+) -> Path:
     """Compile the quarter car in C, and write it as FMU of FMI 2.0.
 
     Args:
@@ -50,10 +57,18 @@ def build_in_c(path: Path, *, co_simulation: bool = False, traps: bool = False) 
         traps: whether it has parameters that say above which height of the road, in m, it fails
             (``fail_above``) and crashes (``crash_above``), refuses steps of less than 1 ms, and
             has a reset that changes nothing.
+        crash_above: start value of the parameter of this name, in m.
+        slopes: whether it says that it tells directional derivatives.
     """
     source = (HERE / "c" / "quarter_car_fmi2.c").read_text(encoding="utf-8")
-    library = compiled(source, path.with_suffix(".so"), ("-DTRAPS",) if traps else ())
-    return write_fmu(path, description(co_simulation, traps), library, "quarter_car", fmi=2)
+    flags = ("-DTRAPS", f"-DCRASH_START={crash_above!r}") if traps else ()
+    library = compiled(source, path.with_suffix(".so"), flags)
+    text = description(co_simulation, traps)
+    if slopes:
+        text = text.replace(
+            "<ModelExchange ", '<ModelExchange providesDirectionalDerivative="true" '
+        )
+    return write_fmu(path, text, library, "quarter_car", fmi=2)
 
 
 def compiled(source: str, library: Path, flags: tuple[str, ...]) -> Path:

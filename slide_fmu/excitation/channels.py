@@ -161,6 +161,22 @@ class Steps(ChannelKind):
         return rng.uniform(-1, 1, len(edges) + 1)[np.searchsorted(edges, time, side="right")]
 
 
+class Binary(ChannelKind):
+    """The input switches between both ends of its range, each for a time in s from ``duration``.
+
+    A random binary signal, as system identification uses it: of several inputs it holds every
+    combination of their ends.
+    """
+
+    kind: Literal["binary"]
+    duration: PositiveRange
+
+    def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
+        edges = _edges(time, self.duration, rng)
+        sign = rng.choice([-1.0, 1.0])
+        return sign * (1.0 - 2.0 * (np.searchsorted(edges, time, side="right") % 2))
+
+
 class Rest(ChannelKind):
     """The input alternates between uniform white noise and rest.
 

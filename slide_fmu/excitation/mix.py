@@ -13,6 +13,7 @@ from pydantic import Field
 
 from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.channels import (
+    Binary,
     FilteredRandom,
     Harmonic,
     HeldRandom,
@@ -34,6 +35,7 @@ Excitation = Annotated[
     | Sweep
     | Multisine
     | Steps
+    | Binary
     | Rest
     | SpeedRamps
     | PointToPoint

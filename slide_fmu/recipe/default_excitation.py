@@ -26,18 +26,19 @@ def default_excitation(step: float, moving: bool = False) -> list[dict[str, Any]
     """Return the tables ``data.excitation`` for a sample step in s, as a recipe may hold them.
 
     Inputs with a first-order hold are motions (``moving``), which hardly ever jump: their jumps
-    are smaller and rarer than those of forces. Inputs that are held are switched on and off: they
-    step through their whole range, and stay there for long. Frequencies are angular frequencies
-    in rad/s, durations in s, amplitudes parts of the range.
+    are smaller and rarer than those of forces. Inputs that are held may be switched: they step
+    through their range, and from end to end of it, and stay there for long. Frequencies are
+    angular frequencies in rad/s, durations in s, amplitudes parts of the range.
     """
     top = _tidy(TOP * math.pi / step)
     low = _tidy(top / 10**DECADES)
     middle = _tidy(math.sqrt(top * low))
     short, long = _tidy(5 * step), _tidy(math.pi / middle)
     largest, samples = (0.3, [4, 20]) if moving else (1.0, [1, 20])
-    steps, longest = (0.05, long) if moving else (0.15, 4 * long)
+    noise, steps, longest = (0.25, 0.05, long) if moving else (0.15, 0.1, _tidy(4 * long))
+    ends = {"kind": "binary", "weight": 0.1, "amplitude": [0.5, 1.0], "duration": [short, longest]}
     return [
-        {"kind": "filtered_random", "weight": 0.3 - steps, "amplitude": [0.05, 0.4],
+        {"kind": "filtered_random", "weight": noise, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, top]},
         {"kind": "multisine", "weight": 0.2, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, middle]},
@@ -50,6 +51,7 @@ def default_excitation(step: float, moving: bool = False) -> list[dict[str, Any]
          "angular_frequency": [low, top]},
         {"kind": "steps", "weight": steps, "amplitude": [0.05, largest],
          "duration": [short, longest]},
+        *([] if moving else [ends]),
         {"kind": "rest", "weight": 0.05, "amplitude": [0.05, largest], "duration": [short, long]},
     ]  # fmt: skip
 

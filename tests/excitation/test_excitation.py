@@ -24,6 +24,7 @@ TABLES = {
     "sweep": {"angular_frequency": [5.0, 60.0]},
     "multisine": {"angular_frequency": [5.0, 60.0]},
     "steps": {"duration": [0.3, 0.5]},
+    "binary": {"duration": [0.3, 0.5]},
     "rest": {"duration": [0.3, 0.5]},
 }
 DRAWN = {
@@ -34,6 +35,7 @@ DRAWN = {
     "sweep": (1.496348912, 297.630994378, 0.670445743),
     "multisine": (-0.928874621, 287.36934394, 0.691773264),
     "steps": (-1.042990384, 279.203493922, 0.106851274),
+    "binary": (-1.626071796, 298.774280064, 0.115079382),
     "rest": (-1.616877881, 290.0, 0.007079944),
 }
 """Values that released data were drawn with: two of the signals, and the next random number."""
@@ -154,6 +156,15 @@ def test_steps_hold_their_durations() -> None:
     assert 29 <= min(lengths) <= 32
     assert 48 <= max(lengths) <= 51
     assert len(np.unique(signal("steps", 0))) > 70
+
+
+def test_binary_signals_hold_their_durations_at_both_ends() -> None:
+    lengths = [length for seed in range(5) for length in runs(signal("binary", seed))]
+    assert len(lengths) > 5 * 70
+    assert 29 <= min(lengths) <= 32
+    assert 48 <= max(lengths) <= 51
+    assert np.unique(signal("binary", 0)).tolist() == [-1, 1]
+    assert {signal("binary", seed)[0] for seed in range(20)} == {-1, 1}
 
 
 def test_rest_has_rests_between_random_values() -> None:

@@ -35,12 +35,13 @@ def default_excitation(step: float, moving: bool = False) -> list[dict[str, Any]
     middle = _tidy(math.sqrt(top * low))
     short, long = _tidy(5 * step), _tidy(math.pi / middle)
     largest, samples = (0.3, [4, 20]) if moving else (1.0, [1, 20])
-    noise, steps, longest = (0.25, 0.05, long) if moving else (0.15, 0.1, _tidy(4 * long))
+    noise, sines, steps = (0.25, 0.2, 0.05) if moving else (0.15, 0.15, 0.1)
+    longest = long if moving else _tidy(4 * long)
     ends = {"kind": "binary", "weight": 0.1, "amplitude": [0.5, 1.0], "duration": [short, longest]}
     return [
         {"kind": "filtered_random", "weight": noise, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, top]},
-        {"kind": "multisine", "weight": 0.2, "amplitude": [0.05, 0.4],
+        {"kind": "multisine", "weight": sines, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, middle]},
         {"kind": "multisine", "weight": 0.15, "amplitude": [0.02, 0.3],
          "angular_frequency": [middle, top]},

@@ -73,8 +73,11 @@ def generate(recipe: Recipe, path: Path, executor: Executor | None, progress: Pr
 
 
 def recipe_json(recipe: Recipe) -> str:
-    """Write a recipe as plain JSON, which crosses to every executor and is cheap to compare."""
-    return json.dumps(recipe.model_dump(mode="json"), sort_keys=True)
+    """Write a recipe as plain JSON, which crosses to every executor and is cheap to compare.
+
+    The tables of signals keep their order, which is that of the columns in the data.
+    """
+    return json.dumps(recipe.model_dump(mode="json"))
 
 
 class _Worker(threading.local):

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from slide_fmu.core.progress import Progress
@@ -40,6 +41,7 @@ class FirstLook:
         step: sample step h in s.
         origin: where the step comes from.
         low, high: least and greatest outputs that were seen, shape (n_outputs,).
+        still: whether an output moved in the later half of no motion, shape (n_outputs,).
         motions: how many motions showed them; 0 if none were asked for.
         remarks: one sentence each on what failed.
     """
@@ -48,6 +50,7 @@ class FirstLook:
     origin: str
     low: FloatArray
     high: FloatArray
+    still: NDArray[np.bool_]
     motions: int
     remarks: tuple[str, ...]
 
@@ -77,13 +80,14 @@ def look(looking: Looking, progress: Progress) -> FirstLook:
     step, origin, failed = _step(looking)
     remarks = [] if failed is None else [failed]
     low = high = np.empty(0)
-    count = 0
+    still, count = np.empty(0, dtype=bool), 0
     if looking.excitation is not None:
         system = load_system(replace(looking.specification, step=step))
         rows, remark = _outputs(system, looking.excitation(step), progress)
         low, high, count = np.min(rows, axis=(0, 1)), np.max(rows, axis=(0, 1)), len(rows)
+        still = (np.ptp(rows[:, SAMPLES // 2 :], axis=1) == 0).all(axis=0)
         remarks += [] if remark is None else [remark]
-    return FirstLook(step, origin, low, high, count, tuple(remarks))
+    return FirstLook(step, origin, low, high, still, count, tuple(remarks))
 
 
 def quiet(done: int, total: int, error: float | None = None) -> None:

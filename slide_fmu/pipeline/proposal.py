@@ -100,13 +100,20 @@ def propose(wish: Wish, progress: Progress) -> Proposal:
     seen = guarded(
         system, (found.model, found.kind), look, looking, quiet if system.may_crash else progress
     )
+    if not own:
+        outputs = _with_ranges(outputs, seen)
+    remarks = list(seen.remarks)
+    if not (own or wish.outputs or seen.still.all()):
+        moving = [signal for signal, still in zip(outputs, seen.still, strict=True) if not still]
+        remarks += [_left_out(signal) for signal in outputs if signal not in moving]
+        outputs = moving
     name = wish.name or recipe_name(Path(found.model.replace(":", "_")).stem)
     draft = Draft(
         name,
         f"{name}: inputs {_names(inputs)}, outputs {_names(outputs)}",
         replace(found, model=_from_folder(found.model, wish.folder)),
         tuple(inputs),
-        tuple(outputs if own else _with_ranges(outputs, seen)),
+        tuple(outputs),
         seen.step,
         seen.origin,
         make_tables(seen.step),
@@ -115,7 +122,7 @@ def propose(wish: Wish, progress: Progress) -> Proposal:
         chain=None if chain.path is None else _from_folder(str(chain.path), wish.folder),
     )
     told = [] if chain.remark is None else [chain.remark]
-    return Proposal(recipe_text(draft), draft, (*found.remarks, *told, *seen.remarks))
+    return Proposal(recipe_text(draft), draft, (*found.remarks, *told, *remarks))
 
 
 def _has_set_points(system: System) -> bool:
@@ -240,6 +247,11 @@ def _with_ranges(outputs: list[DraftSignal], seen: FirstLook) -> list[DraftSigna
         )
         drafts.append(DraftSignal(replace(choice, low=ends[0], high=ends[1]), origin))
     return drafts
+
+
+def _left_out(signal: DraftSignal) -> str:
+    name = signal.choice.name
+    return f"output {name!r} never moves and is left out; --output {name} keeps it"
 
 
 def _widened(low: float, high: float) -> tuple[float, float]:

@@ -26,6 +26,7 @@ from slide_fmu.recipe.systems import recipe_system
 from tests.data import generate_logged
 from tests.data.logging_system import LOG, identity
 from tests.limits import HANGS
+from tests.own_models.quarter_car import build_in_c
 from tests.progress import silent
 from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
@@ -64,6 +65,24 @@ def assert_complete(recipe: Recipe, path: Path) -> None:
             assert np.array_equal(split.inputs[index], expected.inputs), (name, index)
             assert np.array_equal(split.outputs[index], expected.outputs), (name, index)
             assert split.kinds[index] == drawn.kind
+
+
+def test_outputs_of_an_fmu_keep_the_order_of_the_recipe(tmp_path: Path) -> None:
+    """An order that is neither that of the FMU nor that of the alphabet."""
+    fmu = build_in_c(tmp_path / "car.fmu")
+    values = tiny_recipe().model_dump(mode="json")
+    values["window"]["step"], values["data"]["burn_in"] = 0.01, 0.1
+    values["data"]["duration"], values["estimator"] = 0.6, None
+    outputs = ("tyre_deflection", "body_acceleration", "suspension_travel")
+    values["system"] = {
+        "kind": "fmu",
+        "model": str(fmu),
+        "inputs": {"road": {"range": [-0.1, 0.1]}},
+        "outputs": {name: {"range": [-9, 9]} for name in outputs},
+    }
+    recipe = Recipe.model_validate(values)
+    generate(recipe, tmp_path / "s", None, silent)
+    assert_complete(recipe, tmp_path / "s")
 
 
 def test_threads_do_not_disturb_each_other(tmp_path: Path, request: pytest.FixtureRequest) -> None:

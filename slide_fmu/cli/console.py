@@ -6,7 +6,7 @@ import json
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +29,8 @@ def write_json(path: str | None, figures: Any) -> None:
     text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
     if path == "-":
         sys.stdout.write(text)
-    else:
+        return
+    with errors():
         Path(path).write_text(text, encoding="utf-8")
 
 
@@ -80,8 +81,25 @@ def show_remark(remark: str | None) -> None:
 @contextmanager
 def progress_bars() -> Iterator[Stages]:
     """Show progress as bars on a terminal, as lines elsewhere; errors become messages."""
-    with errors(), shown(console) as stages:
+    with errors(), _quiet_output(), shown(console) as stages:
         yield stages
+
+
+@contextmanager
+def _quiet_output() -> Iterator[None]:
+    """Lead standard output, which is for figures alone, to standard error: models may print.
+
+    The file descriptor is led there too, since worker processes inherit that.
+    """
+    sys.stdout.flush()
+    kept = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        with redirect_stdout(sys.stderr):
+            yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
 
 
 @contextmanager

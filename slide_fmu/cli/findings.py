@@ -22,6 +22,7 @@ def show_draft(proposal: Proposal) -> None:
         for signal in signals:
             choice = signal.choice
             acts = {"zero_order": "held", "first_order": "moves"}.get(str(choice.hold), "")
+            acts = acts if what == "input" else ""  # outputs have no hold
             limits = f"{choice.low:g} .. {choice.high:g}"
             row = (f"{what} {choice.name}", choice.unit or "1", limits, acts, signal.origin)
             table.add_row(*row)

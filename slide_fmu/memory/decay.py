@@ -159,7 +159,10 @@ def meeting_rate(system: System, gap: FloatArray, remaining_amplitude: float = 0
     difference = gap / ranges
     ahead = np.cumsum(np.sum(difference[::-1] ** 2, axis=1))[::-1]
     if ahead[0] == 0.0:
-        raise ValueError("measured decay: both initial states give the same outputs; expected two")
+        raise ValueError(
+            "measured decay: the outputs are the same after two different pasts; expected outputs "
+            "that differ at first: check that they follow from the inputs and states at all"
+        )
     count = int(np.sum(ahead > remaining_amplitude**2 * ahead[0]))
     if count < 3:
         raise ValueError(

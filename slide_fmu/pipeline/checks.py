@@ -29,7 +29,7 @@ def check_recipe(recipe: Recipe) -> None:
         require_survival(recipe)
         _survived[:] = [recipe]
     inputs = _some_inputs(recipe, system)
-    check_system(system, recipe.window.step, inputs)
+    check_system(system, recipe.window.step, inputs, recipe.system.model)
 
 
 _survived: list[Recipe] = []

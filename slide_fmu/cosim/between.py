@@ -53,6 +53,39 @@ def refined(
     return at, found, places
 
 
+def evened(
+    times: FloatArray, values: FloatArray, cosines: tuple[int, ...], step: float
+) -> FloatArray:
+    """Move values of smooth inputs so that straight lines through them have the mean of the curve.
+
+    Straight lines a step long, between values of a curve u, lie beside it by step^2 u'' / 12 in
+    the mean; by so much are the values moved. Those of inputs that are not smooth stay as they
+    are. Of an angle it is the turn that is moved.
+
+    Args:
+        times: in s, rising, shape (N,).
+        values: inputs at these times, shape (N, n_inputs).
+        cosines: indices of inputs that are the cosine of an angle, whose sine is the next.
+        step: length of the straight lines in s.
+    """
+    columns = [column - _sag(times, column, step) for column in values.T]
+    for i in cosines:
+        angle = np.unwrap(np.arctan2(values[:, i + 1], values[:, i]))
+        length, turned = np.hypot(values[:, i], values[:, i + 1]), angle - _sag(times, angle, step)
+        columns[i], columns[i + 1] = length * np.cos(turned), length * np.sin(turned)
+    return np.stack(columns, axis=1)
+
+
+def _sag(times: FloatArray, values: FloatArray, step: float) -> FloatArray:
+    """How far straight lines a step long lie beside the curve in the mean, where it is smooth."""
+    found, smooth = np.zeros(len(times)), _is_smooth(times, values)
+    if len(times) > 2:
+        slopes = np.diff(values) / np.diff(times)
+        curvature = 2 * np.diff(slopes) / (times[2:] - times[:-2])
+        found[1:-1] = np.where(smooth[1:] & smooth[:-1], step**2 / 12 * curvature, 0.0)
+    return found
+
+
 def _column(
     times: FloatArray, values: FloatArray, at: FloatArray, of: NDArray[np.int64]
 ) -> FloatArray:

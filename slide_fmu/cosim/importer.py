@@ -48,6 +48,9 @@ class Slave:
         self.exit_initialization: Callable[[], None] = slave.exitInitializationMode
         self.do_step: Callable[[float, float], None] = slave.doStep
         self.terminate: Callable[[], None] = slave.terminate
+        self.get_state: Callable[[], object] = slave.getFMUState
+        self.set_state: Callable[[object], None] = slave.setFMUState
+        self.free_state: Callable[[object], None] = slave.freeFMUState
         self.set_boolean: Callable[[Sequence[int], Sequence[bool]], None] = slave.setBoolean
         self.get_boolean: Callable[[Sequence[int]], list[bool]] = slave.getBoolean
         real = "Float64" if self.fmi_3 else "Real"

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray, cosines_of
-from slide_fmu.cosim.between import refined
-from slide_fmu.cosim.importer import Reader
+from slide_fmu.cosim.between import evened, refined
+from slide_fmu.cosim.importer import Reader, Slave
 from slide_fmu.cosim.run import CoSimulationError, UnpackedFmu, instantiated, unpacked
 from slide_fmu.fmu.description.variables import (
     AT_STEP_END,
@@ -31,13 +32,17 @@ WHOLE = 1e-6
 def simulate(fmu: str | Path, t: NDArray[Any], u: NDArray[Any]) -> FloatArray:
     """Give the outputs of an FMU of slide-fmu at times, from its inputs at the same times.
 
-    All inputs are known here, so that nothing is late and nothing is forecast. Inputs with a
-    first-order hold are straight lines between the times (an angle that cosine and sine give turns
-    evenly); where the times are farther apart than the FMU's step, smooth inputs are curves
-    between them. Before the first time they were what they are there. Inputs with a zero-order
-    hold stay what they are from each time to the next; where the distances are no multiples of the
-    FMU's step, the FMU takes its own steps, each under the mean of its inputs, and outputs are
-    straight lines between them.
+    All inputs are known here, so that nothing is late and nothing is forecast. Before the first
+    time they were what they are there.
+
+    Inputs with a first-order hold are straight lines between the times (an angle that cosine and
+    sine give turns evenly), or curves where the inputs are smooth. The FMU knows straight lines
+    only; where there are curves, it keeps values whose lines have the mean of the curve, though
+    its outputs follow the inputs themselves.
+
+    Inputs with a zero-order hold stay what they are from each time to the next; where the
+    distances are no multiples of the FMU's step, the FMU takes its own steps, each under the mean
+    of its inputs, and outputs are straight lines between them.
 
     Args:
         fmu: file of the FMU, of FMI 2.0 or FMI 3.0.
@@ -61,7 +66,7 @@ def simulate(fmu: str | Path, t: NDArray[Any], u: NDArray[Any]) -> FloatArray:
         run = _Run(files, inputs, outputs)
         if first_order:
             own, rows, places = refined(times, values, cosines, files.step)
-            return run.moving(own, rows)[places]
+            return run.moving(own, rows, evened(own, rows, cosines, files.step))[places]
         if _whole(np.diff(times) / files.step):
             return run.held(times, values)
         own = times[0] + files.step * np.arange(np.ceil((times[-1] - times[0]) / files.step) + 1)
@@ -77,8 +82,12 @@ class _Run:
     inputs: Sequence[str]
     outputs: Sequence[str]
 
-    def moving(self, times: FloatArray, values: FloatArray) -> FloatArray:
-        """Set before each step what inputs with a first-order hold reach by its end."""
+    def moving(self, times: FloatArray, values: FloatArray, kept: FloatArray) -> FloatArray:
+        """Set before each step what inputs with a first-order hold reach by its end.
+
+        Outputs follow the values; what the FMU keeps of them for the next steps are others, whose
+        straight lines stand for curves between the values.
+        """
         known = {
             INITIAL.replace("{signal}", name): u
             for name, u in zip(self.inputs, values[0], strict=True)
@@ -86,16 +95,24 @@ class _Run:
         start = {PREHISTORY_KNOWN: 1.0, **known}
         if AT_STEP_END in self.fmu.references:  # FMUs of former versions know nothing else
             start[AT_STEP_END] = 1.0
-        return self._steps(times, values[0], values[1:], start)
+        return self._steps(times, values[0], (values[1:], kept[1:]), start)
 
     def held(self, times: FloatArray, values: FloatArray) -> FloatArray:
         """Set before each step what inputs with a zero-order hold are in it."""
-        return self._steps(times, values[0], values[: len(times) - 1], {})
+        rows = values[: len(times) - 1]
+        return self._steps(times, values[0], (rows, rows), {})
 
     def _steps(
-        self, times: FloatArray, first: FloatArray, rows: FloatArray, start: dict[str, float]
+        self,
+        times: FloatArray,
+        first: FloatArray,
+        rows: tuple[FloatArray, FloatArray],
+        start: dict[str, float],
     ) -> FloatArray:
-        """Outputs (N, n_outputs) at times (N,), under inputs that are set before each step."""
+        """Outputs (N, n_outputs) at times (N,), under inputs that are set before each step.
+
+        Rows of the inputs are those that the outputs follow, and those that the FMU keeps.
+        """
         fmu = self.fmu
         fmu.require(*start)
         of_inputs = [fmu.references[name] for name in self.inputs]
@@ -108,12 +125,41 @@ class _Run:
             slave.enter_initialization(float(times[0]))
             slave.exit_initialization()
             found = [read(slave)]
-            for time, length, row in zip(times[:-1], np.diff(times), rows, strict=True):
-                slave.set_real(of_inputs, row.tolist())
-                slave.do_step(float(time), float(length))
-                found.append(read(slave))
+            for time, length, row, kept in zip(times[:-1], np.diff(times), *rows, strict=True):
+                step = _Step(slave, of_inputs, float(time), float(length))
+                if np.array_equal(row, kept):
+                    step.take(row)
+                    found.append(read(slave))
+                    continue
+                with step.to_come_back():
+                    step.take(row)
+                    found.append(read(slave))
+                step.take(kept)
             slave.terminate()
         return np.array(found, dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class _Step:
+    """A communication step of an instance, which may be taken, undone and taken again."""
+
+    slave: Slave
+    of_inputs: list[int]
+    time: float
+    length: float
+
+    def take(self, inputs: FloatArray) -> None:
+        """Set the inputs and take the step."""
+        self.slave.set_real(self.of_inputs, inputs.tolist())
+        self.slave.do_step(self.time, self.length)
+
+    @contextmanager
+    def to_come_back(self) -> Iterator[None]:
+        """Undo what happens in a ``with`` block."""
+        state = self.slave.get_state()
+        yield
+        self.slave.set_state(state)
+        self.slave.free_state(state)
 
 
 def _of_kind(fmu: UnpackedFmu, key: str) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from slide_fmu.cosim.between import refined
+from slide_fmu.cosim.between import evened, refined
 
 STEP = 0.1
 
@@ -66,3 +66,48 @@ def test_angles_turn_and_their_length_is_a_straight_line() -> None:
     inner = slice(2, -2)
     np.testing.assert_allclose(found[inner], director(own)[inner], atol=0.1)
     np.testing.assert_allclose(np.hypot(found[:, 1], found[:, 2]), 1 + 0.1 * own)
+
+
+@pytest.mark.parametrize("distance", [0.5, 1.0, 0.8])
+def test_straight_lines_between_evened_values_have_the_mean_of_the_curve(distance: float) -> None:
+    times = np.arange(0.0, 4.0, distance * STEP)
+    wave = np.sin(2 * times)
+    found = evened(times, wave[:, None], (), STEP)[:, 0]
+    # the mean of straight lines a step long between samples of sin(w t) is that of a smaller sine
+    smaller = wave * (1 + (2 * STEP) ** 2 / 12)
+    inner = slice(2, -2)
+    np.testing.assert_allclose(found[inner], smaller[inner], atol=1e-4)
+    assert np.abs(found - wave)[inner].max() > 3e-3
+
+
+def test_evened_lines_have_the_integral_of_the_curve() -> None:
+    times = STEP * np.arange(60)
+    found = evened(times, np.exp(-times)[:, None], (), STEP)[:, 0]
+    begin, end = 10, 40
+    true = np.exp(-times[begin]) - np.exp(-times[end])
+    by_lines = np.trapezoid(np.exp(-times[begin : end + 1]), times[begin : end + 1])
+    evened_out = np.trapezoid(found[begin : end + 1], times[begin : end + 1])
+    assert abs(evened_out - true) < 0.02 * abs(by_lines - true)
+
+
+@pytest.mark.parametrize("what", ["noise", "steps", "few"])
+def test_values_that_are_not_smooth_are_not_evened(what: str) -> None:
+    rng = np.random.default_rng(2)
+    values = {
+        "noise": np.cumsum(rng.normal(size=60)),
+        "steps": np.repeat(rng.normal(size=10), 6),
+        "few": np.array([0.0, 1.0]),
+    }[what]
+    times = STEP * np.arange(len(values))
+    found = evened(times, values[:, None], (), STEP)[:, 0]
+    np.testing.assert_allclose(found, values, atol=1e-12)
+
+
+def test_of_an_angle_the_turn_is_evened() -> None:
+    times = STEP * np.arange(40)
+    angle = np.sin(3 * times)
+    director = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    found = evened(times, director, (0,), STEP)
+    turned = np.arctan2(found[:, 1], found[:, 0])
+    np.testing.assert_allclose(np.hypot(*found.T), 1.0, atol=1e-12)
+    np.testing.assert_allclose(turned, evened(times, angle[:, None], (), STEP)[:, 0], atol=1e-12)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 
 import slide_fmu as slide
 from slide_fmu.core.signals import FloatArray, Hold
-from slide_fmu.cosim.between import refined
+from slide_fmu.cosim.between import evened, refined
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.moving_inputs import forecasting, moving_inputs
@@ -38,15 +39,22 @@ def exported(surrogate: Surrogate, folder: Path, fmi: int = 2) -> Path:
 
 
 def plain_outputs(surrogate: Surrogate, t: FloatArray, u: FloatArray) -> FloatArray:
-    """Before the first time, inputs were what they are there."""
+    """Before the first time, inputs were what they are there.
+
+    Outputs follow the inputs, the window keeps those that make up for its straight lines; both
+    have their oracles in tests/cosim/test_between.py.
+    """
     cosines = (0,) if surrogate.inputs[0].angle == "cosine" else ()
-    t, u, places = refined(t, u, cosines, STEP)  # tests/cosim/test_between.py has its oracles
+    t, u, places = refined(t, u, cosines, STEP)
+    kept = evened(t, u, cosines, STEP)
     window = Resampling(surrogate)
     window.append(STEP, u[0])
     found = [window.results()[0]]
-    for length, row in zip(np.diff(t), u[1:], strict=True):
-        window.append(length, row)
-        found.append(window.results()[0])
+    for length, row, own in zip(np.diff(t), u[1:], kept[1:], strict=True):
+        ahead = copy.deepcopy(window)
+        ahead.append(length, row)
+        found.append(ahead.results()[0])
+        window.append(length, own)
     return np.array(found)[places]
 
 

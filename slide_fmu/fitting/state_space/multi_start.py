@@ -92,6 +92,12 @@ class Candidate:
         """The candidate's best validation error is an RMS in scaled units."""
         return self.state.best_error
 
+    @property
+    def training_error(self) -> float:
+        """The candidate's last error on what it learnt from is an RMS in scaled units."""
+        rows = self.state.history
+        return rows[-1][1] if rows else math.inf
+
 
 class MultiStart:
     """A multi-start does all runs of one fit, each named and stored in the ledger. Final.

@@ -30,8 +30,10 @@ UNFINISHED, POOR = 3e-3, 1e-2
 more than the second in the end, the user is told."""
 
 GOOD = 5e-3
-"""A network whose validation error is below this, relative to the outputs' deviation, is not made
-larger: the fit on all data comes still, and mostly makes it about twice as accurate."""
+"""A network whose error is below this, relative to the outputs' deviation, is not made larger: the
+fit on all data comes still, and mostly makes it about twice as accurate. The error is that of the
+validation or of the training: where only the first is larger, more data are wanted, not more
+parameters, and the search sees a part of the data."""
 
 Place = tuple[int, int]
 """A size, by its positions among the orders and among the numbers of units."""
@@ -132,7 +134,8 @@ class _Search:
 
     def _is_good(self, place: Place) -> bool:
         """Whether the network has units, and is accurate enough for the search."""
-        return self._units[place[1]] > 0 and self._error(place) < GOOD
+        error, has_units = self._error(place), self._units[place[1]] > 0
+        return has_units and min(error, self._judged[place].training_error) < GOOD
 
     def _linear_suffices(self, place: Place) -> bool:
         """Whether the network is linear, and its residual cannot be predicted."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import torch
 
@@ -68,3 +69,15 @@ def test_search_stays_within_what_impulse_responses_show(
         tmp_path, window=Window(0.1, 6, 1), training=records, validation=records, eigenvalues=None
     )
     assert len(fit(problem, {"hidden": 0}).network.cell.a) in states
+
+
+@pytest.mark.usefixtures("few_units")
+def test_noise_that_only_the_validation_has_is_not_answered_with_more_units(
+    tmp_path: Path,
+) -> None:
+    """More units would learn no more of it: the search ends where the training is good."""
+    inputs, outputs = spring(11, 6, 200, CUBIC)
+    noise = 0.02 * torch.from_numpy(np.random.default_rng(3).normal(size=outputs.shape))
+    found = fit(problem_of(tmp_path, validation=(inputs, outputs + noise)), {"order": 2})
+    assert found.history.sizes[-1].units == sizes.FIRST_UNITS
+    assert found.error > sizes.GOOD

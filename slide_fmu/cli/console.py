@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.pipeline.display import messages, shown
@@ -41,6 +41,11 @@ def show_json(path: str | None, figures: Any) -> None:
         Console().print_json(json.dumps(figures))
 
 
+def table_of(*headings: str) -> Table:
+    """Open a table whose cells are folded where a terminal is narrow, not cut."""
+    return Table(*(Column(heading, overflow="fold") for heading in headings))
+
+
 def show_validation(figures: dict[str, Any], title: str) -> None:
     """Print the accuracy of every output, in its unit, and of the error estimate.
 
@@ -49,9 +54,9 @@ def show_validation(figures: dict[str, Any], title: str) -> None:
     # not as the table's title, which rich wraps to the width of the table
     console.print(f"{title}: {figures['trajectories']} trajectories, seed {figures['seed']}")
     moving = all("plain_relative_rmse" in output for output in figures["outputs"])
-    table = Table("output", "RMS of the reference", "RMSE", "relative RMSE", "largest error")
+    table = table_of("output", "RMS of the reference", "RMSE", "relative RMSE", "largest error")
     if moving:
-        table.add_column("relative RMSE, inputs set to what they are now")
+        table.add_column("relative RMSE, inputs set to what they are now", overflow="fold")
     for output in figures["outputs"]:
         unit = output["unit"]
         table.add_row(

@@ -47,7 +47,7 @@ def imported(what: str, name: str) -> tuple[ModuleType, str]:
         raise LoadError(
             f"{what}: {told(error)}: install what it needs (the extra 'train' brings exudyn)"
         ) from error
-    except Exception as error:  # a user's module may raise anything
+    except (Exception, SystemExit) as error:  # a user's module may raise anything, and end
         raise LoadError(f"{what}: {told(error)}; correct the model") from error
 
 

@@ -341,3 +341,17 @@ def test_input_that_is_none_is_refused() -> None:
     state = system.get_state()
     with pytest.raises(ValueError, match=r"expected finite numbers of shape \(1,\)"):
         system.set_state(replace(state, coordinates=np.zeros(2)))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("start", "raise SystemExit(3)\nstart", r"SystemExit: 3 \(.*model.py, line 5\); correct"),
+        ("return [p.rate", "raise SystemExit\n    return [p.rate", "f raised SystemExit"),
+    ],
+)
+def test_model_that_ends_the_program_is_refused(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    with pytest.raises(LoadError, match=message):
+        loaded(tmp_path, LAG.replace(old, new, 1))

@@ -83,7 +83,7 @@ def called_with(name: str, function: Callable[..., Any], arguments: tuple[Any, .
         return function(*arguments)
     except FunctionError:
         raise
-    except Exception as error:  # a user's function may raise anything
+    except (Exception, SystemExit) as error:  # a user's function may raise anything, and end
         raise FunctionError(f"{name} raised {told(error)}") from error
 
 

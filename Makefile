@@ -65,14 +65,21 @@ lock:
 	sed -i 's/+cpu$$//' requirements.lock
 
 clean:
-	rm -rf $(VENV) build runs
+	rm -rf $(VENV) build runs docs/tutorials/pages
 
-.PHONY: docs fmus
+.PHONY: docs gallery fmus
 
 # The site, from docs/ into build/site, without network. The picture of the rooms is drawn first.
+# Pages of tutorials are written anew, so that none stays of a tutorial that is gone.
 docs: setup
+	rm -rf docs/tutorials/pages
 	$(BIN)/python docs/rooms.py
-	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 TQDM_DISABLE=1 $(BIN)/python -m mkdocs build --strict --quiet
+
+# make gallery NAME=two_link_arm: run a tutorial, and keep what it prints and draws for the site;
+# without NAME all of them, in about seven minutes.
+gallery: setup
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/gallery_results.py $(NAME)
 
 # Every released FMU again, without training: same surrogate, report and figures, this runtime.
 fmus: setup

@@ -75,12 +75,21 @@ def init(
     step: Annotated[
         float | None, typer.Option(help="Sample step in s; found by simulation if not given.")
     ] = None,
+    chain: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Take this URDF: the inputs are the set points of its joints. If not given, the "
+            "only one beside the model, where it fits.",
+        ),
+    ] = None,
     name: Annotated[str | None, typer.Option(help="Name of the recipe and of the FMU.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace what is there.")] = False,
 ) -> None:
     """Write a first recipe for a model of your own, and say what was found and assumed."""
     from slide_fmu.core.files import write_whole
-    from slide_fmu.pipeline.proposal import Wish, parse_range, propose, write_template
+    from slide_fmu.pipeline.proposal import Wish, parse_range, propose
+    from slide_fmu.pipeline.template import write_template
 
     with progress_bars() as bar:
         if output is not None and not force:
@@ -90,7 +99,7 @@ def init(
             console.print(f"model   {written}")
         chosen = parse_range(inputs or []), tuple(outputs or ())
         folder = output.parent if output is not None else Path()
-        wish = Wish(written or model, *chosen, kind, step, name, folder)
+        wish = Wish(written or model, *chosen, kind, step, name, folder, chain)
         proposal = propose(wish, bar("motions"))
         place = output or Path(f"{proposal.draft.name}.toml")
         if not force:
@@ -163,16 +172,15 @@ def window(
     runs: RunsOption = Path("runs"),
 ) -> None:
     """Compute decay times of a system, linearized and measured, and the window they ask for."""
-    from slide_fmu.memory.bandwidth import step_remark
     from slide_fmu.memory.sizing import require_window
     from slide_fmu.pipeline.job import open_job
-    from slide_fmu.pipeline.stages import size_recipe
+    from slide_fmu.pipeline.stages import remark_on_step, size_recipe
 
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar)
         show_found(job.resolved)
         sizing = size_recipe(job, seed)
-        coarse_or_wasted = step_remark(job.recipe)
+        coarse_or_wasted = remark_on_step(job.recipe)
     figures = sizing.figures()
     show_sizing(figures)
     show_remark(sizing.remark)

@@ -36,9 +36,10 @@ def simulate(fmu: str | Path, t: NDArray[Any], u: NDArray[Any]) -> FloatArray:
     time they were what they are there.
 
     Inputs with a first-order hold are straight lines between the times (an angle that cosine and
-    sine give turns evenly), or curves where the inputs are smooth. The FMU knows straight lines
-    only; where there are curves, it keeps values whose lines have the mean of the curve, though
-    its outputs follow the inputs themselves.
+    sine give turns evenly), or curves where the inputs are smooth. An FMU whose inputs are set to
+    what they are now knows straight lines only; where there are curves, it keeps values whose
+    lines have the mean of the curve, though its outputs follow the inputs themselves. One whose
+    inputs are planned motions (``inputs_at_step_end``) knows how these go on between samples.
 
     Inputs with a zero-order hold stay what they are from each time to the next; where the
     distances are no multiples of the FMU's step, the FMU takes its own steps, each under the mean
@@ -61,12 +62,14 @@ def simulate(fmu: str | Path, t: NDArray[Any], u: NDArray[Any]) -> FloatArray:
     path = Path(fmu)
     with unpacked(path) as files:
         inputs, outputs = _of_kind(files, "INPUT"), _of_kind(files, "OUTPUT")
-        first_order, cosines = _meaning(path)
+        meaning = _meaning(path)
         times, values = _checked(t, u, inputs)
         run = _Run(files, inputs, outputs)
-        if first_order:
-            own, rows, places = refined(times, values, cosines, files.step)
-            return run.moving(own, rows, evened(own, rows, cosines, files.step))[places]
+        if meaning.first_order:
+            own, rows, places = refined(times, values, meaning.cosines, files.step)
+            lines = meaning.straight
+            kept = evened(own, rows, meaning.cosines, files.step) if lines else rows
+            return run.moving(own, rows, kept)[places]
         if _whole(np.diff(times) / files.step):
             return run.held(times, values)
         own = times[0] + files.step * np.arange(np.ceil((times[-1] - times[0]) / files.step) + 1)
@@ -169,22 +172,38 @@ def _of_kind(fmu: UnpackedFmu, key: str) -> list[str]:
     return [found[reference] for reference in sorted(found)]
 
 
-def _meaning(path: Path) -> tuple[bool, tuple[int, ...]]:
-    """Say whether the inputs move between communication points, and which are cosines of angles.
+@dataclass(frozen=True)
+class _Meaning:
+    """What an FMU's inputs mean.
+
+    Attributes:
+        first_order: whether they move between communication points.
+        straight: whether they move along straight lines, as far as the FMU knows.
+        cosines: indices of those that are cosines of angles.
+    """
+
+    first_order: bool
+    straight: bool
+    cosines: tuple[int, ...] = ()
+
+
+def _meaning(path: Path) -> _Meaning:
+    """Read what an FMU's inputs mean.
 
     Raises:
         CoSimulationError: the FMU is none of slide-fmu, so that nothing says it.
     """
     if read_member(path, SURROGATE) is not None:
         surrogate, _ = read_fmu(path)
-        return surrogate.hold == "first_order", cosines_of(surrogate.inputs)
+        straight = not surrogate.inputs_at_step_end
+        return _Meaning(surrogate.hold == "first_order", straight, cosines_of(surrogate.inputs))
     module = read_member(path, MODULE)
     if module is None:
         raise CoSimulationError(
             f"{path.name} has no {SURROGATE} and no {MODULE}; expected an FMU of slide-fmu: only "
             "these say what their inputs do between communication points"
         )
-    return bool(json.loads(module)["hold"] == "first_order"), ()
+    return _Meaning(bool(json.loads(module)["hold"] == "first_order"), straight=True)
 
 
 def _checked(

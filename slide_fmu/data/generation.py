@@ -6,15 +6,12 @@ A generation may be killed at any moment: the next one makes what is missing.
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 import threading
 from concurrent.futures import BrokenExecutor, Executor
-from contextlib import suppress
 from pathlib import Path
 
 from slide_fmu.core.progress import Progress
+from slide_fmu.data.apart import ended_process
 from slide_fmu.data.draws import draw, probe, simulate_draw, split_stream
 from slide_fmu.data.failures import (
     Failure,
@@ -70,51 +67,14 @@ def generate(recipe: Recipe, path: Path, executor: Executor | None, progress: Pr
     try:
         in_parallel(executor, _generate_one, jobs, made)
     except BrokenExecutor as error:
-        raise SimulationError(ended_process(recipe)) from error
+        named = recipe.system.model, recipe.system.kind
+        raise SimulationError(ended_process(*named)) from error
     return len(jobs)
-
-
-def require_survival(recipe: Recipe) -> None:
-    """Simulate a short motion in a program of its own, which a library that crashes would end.
-
-    Raises:
-        SimulationError: it ended.
-    """
-    code = f"import sys; from {__name__} import try_once; try_once(sys.stdin.read())"
-    places = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        input=recipe_json(recipe).encode(),
-        env=places,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        check=False,
-    )
-    if done.returncode:
-        raise SimulationError(ended_process(recipe))
-
-
-def try_once(text: str) -> None:
-    """Simulate the short motion of a recipe in JSON; errors that it reports are no crash."""
-    with suppress(Exception):
-        recipe = Recipe.model_validate_json(text)
-        probe(recipe, recipe_system(recipe))
 
 
 def recipe_json(recipe: Recipe) -> str:
     """Write a recipe as plain JSON, which crosses to every executor and is cheap to compare."""
     return json.dumps(recipe.model_dump(mode="json"), sort_keys=True)
-
-
-def ended_process(recipe: Recipe) -> str:
-    """Say that a model ended the process that simulated it, as a library does that crashes."""
-    system = recipe.system
-    return (
-        f"system {system.model!r} (kind {system.kind!r}) ended the process that simulated it: "
-        "its library crashed, or the memory is full. Expected a model that reports errors: narrow "
-        "the ranges of its inputs (system.inputs, data.excitation), use fewer workers, or ask who "
-        "made it"
-    )
 
 
 class _Worker(threading.local):

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from slide_fmu.core.signals import FloatArray, hold_of
-from slide_fmu.data.draws import PROBE, Stream, draw
+from slide_fmu.data.draws import PROBE, PROBE_ATTEMPTS, Stream, draw
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import data_specification
 from slide_fmu.systems.base import System
@@ -47,6 +47,8 @@ FINER, FINE_SAMPLES = 4, 256
 COARSE, COARSER, WASTE = 0.1, 4, 0.005
 """Errors between samples, relative to the output's standard deviation: more than the first is too
 coarse; if samples that are so many times rarer keep below the last, the step wastes samples."""
+PARTS = (1.0, 0.5, 0.25)
+"""A system that fails under inputs over their whole ranges is given these parts of them."""
 TIDY = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
 
 
@@ -58,10 +60,13 @@ class ProposedStep:
         step: sample step h in s.
         bandwidth: frequency in Hz up to which an output answers with ``GAIN`` of its largest gain;
             None where no output has dynamics that a spectrum shows.
+        failed: what the system said where it failed under inputs over their whole ranges, so that
+            they moved in a part of them; None if it did not.
     """
 
     step: float
     bandwidth: float | None
+    failed: str | None = None
 
 
 def proposed_step(make: Callable[[float], System], first: float = 0.01) -> ProposedStep:
@@ -90,27 +95,31 @@ def proposed_step(make: Callable[[float], System], first: float = 0.01) -> Propo
         if part < WASTED and (seen is None or 2.0 * seen * other > RESOLVED):
             break
         step, found = other, seen
+    failed = None if failure is None else str(failure)
     if found is not None:
-        return ProposedStep(tidy_step(1.0 / (SAMPLES_PER_PERIOD * found)), found)
+        return ProposedStep(tidy_step(1.0 / (SAMPLES_PER_PERIOD * found)), found, failed)
     if failure is not None:
         raise failure
     return ProposedStep(first, None)
 
 
 def _seen(system: System) -> tuple[float | None, SimulationError | None]:
-    """Return the bandwidth of a system, or why it could not be simulated with its step."""
-    try:
-        return bandwidth(system), None
-    except SimulationError as error:
-        return None, error
+    """Return the bandwidth of a system, and why it could not be simulated over whole ranges."""
+    failure = None
+    for part in PARTS:
+        try:
+            return bandwidth(system, part), failure
+        except SimulationError as error:
+            failure = error
+    return None, failure
 
 
-def bandwidth(system: System) -> float | None:
+def bandwidth(system: System, part: float = 1.0) -> float | None:
     """Return the frequency in Hz up to which an output answers with ``GAIN`` of its largest gain.
 
     The inputs are white, so the spectrum of an output is that of its gain. What follows the inputs
     at once, by a linear law, is left out: it is as fast as they are. The result is None if nothing
-    else is left of any output.
+    else is left of any output. Inputs move in a part of their ranges, about the middle.
 
     Raises:
         SimulationError: the system could not be simulated.
@@ -119,6 +128,7 @@ def bandwidth(system: System) -> float | None:
 
     rng = np.random.default_rng(0)
     low, high = (np.array([getattr(s, end) for s in system.inputs]) for end in ("low", "high"))
+    low, high = (0.5 * ((1 + part) * a + (1 - part) * b) for a, b in ((low, high), (high, low)))
     inputs = rng.uniform(low, high, (LEAD_IN + SAMPLES, len(low)))
     outputs = simulate(system, inputs).outputs[LEAD_IN:-1]
     now, before = inputs[LEAD_IN:], inputs[LEAD_IN - 1 : -1]
@@ -154,7 +164,7 @@ def step_remark(recipe: Recipe) -> str | None:
         system = load_system(replace(data_specification(recipe), step=step / FINER))
     except LoadError:
         return None
-    outputs = simulate(system, _finer_inputs(recipe, system)).outputs
+    outputs = _finer_outputs(recipe, system)
     lost, rarer = (between_samples(outputs, FINER * times) for times in (1, COARSER))
     if lost > COARSE:
         return (
@@ -184,11 +194,21 @@ def between_samples(outputs: FloatArray, every: int) -> float:
     return float(np.max(np.sqrt(np.mean(error**2, axis=0))[moving] / np.std(true, axis=0)[moving]))
 
 
-def _finer_inputs(recipe: Recipe, system: System) -> FloatArray:
+def _finer_outputs(recipe: Recipe, system: System) -> FloatArray:
+    """Simulate a motion of a recipe more finely, the first on which the system does not fail."""
+    for attempt in range(PROBE_ATTEMPTS):
+        try:
+            return simulate(system, _finer_inputs(recipe, system, attempt)).outputs
+        except SimulationError as error:
+            failure = error
+    raise failure
+
+
+def _finer_inputs(recipe: Recipe, system: System, attempt: int) -> FloatArray:
     """Draw inputs of a recipe, and put samples between them as they act between samples."""
     duration = FINE_SAMPLES * recipe.window.step
     stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), duration)
-    inputs = draw(recipe, system, stream, 0).inputs[:FINE_SAMPLES]
+    inputs = draw(recipe, system, stream, 0, attempt).inputs[:FINE_SAMPLES]
     if hold_of(system.inputs) == "zero_order":
         return np.repeat(inputs, FINER, axis=0)
     before = np.concatenate([inputs[:1], inputs[:-1]])

@@ -21,6 +21,7 @@ from slide_fmu.memory.decay import (
     measured_decay,
     recommend_window,
 )
+from slide_fmu.memory.failing import Failing
 from slide_fmu.memory.modes import Spectrum, UnstableModeError, spectrum
 from slide_fmu.recipe.recipe import Recipe, WindowRecipe
 from slide_fmu.systems.base import Linearizable, State, System
@@ -72,18 +73,29 @@ class Motions:
         system: the recipe's system.
         stream: their seeds, and how long those are that are linearized.
         most: so many motions, or pairs of them, at most.
+        failing: leaves out draws on which the system fails.
     """
 
     recipe: Recipe
     system: System
     stream: Stream
     most: int
+    failing: Failing
 
     def inputs(self, index: int, count: int) -> FloatArray:
         """Draw the inputs of a motion of at least so many samples, shape (count, n_inputs)."""
         duration = max(self.stream.duration, count * self.recipe.window.step)
         whole = replace(self.stream, duration=duration)
-        return draw(self.recipe, self.system, whole, index).inputs[:count]
+        return self._drawn(whole, index, count).inputs
+
+    def drawn(self, index: int) -> Draw:
+        """Draw a motion as long as the stream says."""
+        return self._drawn(self.stream, index, None)
+
+    def _drawn(self, stream: Stream, index: int, count: int | None) -> Draw:
+        return self.failing.drawn(
+            index, count, lambda attempt: draw(self.recipe, self.system, stream, index, attempt)
+        )
 
 
 def motions_of(recipe: Recipe, system: System, seed: int | None, most: int | None) -> Motions:
@@ -95,7 +107,8 @@ def motions_of(recipe: Recipe, system: System, seed: int | None, most: int | Non
     entropy = recipe.data.seed if seed is None else seed
     duration = min(training.duration, WINDOWS_PER_MOTION * window.n_in * window.step)
     stream = Stream(training.number, entropy, (1.0, 1.0), duration)
-    return Motions(recipe, system, stream, MOTIONS if most is None else most)
+    failing = Failing(system, recipe.data.most_failures)
+    return Motions(recipe, system, stream, MOTIONS if most is None else most, failing)
 
 
 def linearize_motions(motions: Motions) -> Linearized:
@@ -115,7 +128,7 @@ def linearize_motions(motions: Motions) -> Linearized:
     samples = round((motions.stream.duration + recipe.data.burn_in) / window.step)
     enough = max(LEAST_MEASURED, LINEARIZED_SAMPLES // samples)
     followed = range(min(motions.most, LINEARIZED_MOTIONS, enough))
-    draws = [draw(recipe, system, motions.stream, index) for index in followed]
+    draws = [motions.drawn(index) for index in followed]
     stride = -(-window.n_in // POINTS_PER_WINDOW)  # rounded up
     along = _decay_along_motions(system, draws, stride, amplitude)
     decay = _decay_over_windows(along, window, stride)

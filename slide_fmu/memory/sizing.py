@@ -47,6 +47,7 @@ class Sizing:
             pair.
         refusal: why no window can hold the system, or nothing sure can be said about it: it does
             not forget at rest, or its linearized equations contradict it; None if neither is so.
+        failed: that the system failed on some motions; None if it did on none.
     """
 
     window: Window
@@ -54,6 +55,7 @@ class Sizing:
     linearized: Linearized | None
     measured: Decay
     refusal: str | None = None
+    failed: str | None = None
 
     @property
     def forgets(self) -> bool:
@@ -77,7 +79,12 @@ class Sizing:
 
     @property
     def remark(self) -> str | None:
-        """The text says that the measured decay asks for more than what decided; or None."""
+        """The text says what failed, and that the measured decay asks for more; or None."""
+        said = [text for text in (self.failed, self._asks_for_more()) if text is not None]
+        return ". Besides, ".join(said) or None
+
+    def _asks_for_more(self) -> str | None:
+        """Say that the measured decay asks for more than what decided; or None."""
         window, worst = self.window, self.measured.worst
         if self.problem is not None or worst <= window.truncation_time:
             return None
@@ -136,22 +143,24 @@ def size_window(
         UnstableModeError: a mode of the system linearized at rest grows, or the slowest mode grows
             in the mean along a motion.
         NotForgettingError: the system linearized has no decay, since it does not forget at rest.
-        SimulationError: a motion could not be simulated.
+        SimulationError: more motions could not be simulated than ``data.most_failures`` allows.
         ValueError: the linearized system has no damping, so that initial effects never decay.
     """
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
     motions = motions_of(recipe, system, seed, most)
     linearized, expected = None, window.n_in * window.step
+    tolerated = motions.failing.tolerated
     if isinstance(system, Linearizable):
-        linearized = _linearized(recipe, motions)
+        linearized = tolerated(lambda: _linearized(recipe, motions))
         expected = linearized.decay.worst
     count = first_record(motions, expected)
-    found = lasting(motions, count)
-    measured = measure_motions(motions, count, grow=found is None)
+    found = tolerated(lambda: lasting(motions, count))
+    measured = tolerated(lambda: measure_motions(motions, count, grow=found is None))
     refusal = None if found is None else str(found)
     if linearized is not None and refusal is None and measured.meeting >= MEETING:
         refusal = contradiction(motions, linearized, measured)
-    return Sizing(window, recipe.window.remaining_amplitude, linearized, measured, refusal)
+    failed, amplitude = motions.failing.tolerance.remark, recipe.window.remaining_amplitude
+    return Sizing(window, amplitude, linearized, measured, refusal, failed)
 
 
 def _linearized(recipe: Recipe, motions: Motions) -> Linearized:

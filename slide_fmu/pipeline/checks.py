@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any, TypeVar
+
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.draws import PROBE, PROBE_SAMPLES, Stream, draw
+from slide_fmu.data.apart import guarded
+from slide_fmu.data.draws import PROBE, PROBE_ATTEMPTS, PROBE_SAMPLES, Stream, draw
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system, reference_system, require_features
+from slide_fmu.systems import given
 from slide_fmu.systems.base import System
 from slide_fmu.systems.contract import check_system
+from slide_fmu.systems.errors import SimulationError
+
+Result = TypeVar("Result")
 
 
 def check_recipe(recipe: Recipe) -> None:
@@ -23,21 +31,45 @@ def check_recipe(recipe: Recipe) -> None:
     reference_system(recipe)
     system = recipe_system(recipe)
     require_features(recipe, system)
-    if system.may_crash and recipe not in _survived:
-        from slide_fmu.data.generation import require_survival
+    if system.may_crash and recipe in _survived:
+        return
+    guarded_recipe(recipe, system, _keep_their_word)
+    _survived[:] = [recipe]
 
-        require_survival(recipe)
-        _survived[:] = [recipe]
-    inputs = _some_inputs(recipe, system)
-    check_system(system, recipe.window.step, inputs, recipe.system.model)
+
+def guarded_recipe(
+    recipe: Recipe, system: System, function: Callable[..., Result], *arguments: Any
+) -> Result:
+    """Call a function with a recipe and arguments: apart where its system may crash, else here.
+
+    Raises:
+        SimulationError: the system ended the program that simulated it.
+        Exception: what the function raises.
+    """
+    if recipe.system.kind == "object" and not given.crosses(system):
+        return function(recipe, *arguments)
+    named = recipe.system.model, recipe.system.kind
+    return guarded(system, named, function, recipe, *arguments)
 
 
 _survived: list[Recipe] = []
 """The recipe whose system was last simulated without a crash."""
 
 
-def _some_inputs(recipe: Recipe, system: System) -> FloatArray:
+def _keep_their_word(recipe: Recipe) -> None:
+    """Check the system of a recipe on short records, the first on which it does not fail."""
+    system = recipe_system(recipe)
+    for attempt in range(PROBE_ATTEMPTS):
+        try:
+            inputs = _some_inputs(recipe, system, attempt)
+            return check_system(system, recipe.window.step, inputs, recipe.system.model)
+        except SimulationError as error:
+            failure = error
+    raise failure
+
+
+def _some_inputs(recipe: Recipe, system: System, attempt: int) -> FloatArray:
     """Draw a short record of the recipe's inputs, (PROBE_SAMPLES, n_inputs)."""
     duration = PROBE_SAMPLES * recipe.window.step
     stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), duration)
-    return draw(recipe, system, stream, 0).inputs[:PROBE_SAMPLES]
+    return draw(recipe, system, stream, 0, attempt).inputs[:PROBE_SAMPLES]

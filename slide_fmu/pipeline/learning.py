@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,14 +13,21 @@ from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.display import messages, shown
 from slide_fmu.pipeline.export import export_again
+from slide_fmu.pipeline.script import unguarded_place
 from slide_fmu.recipe.writing import tables_text
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems import given
 from slide_fmu.systems.base import System
 
-NOT_THE_SCRIPT = (
-    "simulating in this process alone: worker processes would run this script again. Put it under "
-    'if __name__ == "__main__": and say workers = 2 (or more) for several'
+ALONE = (
+    "simulating in this process alone: worker processes would run this script again ({place}). "
+    'Put the call under if __name__ == "__main__": for several'
+)
+AGAIN = (
+    "slide.learn with workers = {workers} stands in {place}, outside of "
+    'if __name__ == "__main__":; expected it under that line, since worker processes run all the '
+    "rest of the script again: put it there, or say workers = 0, which simulates in this process "
+    "alone"
 )
 NOT_DEFINED_HERE = (
     "simulating in this process alone: the system has parts that this session defines itself. Put "
@@ -88,9 +94,9 @@ def learn(
             as a dictionary, for example ``{"kind": "fmu", "model": "pump.fmu"}``.
         name: names the FMU and the folder of the run, a C identifier.
         runs: folder that holds the folder of the run.
-        workers: processes that simulate; one per core if None where the system can go to others,
-            else, or if 0, this process alone. In a script with a number of workers the call
-            stands under ``if __name__ == "__main__":``.
+        workers: processes that simulate; one per core if None where the system can go to others
+            and the call is not run again by them, else, or if 0, this process alone. In a script
+            the call stands under ``if __name__ == "__main__":`` for several.
         threads: threads of the training.
         overwrite: whether data that were made from other values are made again.
         tables: the other tables of a recipe as dictionaries, such as ``data={"train": 40}`` and
@@ -101,6 +107,7 @@ def learn(
 
     Raises:
         RecipeError: a table is no table of a recipe; there is one line per mistake.
+        ValueError: there shall be workers, which would run the user's script again.
         LoadError, ShortWindowError, SimulationError, StoreError, TrainingError,
             UnstableSurrogateError: as of ``slide_fmu.pipeline.run.run_recipe``.
     """
@@ -135,10 +142,16 @@ def _recipe_tables(
 def _workers(
     system: System | Mapping[str, Any], workers: int | None
 ) -> tuple[int | None, str | None]:
-    """Return how many processes simulate, and what to say about that."""
+    """Return how many processes simulate, and what to say about that.
+
+    Raises:
+        ValueError: there shall be some, which would run the user's script again.
+    """
     if isinstance(system, System) and not given.crosses(system):
         return 0, None if workers == 0 else NOT_DEFINED_HERE
-    is_script = hasattr(sys.modules["__main__"], "__file__")
-    if workers is None and is_script:
-        return 0, NOT_THE_SCRIPT
-    return workers, None
+    place = unguarded_place()
+    if place is None or workers == 0:
+        return workers, None
+    if workers is None:
+        return 0, ALONE.format(place=place)
+    raise ValueError(AGAIN.format(workers=workers, place=place))

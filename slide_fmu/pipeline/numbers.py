@@ -36,9 +36,9 @@ error on those that were learnt from."""
 VALIDATION, SHARE = 12, 4
 """The curve is judged on the first number of validation trajectories. In the end there are as
 many, or one for so many trajectories to learn from, if that is more."""
-ESTIMATOR, ESTIMATOR_SHARE = 4, 8
-"""An error estimator learns from so many times the surrogate's trajectories, and is judged by one
-for so many of them, at least as many as judge the curve."""
+ESTIMATOR, ESTIMATOR_SHARE = 128, 8
+"""An error estimator learns from at least the first number of trajectories, and from as many as
+the surrogate. It is judged by one for so many of them, at least as many as judge the curve."""
 
 
 def find_numbers(recipe: Recipe, folder: RunFolder, bar: Stages, workers: int | None) -> Resolved:
@@ -77,7 +77,7 @@ def _numbers_with(recipe: Recipe, train: int) -> Resolved:
     """Return the numbers that a recipe leaves open, with so many trajectories to learn from."""
     estimator = recipe.data.estimator
     if "data.estimator" in recipe.automatic:
-        estimator = ESTIMATOR * train
+        estimator = max(ESTIMATOR, train)
     least = max(VALIDATION, train // SHARE), max(VALIDATION, estimator // ESTIMATOR_SHARE)
     all_numbers = dict(zip(NUMBERS, (train, least[0], estimator, least[1]), strict=True))
     return nested({key: n for key, n in all_numbers.items() if key in recipe.automatic})

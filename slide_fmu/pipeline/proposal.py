@@ -4,40 +4,32 @@ from __future__ import annotations
 
 import math
 import os
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from importlib import resources
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-import numpy as np
-from pydantic import TypeAdapter
-
-from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Progress
-from slide_fmu.core.signals import FloatArray, hold_of
-from slide_fmu.excitation.mix import Excitation
-from slide_fmu.memory.bandwidth import GAIN, proposed_step
+from slide_fmu.core.signals import Signal, hold_of
+from slide_fmu.data.apart import guarded
+from slide_fmu.pipeline.first_look import FirstLook, Looking, look, quiet
 from slide_fmu.pipeline.job import make_importable
-from slide_fmu.recipe.default_excitation import default_excitation
+from slide_fmu.pipeline.proposed_chain import are_angles, proposed_chain
+from slide_fmu.recipe.default_excitation import default_excitation, set_point_excitation
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_name, recipe_text
-from slide_fmu.systems.base import System
+from slide_fmu.systems.base import System, chain_of
 from slide_fmu.systems.found import Found
 from slide_fmu.systems.loading import describe_model, load_system
-from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import SignalChoice, Specification
 
-SAMPLES = 1000
-"""Each motion by which ranges of outputs are found has this many samples."""
-PATIENCE = 20.0
-"""No further motion is begun after this time in s."""
 MARGIN = 0.2
 """Ranges of outputs are wider than what was seen, by this part of it at both ends."""
 MOVING = ("m", "mm", "rad", "deg")
 """Inputs in these units are motions, which have no jumps: their hold is of first order."""
-TEMPLATES = ("function", "exudyn")
-"""Kinds of systems of which a small model can be written."""
+FIRST_STEP = 0.01
+"""A model without a step is made with this one, in s, to see what it offers."""
 UNSEEN = (-1.0, 1.0)
 """Outputs whose range is still to be found are made with this one, which nothing depends on."""
 
@@ -55,6 +47,8 @@ class Wish:
         step: sample step in s; found out if None.
         name: name of the recipe; that of the model if None.
         folder: folder of the recipe to be, from which its model is found.
+        chain: URDF of the robot whose joints' set points the inputs are; the only one beside the
+            model if None, where it fits.
     """
 
     model: str
@@ -64,6 +58,7 @@ class Wish:
     step: float | None = None
     name: str | None = None
     folder: Path = Path()
+    chain: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -81,46 +76,60 @@ class Proposal:
     remarks: tuple[str, ...]
 
 
-def write_template(name: str, kind: str | None) -> str | None:
-    """Write a small model that runs, for a name that is no model yet, and return its path.
-
-    None is returned where the name is that of a file or module already, or the kind has no
-    template.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
-    path = Path(name if name.endswith(".py") else f"{name}.py")
-    if kind not in TEMPLATES or path.exists() or not path.stem.isidentifier():
-        return None
-    text = resources.files(__package__).joinpath("templates", f"{kind}.py").read_bytes()
-    write_whole(path, text)
-    return str(path)
-
-
 def propose(wish: Wish, progress: Progress) -> Proposal:
     """Propose a recipe for a model, which is simulated for some seconds.
 
     Raises:
         LoadError: the model cannot be made.
-        RecipeError: the range of an input is not known, or a name is not one of the model.
-        SimulationError: the model could not be simulated.
+        RecipeError: the range of an input is not known, a name is not one of the model, or the
+            inputs are not the set points of the chain that is given.
+        UrdfError: that chain cannot be read.
+        SimulationError: the model could not be simulated, or crashed.
     """
     make_importable(Path(wish.model).parent)
     found = describe_model(wish.model, wish.kind)
     own = found.kind == "class"
     inputs = [_input(choice, wish, own) for choice in _chosen("input", found, wish)]
     outputs = [DraftSignal(choice, "") for choice in _chosen("output", found, wish)]
-    make = _maker(found, inputs, outputs)
-    step, origin = _step(wish, found, make)
-    if not own:
-        outputs = _with_ranges(outputs, make(step), progress)
+    chain = proposed_chain(found.model, wish.chain, [signal.choice for signal in inputs])
+    specification = _specification(found, inputs, outputs, wish.step)
+    system = load_system(replace(specification, step=specification.step or FIRST_STEP))
+    set_points = chain.path is not None or _has_set_points(system)
+    make_tables = partial(_tables, system.inputs, set_points)
+    looking = Looking(specification, _origin(wish), None if own else make_tables)
+    seen = guarded(
+        system, (found.model, found.kind), look, looking, quiet if system.may_crash else progress
+    )
     name = wish.name or recipe_name(Path(found.model.replace(":", "_")).stem)
-    description = f"{name}: inputs {_names(inputs)}, outputs {_names(outputs)}"
-    signals = tuple(inputs), tuple(outputs)
-    found = replace(found, model=_from_folder(found.model, wish.folder))
-    draft = Draft(name, description, found, *signals, step, origin, declares_signals=own)
-    return Proposal(recipe_text(draft), draft, found.remarks)
+    draft = Draft(
+        name,
+        f"{name}: inputs {_names(inputs)}, outputs {_names(outputs)}",
+        replace(found, model=_from_folder(found.model, wish.folder)),
+        tuple(inputs),
+        tuple(outputs if own else _with_ranges(outputs, seen)),
+        seen.step,
+        seen.origin,
+        make_tables(seen.step),
+        declares_signals=own,
+        set_points=set_points,
+        chain=None if chain.path is None else _from_folder(str(chain.path), wish.folder),
+    )
+    told = [] if chain.remark is None else [chain.remark]
+    return Proposal(recipe_text(draft), draft, (*found.remarks, *told, *seen.remarks))
+
+
+def _has_set_points(system: System) -> bool:
+    """Whether the inputs of a system are set points of drives: of its chain, or all angles."""
+    return chain_of(system) is not None or are_angles(system.inputs)
+
+
+def _tables(
+    inputs: tuple[Signal, ...], set_points: bool, step: float
+) -> Sequence[Mapping[str, Any]]:
+    """Return the tables of the excitation for a sample step in s."""
+    if set_points:
+        return set_point_excitation(step, [signal.high - signal.low for signal in inputs])
+    return default_excitation(step, hold_of(inputs) == "first_order")
 
 
 def parse_range(texts: Sequence[str]) -> dict[str, tuple[float, float] | None]:
@@ -196,69 +205,41 @@ def _input(choice: SignalChoice, wish: Wish, declared: bool) -> DraftSignal:
     return DraftSignal(choice, origin)
 
 
-def _maker(
-    found: Found, inputs: list[DraftSignal], outputs: list[DraftSignal]
-) -> Callable[[float], System]:
-    """Return what makes the system at a sample step in s."""
+def _specification(
+    found: Found, inputs: list[DraftSignal], outputs: list[DraftSignal], step: float | None
+) -> Specification:
+    """Return what the system is made from; its step is None where it is to be proposed."""
     own, (low, high) = found.kind == "class", UNSEEN
-    specification = Specification(
+    return Specification(
         found.model,
         kind=found.kind,
+        step=found.step if step is None else step,
         inputs=() if own else tuple(signal.choice for signal in inputs),
         outputs=() if own else tuple(replace(s.choice, low=low, high=high) for s in outputs),
     )
-    return lambda step: load_system(replace(specification, step=step))
 
 
-def _step(wish: Wish, found: Found, make: Callable[[float], System]) -> tuple[float, str]:
-    """Return the sample step in s and where it comes from."""
+def _origin(wish: Wish) -> str:
+    """Say where a step comes from that is not proposed."""
     if wish.step is not None:
-        return wish.step, "The sample step in s that was given."
-    if found.step is not None:
-        return found.step, "The sample step in s that the model suggests."
-    proposed = proposed_step(make)
-    if proposed.bandwidth is None:
-        return proposed.step, "Assumed: the outputs show no dynamics of their own."
-    return proposed.step, (
-        f"Up to {proposed.bandwidth:.3g} Hz an output answers with {100 * GAIN:g} % of its "
-        "largest gain."
-    )
+        return "The sample step in s that was given."
+    return "The sample step in s that the model suggests."
 
 
-def _with_ranges(
-    outputs: list[DraftSignal], system: System, progress: Progress
-) -> list[DraftSignal]:
+def _with_ranges(outputs: list[DraftSignal], seen: FirstLook) -> list[DraftSignal]:
     """Return the outputs with ranges that hold what was seen in a few motions."""
-    low, high, count = _seen(system, progress)
     drafts = []
     for index, draft in enumerate(outputs):
         choice = draft.choice
         if choice.low is not None and choice.high is not None:
             drafts.append(replace(draft, origin="The model declares the range."))
             continue
-        ends = _widened(float(low[index]), float(high[index]))
-        origin = f"Seen in {count} motions, and widened by {100 * MARGIN:.0f} % at both ends."
+        ends = _widened(float(seen.low[index]), float(seen.high[index]))
+        origin = (
+            f"Seen in {seen.motions} motions, and widened by {100 * MARGIN:.0f} % at both ends."
+        )
         drafts.append(DraftSignal(replace(choice, low=ends[0], high=ends[1]), origin))
     return drafts
-
-
-def _seen(system: System, progress: Progress) -> tuple[FloatArray, FloatArray, int]:
-    """Return the least and the greatest outputs of motions, one of each kind of excitation."""
-    kinds = TypeAdapter(list[Excitation]).validate_python(
-        default_excitation(system.step, hold_of(system.inputs) == "first_order")
-    )
-    rows: list[FloatArray] = []
-    begin = time.monotonic()
-    for index, kind in enumerate(kinds):
-        if rows and time.monotonic() - begin > PATIENCE:
-            break
-        rng = np.random.default_rng([SAMPLES, index])
-        moments = system.step * np.arange(SAMPLES, dtype=np.float64)
-        inputs = kind.inputs(system.inputs, moments, 1.0, rng)
-        rows.append(simulate(system, inputs).outputs)
-        progress(index + 1, len(kinds))
-    both = np.concatenate(rows)
-    return both.min(axis=0), both.max(axis=0), len(rows)
 
 
 def _widened(low: float, high: float) -> tuple[float, float]:

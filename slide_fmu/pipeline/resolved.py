@@ -12,9 +12,9 @@ from slide_fmu.core.files import write_whole
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import probe
 from slide_fmu.data.store import same_motion
-from slide_fmu.memory.lengths import find_lengths
+from slide_fmu.memory.lengths import Lengths, find_lengths
 from slide_fmu.memory.sizing import Sizing
-from slide_fmu.pipeline.checks import check_recipe
+from slide_fmu.pipeline.checks import check_recipe, guarded_recipe
 from slide_fmu.recipe.automatic import LENGTHS
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
@@ -47,11 +47,15 @@ def resolved_lengths(recipe: Recipe, place: Path) -> tuple[Resolved, Sizing | No
     kept = _kept(place, asked, motion)
     if kept is not None:
         return kept, None
-    found = find_lengths(recipe, system)
+    found = guarded_recipe(recipe, system, _lengths)
     place.parent.mkdir(parents=True, exist_ok=True)
     record = {"values": found.values, "recipe": asked, "probe": motion.tolist()}
     write_whole(place, json.dumps(record, indent=1).encode("utf-8"))
     return found.values, found.sizing
+
+
+def _lengths(recipe: Recipe) -> Lengths:
+    return find_lengths(recipe, recipe_system(recipe))
 
 
 def _kept(place: Path, asked: dict[str, Any], motion: FloatArray) -> Resolved | None:

@@ -6,12 +6,13 @@ import time
 from dataclasses import asdict
 from typing import Any
 
+from slide_fmu.memory.bandwidth import step_remark
 from slide_fmu.memory.sizing import Sizing, require_window, size_window
 from slide_fmu.memory.stability import AmplitudeTest, check_stability, require_stability
-from slide_fmu.pipeline.checks import check_recipe
+from slide_fmu.pipeline.checks import check_recipe, guarded_recipe
 from slide_fmu.pipeline.job import Job, versions, with_values
 from slide_fmu.pipeline.numbers import find_numbers, kept_curve
-from slide_fmu.recipe.recipe import SPLITS
+from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -25,7 +26,20 @@ def size_recipe(job: Job, seed: int | None = None) -> Sizing:
         LoadError, RecipeError: as of ``check_recipe``.
     """
     check_recipe(job.recipe)
-    return size_window(job.recipe, recipe_system(job.recipe), seed)
+    return guarded_recipe(job.recipe, recipe_system(job.recipe), _sizing, seed)
+
+
+def _sizing(recipe: Recipe, seed: int | None) -> Sizing:
+    return size_window(recipe, recipe_system(recipe), seed)
+
+
+def remark_on_step(recipe: Recipe) -> str | None:
+    """Say that a recipe's step is too coarse or wastes samples; None if it does neither.
+
+    Raises:
+        SimulationError: the system could not be simulated.
+    """
+    return guarded_recipe(recipe, recipe_system(recipe), step_remark)
 
 
 def check_window(job: Job) -> Sizing:

@@ -8,15 +8,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from slide_fmu.data.draws import PROBE, Stream, draw, simulate_draw
-from slide_fmu.memory.bandwidth import step_remark
+from slide_fmu.memory.failing import Tolerance
 from slide_fmu.memory.sizing import Sizing
+from slide_fmu.pipeline.checks import guarded_recipe
 from slide_fmu.pipeline.job import Job
 from slide_fmu.pipeline.numbers import least_numbers
-from slide_fmu.pipeline.stages import size_recipe
+from slide_fmu.pipeline.stages import remark_on_step, size_recipe
 from slide_fmu.recipe.reading import with_resolved
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.base import OFFERS, System
+from slide_fmu.systems.errors import SimulationError
 
 TIMED = 2.0
 """Motions are simulated for at least this time in s, to say how long a simulated second takes."""
@@ -85,18 +87,28 @@ def try_recipe(job: Job, seed: int | None = None) -> Trial:
     known = job.sizing if seed is None else None  # from finding what the recipe leaves open
     sizing = known or size_recipe(job, seed)
     system = recipe_system(job.recipe)
-    seconds = _seconds(job.recipe, system)
-    remarks = (sizing.problem, sizing.remark, step_remark(job.recipe), *system.remarks)
+    seconds, failed = guarded_recipe(job.recipe, system, _seconds)
+    remarks = sizing.problem, sizing.remark, failed, remark_on_step(job.recipe), *system.remarks
     told = tuple(remark for remark in remarks if remark is not None)
     return Trial(job.recipe, system, sizing, seconds, told)
 
 
-def _seconds(recipe: Recipe, system: System) -> float:
-    """Return the wall time in s of a simulated second, of motions as the data have them."""
+def _seconds(recipe: Recipe) -> tuple[float, str | None]:
+    """Return the wall time in s of a simulated second, of motions as the data have them.
+
+    The text says that some of them failed; it is None if none did.
+    """
+    system, tolerance = recipe_system(recipe), Tolerance(recipe.data.most_failures)
     stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), recipe.data.duration)
-    begin, index = time.perf_counter(), 0
-    while index == 0 or time.perf_counter() - begin < TIMED:
-        simulate_draw(system, draw(recipe, system, stream, index))
-        index += 1
-    simulated = index * (recipe.data.duration + recipe.data.burn_in)
-    return (time.perf_counter() - begin) / simulated
+    begin, simulated = time.perf_counter(), 0
+    while simulated == 0 or time.perf_counter() - begin < TIMED:
+        drawn = draw(recipe, system, stream, tolerance.tried)
+        tolerance.tried += 1
+        try:
+            simulate_draw(system, drawn)
+        except SimulationError as error:
+            tolerance.hear(error)
+        else:
+            simulated += 1
+    length = recipe.data.duration + recipe.data.burn_in
+    return (time.perf_counter() - begin) / (simulated * length), tolerance.remark

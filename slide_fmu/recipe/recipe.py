@@ -12,7 +12,7 @@ from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.features.drive_law import DEFAULT_LAW
 from slide_fmu.recipe.automatic import LENGTHS, with_guesses
-from slide_fmu.recipe.default_excitation import default_excitation
+from slide_fmu.recipe.default_excitation import default_excitation, set_point_excitation
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.learning import (
     METHODS,
@@ -256,7 +256,7 @@ class Recipe(Table):
     @model_validator(mode="before")
     @classmethod
     def _excitation_follows_the_step(cls, values: Any) -> Any:
-        """A recipe without ``data.excitation`` gets the mix that its step asks for."""
+        """A recipe without ``data.excitation`` gets what its step and its inputs ask for."""
         if not isinstance(values, dict):
             return values
         data, window = values.get("data", {}), values.get("window", {})
@@ -265,7 +265,11 @@ class Recipe(Table):
             return values
         if not (isinstance(step, int | float) and math.isfinite(step) and step > 0):
             return values  # the mistake in the step is told by its own check
-        mix = default_excitation(float(step), _inputs_move(values.get("system")))
+        system = values.get("system")
+        if isinstance(system, dict) and system.get("chain") is not None:
+            mix = set_point_excitation(float(step))
+        else:
+            mix = default_excitation(float(step), _inputs_move(system))
         return {**values, "data": {**data, "excitation": mix}}
 
     @model_validator(mode="after")

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from slide_fmu.recipe.default_excitation import default_excitation
+from slide_fmu.features.drive_law import DEFAULT_LAW, DRIVE_LAWS
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.found import Found, FoundParameter
 from slide_fmu.systems.specification import SignalChoice
@@ -39,8 +39,11 @@ class Draft:
         inputs, outputs: signals that the surrogate shall have, in its order.
         step: sample step h in s.
         step_origin: where the step comes from.
+        excitation: tables of the inputs of the training.
         declares_signals: whether the model declares its signals with their ranges itself, so that
             the recipe has no tables for them.
+        set_points: whether the inputs are set points of drives.
+        chain: path of the URDF of the serial chain whose joints' set points the inputs are.
     """
 
     name: str
@@ -50,7 +53,10 @@ class Draft:
     outputs: tuple[DraftSignal, ...]
     step: float
     step_origin: str
+    excitation: Sequence[Mapping[str, Any]]
     declares_signals: bool = False
+    set_points: bool = False
+    chain: str | None = None
 
 
 def recipe_text(draft: Draft) -> str:
@@ -67,6 +73,7 @@ def recipe_text(draft: Draft) -> str:
         "[system]",
         f"kind = {_value(found.kind)}",
         f"model = {_value(found.model)}",
+        *_chain_lines(draft.chain),
         *_parameter_lines(found.parameters),
         "",
     ]
@@ -88,6 +95,7 @@ def recipe_text(draft: Draft) -> str:
         *_comment("The FMU estimates its own error; without this table it does not."),
         "[estimator]",
         "",
+        *(_STABILITY if draft.set_points else ()),
     ]
     return "\n".join(lines)
 
@@ -120,6 +128,33 @@ def _lines(table: Mapping[str, Any], name: str) -> list[str]:
         raise RecipeError(
             f"{name}: {dict(table)} ({error}); expected numbers, texts, lists and dictionaries"
         ) from error
+
+
+_STABILITY = (
+    "# Motions keep their positions and become faster: twice the speed is four times the load.",
+    "[stability]",
+    "amplitudes = [1.0, 1.5, 2.0]",
+    "",
+)
+"""What a recipe says whose inputs are set points of drives."""
+
+
+def _chain_lines(chain: str | None) -> list[str]:
+    """Return the lines about a serial chain: its URDF, and how its joints are driven."""
+    if chain is None:
+        return []
+    return [
+        *_comment(
+            "The inputs are the set points of this robot's joints; features follow from its "
+            "geometry and masses."
+        ),
+        f"chain = {_value(chain)}",
+        *_comment(
+            f"How the joints follow their set points, one of {', '.join(DRIVE_LAWS)}, or weights "
+            "(docs/robots.md)."
+        ),
+        f"drive = {_value(DEFAULT_LAW)}",
+    ]
 
 
 def _parameter_lines(parameters: Sequence[FoundParameter]) -> list[str]:
@@ -156,8 +191,13 @@ def _excitation_lines(draft: Draft) -> list[str]:
         'of an input\'s range, angular frequencies are in rad/s, durations in s. A kind "file" '
         "with a path takes inputs of your own, recorded as CSV."
     )
-    moving = any(signal.choice.hold == "first_order" for signal in draft.inputs)
-    for table in default_excitation(draft.step, moving):
+    if draft.set_points:
+        lines += _comment(
+            "The inputs are set points of drives, which go from point to point. Speed and "
+            "acceleration are limits for each input, in its unit per s and s^2, assumed from its "
+            "range and the step: give those of your drives."
+        )
+    for table in draft.excitation:
         lines.append("[[data.excitation]]")
         lines += [f"{key} = {_value(value)}" for key, value in table.items()]
         lines.append("")

@@ -3,21 +3,55 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 
 
-def test_site_is_built_strictly_and_loads_nothing_from_the_network(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)]
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the site; a warning is an error. Pages of tutorials are written anew."""
+    shutil.rmtree(ROOT / "docs" / "tutorials" / "pages", ignore_errors=True)
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)]
     result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert result.returncode == 0, result.stderr
-    for page in (ROOT / "docs").glob("*.md"):
-        text = (tmp_path / f"{page.stem}.html").read_text(encoding="utf-8")
+    return folder
+
+
+def test_pages_of_the_site_load_nothing_from_the_network(site: Path) -> None:
+    pages = list(site.rglob("*.html"))
+    names = {page.stem for page in pages}
+    assert names > {page.stem for page in (ROOT / "docs").glob("*.md")}
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
         loaded = re.findall(r'<(?:script|link|img|iframe)[^>]*(?:src|href)="(https?:[^"]*)"', text)
         assert loaded == [], page.name
+
+
+@pytest.mark.parametrize(
+    "name", [path.stem for path in sorted((ROOT / "docs/gallery").glob("*.py"))]
+)
+def test_tutorial_is_a_page_of_the_site_with_its_figures_and_its_picture(
+    site: Path, name: str
+) -> None:
+    front = (site / "index.html").read_text(encoding="utf-8")
+    assert f'href="tutorials/pages/{name}.html"' in front
+    page = (site / "tutorials" / "pages" / f"{name}.html").read_text(encoding="utf-8")
+    assert f'src="../results/{name}.png"' in page
+    assert (site / "tutorials" / "results" / f"{name}.png").stat().st_size > 0
+    printed = re.findall(r"^.*: [\d.]+ %$", _results(name), re.MULTILINE)
+    assert printed
+    assert all(line in page for line in printed)
+
+
+def _results(name: str) -> str:
+    return (ROOT / f"docs/tutorials/results/{name}.md").read_text(encoding="utf-8")
 
 
 def test_files_that_the_pages_name_exist_or_are_to_be_made() -> None:

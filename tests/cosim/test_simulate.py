@@ -41,12 +41,12 @@ def exported(surrogate: Surrogate, folder: Path, fmi: int = 2) -> Path:
 def plain_outputs(surrogate: Surrogate, t: FloatArray, u: FloatArray) -> FloatArray:
     """Before the first time, inputs were what they are there.
 
-    Outputs follow the inputs, the window keeps those that make up for its straight lines; both
-    have their oracles in tests/cosim/test_between.py.
+    Outputs follow the inputs; the window keeps those that make up for its straight lines, if its
+    inputs are no planned motions. Both have their oracles in tests/cosim/test_between.py.
     """
     cosines = (0,) if surrogate.inputs[0].angle == "cosine" else ()
     t, u, places = refined(t, u, cosines, STEP)
-    kept = evened(t, u, cosines, STEP)
+    kept = u if surrogate.inputs_at_step_end else evened(t, u, cosines, STEP)
     window = Resampling(surrogate)
     window.append(STEP, u[0])
     found = [window.results()[0]]

@@ -9,6 +9,7 @@ from scipy.linalg import expm
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import SimulationError
 
 
 class Lag(System):
@@ -159,3 +160,18 @@ class FixedStep(Lag):
         if step != 0.01:
             raise ValueError(f"step = {step}; expected 0.01")
         super().__init__(step)
+
+
+class Fragile(Lag):
+    """A lag that fails where the force is above a level; it counts how often it did."""
+
+    def __init__(self, step: float = 0.05, level: float = 0.99) -> None:
+        super().__init__(step)
+        self.level, self.failed = level, 0
+
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        if np.max(inputs) > self.level:
+            self.failed += 1
+            time = self.step * float(np.argmax(inputs > self.level))
+            raise SimulationError(f"the force is above {self.level:g} N", time)
+        return super().simulate(inputs)

@@ -342,10 +342,11 @@ def test_motions_are_as_many_and_as_long_as_window_and_decay_ask(
     drawn_for: list[float] = []
     original, draw = motions._decay_along_motions, motions.draw
 
-    def draw_and_note(recipe: Recipe, system: Any, stream: Any, index: int) -> Any:
+    def draw_and_note(recipe: Recipe, system: Any, stream: Any, index: int, attempt: int) -> Any:
+        assert attempt == 0
         assert stream.factors == (1.0, 1.0)  # the recipe's own amplitude
         drawn_for.append(stream.duration / 0.03)
-        return draw(recipe, system, stream, index)
+        return draw(recipe, system, stream, index, attempt)
 
     def decay_along_motions(
         system: Any, draws: list[Any], stride: int, amplitude: float

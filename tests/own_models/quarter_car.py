@@ -1,7 +1,8 @@
 """Quarter cars as FMUs: one in C, for both interfaces of FMI 2.0, and one in Python.
 
 The equations are those of ``c/quarter_car.h``: a body on a spring with a cubic part and a damper
-that resists extension more than compression, and a wheel on a tyre on a road.
+that resists extension more than compression, and a wheel on a tyre on a road. The slave in Python,
+which has the same ones, is that of the tutorials.
 """
 
 from __future__ import annotations
@@ -10,13 +11,16 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from types import ModuleType
 
 import fmpy
 
 from slide_fmu.python_fmu.writer import write_python_fmu
 
 HERE = Path(__file__).parent
+SLAVE = HERE.parents[1] / "docs" / "tutorials" / "quarter_car_slave.py"
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 GUID = "{6f1c2a8e-quarter-car}"
 
@@ -37,7 +41,14 @@ _OUTPUTS = (
 _STATES = ("body", "wheel", "body_speed", "wheel_speed")
 
 
-def build_in_c(path: Path, *, co_simulation: bool = False, traps: bool = False) -> Path:
+def build_in_c(
+    path: Path,
+    *,
+    co_simulation: bool = False,
+    traps: bool = False,
+    crash_above: float = 1e9,
+    slopes: bool = False,
+) -> Path:
     """Compile the quarter car in C, and write it as FMU of FMI 2.0.
 
     Args:
@@ -46,10 +57,18 @@ def build_in_c(path: Path, *, co_simulation: bool = False, traps: bool = False) 
         traps: whether it has parameters that say above which height of the road, in m, it fails
             (``fail_above``) and crashes (``crash_above``), refuses steps of less than 1 ms, and
             has a reset that changes nothing.
+        crash_above: start value of the parameter of this name, in m.
+        slopes: whether it says that it tells directional derivatives.
     """
     source = (HERE / "c" / "quarter_car_fmi2.c").read_text(encoding="utf-8")
-    library = compiled(source, path.with_suffix(".so"), ("-DTRAPS",) if traps else ())
-    return write_fmu(path, description(co_simulation, traps), library, "quarter_car", fmi=2)
+    flags = ("-DTRAPS", f"-DCRASH_START={crash_above!r}") if traps else ()
+    library = compiled(source, path.with_suffix(".so"), flags)
+    text = description(co_simulation, traps)
+    if slopes:
+        text = text.replace(
+            "<ModelExchange ", '<ModelExchange providesDirectionalDerivative="true" '
+        )
+    return write_fmu(path, text, library, "quarter_car", fmi=2)
 
 
 def compiled(source: str, library: Path, flags: tuple[str, ...]) -> Path:
@@ -78,8 +97,17 @@ def write_fmu(path: Path, description: str, library: Path, identifier: str, fmi:
 
 def build_in_python(path: Path) -> Path:
     """Write the quarter car as FMU of PythonFMU: co-simulation of FMI 2.0, in Python."""
-    script = (HERE / "quarter_car_slave.py").read_text(encoding="utf-8")
-    return write_python_fmu("QuarterCar", script, path)
+    return write_python_fmu("QuarterCar", SLAVE.read_text(encoding="utf-8"), path)
+
+
+def equations() -> ModuleType:
+    """Import the equations of the slave in Python: functions ``forces`` and ``rates``."""
+    spec = spec_from_file_location(SLAVE.stem, SLAVE)
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 def description(co_simulation: bool, traps: bool) -> str:

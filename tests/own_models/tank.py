@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-import inspect
 from pathlib import Path
 
 from fmpy.fmi3 import FMU3Model
 
-from tests.own_models.quarter_car import HERE, compiled, write_fmu
+from tests.own_models.fmi3 import build
 
 THRESHOLD = 0.2
 
 
 def build_tank(path: Path) -> Path:
     """Compile the tank of ``c/tank_fmi3.c``, and write it as FMU."""
-    source = (HERE / "c" / "tank_fmi3.c").read_text(encoding="utf-8")
-    wanted = [name for name, _ in inspect.getmembers(FMU3Model) if name.startswith("fmi3")]
-    missing = [name for name in wanted if f" {name}(" not in source]
-    stubs = "\n".join(f"NOT_THERE({name})" for name in missing)
-    library = compiled(f"{source}\n{stubs}\n", path.with_suffix(".so"), ())
-    return write_fmu(path, DESCRIPTION, library, "tank", fmi=3)
+    return build(path, "tank", DESCRIPTION, FMU3Model)
 
 
 DESCRIPTION = f"""<?xml version="1.0" encoding="UTF-8"?>

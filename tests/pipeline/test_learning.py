@@ -105,19 +105,34 @@ def test_system_is_also_taken_as_the_table_of_a_recipe(tmp_path: Path) -> None:
         learn(system, "lag", runs=tmp_path, **{**SMALL, "window": {"step": 0.02}})
 
 
-def test_script_without_a_guard_simulates_in_its_own_process(tmp_path: Path) -> None:
-    """A worker would run the script again, and never end."""
-    script = tmp_path / "script.py"
-    script.write_text(
-        "from slide_fmu import learn\n"
-        "from mbs_models.oscillators import LinearOscillator\n"
-        "from tests.pipeline.test_learning import SMALL\n"
-        "print('here')\n"
-        "system = LinearOscillator(step=0.02, damping=20.0)\n"
-        f"print(learn(system, 'lin', runs={str(tmp_path)!r}, **SMALL).errors)\n",
-        encoding="utf-8",
-    )
-    done = subprocess.run(
+SCRIPT = """
+from slide_fmu import learn
+from mbs_models.oscillators import LinearOscillator
+from tests.pipeline.test_learning import SMALL
+print("here")
+system = SYSTEM
+
+
+def main():
+    print(learn(system, "lin", runs=RUNS, WORKERS**SMALL).errors)
+
+
+CALL
+"""
+OBJECT = "LinearOscillator(step=0.02, damping=20.0)"
+GUARDED = """if __name__ == "__main__":
+    main()"""
+
+
+def run_script(
+    folder: Path, call: str, system: str = OBJECT, workers: str = ""
+) -> subprocess.CompletedProcess[str]:
+    """Run a script that learns."""
+    script = folder / "script.py"
+    text = SCRIPT.replace("SYSTEM", system).replace("RUNS", repr(str(folder)))
+    text = text.replace("WORKERS", workers).replace("CALL", call)
+    script.write_text(text, encoding="utf-8")
+    return subprocess.run(
         [sys.executable, str(script)],
         capture_output=True,
         text=True,
@@ -125,8 +140,39 @@ def test_script_without_a_guard_simulates_in_its_own_process(tmp_path: Path) -> 
         cwd=Path(__file__).parents[2],
         env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
     )
+
+
+def test_script_without_a_guard_simulates_in_its_own_process(tmp_path: Path) -> None:
+    """A worker would run the script again, and never end."""
+    done = run_script(tmp_path, "main()")
     assert done.returncode == 0, done.stderr
     first, errors = done.stdout.splitlines()
     assert first == "here"
     assert ast.literal_eval(errors)["position"] < 0.02
+    assert "would run this script again (script.py, line 13)" in done.stderr
     assert 'if __name__ == "__main__"' in done.stderr
+
+
+def test_script_with_a_guard_simulates_in_workers(tmp_path: Path) -> None:
+    done = run_script(tmp_path, GUARDED, workers="workers=1, ")
+    assert done.returncode == 0, done.stderr
+    *heres, errors = done.stdout.splitlines()
+    assert heres == ["here"] * len(heres)
+    assert len(heres) > 1  # a worker runs what the guard does not keep from it
+    assert ast.literal_eval(errors)["position"] < 0.02
+    assert "remark: simulating in this process alone" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    "system",
+    [OBJECT, '{"kind": "fmu", "model": "pump.fmu"}', '{"kind": "function", "model": "pump.py"}'],
+)
+def test_workers_of_a_script_without_a_guard_are_refused_at_once(
+    system: str, tmp_path: Path
+) -> None:
+    done = run_script(tmp_path, "main()", system, "workers=2, ")
+    assert done.returncode == 1
+    assert done.stdout == "here\n"
+    (message,) = [line for line in done.stderr.splitlines() if line.startswith("ValueError")]
+    assert "slide.learn with workers = 2 stands in script.py, line 13, outside of" in message
+    assert "or say workers = 0" in message

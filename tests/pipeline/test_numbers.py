@@ -156,10 +156,11 @@ def test_given_number_needs_no_curve(tmp_path: Path, train: int, validation: int
     assert not job.folder.numbers.exists()
 
 
-def test_estimator_gets_numbers_too(tmp_path: Path) -> None:
-    job = opened(tmp_path, with_data("train = 6") + "[estimator]\n")
+@pytest.mark.parametrize(("train", "learnt", "judged"), [(6, 128, 16), (160, 160, 20)])
+def test_estimator_gets_numbers_too(tmp_path: Path, train: int, learnt: int, judged: int) -> None:
+    job = opened(tmp_path, with_data(f"train = {train}") + "[estimator]\n")
     counts = {name: job.recipe.count(name) for name in ("estimator", "estimator_validation")}
-    assert counts == {"estimator": 24, "estimator_validation": 3}
+    assert counts == {"estimator": learnt, "estimator_validation": judged}
 
 
 def test_nothing_is_trained_before_numbers_are_found(tmp_path: Path) -> None:

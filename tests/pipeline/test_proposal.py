@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from slide_fmu.cli import app
-from slide_fmu.pipeline import proposal as proposals
+from slide_fmu.pipeline import first_look
 from slide_fmu.pipeline.proposal import Wish, parse_range, propose
 from slide_fmu.recipe.reading import load_recipe, parse_recipe
 from slide_fmu.recipe.recipe import RecipeError
@@ -37,7 +37,7 @@ def g(x, u, p):
 @pytest.fixture
 def lag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(proposals, "SAMPLES", 200)
+    monkeypatch.setattr(first_look, "SAMPLES", 200)
     path = tmp_path / "slow_lag.py"
     path.write_text(LAG)
     return path
@@ -145,7 +145,7 @@ def test_init_writes_a_small_model_that_runs(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(proposals, "SAMPLES", 100)
+    monkeypatch.setattr(first_look, "SAMPLES", 100)
     done = invoke("init", "--kind", kind, "first_model", "--step", "0.02")
     assert done.exit_code == 0, done.output
     assert (tmp_path / "first_model.py").exists()

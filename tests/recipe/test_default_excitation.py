@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
 
 from slide_fmu.core.signals import Signal
-from slide_fmu.recipe.default_excitation import default_excitation
+from slide_fmu.excitation.mix import Excitation
+from slide_fmu.recipe.default_excitation import default_excitation, set_point_excitation
 from slide_fmu.recipe.recipe import Recipe
 from tests.recipes import tiny_recipe
 
@@ -40,3 +42,31 @@ def test_excitation_of_a_recipe_is_kept() -> None:
     assert [kind.kind for kind in tiny_recipe().data.excitation] != [
         table["kind"] for table in default_excitation(tiny_recipe().window.step)
     ]
+
+
+def test_recipe_with_a_chain_goes_from_point_to_point() -> None:
+    values = without_excitation(0.01).model_dump(mode="json")
+    del values["data"]["excitation"]
+    values["system"]["chain"] = "robot.urdf"
+    assert {kind.kind for kind in Recipe.model_validate(values).data.excitation} == {
+        "point_to_point"
+    }
+
+
+@pytest.mark.parametrize("widths", [(), (6.0, 0.5)])
+def test_set_points_move_at_any_step_within_their_limits(widths: tuple[float, ...]) -> None:
+    signals = (Signal("turn", "rad", -3.0, 3.0), Signal("slide", "m", 0.0, 0.5))
+    for step in (1e-3, 0.02):
+        tables = set_point_excitation(step, widths)
+        assert sum(table["weight"] for table in tables) == pytest.approx(1.0)
+        for kind in TypeAdapter(list[Excitation]).validate_python(tables):
+            kind.check(signals)
+            time = step * np.arange(4000)
+            inputs = kind.inputs(signals, time, 1.0, np.random.default_rng(3))
+            assert (np.ptp(inputs, axis=0) > [2.0, 0.15]).all()
+            if widths:
+                speed = np.max(np.abs(np.diff(inputs, axis=0)), axis=0) / step
+                assert (speed <= 1.001 * np.array(tables[0]["speed"])).all()
+                assert tables[0]["speed"] == [
+                    pytest.approx(w / 200 / step, rel=0.05) for w in widths
+                ]

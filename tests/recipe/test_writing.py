@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_name, recipe_text
 from slide_fmu.systems.found import Found, FoundParameter
@@ -29,7 +30,8 @@ FOUND = Found(
 
 def draft(found: Found = FOUND, name: str = "car", step: float = 0.01) -> Draft:
     signals = (DraftSignal(ROAD, "Given."),), (DraftSignal(TRAVEL, "Seen."),)
-    return Draft(name, 'a car, "quarter"', found, *signals, step, "It was\ngiven.")
+    said = name, 'a car, "quarter"', found
+    return Draft(*said, *signals, step, "It was\ngiven.", default_excitation(step))
 
 
 def test_proposed_recipe_is_read_with_its_signals_and_defaults() -> None:
@@ -52,7 +54,7 @@ def test_commented_parameters_are_valid_when_the_mark_is_removed() -> None:
 
 
 def test_recipe_of_a_class_has_no_tables_of_signals() -> None:
-    own = Draft("car", "", FOUND, (), (), 0.02, "Given.", declares_signals=True)
+    own = Draft("car", "", FOUND, (), (), 0.02, "Given.", (), declares_signals=True)
     recipe = parse_recipe(recipe_text(own), "draft")
     assert (recipe.system.inputs, recipe.system.outputs) == ({}, {})
 

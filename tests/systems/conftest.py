@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.own_models.lag import build_lag
 from tests.own_models.quarter_car import build_in_c, build_in_python
 from tests.own_models.tank import build_tank
 
@@ -19,6 +20,12 @@ def fmu_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def car(fmu_folder: Path) -> str:
     """The quarter car in C, for both interfaces."""
     return str(build_in_c(fmu_folder / "car.fmu", co_simulation=True))
+
+
+@pytest.fixture(scope="session")
+def slope_car(fmu_folder: Path) -> str:
+    """The quarter car in C, for model exchange, which tells directional derivatives."""
+    return str(build_in_c(fmu_folder / "slope_car.fmu", slopes=True))
 
 
 @pytest.fixture(scope="session")
@@ -37,3 +44,9 @@ def trap(fmu_folder: Path) -> str:
 def tank(fmu_folder: Path) -> str:
     """A tank with events, for model exchange by FMI 3.0."""
     return str(build_tank(fmu_folder / "tank.fmu"))
+
+
+@pytest.fixture(scope="session")
+def lag(fmu_folder: Path) -> str:
+    """A lag for co-simulation by FMI 3.0, with signals of single precision."""
+    return str(build_lag(fmu_folder / "lag.fmu"))

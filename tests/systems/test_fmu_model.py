@@ -11,13 +11,16 @@ from scipy.integrate import solve_ivp
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import export_fmu, read_fmu
-from slide_fmu.systems.base import Linearizable, StateMatrix, Stepping, System
+from slide_fmu.systems.base import Linearizable, State, StateMatrix, Stepping, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import SignalChoice, Specification
-from tests.own_models import quarter_car_slave as equations
+from tests.own_models import quarter_car
 from tests.own_models.tank import THRESHOLD
+from tests.systems.test_fmu_refusals import changed
+
+equations = quarter_car.equations()
 
 STEP = 0.005
 ROAD = SignalChoice("road", "m", -0.1, 0.1)
@@ -126,6 +129,44 @@ def test_state_and_time_events_of_fmi_3_are_handled(tank: str, threshold: float)
     assert not isinstance(system, Linearizable)  # the valve is a state that no one sees
 
 
+def true_lag(drive: FloatArray, step: float, lag: float, ramped: bool) -> FloatArray:
+    """Give level and excess of a lag by its closed solution."""
+    before, level, kept = drive[0], drive[0], np.exp(-step / lag)
+    rows = [(level, 0.0)]
+    for now in drive:
+        slope = (now - before) / step if ramped else 0.0
+        begin = before if ramped else now
+        level = now - slope * lag + kept * (level - begin + slope * lag)
+        rows.append((level, now - level))
+        before = now
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
+def test_a_slave_of_fmi_3_with_single_precision_follows_its_input(lag: str, hold: Any) -> None:
+    drive = 0.5 * np.sin(0.3 * np.arange(60) + 0.2)
+    errors = {}
+    for count in (1, 10, 100):
+        system = load_system(
+            Specification(
+                lag,
+                {"lag": 0.1, "fmu-substeps": count},
+                0.05,
+                "fmu",
+                (SignalChoice("drive", hold=hold),),
+                (SignalChoice("level"), SignalChoice("excess")),
+            )
+        )
+        found = simulate(system, drive[:, None]).outputs
+        true = true_lag(drive, 0.05, 0.1, hold == "first_order")
+        errors[count] = relative_error(found, true)
+    if hold == "zero_order":
+        assert max(errors.values()) < 2e-7  # that of single precision
+        return
+    assert 50 < errors[1] / errors[10] < 200  # the error falls with the square of the stairs
+    assert errors[100] < 5e-6
+
+
 def test_parameters_of_the_fmu_change_the_motion(car: str) -> None:
     soft = simulate(made(car, spring=9000.0), road()).outputs
     assert relative_error(soft, true_car(road(), True)) > 0.05
@@ -186,6 +227,33 @@ def test_the_linearization_is_that_of_the_equations(car: str) -> None:
     np.testing.assert_array_equal(system.get_state().coordinates, x)
     moved = system.advance(road()[30])
     np.testing.assert_allclose(moved, simulate(system, road()[30:31], state).outputs[1], atol=1e-7)
+
+
+def test_directional_derivatives_of_the_fmu_are_more_exact_than_differences(
+    car: str, slope_car: str
+) -> None:
+    found = []
+    for system in (made(slope_car), made(car, **EXCHANGED)):
+        assert isinstance(system, Linearizable)
+        state = State(np.array([0.03, 0.01, 0.2, -0.1]), np.empty(0), np.array([0.02]))
+        linearized = system.linearize(state)
+        assert isinstance(linearized, StateMatrix)
+        found.append(linearized.matrix)
+    stiffness = 18e3 + 3 * 4e6 * 0.02**2
+    damping = 1800 * (1 + 0.4 * 0.3 / np.hypot(0.3, 0.05))
+    force = np.array([stiffness, -stiffness, damping, -damping])
+    tyre = np.array([0.0, 180e3, 0.0, 0.0])
+    true = np.array([[0, 0, 1, 0], [0, 0, 0, 1], -force / 300, (force - tyre) / 40])
+    errors = [np.max(np.abs(matrix - true)) / np.max(np.abs(true)) for matrix in found]
+    assert errors[0] < 1e-15 < 1e-12 < errors[1] < 1e-8
+
+
+def test_derivatives_that_the_fmu_refuses_are_told(slope_car: str, tmp_path: Path) -> None:
+    broken = changed(slope_car, tmp_path / "broken.fmu", **{'"30"': '"99"'})  # not der(body)
+    system = made(broken)
+    assert isinstance(system, Linearizable)
+    with pytest.raises(SimulationError, match=r"'broken\.fmu' cannot be linearized: .*fmu-interf"):
+        system.linearize(system.rest_state(np.zeros(1)))
 
 
 @pytest.mark.parametrize("parameters", [{}, EXCHANGED], ids=["co_simulation", "model_exchange"])

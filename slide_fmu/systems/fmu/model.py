@@ -13,9 +13,9 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.systems.base import Linearizable, State, StateMatrix, Stepping, System
-from slide_fmu.systems.errors import LoadError
+from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.fmu.file import FmuOptions, read_fmu_file, split_options
-from slide_fmu.systems.fmu.record import Records
+from slide_fmu.systems.fmu.record import FAILURES, Records
 from slide_fmu.systems.fmu.remarks import default_hold, is_continuous, remarks_on
 from slide_fmu.systems.fmu.solver import SolverSteps
 from slide_fmu.systems.fmu.steps import CoSimulationSteps, Plan, Steps
@@ -156,7 +156,19 @@ class RestorableFmu(FmuSystem, Linearizable):
         return State(self._steps.states(), np.empty(0), self._records.last_input.copy())
 
     def linearize(self, state: State) -> StateMatrix:
-        """Linearize by differences of the derivatives; the current state stays as it is."""
+        """Linearize as the FMU tells, else by differences; the current state stays as it is.
+
+        Raises:
+            SimulationError: the FMU cannot tell its derivatives.
+        """
         if not self._records.running:
             self.set_state(state)
-        return StateMatrix(self._steps.state_matrix(state.coordinates, state.last_input))
+        try:
+            matrix = self._steps.state_matrix(state.coordinates, state.last_input)
+        except FAILURES as error:
+            raise SimulationError(
+                f"FMU {self._plan.file.path.name!r} cannot be linearized: {error}; expected "
+                "derivatives as its description says: ask who made it, or take its co-simulation "
+                "interface if it has one (fmu-interface)"
+            ) from error
+        return StateMatrix(matrix)

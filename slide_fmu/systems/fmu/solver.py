@@ -12,6 +12,7 @@ from fmpy.simulation import ForwardEuler
 from fmpy.sundials import CVodeSolver
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.systems.fmu.file import FmuFile
 from slide_fmu.systems.fmu.steps import Plan, Steps, StoppedError
 
 DIFFERENCE = 6e-6
@@ -185,22 +186,39 @@ class SolverSteps(Steps):
         return self._got(self.instance.calls.getContinuousStates)
 
     def state_matrix(self, states: FloatArray, inputs: FloatArray) -> FloatArray:
-        """Give df/dx in 1/s at states, (n_states,), and inputs, (n_inputs,): by differences of f.
+        """Give df/dx in 1/s at states, (n_states,), and inputs, (n_inputs,).
 
-        The motion goes on where it was. The shape is (n_states, n_states).
+        The FMU tells it where it can; else it is found by differences of f. The motion goes on
+        where it was. The shape is (n_states, n_states).
         """
-        before, instance = self.states(), self.instance
-        sizes = np.maximum(np.abs(states), self._got(instance.calls.getNominalsOfContinuousStates))
+        before = self.states()
+        self.instance.set_inputs(inputs)
+        self.start_at(states)
+        told = tells_derivatives(self.plan.file)
+        matrix = self._told_matrix(len(states)) if told else self._differences(states)
+        self.start_at(before)
+        self._set_inputs(self._time)
+        return matrix
+
+    def _told_matrix(self, count: int) -> FloatArray:
+        """Give df/dx as the FMU tells it: a directional derivative along each state."""
+        rates = [unknown.variable for unknown in self.plan.file.description.derivatives]
+        unknowns = [rate.valueReference for rate in rates]
+        knowns = [rate.derivative.valueReference for rate in rates]
+        tell = self.instance.calls.getDirectionalDerivative
+        return np.array([tell(unknowns, knowns, row) for row in np.eye(count)]).T
+
+    def _differences(self, states: FloatArray) -> FloatArray:
+        """Give df/dx by central differences of f at states, which the FMU has."""
+        nominals = self._got(self.instance.calls.getNominalsOfContinuousStates)
+        sizes = np.maximum(np.abs(states), nominals)
         matrix = np.empty((len(states), len(states)))
-        instance.set_inputs(inputs)
         for j, change in enumerate(DIFFERENCE * sizes):
             rates = []
             for sign in (1.0, -1.0):
                 self.start_at(states + sign * change * (np.arange(len(states)) == j))
                 rates.append(self._got(self._derivatives))
             matrix[:, j] = (rates[0] - rates[1]) / (2 * change)
-        self.start_at(before)
-        self._set_inputs(self._time)
         return matrix
 
     def _got(self, function: Any) -> FloatArray:
@@ -209,3 +227,8 @@ class SolverSteps(Steps):
         values = (c_double * count)()
         function(values, count)
         return np.array(values, dtype=np.float64)
+
+
+def tells_derivatives(file: FmuFile) -> bool:
+    """Whether a model exchange FMU tells directional derivatives; of FMI 3.0 fmpy does not say."""
+    return not file.fmi_3 and bool(file.type.providesDirectionalDerivative)

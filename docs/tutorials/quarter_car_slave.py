@@ -1,4 +1,4 @@
-"""The quarter car of ``c/quarter_car.h`` as PythonFMU slave; PythonFMU reads this file alone."""
+"""A quarter car over a road as slave of PythonFMU, which reads this file alone."""
 
 import math
 

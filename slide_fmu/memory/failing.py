@@ -1,0 +1,128 @@
+"""Of the motions by which a system is looked at a few may fail, as a few of the data may.
+
+Another draw takes the place of each, which a remark says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TypeVar
+
+from slide_fmu.data.draws import Draw
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.simulation import simulate
+
+LEAST = 2
+"""So many motions may fail in any case: a few motions say little about the share of all."""
+
+Result = TypeVar("Result")
+
+
+class TooManyFailuresError(SimulationError):
+    """A system failed on more motions than are tolerated."""
+
+
+class Tolerance:
+    """A Tolerance counts motions that could not be simulated. Final.
+
+    Attributes:
+        share: part of all motions that may fail.
+        tried: motions that were begun.
+        errors: what the system said on each that failed.
+    """
+
+    def __init__(self, share: float) -> None:
+        self.share, self.tried, self.errors = share, 0, list[str]()
+
+    def hear(self, error: SimulationError) -> None:
+        """Hear that a motion failed.
+
+        Raises:
+            TooManyFailuresError: too many did.
+        """
+        self.errors.append(str(error))
+        allowed = max(LEAST, int(self.share * self.tried))
+        if len(self.errors) > allowed:
+            raise TooManyFailuresError(
+                f"{self._told}, {allowed} may fail ({100 * self.share:g} % of all, "
+                f"data.most_failures): {error}. Correct the model, narrow the ranges of its "
+                "inputs (system.inputs, data.excitation), or allow more",
+                error.time,
+            ) from error
+
+    @property
+    def _told(self) -> str:
+        count = max(self.tried, len(self.errors))
+        return f"{len(self.errors)} of {count} motions could not be simulated"
+
+    @property
+    def remark(self) -> str | None:
+        """The text says that motions failed; None if none did."""
+        if not self.errors:
+            return None
+        return f"{self._told}, and others took their place; the first failed so: {self.errors[0]}"
+
+
+class Failing:
+    """Draws of motions on which the system fails are left out. Final.
+
+    As long as nothing fails, no motion is simulated only to find that out.
+
+    Attributes:
+        tolerance: counts what fails.
+    """
+
+    def __init__(self, system: System, share: float) -> None:
+        self.tolerance = Tolerance(share)
+        self._system, self._careful, self._first = system, False, 0
+        self._fits: dict[tuple[int, int], int] = {}  # the attempt that works, by index and length
+
+    def drawn(self, index: int, count: int | None, draw: Callable[[int], Draw]) -> Draw:
+        """Return a draw of motion ``index``, cut to ``count`` samples.
+
+        Once a motion has failed, it is the first attempt that can be simulated.
+
+        Raises:
+            TooManyFailuresError: too many attempts failed.
+        """
+        key = index, count or 0
+        attempt = self._fits.get(key, self._first)
+        found = _cut(draw(attempt), count)
+        if key in self._fits:
+            return found
+        self.tolerance.tried += 1
+        while self._careful:
+            try:
+                simulate(self._system, found.inputs, found.initial)
+                break
+            except SimulationError as error:
+                self.tolerance.hear(error)
+                self.tolerance.tried += 1
+                attempt += 1
+                found = _cut(draw(attempt), count)
+        self._fits[key] = attempt
+        return found
+
+    def tolerated(self, work: Callable[[], Result]) -> Result:
+        """Do work on motions, and again on others while it fails.
+
+        Raises:
+            TooManyFailuresError: too many motions failed.
+        """
+        while True:
+            try:
+                return work()
+            except TooManyFailuresError:
+                raise
+            except SimulationError as error:
+                if self._careful:  # each motion works by itself, but not one after another
+                    self.tolerance.hear(error)
+                    self._first += 1
+                self._careful = True
+                self._fits.clear()
+
+
+def _cut(drawn: Draw, count: int | None) -> Draw:
+    return replace(drawn, inputs=drawn.inputs[:count])

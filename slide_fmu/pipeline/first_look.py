@@ -1,0 +1,144 @@
+"""A model is simulated for some seconds before it has a recipe: its step, and where outputs go."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from pydantic import TypeAdapter
+
+from slide_fmu.core.progress import Progress
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.excitation.base import Kind
+from slide_fmu.excitation.mix import Excitation
+from slide_fmu.memory.bandwidth import GAIN, proposed_step
+from slide_fmu.memory.failing import Tolerance
+from slide_fmu.recipe.recipe import DataRecipe
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.loading import load_system
+from slide_fmu.systems.simulation import simulate
+from slide_fmu.systems.specification import Specification
+
+SAMPLES = 1000
+"""Each motion by which ranges of outputs are found has this many samples."""
+PATIENCE = 20.0
+"""No further motion is begun after this time in s."""
+
+MakeTables = Callable[[float], Sequence[Mapping[str, Any]]]
+"""Makes the tables of the excitation for a sample step in s."""
+
+
+@dataclass(frozen=True, eq=False)
+class FirstLook:
+    """A FirstLook is what was found by simulating a model.
+
+    Attributes:
+        step: sample step h in s.
+        origin: where the step comes from.
+        low, high: least and greatest outputs that were seen, shape (n_outputs,).
+        motions: how many motions showed them; 0 if none were asked for.
+        remarks: one sentence each on what failed.
+    """
+
+    step: float
+    origin: str
+    low: FloatArray
+    high: FloatArray
+    motions: int
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Looking:
+    """Looking says what a model is looked at for.
+
+    Attributes:
+        specification: what it is made from; its step is proposed if None.
+        origin: where that step comes from.
+        excitation: makes the tables by which ranges of outputs are found; None if they are known.
+    """
+
+    specification: Specification
+    origin: str
+    excitation: MakeTables | None
+
+
+def look(looking: Looking, progress: Progress) -> FirstLook:
+    """Simulate a model: for its step if there is none, and for the ranges of its outputs.
+
+    Raises:
+        LoadError: the model cannot be made.
+        SimulationError: it fails with any step, or on more than a few motions.
+    """
+    step, origin, failed = _step(looking)
+    remarks = [] if failed is None else [failed]
+    low = high = np.empty(0)
+    count = 0
+    if looking.excitation is not None:
+        system = load_system(replace(looking.specification, step=step))
+        rows, remark = _outputs(system, looking.excitation(step), progress)
+        low, high, count = np.min(rows, axis=(0, 1)), np.max(rows, axis=(0, 1)), len(rows)
+        remarks += [] if remark is None else [remark]
+    return FirstLook(step, origin, low, high, count, tuple(remarks))
+
+
+def quiet(done: int, total: int, error: float | None = None) -> None:
+    """Show no progress: what shows it cannot cross to another program."""
+
+
+def _step(looking: Looking) -> tuple[float, str, str | None]:
+    """Return the sample step in s, where it comes from, and a remark or None."""
+    given = looking.specification
+    if given.step is not None:
+        return given.step, looking.origin, None
+    proposed = proposed_step(lambda step: load_system(replace(given, step=step)))
+    failed = proposed.failed and (
+        "the model failed under noise over the whole ranges of its inputs, so a part of them "
+        f"showed the step: {proposed.failed}"
+    )
+    origin = "Assumed: the outputs show no dynamics of their own."
+    if proposed.bandwidth is not None:
+        origin = (
+            f"Up to {proposed.bandwidth:.3g} Hz an output answers with {100 * GAIN:g} % of its "
+            "largest gain."
+        )
+    return proposed.step, origin, failed
+
+
+def _outputs(
+    system: System, tables: Sequence[Mapping[str, Any]], progress: Progress
+) -> tuple[FloatArray, str | None]:
+    """Return outputs of motions, one of each kind of excitation, and what failed.
+
+    The shape is (motions, SAMPLES + 1, n_outputs). Where the system fails on a motion, another one
+    takes its place.
+    """
+    kinds = TypeAdapter(list[Excitation]).validate_python(tables)
+    tolerance = Tolerance(DataRecipe.model_fields["most_failures"].default)
+    rows: list[FloatArray] = []
+    begin = time.monotonic()
+    for index, kind in enumerate(kinds):
+        if rows and time.monotonic() - begin > PATIENCE:
+            break
+        rows.append(_outputs_under(system, kind, index, tolerance))
+        progress(index + 1, len(kinds))
+    return np.stack(rows), tolerance.remark
+
+
+def _outputs_under(system: System, kind: Kind, index: int, tolerance: Tolerance) -> FloatArray:
+    """Return the outputs under the first motion of a kind on which the system does not fail."""
+    moments = system.step * np.arange(SAMPLES, dtype=np.float64)
+    attempt = 0
+    while True:
+        further = (attempt,) if attempt else ()
+        rng = np.random.default_rng([SAMPLES, index, *further])
+        tolerance.tried += 1
+        try:
+            return simulate(system, kind.inputs(system.inputs, moments, 1.0, rng)).outputs
+        except SimulationError as error:
+            tolerance.hear(error)
+        attempt += 1

@@ -1,0 +1,97 @@
+"""Work in a program of its own gives its result or its error, and ends alone where it crashes."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.apart import EndedError, apart, guarded
+from slide_fmu.systems import given
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.given import make
+from slide_fmu.systems.specification import Specification
+from tests.data.failing_system import FailingSystem
+from tests.memory.plain_systems import Lag
+
+
+def fail(system: str) -> None:
+    raise SimulationError(f"no solution of {system}", 2.5)
+
+
+def outputs_of(name: str, inputs: FloatArray) -> FloatArray:
+    return make(Specification(name, kind="object")).simulate(inputs)
+
+
+def test_result_and_error_cross() -> None:
+    print_is_no_result = apart(print, "what a library prints")
+    assert print_is_no_result is None
+    assert apart(math.hypot, 3.0, 4.0) == 5.0
+    with pytest.raises(SimulationError, match="no solution of pump") as raised:
+        apart(fail, "pump")
+    assert raised.value.time == 2.5
+
+
+def test_program_that_ends_by_itself_is_told() -> None:
+    with pytest.raises(EndedError, match="ended with the code 7"):
+        apart(os._exit, 7)
+
+
+def test_systems_given_as_objects_are_there() -> None:
+    given.give("crossing lag", Lag())
+    inputs = np.linspace(0.0, 1.0, 5)[:, None]
+    np.testing.assert_array_equal(
+        apart(outputs_of, "crossing lag", inputs), Lag().simulate(inputs)
+    )
+
+
+def test_system_that_may_crash_is_named_and_others_are_simulated_here() -> None:
+    expected = r"system 'pump.fmu' \(kind 'fmu'\) ended the process that simulated it: its library"
+    with pytest.raises(SimulationError, match=expected):
+        guarded(FailingSystem(), ("pump.fmu", "fmu"), os._exit, 7)
+    assert guarded(Lag(), ("lag", "class"), os.getpid) == os.getpid()
+    assert guarded(FailingSystem(), ("pump.fmu", "fmu"), os.getpid) != os.getpid()
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks for processes in /proc")
+def test_program_ends_with_the_one_that_started_it(tmp_path: Path) -> None:
+    place = tmp_path / "pid"
+    code = f"from tests.data.test_apart import *; apart(note_and_sleep, {str(place)!r})"
+    with subprocess.Popen(
+        [sys.executable, "-c", code],
+        cwd=Path(__file__).parents[2],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+    ) as parent:
+        wait_until(place.exists)
+        child = place.read_text()
+        parent.kill()
+    wait_until(lambda: not alive(child))
+
+
+def note_and_sleep(place: str) -> None:
+    staged = Path(f"{place}.staged")
+    staged.write_text(str(os.getpid()))
+    staged.rename(place)
+    time.sleep(60)
+
+
+def alive(process: str) -> bool:
+    try:
+        return "State:\tZ" not in Path(f"/proc/{process}/status").read_text()
+    except OSError:
+        return False
+
+
+def wait_until(happened: object, seconds: float = 20.0) -> None:
+    assert callable(happened)
+    end = time.monotonic() + seconds
+    while not happened():
+        assert time.monotonic() < end, "it did not happen in time"
+        time.sleep(0.05)

@@ -1,0 +1,116 @@
+"""A model that fails on a few inputs is proposed and tried all the same, and the user hears it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from slide_fmu.cli import app
+from slide_fmu.memory import motions
+from slide_fmu.pipeline import first_look, trial
+from slide_fmu.pipeline.proposal import Wish, propose
+from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.systems.errors import SimulationError
+from tests.progress import silent
+
+FRAGILE = '''
+"""A lag that breaks above a force."""
+
+inputs = {"force": {"unit": "N", "range": [-1.0, 1.0]}}
+outputs = {"position": "m"}
+start = [0.0]
+
+
+def f(x, u, p):
+    if u[0] > LEVEL:
+        raise ValueError("the spring breaks")
+    return [(u[0] - x[0]) / 0.5]
+
+
+def g(x, u, p):
+    return [x[0]]
+'''
+TABLES = """
+[data]
+most_failures = 0.2
+train = 4
+validation = 2
+
+[[data.excitation]]
+kind = "harmonic"
+weight = 1.0
+amplitude = [0.0, 1.0]
+angular_frequency = [0.5, 2.0]
+"""
+
+
+def written(folder: Path, level: float) -> Path:
+    folder.mkdir(exist_ok=True)
+    path = folder / "fragile.py"
+    path.write_text(FRAGILE.replace("LEVEL", repr(level)))
+    return path
+
+
+def recipe_text(folder: Path, level: float) -> str:
+    return (
+        f'name = "fragile"\ndescription = "breaks"\n\n[system]\nkind = "function"\n'
+        f"model = {json.dumps(str(written(folder, level)))}\n\n"
+        f"[system.outputs.position]\nrange = [-1.0, 1.0]\n\n[window]\nstep = 0.1\n"
+        f"n_in = 60\nn_out = 20\n{TABLES}"
+    )
+
+
+def invoke(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture(autouse=True)
+def short(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(first_look, "SAMPLES", 300)
+    monkeypatch.setattr(trial, "TIMED", 0.2)
+    monkeypatch.setattr(motions, "MOTIONS", 12)
+    monkeypatch.setattr(motions, "LINEARIZED_MOTIONS", 4)
+
+
+def test_proposal_draws_other_motions_and_says_so(tmp_path: Path) -> None:
+    """White noise over the whole range breaks the spring for sure; its half shows the step."""
+    found = propose(Wish(str(written(tmp_path, 0.8))), silent)
+    whole = propose(Wish(str(written(tmp_path / "whole", 9.0))), silent)
+    assert whole.remarks == ()
+    assert found.draft.step == pytest.approx(whole.draft.step, rel=0.3)
+    step_remark, failed = found.remarks
+    assert "so a part of them showed the step: " in step_remark
+    assert "the spring breaks" in step_remark
+    assert "motions could not be simulated, and others took their place; the first" in failed
+    output = parse_recipe(found.text, "proposal").system.outputs["position"]
+    assert output.range is not None
+    assert -3.0 < output.range[0] < -0.1 < 0.1 < output.range[1] < 3.0
+
+
+def test_proposal_for_a_model_that_fails_often_says_why(tmp_path: Path) -> None:
+    with pytest.raises(SimulationError, match=r"the spring breaks") as raised:
+        propose(Wish(str(written(tmp_path, 0.02)), step=0.1), silent)
+    assert "2 may fail" in str(raised.value)
+    assert "narrow the ranges of its inputs" in str(raised.value)
+
+
+@pytest.mark.parametrize("level", [0.8, 0.001])
+def test_trial_goes_on_while_few_motions_fail(level: float, tmp_path: Path) -> None:
+    recipe = tmp_path / "fragile.toml"
+    recipe.write_text(recipe_text(tmp_path, level))
+    done = invoke("try", recipe, "--runs", tmp_path, "--json", tmp_path / "figures.json")
+    if level < 0.01:
+        assert done.exit_code == 1
+        assert done.output.count("error: ") == 1
+        assert "the spring breaks" in done.output
+        return
+    assert done.exit_code == 0, done.output
+    figures = json.loads((tmp_path / "figures.json").read_text())
+    told = figures["window"]["remark"]
+    assert "motions could not be simulated, and others took their place; the first" in told
+    assert "the spring breaks" in told
+    assert told in figures["remarks"]
+    assert f"remark: {told}" in done.output

@@ -6,12 +6,12 @@ import json
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.pipeline.display import messages, shown
@@ -29,7 +29,8 @@ def write_json(path: str | None, figures: Any) -> None:
     text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
     if path == "-":
         sys.stdout.write(text)
-    else:
+        return
+    with errors():
         Path(path).write_text(text, encoding="utf-8")
 
 
@@ -40,6 +41,11 @@ def show_json(path: str | None, figures: Any) -> None:
         Console().print_json(json.dumps(figures))
 
 
+def table_of(*headings: str) -> Table:
+    """Open a table whose cells are folded where a terminal is narrow, not cut."""
+    return Table(*(Column(heading, overflow="fold") for heading in headings))
+
+
 def show_validation(figures: dict[str, Any], title: str) -> None:
     """Print the accuracy of every output, in its unit, and of the error estimate.
 
@@ -48,9 +54,9 @@ def show_validation(figures: dict[str, Any], title: str) -> None:
     # not as the table's title, which rich wraps to the width of the table
     console.print(f"{title}: {figures['trajectories']} trajectories, seed {figures['seed']}")
     moving = all("plain_relative_rmse" in output for output in figures["outputs"])
-    table = Table("output", "RMS of the reference", "RMSE", "relative RMSE", "largest error")
+    table = table_of("output", "RMS of the reference", "RMSE", "relative RMSE", "largest error")
     if moving:
-        table.add_column("relative RMSE, inputs set to what they are now")
+        table.add_column("relative RMSE, inputs set to what they are now", overflow="fold")
     for output in figures["outputs"]:
         unit = output["unit"]
         table.add_row(
@@ -80,8 +86,25 @@ def show_remark(remark: str | None) -> None:
 @contextmanager
 def progress_bars() -> Iterator[Stages]:
     """Show progress as bars on a terminal, as lines elsewhere; errors become messages."""
-    with errors(), shown(console) as stages:
+    with errors(), _quiet_output(), shown(console) as stages:
         yield stages
+
+
+@contextmanager
+def _quiet_output() -> Iterator[None]:
+    """Lead standard output, which is for figures alone, to standard error: models may print.
+
+    The file descriptor is led there too, since worker processes inherit that.
+    """
+    sys.stdout.flush()
+    kept = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        with redirect_stdout(sys.stderr):
+            yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
 
 
 @contextmanager

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from rich.table import Table
-
-from slide_fmu.cli.console import console, show_remark
+from slide_fmu.cli.console import console, show_remark, table_of
 from slide_fmu.validation.tables import curve_rows, size_rows
 
 if TYPE_CHECKING:
@@ -17,11 +15,12 @@ if TYPE_CHECKING:
 def show_draft(proposal: Proposal) -> None:
     """Print the signals of a proposed recipe, and what was assumed."""
     draft = proposal.draft
-    table = Table("signal", "unit", "range", "acts", "where the range comes from")
+    table = table_of("signal", "unit", "range", "acts", "where the range comes from")
     for what, signals in (("input", draft.inputs), ("output", draft.outputs)):
         for signal in signals:
             choice = signal.choice
             acts = {"zero_order": "held", "first_order": "moves"}.get(str(choice.hold), "")
+            acts = acts if what == "input" else ""  # outputs have no hold
             limits = f"{choice.low:g} .. {choice.high:g}"
             row = (f"{what} {choice.name}", choice.unit or "1", limits, acts, signal.origin)
             table.add_row(*row)
@@ -45,7 +44,7 @@ def show_sizing(figures: dict[str, Any]) -> None:
     from slide_fmu.memory.sizing import decay_rows
 
     headings, *rows = decay_rows(figures)
-    table = Table(*headings)
+    table = table_of(*headings)
     for row in rows:
         table.add_row(*row)
     console.print(table)
@@ -54,7 +53,7 @@ def show_sizing(figures: dict[str, Any]) -> None:
 def show_trial(figures: dict[str, Any]) -> None:
     """Print what was found out about a recipe before it is run."""
     system, data, window = figures["system"], figures["data"], figures["window"]["window"]
-    table = Table("signal", "unit", "range", "acts between samples")
+    table = table_of("signal", "unit", "range", "acts between samples")
     for what in ("input", "output"):
         for signal in system[f"{what}s"]:
             moves = {"zero_order": "is held", "first_order": "moves linearly"}[signal["hold"]]
@@ -94,7 +93,7 @@ def show_search(figures: dict[str, Any]) -> None:
 
 def _show_table(title: str, rows: Sequence[Sequence[str]]) -> None:
     console.print(title)
-    table = Table(*rows[0])
+    table = table_of(*rows[0])
     for row in rows[1:]:
         table.add_row(*row)
     console.print(table)

@@ -73,7 +73,7 @@ def export(
         python, seeds = backend == Backend.python, (seed, data_seed)
         request = Request(source, output, version, sources, python, description, *seeds, runs)
         path = write(request, bar)
-        write_json(json_path, {"fmu": str(path)})
+    write_json(json_path, {"fmu": str(path)})
     console.print(f"FMU     {path}")
 
 
@@ -125,9 +125,9 @@ def validate(
         task = Task(seed, trajectories, amplitude, duration)
         result = validate_fmu_file(fmu, task, bar)
         figures = result.figures()
-        write_json(json_path, figures)
         folder = report or Path("runs") / result.surrogate.name / "validation"
         page = validation_report(result).write(folder)
+    write_json(json_path, figures)
     show_validation(figures, "validation")
     console.print(f"report  {page}")
 

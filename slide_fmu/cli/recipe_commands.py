@@ -7,6 +7,7 @@ subcommand is called: who exports an FMU need not wait for what trains networks 
 from __future__ import annotations
 
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 import typer
@@ -91,6 +92,8 @@ def init(
     from slide_fmu.pipeline.template import write_template
 
     with progress_bars() as bar:
+        if output is not None and not force:
+            _require_free(output)  # before the model is simulated
         written = write_template(model, kind)
         if written is not None:
             console.print(f"model   {written}")
@@ -99,11 +102,16 @@ def init(
         wish = Wish(written or model, *chosen, kind, step, name, folder, chain)
         proposal = propose(wish, bar("motions"))
         place = output or Path(f"{proposal.draft.name}.toml")
-        if place.exists() and not force:
-            raise ValueError(f"{place} is there already; choose another with -o, or add --force")
+        if not force:
+            _require_free(place)
         write_whole(place, proposal.text.encode("utf-8"))
     show_draft(proposal)
-    console.print(f"recipe  {place}\nnext    slide-fmu try {place}")
+    console.print(f"recipe  {place}\nnext    slide-fmu try {quote(str(place))}")
+
+
+def _require_free(place: Path) -> None:
+    if place.exists():
+        raise ValueError(f"{place} is there already; choose another with -o, or add --force")
 
 
 def try_(
@@ -126,7 +134,7 @@ def try_(
     write_json(json_path, trial.figures())
     with errors():
         require_window(job.recipe, trial.sizing)
-    console.print(f"next    slide-fmu run {recipe}")
+    console.print(f"next    slide-fmu run {quote(str(recipe))}")
 
 
 def run(
@@ -199,7 +207,7 @@ def generate(
         check_window(job)
         job = choose_numbers(job, workers, overwrite)
         figures = generate_data(job, workers)
-        write_json(json_path, figures)
+    write_json(json_path, figures)
     show_search(figures)
     console.print(f"data    {job.folder.store}")
 
@@ -220,7 +228,7 @@ def train(
         job = open_job(recipe, runs, bar, seed, data_seed)
         check_window(job)
         figures = train_surrogate(job, threads)
-        write_json(json_path, figures)
+    write_json(json_path, figures)
     show_search(figures)
     console.print(f"surrogate  {job.folder.surrogate}")
 

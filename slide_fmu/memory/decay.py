@@ -19,6 +19,17 @@ from slide_fmu.memory.modes import UnstableModeError, slowest_rate, time_to_deca
 from slide_fmu.systems.base import Linearizable, RandomStates, State, System
 from slide_fmu.systems.simulation import simulate
 
+LEAST_MET = 3
+"""A rate is measured on so many samples; motions that meet faster count as meeting in these."""
+
+
+class NoGapError(ValueError):
+    """Two motions never differ, as within a dead zone: there is nothing to measure."""
+
+
+class MetAtOnceError(ValueError):
+    """Two motions meet within fewer samples than a rate can be measured on."""
+
 
 @dataclass(frozen=True, eq=False)
 class Decay:
@@ -153,18 +164,22 @@ def meeting_rate(system: System, gap: FloatArray, remaining_amplitude: float = 0
     The result is 0 if it has not closed after three quarters of the record.
 
     Raises:
-        ValueError: there is no gap, or it closes within two samples.
+        NoGapError: there is no gap.
+        MetAtOnceError: it closes within two samples.
     """
     ranges = np.array([signal.high - signal.low for signal in system.outputs])
     difference = gap / ranges
     ahead = np.cumsum(np.sum(difference[::-1] ** 2, axis=1))[::-1]
     if ahead[0] == 0.0:
-        raise ValueError("measured decay: both initial states give the same outputs; expected two")
+        raise NoGapError(
+            "measured decay: the outputs are the same after two different pasts; expected outputs "
+            "that differ at first: check that they follow from the inputs and states at all"
+        )
     count = int(np.sum(ahead > remaining_amplitude**2 * ahead[0]))
-    if count < 3:
-        raise ValueError(
+    if count < LEAST_MET:
+        raise MetAtOnceError(
             f"measured decay: the outputs meet within {count} samples of {system.step} s; "
-            "expected at least 3: sample the system more finely"
+            f"expected at least {LEAST_MET}: sample the system more finely"
         )
     if count > 0.75 * len(ahead):
         return 0.0
@@ -184,24 +199,46 @@ def measured_decay(
 
     A nonlinear motion decays faster at some times than at others; the mean over several records is
     what compares with the linearized equations. A record in which the outputs do not meet counts
-    with the rate 0 and has an infinite decay time.
+    with the rate 0 and has an infinite decay time. One in which they meet within fewer samples
+    than a rate can be measured on counts as if they met in ``LEAST_MET`` samples; one in which
+    they never differ is left out.
 
     Raises:
-        ValueError: there is no record, or one on which ``measured_rate`` is not defined.
+        NoGapError: there is no record in which outputs differ.
+        ValueError: there is no record.
         SimulationError: a motion could not be simulated.
     """
     if not inputs:
         raise ValueError("measured decay: no inputs; expected at least one record")
-    rates = []
+    rates: list[float] = []
+    same: NoGapError | None = None
     for index, record in enumerate(inputs):
-        if isinstance(system, RandomStates):
-            one, other = (system.random_state(rng, record[0]) for _ in range(2))
-            rates.append(measured_rate(system, record, one, other, remaining_amplitude))
-        else:  # it comes from another record, or from rest under that one's first input
-            before = inputs[index - 1]
-            histories = before, np.repeat(before[:1], len(before), axis=0)
-            rates.append(rate_after(system, record, histories, remaining_amplitude))
+        try:
+            rates.append(
+                _rate_of_pair(system, record, inputs[index - 1], rng, remaining_amplitude)
+            )
+        except MetAtOnceError:
+            rates.append(math.log(remaining_amplitude) / (LEAST_MET * system.step))
+        except NoGapError as error:
+            same = error
+    if same is not None and not rates:
+        raise same
     return Decay(np.array(rates), remaining_amplitude)
+
+
+def _rate_of_pair(
+    system: System,
+    record: FloatArray,
+    before: FloatArray,
+    rng: np.random.Generator,
+    remaining_amplitude: float,
+) -> float:
+    """Measure the rate of two motions, from random states or after a record and after rest."""
+    if isinstance(system, RandomStates):
+        one, other = (system.random_state(rng, record[0]) for _ in range(2))
+        return measured_rate(system, record, one, other, remaining_amplitude)
+    histories = before, np.repeat(before[:1], len(before), axis=0)
+    return rate_after(system, record, histories, remaining_amplitude)
 
 
 def recommend_window(decay_time: float, step: float, n_out: int) -> Window:

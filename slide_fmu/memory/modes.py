@@ -129,14 +129,15 @@ def slowest_rate(linearization: Linearized, uncertainty: float = 1e-10) -> float
     """Return Re(v) in 1/s of the mode that decays most slowly, at one instant of a motion.
 
     The rate is positive if the mode grows: in motion it may do so for a while, since the equations
-    change with the time. It is 0 for an undamped mode, and minus infinity if all modes are those
-    of rigid bodies.
+    change with the time. It is 0 for an undamped mode, and where all modes are those of rigid
+    bodies, as of a rate limiter in its limit; without any mode it is minus infinity.
 
     Raises:
         ValueError: as for ``spectrum``.
     """
-    values, _, _ = _finite_eigenvalues(linearization, uncertainty)
-    return max((_rate(value) for value in values.tolist()), default=-math.inf)
+    values, rigid, _ = _finite_eigenvalues(linearization, uncertainty)
+    nothing = 0.0 if len(rigid) else -math.inf
+    return max((_rate(value) for value in values.tolist()), default=nothing)
 
 
 def _finite_eigenvalues(

@@ -61,7 +61,8 @@ def _keep_their_word(recipe: Recipe) -> None:
     system = recipe_system(recipe)
     for attempt in range(PROBE_ATTEMPTS):
         try:
-            return check_system(system, recipe.window.step, _some_inputs(recipe, system, attempt))
+            inputs = _some_inputs(recipe, system, attempt)
+            return check_system(system, recipe.window.step, inputs, recipe.system.model)
         except SimulationError as error:
             failure = error
     raise failure

@@ -66,8 +66,12 @@ def mistakes(error: ValidationError, source: str, whole: str = "recipe") -> str:
 
     ``whole`` is what it is, for mistakes that belong to no single key.
     """
-    lines = [f"{source}: {_describe(item, whole)}" for item in error.errors() if _is_cause(item)]
-    return "\n".join(lines)
+    found = [item for item in error.errors() if _is_cause(item)]
+    places = {item["loc"] for item in found}
+    if not places.isdisjoint({("window",), ("window", "step")}):
+        # the mix of inputs follows from the step, so it is missing for that reason alone
+        found = [item for item in found if item["loc"] not in {("data",), ("data", "excitation")}]
+    return "\n".join(f"{source}: {_describe(item, whole)}" for item in found)
 
 
 def load_recipe(path: str | Path) -> Recipe:

@@ -44,19 +44,31 @@ class ContractError(LoadError):
     """A system does not do what it promises; the message says which method, and the remedy."""
 
 
-def check_system(system: System, step: float, inputs: FloatArray) -> None:
+def check_system(
+    system: System, step: float, inputs: FloatArray, model: str | None = None
+) -> None:
     """Refuse a system that does not keep its word.
 
     Args:
         system: what was made from a recipe.
         step: sample step in s that it was made with.
         inputs: a short record, shape (N, n_inputs), of at least four samples, which moves.
+        model: what the recipe calls it, at the beginning of messages.
 
     Raises:
         ContractError: the step or the signals are wrong, outputs are not repeatable or not causal,
             or an offer does not keep its word.
         SimulationError: the system could not be simulated.
     """
+    try:
+        _check(system, step, inputs)
+    except ContractError as error:
+        if model is None:
+            raise
+        raise ContractError(f"system {model!r}: {error}") from error
+
+
+def _check(system: System, step: float, inputs: FloatArray) -> None:
     _check_step(system, step)
     _check_signals(system)
     outputs = simulate(system, inputs).outputs
@@ -262,6 +274,8 @@ def _error(system: Any, method: str, found: str, expected: str, remedy: str) -> 
 def _name(system: System) -> str:
     """Name the class of a system, and the file that it is in where it is not of this package."""
     kind = type(system)
+    if kind.__module__.startswith("slide_fmu."):  # the user has another file
+        return kind.__qualname__
     try:
         place = f" ({inspect.getfile(kind)})"
     except (TypeError, OSError):

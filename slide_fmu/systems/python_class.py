@@ -86,6 +86,11 @@ def describe(model: str) -> Found:
         for signals in (system.inputs, system.outputs)
     )
     parameters = tuple(FoundParameter(name, value) for name, value in defaults.items())
+    if not isinstance(getattr(system, "step", None), float | int):
+        raise LoadError(
+            f"system {model!r} has no step; expected the sample step in s that it simulates with: "
+            "take an argument `step`, and keep it as self.step = step"
+        )
     suggested = system.step if step or "step" not in declared else None
     return Found("class", model, parameters, inputs, outputs, suggested)
 
@@ -105,7 +110,8 @@ def _find_class(model: str) -> type[System]:
     if not all(model.partition(":")):
         raise LoadError(
             f"system {model!r}; expected 'package.module:Class', for example "
-            "'mbs_models.oscillators:DuffingOscillator'"
+            "'mbs_models.oscillators:DuffingOscillator'; a model that is no class has another "
+            "system.kind: function, exudyn or fmu"
         )
     module, class_name = imported(f"system {model!r}", model)
     found = getattr(module, class_name, None)
@@ -115,8 +121,8 @@ def _find_class(model: str) -> type[System]:
             raise LoadError(f"system {model!r} lacks {lacks}: define what its interfaces ask for")
         offered = sorted(name for name, item in vars(module).items() if _is_system(item))
         raise LoadError(
-            f"system {model!r}: {class_name!r} is not a reference system in "
-            f"{module.__name__!r}; expected one of {offered}, or a class that inherits "
+            f"system {model!r}: {class_name!r} is not a reference system; expected one of "
+            f"{offered}, or a class that inherits "
             "slide_fmu.System or one of its offers"
         )
     return cast(type[System], found)

@@ -116,6 +116,27 @@ def chosen_signals(
     Raises:
         LoadError: the recipe names signals that are not there, or a range is not known.
     """
+    _require_offered(what, offered, chosen)
+    said = {choice.name: choice for choice in chosen}
+    return tuple(said.get(o.name, SignalChoice(o.name)).over(o).signal(what) for o in offered)
+
+
+def chosen_outputs(
+    offered: tuple[SignalChoice, ...], chosen: tuple[SignalChoice, ...]
+) -> tuple[SignalChoice, ...]:
+    """Give those outputs of a model that the recipe names, in its order; all if it names none.
+
+    Raises:
+        LoadError: the recipe names outputs that are not there.
+    """
+    _require_offered("output", offered, chosen)
+    by_name = {choice.name: choice for choice in offered}
+    return tuple(by_name[choice.name] for choice in chosen) or offered
+
+
+def _require_offered(
+    what: str, offered: tuple[SignalChoice, ...], chosen: tuple[SignalChoice, ...]
+) -> None:
     names = [choice.name for choice in offered]
     unknown = [choice.name for choice in chosen if choice.name not in names]
     if unknown:
@@ -123,5 +144,3 @@ def chosen_signals(
             f"system.{what}s of the recipe name {unknown}; expected some of the model's {names}: "
             "correct or remove them"
         )
-    said = {choice.name: choice for choice in chosen}
-    return tuple(said.get(o.name, SignalChoice(o.name)).over(o).signal(what) for o in offered)

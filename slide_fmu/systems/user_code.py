@@ -26,6 +26,11 @@ def imported(what: str, name: str) -> tuple[ModuleType, str]:
             message begins with what names it.
     """
     module_name, _, wanted = name.partition(":")
+    if not _is_module(module_name):
+        raise LoadError(
+            f"{what}: {module_name!r} is no name of a module; expected a Python file (.py), an "
+            "FMU (.fmu), or a module as in 'package.module': check the name"
+        )
     try:
         if module_name.endswith(".py"):
             return _module_of_file(find_file(what, module_name)), wanted
@@ -42,8 +47,16 @@ def imported(what: str, name: str) -> tuple[ModuleType, str]:
         raise LoadError(
             f"{what}: {told(error)}: install what it needs (the extra 'train' brings exudyn)"
         ) from error
-    except Exception as error:  # a user's module may raise anything
+    except (Exception, SystemExit) as error:  # a user's module may raise anything, and end
         raise LoadError(f"{what}: {told(error)}; correct the model") from error
+
+
+def _is_module(name: str) -> bool:
+    """Whether a name is that of a Python file, or of a module that could be imported."""
+    if name.endswith(".py"):
+        return True
+    another_file = "." in name and Path(name).is_file()
+    return not another_file and all(part.isidentifier() for part in name.split("."))
 
 
 def find_file(what: str, name: str) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import os
 import pty
 import subprocess
@@ -109,6 +110,17 @@ def test_error_message_on_a_terminal_is_wrapped_to_its_width(tmp_path: Path) -> 
     plain = said.replace("\x1b[31m", "").replace("\x1b[0m", "").splitlines()
     assert len(plain) > 2
     assert max(map(len, plain)) <= 60
+
+
+def test_what_a_model_prints_does_not_join_the_figures(capfd: pytest.CaptureFixture[str]) -> None:
+    with console.progress_bars():
+        print("a model")
+        os.write(1, b"a worker process\n")
+    console.write_json("-", {"figure": 1.0})
+    printed = capfd.readouterr()
+    assert json.loads(printed.out) == {"figure": 1.0}
+    assert "a model\n" in printed.err
+    assert "a worker process\n" in printed.err
 
 
 def test_table_and_its_heading_in_a_pipe_are_whole(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,6 +17,7 @@ from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.window import Window
 from slide_fmu.memory.decay import (
     Decay,
+    NoGapError,
     decay_along,
     decay_in_stretches,
     measured_decay,
@@ -27,6 +28,7 @@ from slide_fmu.memory.decay import (
 from slide_fmu.memory.modes import UnstableModeError
 from slide_fmu.systems.base import Linearizable, Linearization, State
 from slide_fmu.systems.exudyn.plant_system import PlantSystem
+from tests.memory.plain_systems import Lag
 
 PAPER = math.log(100) / 4
 """1.151 s to 1 %: m = 1 kg, d = 8 N s/m."""
@@ -143,13 +145,36 @@ def test_two_motions_of_a_bistable_duffing_never_meet() -> None:
 def test_measured_decay_needs_two_motions_and_enough_samples() -> None:
     system = LinearOscillator()
     same = system.rest_state(np.zeros(1))
-    with pytest.raises(ValueError, match="same outputs"):
+    with pytest.raises(ValueError, match="the outputs are the same"):
         measured_rate(system, np.zeros((100, 1)), same, same)
     coarse = LinearOscillator(step=1.0, substeps=400)
     with pytest.raises(ValueError, match="sample the system more finely"):
         measured_rate(coarse, np.zeros((100, 1)), same, coarse.rest_state(np.array([900.0])), 0.2)
     with pytest.raises(ValueError, match="no inputs"):
         measured_decay(system, [], np.random.default_rng(0))
+
+
+class DeadZone(Lag):
+    """A lag of what an input exceeds half its range by."""
+
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        return super().simulate(np.sign(inputs) * np.maximum(np.abs(inputs) - 0.5, 0.0))
+
+
+def test_pairs_of_motions_within_a_dead_zone_are_left_out() -> None:
+    rng = np.random.default_rng(1)
+    small, large = rng.uniform(-0.4, 0.4, (200, 1)), rng.uniform(-1.0, 1.0, (200, 1))
+    found = measured_decay(DeadZone(), [small, small, large, large], rng)
+    assert len(found.rates) == 2  # those that begin after a large motion
+    assert found.rates == pytest.approx([-2.0, -2.0], rel=1e-3)
+    with pytest.raises(NoGapError, match="the outputs are the same after two different pasts"):
+        measured_decay(DeadZone(), [small, small], rng)
+
+
+def test_motions_that_meet_at_once_count_as_meeting_in_three_samples() -> None:
+    records = [np.random.default_rng(index).uniform(-1.0, 1.0, (50, 1)) for index in range(3)]
+    found = measured_decay(Lag(time_constant=0.001), records, np.random.default_rng(0))
+    assert found.worst == pytest.approx(3 * 0.05)
 
 
 def test_measured_rate_of_a_record_that_is_too_short_is_zero() -> None:

@@ -16,7 +16,7 @@ from slide_fmu.memory.modes import (
     spectrum,
     time_to_decay,
 )
-from slide_fmu.systems.base import Linearization
+from slide_fmu.systems.base import Linearization, StateMatrix
 
 CLOSED_FORM = 1e-9
 """Relative; the eigenvalues of a chain of 40 masses keep about 11 digits."""
@@ -164,4 +164,9 @@ def test_slowest_rate_may_be_growth() -> None:
     assert slowest_rate(pair) == pytest.approx(1.0)
     assert slowest_rate(linear(1.0, 8.0, 1600.0)) == pytest.approx(-4.0)
     assert slowest_rate(linear(1.0, 0.0, 1600.0)) == 0.0
-    assert slowest_rate(linear(1.0, 0.0, 0.0)) == -math.inf  # a free mass is no mode
+    assert slowest_rate(linear(1.0, 0.0, 0.0)) == 0.0  # a free mass forgets nothing
+
+
+def test_slowest_rate_of_a_rate_limiter_in_its_limit_is_zero() -> None:
+    assert slowest_rate(StateMatrix(np.array([[-5.0]]))) == -5.0
+    assert slowest_rate(StateMatrix(np.zeros((1, 1)))) == 0.0

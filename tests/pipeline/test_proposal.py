@@ -112,6 +112,13 @@ def test_ranges_are_read_in_their_order() -> None:
     assert parse_range(["b=-1..2.5", "a"]) == {"b": (-1.0, 2.5), "a": None}
 
 
+def test_recipe_that_is_there_is_refused_before_the_model_is_run(tmp_path: Path) -> None:
+    (tmp_path / "model.toml").write_text("")
+    result = invoke("init", str(tmp_path / "absent.py"), "-o", str(tmp_path / "model.toml"))
+    assert result.exit_code == 1
+    assert "is there already" in result.output
+
+
 def test_init_and_try_go_from_a_model_to_figures(lag: Path, tmp_path: Path) -> None:
     command = ("init", "slow_lag.py", "--input", "force=-2..2", "-o", "recipes/lag.toml")
     done = invoke(*command)

@@ -89,3 +89,12 @@ def test_window_without_a_step_is_a_mistake_of_the_step_alone() -> None:
     with pytest.raises(RecipeError) as caught:
         parse_recipe(text, "it")
     assert str(caught.value) == "it: window.step is missing"
+
+
+@pytest.mark.parametrize("window", ["step = 0.0", "stp = 0.1", 'step = "fine"'])
+def test_mistake_in_the_step_is_not_told_of_the_excitation_too(window: str) -> None:
+    text = 'name = "it"\ndescription = "it"\n[system]\nmodel = "m:M"\n[window]\n'
+    with pytest.raises(RecipeError) as caught:
+        parse_recipe(text + window, "it")
+    assert "it: window.st" in str(caught.value)
+    assert "data" not in str(caught.value)

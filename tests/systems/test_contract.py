@@ -16,6 +16,7 @@ from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.systems.base import Linearization, State
 from slide_fmu.systems.contract import ContractError, check_system
 from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.function.record import RecordSystem
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import Specification
@@ -169,6 +170,19 @@ def test_recipe_of_a_system_that_breaks_the_contract_is_refused() -> None:
     recipe = tiny_recipe(system={"model": "tests.systems.test_contract:Moving"})
     with pytest.raises(ContractError, match="changes the current state"):
         check_recipe(recipe)
+
+
+def test_message_about_a_system_of_this_package_names_the_model_of_the_user() -> None:
+    rng = np.random.default_rng(0)
+    signals = [Signal("u", "1", -1.0, 1.0)], [Signal("y", "1", -1.0, 1.0)]
+    noisy = RecordSystem(
+        lambda t, u, p: u + rng.standard_normal(u.shape),
+        inputs=signals[0],
+        outputs=signals[1],
+        step=0.05,
+    )
+    with pytest.raises(ContractError, match=r"^system 'noisy.py': RecordSystem.simulate gives"):
+        check_system(noisy, 0.05, INPUTS, "noisy.py")
 
 
 def of(outputs: Any) -> Lag:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -198,6 +199,14 @@ def test_vector_load_acts_along_its_direction(tmp_path: Path, hold: str) -> None
     assert found == pytest.approx([0.0, 10 * 0.6 / 40, (10 * 0.8 - 3 * 9.81) / 40])
     outputs = simulate(system, np.full((5, 1), 10.0)).outputs
     assert outputs[:, 0] == pytest.approx(found[2])
+
+
+def test_outputs_that_the_recipe_names_are_those_of_the_system(tmp_path: Path) -> None:
+    whole = specification(model(tmp_path, OSCILLATOR))
+    both, one = load_system(whole), load_system(replace(whole, outputs=whole.outputs[1:]))
+    assert [signal.name for signal in one.outputs] == ["acceleration"]
+    inputs = noise(20)
+    assert one.simulate(inputs)[:, 0] == pytest.approx(both.simulate(inputs)[:, 1])
 
 
 def test_start_is_the_static_equilibrium_and_stays(tmp_path: Path) -> None:

@@ -208,6 +208,8 @@ def test_tutorial_models_have_at_most_forty_lines() -> None:
         ("[0.0]", "['a']", "start gave .* of type <U1; expected a list of numbers"),
         ("[0.0]", "lambda u: [0.0]", r"start\(u\); expected start\(u, p\)"),
         ("f(x, u, p)", "f(x, u)", r"f\(x, u\); expected f\(x, u, p\) or f\(x, u, p, du\)"),
+        ("f(x, u, p)", "f(t, x, u)", r"f\(t, x, u\) asks for the time; expected f\(x, u, p\)"),
+        ("g(x, u, p)", "g(u, x, p)", r"g\(u, x, p\) has u, x at another place; expected g\(x"),
         ("f(x, u, p)", "f(x, u, p, du)", "f takes du, .* but these inputs are held"),
         (
             "p.rate",
@@ -251,6 +253,30 @@ def test_mistake_in_a_parameter_of_the_recipe_is_named(
 ) -> None:
     with pytest.raises(LoadError, match=message):
         load_system(replace(written(tmp_path, LAG), parameters=given))
+
+
+CHOSEN = (SignalChoice("c", low=-9.0, high=9.0), SignalChoice("a", low=-9.0, high=9.0))
+THREE = {
+    "equations": LAG.replace("return [x[0]]", "return [x[0], 2 * x[0], 3 * x[0]]"),
+    "record": RECORD.replace("return u", "return u * [1.0, 2.0, 3.0]"),
+}
+
+
+@pytest.mark.parametrize("kind", THREE)
+def test_outputs_that_the_recipe_names_are_those_of_the_system(tmp_path: Path, kind: str) -> None:
+    text = THREE[kind].replace(
+        '"y": {"unit": "1", "range": [-1, 1]}', '"a": "m", "b": "m", "c": "m"'
+    )
+    system = load_system(replace(written(tmp_path, text), outputs=CHOSEN))
+    assert [signal.name for signal in system.outputs] == ["c", "a"]
+    outputs = system.simulate(np.full((4, 1), 0.5))
+    assert outputs == pytest.approx(np.tile([1.5, 0.5], (5, 1)), abs=1e-6)
+
+
+def test_model_gives_all_its_outputs_also_where_the_recipe_has_fewer(tmp_path: Path) -> None:
+    text = LAG.replace('"y": {"unit": "1", "range": [-1, 1]}', '"a": "m", "b": "m", "c": "m"')
+    with pytest.raises(LoadError, match=r"g gave an array of shape \(1,\); expected 3 columns"):
+        load_system(replace(written(tmp_path, text), outputs=CHOSEN))
 
 
 def test_name_behind_a_colon_is_refused(tmp_path: Path) -> None:
@@ -315,3 +341,17 @@ def test_input_that_is_none_is_refused() -> None:
     state = system.get_state()
     with pytest.raises(ValueError, match=r"expected finite numbers of shape \(1,\)"):
         system.set_state(replace(state, coordinates=np.zeros(2)))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("start", "raise SystemExit(3)\nstart", r"SystemExit: 3 \(.*model.py, line 5\); correct"),
+        ("return [p.rate", "raise SystemExit\n    return [p.rate", "f raised SystemExit"),
+    ],
+)
+def test_model_that_ends_the_program_is_refused(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    with pytest.raises(LoadError, match=message):
+        loaded(tmp_path, LAG.replace(old, new, 1))

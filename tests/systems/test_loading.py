@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from types import ModuleType
 
 import pytest
@@ -12,7 +13,7 @@ from slide_fmu.data.store import data_fingerprint
 from slide_fmu.recipe.systems import data_specification, recipe_system
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
-from slide_fmu.systems.loading import KINDS, load_system
+from slide_fmu.systems.loading import KINDS, describe_model, load_system
 from slide_fmu.systems.specification import Specification
 from tests.recipes import tiny_recipe
 
@@ -29,7 +30,10 @@ def test_system_is_loaded_by_name_with_its_parameters() -> None:
     ("model", "parameters", "message"),
     [
         ("mbs_models.oscillators", {}, "expected 'package.module:Class'"),
+        ("mbs_models.oscillators", {}, "has another system.kind: function, exudyn or fmu"),
         ("mbs_models.oscillators/LinearOscillator", {}, "expected 'package.module:Class'"),
+        ("../oscillators:LinearOscillator", {}, "'../oscillators' is no name of a module"),
+        ("README.md:LinearOscillator", {}, "'README.md' is no name of a module"),
         (":DuffingOscillator", {}, "expected 'package.module:Class'"),
         ("mbs_models.missing:Model", {}, "'mbs_models.missing' cannot be imported"),
         ("my_model:Model", {}, "installed module, or one beside the recipe"),
@@ -90,3 +94,24 @@ def test_data_of_a_class_depend_on_neither_its_picture_nor_its_kind() -> None:
     drawn = tiny_recipe(system={"kind": "class", "picture": "mbs_models.pictures:draw"})
     assert data_fingerprint(drawn)["system"] == plain
     assert set(plain) == {"model", "parameters"}
+
+
+def test_class_without_a_step_is_refused_where_it_is_described(tmp_path: Path) -> None:
+    path = tmp_path / "stepless.py"
+    path.write_text(STEPLESS, encoding="utf-8")
+    with pytest.raises(LoadError, match=r"has no step; expected the sample step in s"):
+        describe_model(str(path))
+
+
+STEPLESS = """
+import slide_fmu as slide
+
+
+class Stepless(slide.System):
+    def __init__(self):
+        self.inputs = (slide.Signal("u", "1", -1.0, 1.0),)
+        self.outputs = (slide.Signal("y", "1", -1.0, 1.0),)
+
+    def simulate(self, inputs):
+        return inputs
+"""

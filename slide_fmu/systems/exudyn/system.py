@@ -17,7 +17,7 @@ from slide_fmu.systems.exudyn.plant import Plant
 from slide_fmu.systems.exudyn.settings import Integrator
 from slide_fmu.systems.exudyn.wired_system import Solver, WiredPlant, WiredSystem
 from slide_fmu.systems.exudyn.wires import InputWire, OutputWire
-from slide_fmu.systems.specification import Specification, chosen_signals
+from slide_fmu.systems.specification import Specification, chosen_outputs, chosen_signals
 
 SOLVER: dict[str, Parameter] = {"substeps": 0, "integrator": "auto", "start": "equilibrium"}
 """Every model has these parameters beside its own, whose table may set other defaults of these.
@@ -42,7 +42,8 @@ class _ExudynSystem(WiredSystem):
         file = read_model(specification.model)
         self.specification, self._values = specification, _values(specification, file)
         inputs = chosen_signals("input", file.inputs, specification.inputs)
-        outputs = chosen_signals("output", file.outputs, specification.outputs)
+        offered = chosen_outputs(file.outputs, specification.outputs)
+        outputs = chosen_signals("output", offered, specification.outputs)
         step = specification.step or file.step or specification.sample_step()
         substeps, integrator = (cast(Any, self._values[n]) for n in ("substeps", "integrator"))
         solver = Solver(step, substeps, integrator)
@@ -116,7 +117,9 @@ class _ExudynSystem(WiredSystem):
         return model
 
     def _wires(self) -> tuple[Sequence[InputWire], Sequence[OutputWire]]:
-        return read_model(self.specification.model).wires
+        inputs, outputs = read_model(self.specification.model).wires
+        by_name = {wire.name: wire for wire in outputs}
+        return inputs, [by_name[signal.name] for signal in self.outputs]
 
     def set_state(self, state: State) -> None:
         super().set_state(state)

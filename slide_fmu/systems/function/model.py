@@ -23,7 +23,13 @@ from slide_fmu.systems.found import Found, FoundParameter
 from slide_fmu.systems.function.integration import Solver
 from slide_fmu.systems.function.record import RecordSystem
 from slide_fmu.systems.function.system import FunctionSystem
-from slide_fmu.systems.specification import SignalChoice, Specification, chosen_signals
+from slide_fmu.systems.function.user_function import with_columns
+from slide_fmu.systems.specification import (
+    SignalChoice,
+    Specification,
+    chosen_outputs,
+    chosen_signals,
+)
 from slide_fmu.systems.user_code import imported
 
 SOLVER_KEYS = ("method", "rtol", "atol")
@@ -60,20 +66,23 @@ def make(specification: Specification) -> System:
     model, what = read_model(specification.model), f"system {specification.model!r}"
     parameters = {**model.parameters, **specification.parameters}
     require_parameters(what, model.parameters, specification.parameters)
+    offered = chosen_outputs(model.outputs, specification.outputs)
     signals = {
         "inputs": chosen_signals("input", model.inputs, specification.inputs),
-        "outputs": chosen_signals("output", model.outputs, specification.outputs),
+        "outputs": chosen_signals("output", offered, specification.outputs),
     }
     values, step = model.values, specification.step
     common: dict[str, Any] = {**signals, "parameters": parameters}
     common["step"] = model.step if step is None and model.step else specification.sample_step()
+    names = [choice.name for choice in model.outputs]
+    columns = [names.index(signal.name) for signal in signals["outputs"]]
     try:
         if "simulate" in values:
-            return RecordSystem(values["simulate"], **common)
+            simulate = with_columns("simulate", values["simulate"], len(names), columns)
+            return RecordSystem(simulate, **common)
         solver = Solver(**{key: values[key] for key in SOLVER_KEYS if key in values})
-        return FunctionSystem(
-            values["f"], values["g"], start=values["start"], solver=solver, **common
-        )
+        g = with_columns("g", values["g"], len(names), columns)
+        return FunctionSystem(values["f"], g, start=values["start"], solver=solver, **common)
     except LoadError as error:
         raise LoadError(f"{what}: {error}") from error
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from functools import wraps
 from typing import Any
 
 import numpy as np
@@ -80,8 +81,36 @@ def called_with(name: str, function: Callable[..., Any], arguments: tuple[Any, .
     """
     try:
         return function(*arguments)
-    except Exception as error:  # a user's function may raise anything
+    except FunctionError:
+        raise
+    except (Exception, SystemExit) as error:  # a user's function may raise anything, and end
         raise FunctionError(f"{name} raised {told(error)}") from error
+
+
+def with_columns(
+    name: str, function: Callable[..., Any], count: int, columns: list[int]
+) -> Callable[..., Any]:
+    """Give a function whose results have these columns alone, of ``count`` that it gives.
+
+    It is the function itself where all columns are wanted in their order.
+
+    Raises:
+        FunctionError: when called, where the function gives another number of columns.
+    """
+    if columns == list(range(count)) or not callable(function):
+        return function
+
+    @wraps(function)
+    def chosen(*arguments: Any) -> FloatArray:
+        values = real_numbers(name, function(*arguments), f"{count} columns")
+        if values.shape[-1:] != (count,):
+            raise FunctionError(
+                f"{name} gave an array of shape {values.shape}; expected {count} columns, one for "
+                "each output of the model, also where the recipe has fewer"
+            )
+        return values[..., columns]
+
+    return chosen
 
 
 def read_only(values: FloatArray) -> FloatArray:
@@ -131,8 +160,30 @@ def require_arguments(name: str, function: object, arguments: tuple[str, ...], l
             signature.bind(*arguments[:count])
         except TypeError:
             continue
+        _require_order(name, signature, arguments, forms)
         return count
     raise LoadError(f"{name}{signature}; expected {forms}: correct its arguments")
+
+
+def _require_order(
+    name: str, signature: inspect.Signature, arguments: tuple[str, ...], forms: str
+) -> None:
+    """Refuse arguments whose names say that they mean something else than what they are given.
+
+    ``f(t, x, u)``, as of many solvers, could be called, and would take the states for the time.
+    """
+    names = list(signature.parameters)[: len(arguments)]
+    if "t" not in arguments and not {"t", "time"}.isdisjoint(names):
+        raise LoadError(
+            f"{name}{signature} asks for the time; expected {forms}: a system follows from its "
+            "inputs alone, so make what depends on the time an input, and leave the argument out"
+        )
+    moved = [one for k, one in enumerate(names) if one in arguments and arguments.index(one) != k]
+    if moved:
+        raise LoadError(
+            f"{name}{signature} has {', '.join(moved)} at another place; expected {forms}: "
+            "correct the order of its arguments"
+        )
 
 
 def require_signals(inputs: tuple[Signal, ...], outputs: tuple[Signal, ...], step: float) -> None:

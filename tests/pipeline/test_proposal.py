@@ -10,7 +10,8 @@ from typer.testing import CliRunner, Result
 
 from slide_fmu.cli import app
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.pipeline import first_look
+from slide_fmu.memory import motions
+from slide_fmu.pipeline import first_look, trial
 from slide_fmu.pipeline.draft_signals import parse_range
 from slide_fmu.pipeline.proposal import Wish, propose
 from slide_fmu.recipe.reading import load_recipe, parse_recipe
@@ -226,3 +227,61 @@ def test_init_writes_a_small_model_that_runs(
     assert (tmp_path / "first_model.py").exists()
     recipe = load_recipe("first_model.toml")
     assert (recipe.system.kind, recipe.window.step) == (kind, 0.02)
+
+
+@pytest.mark.parametrize("name", ["my-model", "2nd_model", "models/my-model.py"])
+def test_new_model_of_a_name_that_python_cannot_import_is_refused(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = invoke("init", "--kind", "function", name)
+    assert done.exit_code == 1
+    assert f"a new one cannot be called {Path(name).stem!r}; expected letters" in done.output
+    assert "choose a name such as m" in done.output
+    assert list(tmp_path.iterdir()) == []
+
+
+SHORT = """
+name = "lag"
+description = "a lag"
+
+[system]
+kind = "function"
+model = "slow_lag.py"
+
+[system.inputs.force]
+range = [-2.0, 2.0]
+
+[system.inputs.spare]
+range = [0.0, 1.0]
+
+[system.outputs.position]
+range = [-2.0, 2.0]
+
+[window]
+step = 0.1
+n_in = 12
+n_out = 2
+
+[data]
+duration = 4.0
+burn_in = 1.0
+train = 2
+validation = 1
+"""
+
+
+def test_window_that_is_too_short_is_told_once(
+    lag: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trial, "TIMED", 0.1)
+    monkeypatch.setattr(motions, "MOTIONS", 12)
+    monkeypatch.setattr(motions, "LINEARIZED_MOTIONS", 4)
+    (tmp_path / "lag.toml").write_text(SHORT)
+    done = invoke("try", "lag.toml")
+    assert done.exit_code == 1
+    assert done.output.count("are truncated, but initial effects need") == 1
+    (tmp_path / "lag.toml").write_text(SHORT.replace("n_out = 2", "n_out = 2\nallow_short = true"))
+    allowed = invoke("try", "lag.toml")
+    assert allowed.exit_code == 0
+    assert allowed.output.count("are truncated, but initial effects need") == 1

@@ -35,8 +35,8 @@ NOT_DEFINED_HERE = (
     "its functions or classes into a module for several worker processes"
 )
 NO_SYSTEM = (
-    "slide.learn of {name!r}: system = {found}; expected a reference system, or the table system of "
-    "a recipe as a dictionary: make one of functions by slide.FunctionSystem(f, g, inputs=..., "
+    "slide.learn of {name!r}: system = {found}; expected a reference system, or the table system "
+    "of a recipe as a dictionary: make one of functions by slide.FunctionSystem(f, g, inputs=..., "
     "outputs=..., start=..., step=...), or by slide.RecordSystem(simulate, inputs=..., "
     "outputs=..., step=...); of a class, take an object of it"
 )

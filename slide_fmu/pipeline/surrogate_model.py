@@ -30,10 +30,9 @@ def as_surrogate(found: Found, outputs_chosen: bool) -> Found:
     if read_member(path, SURROGATE) is None:
         return found
     surrogate, _ = read_fmu(path)
-    inputs, outputs = (
-        tuple(SignalChoice(**vars(signal)) for signal in signals)
-        for signals in (surrogate.inputs, surrogate.outputs)
-    )
+    inputs = tuple(SignalChoice(**vars(signal)) for signal in surrogate.inputs)
+    own = {signal.name for signal in surrogate.outputs}
+    outputs = tuple(choice for choice in found.outputs if choice.name in own)
     return replace(
         found,
         inputs=inputs,

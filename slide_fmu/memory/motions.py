@@ -18,10 +18,10 @@ from slide_fmu.memory.decay import (
     Decay,
     decay_along,
     decay_in_stretches,
-    measured_decay,
     recommend_window,
 )
 from slide_fmu.memory.failing import Failing
+from slide_fmu.memory.meeting import measured_decay
 from slide_fmu.memory.modes import Spectrum, UnstableModeError, spectrum
 from slide_fmu.recipe.recipe import Recipe, WindowRecipe
 from slide_fmu.systems.base import Linearizable, State, System

@@ -12,6 +12,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.memory.decay import Decay
+from slide_fmu.memory.patience import Patience
 from slide_fmu.systems.base import RandomStates, State, System
 from slide_fmu.systems.simulation import simulate
 
@@ -110,6 +111,7 @@ def measured_decay(
     inputs: Sequence[FloatArray],
     rng: np.random.Generator,
     remaining_amplitude: float = 0.01,
+    patience: Patience | None = None,
 ) -> Decay:
     """Measure the decay on several input records, (N, n_inputs), each from its own random states.
 
@@ -119,7 +121,7 @@ def measured_decay(
     what compares with the linearized equations. A record in which the outputs do not meet counts
     with the rate 0 and has an infinite decay time. One in which they meet within fewer samples
     than a rate can be measured on counts as if they met in ``LEAST_MET`` samples; one in which
-    they never differ is left out.
+    they never differ is left out, and so are those that were not begun when the patience is gone.
 
     Raises:
         NoGapError: there is no record in which outputs differ.
@@ -131,6 +133,8 @@ def measured_decay(
     rates: list[float] = []
     same: NoGapError | None = None
     for index, record in enumerate(inputs):
+        if rates and patience is not None and patience.gone("further pairs of motions"):
+            break
         try:
             rates.append(
                 _rate_of_pair(system, record, inputs[index - 1], rng, remaining_amplitude)

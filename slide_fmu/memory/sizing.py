@@ -23,6 +23,7 @@ from slide_fmu.memory.motions import (
     measure_motions,
     motions_of,
 )
+from slide_fmu.memory.patience import Patience
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import Linearizable, System
 
@@ -48,6 +49,7 @@ class Sizing:
         refusal: why no window can hold the system, or nothing sure can be said about it: it does
             not forget at rest, or its linearized equations contradict it; None if neither is so.
         failed: that the system failed on some motions; None if it did on none.
+        left_out: what there was no time for; None if nothing was left out.
     """
 
     window: Window
@@ -56,6 +58,7 @@ class Sizing:
     measured: Decay
     refusal: str | None = None
     failed: str | None = None
+    left_out: str | None = None
 
     @property
     def forgets(self) -> bool:
@@ -74,13 +77,18 @@ class Sizing:
         if self.refusal is not None:
             return self.refusal
         if self.measured.meeting < MEETING:
-            return _never_meet(self.measured, self.linearized)
+            said = _never_meet(self.measured, self.linearized)
+            return said if self.left_out is None else f"{self.left_out}; so far, {said}"
         return too_short(self.window, self.needed)
 
     @property
     def remark(self) -> str | None:
-        """The text says what failed, and that the measured decay asks for more; or None."""
-        said = [text for text in (self.failed, self._asks_for_more()) if text is not None]
+        """The text says what was left out, what failed, and that the measured decay asks for more.
+
+        It is None if none of these is so.
+        """
+        texts = self.left_out, self.failed, self._asks_for_more()
+        said = [text for text in texts if text is not None]
         return ". Besides, ".join(said) or None
 
     def _asks_for_more(self) -> str | None:
@@ -131,13 +139,18 @@ class Sizing:
 
 
 def size_window(
-    recipe: Recipe, system: System, seed: int | None = None, most: int | None = None
+    recipe: Recipe,
+    system: System,
+    seed: int | None = None,
+    most: int | None = None,
+    patience: Patience | None = None,
 ) -> Sizing:
     """Compute and measure the decay times of a recipe's system along its motions.
 
     The seed of the motions is the recipe's data seed if None; there are at most ``most`` motions,
-    for a first look, and as many as are worth it if None. Nothing is asked of the system but
-    to be simulated; the equations are linearized too where it offers that.
+    for a first look, and as many as are worth it if None. When the patience is gone, what is left
+    is left out. Nothing is asked of the system but to be simulated; the equations are linearized
+    too where it offers that.
 
     Raises:
         UnstableModeError: a mode of the system linearized at rest grows, or the slowest mode grows
@@ -147,7 +160,8 @@ def size_window(
         ValueError: the linearized system has no damping, so that initial effects never decay.
     """
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
-    motions = motions_of(recipe, system, seed, most)
+    patience = patience or Patience()
+    motions = motions_of(recipe, system, seed, most, patience)
     linearized, expected = None, window.n_in * window.step
     tolerated = motions.failing.tolerated
     if isinstance(system, Linearizable):
@@ -157,10 +171,13 @@ def size_window(
     found = tolerated(lambda: lasting(motions, count))
     measured = tolerated(lambda: measure_motions(motions, count, grow=found is None))
     refusal = None if found is None else str(found)
-    if linearized is not None and refusal is None and measured.meeting >= MEETING:
+    compared = linearized is not None and refusal is None and measured.meeting >= MEETING
+    if compared and not patience.gone("a comparison of equations and motions near rest"):
+        assert linearized is not None
         refusal = contradiction(motions, linearized, measured)
-    failed, amplitude = motions.failing.tolerance.remark, recipe.window.remaining_amplitude
-    return Sizing(window, amplitude, linearized, measured, refusal, failed)
+    said = motions.failing.tolerance.remark, patience.remark
+    amplitude = recipe.window.remaining_amplitude
+    return Sizing(window, amplitude, linearized, measured, refusal, *said)
 
 
 def _linearized(recipe: Recipe, motions: Motions) -> Linearized:

@@ -348,14 +348,12 @@ def test_motions_are_as_many_and_as_long_as_window_and_decay_ask(
         drawn_for.append(stream.duration / 0.03)
         return draw(recipe, system, stream, index, attempt)
 
-    def decay_along_motions(
-        system: Any, draws: list[Any], stride: int, amplitude: float
-    ) -> list[Decay]:
+    def decay_along_motions(found: Any, draws: list[Any], stride: int) -> list[Decay]:
         linearized.extend((len(draws), len(drawn.inputs), stride) for drawn in draws)
-        return original(system, draws, stride, amplitude)
+        return original(found, draws, stride)
 
     def decay_of_pairs(
-        system: Any, records: list[np.ndarray], rng: np.random.Generator, amplitude: float
+        system: Any, records: list[np.ndarray], rng: Any, amplitude: float, patience: Any
     ) -> Decay:
         lengths.extend(len(record) for record in records)
         return Decay(np.full(len(records), -RATE), amplitude)

@@ -7,7 +7,6 @@ pairs of motions of any system, in records that grow until the motions meet.
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,10 +23,9 @@ from slide_fmu.memory.decay import (
 from slide_fmu.memory.failing import Failing
 from slide_fmu.memory.meeting import measured_decay
 from slide_fmu.memory.modes import Spectrum, UnstableModeError, spectrum
-from slide_fmu.memory.patience import Patience
+from slide_fmu.memory.patience import TIMED_SAMPLES, Patience
 from slide_fmu.recipe.recipe import Recipe, WindowRecipe
 from slide_fmu.systems.base import Linearizable, State, System
-from slide_fmu.systems.simulation import simulate
 
 MOTIONS = 40
 """At most this many pairs of motions are measured."""
@@ -46,8 +44,6 @@ MEASURED_SAMPLES, LEAST_MEASURED = 20_000, 4
 decay takes long, a few pairs show what the window needs."""
 GROWTH = 32
 """Records grow to this many times their first length before motions count as never meeting."""
-TIMED_SAMPLES, PART_OF_TIME = 50, 0.1
-"""Where the time is limited, so many samples are timed, and a motion may take this part of it."""
 MEETING = 0.5
 """This part of the measured pairs must meet, or the system counts as one that does not forget."""
 
@@ -122,21 +118,12 @@ def motions_of(
     motions = Motions(recipe, system, stream, most, failing, patience)
     if math.isinf(patience.seconds):
         return motions
-    allowed = failing.tolerated(lambda: _length_in_time(motions))
+    samples = failing.tolerated(lambda: patience.samples(system, motions.inputs(0, TIMED_SAMPLES)))
+    allowed = max(window.n_in, samples) * window.step
     if allowed >= duration:
         return motions
     patience.hear(f"motions of more than {allowed:.3g} s")
     return replace(motions, stream=replace(stream, duration=allowed))
-
-
-def _length_in_time(motions: Motions) -> float:
-    """Return how long a motion may be, in s, for a part of the time: a window at least."""
-    begin = time.perf_counter()
-    simulate(motions.system, motions.inputs(0, TIMED_SAMPLES))
-    took = (time.perf_counter() - begin) / TIMED_SAMPLES
-    window = motions.recipe.window
-    samples = max(window.n_in, motions.patience.seconds * PART_OF_TIME / max(took, 1e-9))
-    return samples * window.step
 
 
 def linearize_motions(motions: Motions) -> Linearized:

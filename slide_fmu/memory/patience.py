@@ -8,6 +8,13 @@ from __future__ import annotations
 import math
 import time
 
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.systems.base import System
+from slide_fmu.systems.simulation import simulate
+
+TIMED_SAMPLES, PART = 50, 0.1
+"""So many samples are timed, and one motion may take this part of the time."""
+
 
 class Patience:
     """A Patience ends after a time; it hears what was left out since then. Final.
@@ -32,6 +39,16 @@ class Patience:
         """Hear that something is left out."""
         if leaves_out not in self.left_out:
             self.left_out.append(leaves_out)
+
+    def samples(self, system: System, inputs: FloatArray) -> float:
+        """Return how many samples of a system a motion may have; some inputs are for timing.
+
+        Raises:
+            SimulationError: the system could not be simulated.
+        """
+        begin = time.perf_counter()
+        simulate(system, inputs)
+        return self.seconds * PART * len(inputs) / max(time.perf_counter() - begin, 1e-9)
 
     @property
     def remark(self) -> str | None:

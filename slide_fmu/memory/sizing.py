@@ -13,6 +13,7 @@ from typing import Any
 from slide_fmu.core.window import Window
 from slide_fmu.memory.contradiction import contradiction
 from slide_fmu.memory.decay import Decay, recommend_window, too_short
+from slide_fmu.memory.decay_figures import linearized_figures, times
 from slide_fmu.memory.lasting import lasting
 from slide_fmu.memory.motions import (
     MEETING,
@@ -120,8 +121,8 @@ class Sizing:
         sized = self.measured.meeting >= MEETING or self.linearized is not None
         return {
             "remaining_amplitude": self.remaining_amplitude,
-            **_linearized_figures(self.linearized),
-            "measured_decay_time_s": _times(self.measured),
+            **linearized_figures(self.linearized),
+            "measured_decay_time_s": times(self.measured),
             "window": {
                 "step_s": self.window.step,
                 "n_in": self.window.n_in,
@@ -203,33 +204,6 @@ def require_window(recipe: Recipe, sizing: Sizing) -> None:
         raise kind(f"recipe {recipe.name!r}: {sizing.problem}; or set window.allow_short = true")
 
 
-def decay_rows(figures: dict[str, Any]) -> list[tuple[str, str, str, str]]:
-    """Return the decay times of ``Sizing.figures`` as rows of a table, the headings first.
-
-    Measured times are those of whole motions, so their last column is empty. Linearized ones are
-    not there where the system does not offer them, which the row says.
-    """
-    linearized, measured = figures["decay_time_s"], figures["measured_decay_time_s"]
-    mean, worst, local = "not offered", "", ""
-    if linearized is not None:
-        mean, worst, local = (seconds(linearized[key]) for key in ("mean", "worst", "local_worst"))
-    return [
-        ("decay time", "mean", "worst", "at the worst instant"),
-        ("linearized", mean, worst, local),
-        ("measured", seconds(measured["mean"]), seconds(measured["worst"]), ""),
-    ]
-
-
-def seconds(value: float | None) -> str:
-    """Write a decay time in s as people read it; None stands for a motion that never decays."""
-    return "without end" if value is None else f"{value:.4g} s"
-
-
-def finite(value: float) -> float | None:
-    """Return a number for JSON, which knows no infinity: None stands for it."""
-    return value if math.isfinite(value) else None
-
-
 def _never_meet(measured: Decay, linearized: Linearized | None) -> str:
     """Say that motions do not forget where they started, with what is known about the reason."""
     pairs = len(measured.rates)
@@ -243,27 +217,3 @@ def _never_meet(measured: Decay, linearized: Linearized | None) -> str:
         f"measured pairs{known}): no window can hold them; fix the free direction, give the "
         "system damping, or choose outputs that it does not move"
     )
-
-
-def _linearized_figures(linearized: Linearized | None) -> dict[str, Any]:
-    if linearized is None:
-        return dict.fromkeys(("decay_time_s", "modes_at_rest", "rigid_body_eigenvalues"))
-    return {
-        "decay_time_s": {
-            **_times(linearized.decay),
-            "local_worst": finite(linearized.local_worst),
-        },
-        "modes_at_rest": [
-            {
-                "frequency_rad_s": mode.natural_frequency,
-                "damping_ratio": mode.damping_ratio,
-                "decay_time_s": finite(mode.decay_time),
-            }
-            for mode in linearized.modes.modes
-        ],
-        "rigid_body_eigenvalues": len(linearized.modes.rigid),
-    }
-
-
-def _times(decay: Decay) -> dict[str, float | None]:
-    return {"mean": finite(decay.mean), "worst": finite(decay.worst)}

@@ -18,11 +18,11 @@ from slide_fmu.cli import app
 from slide_fmu.core.window import Window
 from slide_fmu.memory import motions
 from slide_fmu.memory.decay import Decay
+from slide_fmu.memory.decay_figures import decay_rows
 from slide_fmu.memory.modes import UnstableModeError
 from slide_fmu.memory.sizing import (
     ShortWindowError,
     Sizing,
-    decay_rows,
     require_window,
     size_window,
 )

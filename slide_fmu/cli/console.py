@@ -68,13 +68,19 @@ def show_validation(figures: dict[str, Any], title: str) -> None:
             *([f"{100 * output['plain_relative_rmse']:.3g} %"] if moving else []),
         )
     console.print(table)
-    estimate = figures["error_estimate"]
-    if estimate is not None:
-        console.print(
-            f"error estimate: mean relative deviation "
-            f"{100 * estimate['mean_relative_deviation']:.3g} %, 95 % within "
-            f"{100 * estimate['p95_relative_deviation']:.3g} %",
+    if figures["error_estimate"] is not None:
+        console.print(f"error estimate: {_told_estimate(figures['error_estimate'])}")
+
+
+def _told_estimate(figures: dict[str, Any]) -> str:
+    """Say how far error estimates are from true errors."""
+    mean, most = (figures[f"{key}_relative_deviation"] for key in ("mean", "p95"))
+    if mean == 0:  # errors that are told apart never agree to the last bit
+        return (
+            "all errors, estimated and true, are smaller than what it tells apart "
+            "(estimator.resolution)"
         )
+    return f"mean relative deviation {100 * mean:.3g} %, 95 % within {100 * most:.3g} %"
 
 
 def show_remark(remark: str | None) -> None:

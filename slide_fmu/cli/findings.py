@@ -50,8 +50,8 @@ def show_sizing(figures: dict[str, Any]) -> None:
     console.print(table)
 
 
-def show_trial(figures: dict[str, Any]) -> None:
-    """Print what was found out about a recipe before it is run."""
+def show_trial(figures: dict[str, Any], refused: str | None = None) -> None:
+    """Print what was found out about a recipe before it is run; an error tells what is refused."""
     system, data, window = figures["system"], figures["data"], figures["window"]["window"]
     table = table_of("signal", "unit", "range", "acts between samples")
     for what in ("input", "output"):
@@ -77,7 +77,7 @@ def show_trial(figures: dict[str, Any]) -> None:
         f"process: {least or 'about '}{data['expected_wall_time_s'] / 60:.2g} minutes"
     )
     for remark in figures["remarks"]:
-        show_remark(remark)
+        show_remark(None if remark == refused else remark)
 
 
 def show_search(figures: dict[str, Any]) -> None:

@@ -58,7 +58,8 @@ def init(
         typer.Option(
             "--input",
             metavar="NAME=LOW..HIGH",
-            help="Take this input, with this range; once for each. All inputs if not given.",
+            help="Give this input this range; once for each. Of an FMU the surrogate has these "
+            "inputs alone if any are named, and the others keep their start values.",
         ),
     ] = None,
     outputs: Annotated[
@@ -88,7 +89,8 @@ def init(
 ) -> None:
     """Write a first recipe for a model of your own, and say what was found and assumed."""
     from slide_fmu.core.files import write_whole
-    from slide_fmu.pipeline.proposal import Wish, parse_range, propose
+    from slide_fmu.pipeline.draft_signals import parse_range
+    from slide_fmu.pipeline.proposal import Wish, propose
     from slide_fmu.pipeline.template import write_template
 
     with progress_bars() as bar:
@@ -130,7 +132,7 @@ def try_(
         progress = bar("trial")
         job = open_trial(recipe, runs, bar, progress)
         trial = try_recipe(job, progress, seed)
-    show_trial(trial.figures())
+    show_trial(trial.figures(), None if job.recipe.window.allow_short else trial.sizing.problem)
     write_json(json_path, trial.figures())
     with errors():
         require_window(job.recipe, trial.sizing)

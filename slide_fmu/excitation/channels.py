@@ -174,7 +174,7 @@ class Binary(ChannelKind):
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         edges = _edges(time, self.duration, rng)
         sign = rng.choice([-1.0, 1.0])
-        return sign * (1.0 - 2.0 * (np.searchsorted(edges, time, side="right") % 2))
+        return np.asarray(sign * (1.0 - 2.0 * (np.searchsorted(edges, time, side="right") % 2)))
 
 
 class Rest(ChannelKind):

@@ -10,6 +10,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from slide_fmu.core.window import Window
 from slide_fmu.memory.motions import LEAST_MEASURED
 from slide_fmu.memory.patience import Patience
@@ -53,8 +55,8 @@ class Lengths:
 def find_lengths(recipe: Recipe, system: System, patience: Patience | None = None) -> Lengths:
     """Find the lengths that a recipe leaves open; when the patience is gone, by what is known.
 
-    A window that turns out to be much too long, since the few motions of the first look had a rare
-    one among them, is found anew from more motions, once.
+    A window that turns out to be much too long, since a few motions had a rare one among them, is
+    found anew once, and then need not hold the slowest pair of its own motions.
 
     Raises:
         NotForgettingError: no window can hold the system, since it does not forget.
@@ -75,10 +77,10 @@ def find_lengths(recipe: Recipe, system: System, patience: Patience | None = Non
             sizing = replace(sizing, window=known, left_out=patience.remark)
             break
         sizing = size_window(found.recipe, system, patience=patience)
-        asked = _truncated(recipe, sizing)
+        asked = _truncated(recipe, sizing, shortened)
         if asked * TOO_LONG <= truncated and not shortened:
             truncated, shortened = asked, True
-        elif _time_to_hold(sizing) <= sizing.window.truncation_time:
+        elif _time_to_hold(sizing, shortened) <= sizing.window.truncation_time:
             break
         else:
             truncated = max(truncated, asked)
@@ -99,12 +101,18 @@ def tidy(count: int) -> int:
     return -(-count // unit) * unit
 
 
-def _time_to_hold(sizing: Sizing) -> float:
-    """Return the longest decay time in s, by eigenvalues or of a pair of motions that meets."""
-    return max(sizing.needed, sizing.measured.slowest)
+def _time_to_hold(sizing: Sizing, but_one: bool) -> float:
+    """Return the longest decay time in s, by eigenvalues or of a pair of motions that meets.
+
+    With ``but_one`` the slowest pair is left out, where there are others: it is known to be rare.
+    """
+    times = np.sort(sizing.measured.times)
+    met = times[np.isfinite(times)]
+    slowest = met[-2] if but_one and len(met) > 1 else met[-1]
+    return max(sizing.needed, float(slowest))
 
 
-def _truncated(recipe: Recipe, sizing: Sizing) -> int:
+def _truncated(recipe: Recipe, sizing: Sizing, but_one: bool = False) -> int:
     """Return how many samples the window of a recipe shall truncate.
 
     Raises:
@@ -113,7 +121,9 @@ def _truncated(recipe: Recipe, sizing: Sizing) -> int:
     if not sizing.forgets:
         raise NotForgettingError(f"recipe {recipe.name!r}: {sizing.problem}")
     lags = (recipe.estimator and recipe.estimator.lags) or (0,)
-    needed = math.ceil(MARGIN * _time_to_hold(sizing) / recipe.window.step * (1.0 - 1e-12))
+    needed = math.ceil(
+        MARGIN * _time_to_hold(sizing, but_one) / recipe.window.step * (1.0 - 1e-12)
+    )
     return max(1, tidy(needed), lags[-1])
 
 

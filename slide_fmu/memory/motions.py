@@ -44,6 +44,8 @@ MEASURED_SAMPLES, LEAST_MEASURED = 20_000, 4
 decay takes long, a few pairs show what the window needs."""
 GROWTH = 32
 """Records grow to this many times their first length before motions count as never meeting."""
+FURTHER, LINEARIZING = "further motions to linearize along", 0.4
+"""Of a limited time this part is there to linearize: to measure tells more."""
 MEETING = 0.5
 """This part of the measured pairs must meet, or the system counts as one that does not forget."""
 
@@ -205,7 +207,7 @@ def _decay_along_motions(motions: Motions, draws: list[Draw], stride: int) -> li
     assert isinstance(system, Linearizable)
     along: list[Decay] = []
     for index, drawn in enumerate(draws):
-        if along and motions.patience.gone("further motions to linearize along"):
+        if along and motions.patience.gone(FURTHER, LINEARIZING):
             break
         states = _states_along(system, drawn.initial, drawn.inputs, stride)
         try:

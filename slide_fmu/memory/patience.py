@@ -28,9 +28,9 @@ class Patience:
         self.seconds, self.left_out = seconds, list[str]()
         self._begin = time.monotonic()
 
-    def gone(self, leaves_out: str) -> bool:
-        """Whether the time is over, so that something is left out."""
-        over = time.monotonic() - self._begin > self.seconds
+    def gone(self, leaves_out: str, part: float = 1.0) -> bool:
+        """Whether the time, or the part of it that there is for this, is over: it is left out."""
+        over = time.monotonic() - self._begin > part * self.seconds
         if over:
             self.hear(leaves_out)
         return over

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.apart import guarded
 from slide_fmu.data.draws import PROBE, PROBE_ATTEMPTS, PROBE_SAMPLES, Stream, draw
+from slide_fmu.memory.modes import UnstableModeError
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system, reference_system, require_features
 from slide_fmu.systems import given
@@ -44,12 +45,17 @@ def guarded_recipe(
 
     Raises:
         SimulationError: the system ended the program that simulated it.
-        Exception: what the function raises.
+        Exception: what the function raises; what knows no recipe is told with its name.
     """
-    if recipe.system.kind == "object" and not given.crosses(system):
-        return function(recipe, *arguments)
     named = recipe.system.model, recipe.system.kind
-    return guarded(system, named, function, recipe, *arguments)
+    try:
+        if recipe.system.kind == "object" and not given.crosses(system):
+            return function(recipe, *arguments)
+        return guarded(system, named, function, recipe, *arguments)
+    except ValueError as error:
+        if type(error) not in (ValueError, UnstableModeError):
+            raise
+        raise type(error)(f"recipe {recipe.name!r}: {error}") from error
 
 
 _survived: list[Recipe] = []

@@ -14,6 +14,7 @@ from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.display import messages, shown
 from slide_fmu.pipeline.export import export_again
 from slide_fmu.pipeline.script import unguarded_place
+from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import tables_text
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems import given
@@ -32,6 +33,12 @@ AGAIN = (
 NOT_DEFINED_HERE = (
     "simulating in this process alone: the system has parts that this session defines itself. Put "
     "its functions or classes into a module for several worker processes"
+)
+NO_SYSTEM = (
+    "slide.learn of {name!r}: system = {found}; expected a reference system, or the table system "
+    "of a recipe as a dictionary: make one of functions by slide.FunctionSystem(f, g, inputs=..., "
+    "outputs=..., start=..., step=...), or by slide.RecordSystem(simulate, inputs=..., "
+    "outputs=..., step=...); of a class, take an object of it"
 )
 
 
@@ -106,7 +113,8 @@ def learn(
         The surrogate, with its FMU, report and measured error.
 
     Raises:
-        RecipeError: a table is no table of a recipe; there is one line per mistake.
+        RecipeError: the system is neither of both, or a table is no table of a recipe; there is
+            one line per mistake.
         ValueError: there shall be workers, which would run the user's script again.
         LoadError, ShortWindowError, SimulationError, StoreError, TrainingError,
             UnstableSurrogateError: as of ``slide_fmu.pipeline.run.run_recipe``.
@@ -129,7 +137,13 @@ def learn(
 def _recipe_tables(
     system: System | Mapping[str, Any], name: str, tables: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return all tables of the recipe; an object is given under the recipe's name."""
+    """Return all tables of the recipe; an object is given under the recipe's name.
+
+    Raises:
+        RecipeError: the system is neither a reference system nor a table.
+    """
+    if not isinstance(system, System | Mapping):
+        raise RecipeError(NO_SYSTEM.format(name=name, found=_told(system)))
     found: dict[str, Any] = {"name": name, "description": f"{name}, learnt from Python", **tables}
     found.setdefault("data", {})
     if not isinstance(system, System):
@@ -137,6 +151,12 @@ def _recipe_tables(
     given.give(name, system)
     window = {"step": system.step, **found.get("window", {})}
     return {**found, "system": {"kind": "object", "model": name}, "window": window}
+
+
+def _told(system: object) -> str:
+    """Say what somebody gave who has no system, in one short line."""
+    text = f"{type(system).__name__} {getattr(system, '__name__', None) or repr(system)}"
+    return text if len(text) <= 80 else f"{text[:77]}..."
 
 
 def _workers(

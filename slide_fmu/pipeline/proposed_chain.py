@@ -41,7 +41,8 @@ def proposed_chain(
         mismatch = _mismatch(given, inputs)
         if mismatch is not None:
             raise RecipeError(
-                f"--chain {given}: {mismatch}: choose the inputs by --input, in the joints' order"
+                f"--chain {given}: {mismatch}: give the model its inputs in the joints' order, or "
+                "choose those of an FMU by --input"
             )
         return ProposedChain(given)
     file = Path(model.partition(":")[0])

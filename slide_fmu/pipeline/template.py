@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from importlib import resources
 from pathlib import Path
 
@@ -18,11 +19,33 @@ def write_template(name: str, kind: str | None) -> str | None:
     template.
 
     Raises:
+        ValueError: a new file cannot have that name.
         OSError: the file cannot be written.
     """
     path = Path(name if name.endswith(".py") else f"{name}.py")
-    if kind not in TEMPLATES or path.exists() or not path.stem.isidentifier():
+    if kind not in TEMPLATES or path.exists() or Path(name).exists():
+        return None
+    if not path.stem.isidentifier():
+        _require_module(name, path.stem, kind)
         return None
     text = resources.files(__package__).joinpath("templates", f"{kind}.py").read_bytes()
     write_whole(path, text)
     return str(path)
+
+
+def _require_module(name: str, stem: str, kind: str) -> None:
+    """Refuse a name that is neither that of a new file nor that of a module, maybe in a package.
+
+    Raises:
+        ValueError: with a name that would do.
+    """
+    module = stem.partition(":")[0]
+    if all(part.isidentifier() for part in module.split(".")):
+        return
+    fitting = re.sub(r"\W+", "_", stem).strip("_")
+    fitting = fitting if fitting[:1].isalpha() else f"model_{fitting}"
+    raise ValueError(
+        f"--kind {kind} {name}: there is no such file, and a new one cannot be called {stem!r}; "
+        "expected letters, digits and underscores, the first one no digit: choose a name such as "
+        f"{fitting}"
+    )

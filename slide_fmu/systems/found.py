@@ -29,6 +29,8 @@ class Found:
         inputs, outputs: its signals, in its order; what it leaves open is None.
         step: sample step h in s that the model suggests; None where it suggests none.
         remarks: one sentence each on what was assumed, for people.
+        inputs_may_be_left_out: whether a recipe may name some of the inputs alone; the others keep
+            their start values.
     """
 
     kind: str
@@ -38,3 +40,4 @@ class Found:
     outputs: tuple[SignalChoice, ...]
     step: float | None = None
     remarks: tuple[str, ...] = ()
+    inputs_may_be_left_out: bool = False

@@ -30,6 +30,8 @@ a ``Specification`` and gives the system; its ``describe`` takes a model's name 
 kind, without running it where that can be seen from its name. A kind whose models are no files has
 neither of the last two.
 """
+NAMED = sorted(set(KINDS) - {"object"})
+"""Kinds that a recipe can name: an object is one of a Python session (``slide.learn``)."""
 
 
 def load_system(specification: Specification) -> System:
@@ -41,7 +43,7 @@ def load_system(specification: Specification) -> System:
     """
     kind, model = specification.kind, specification.model
     if kind not in KINDS:
-        raise LoadError(f"kind of system {kind!r}; expected one of {sorted(KINDS)}")
+        raise LoadError(f"kind of system {kind!r}; expected one of {NAMED}")
     make = cast(Callable[[Specification], System], kind_module(kind).make)
     system = make(specification)
     try:
@@ -80,7 +82,7 @@ def describe_model(model: str, kind: str | None = None) -> Found:
         LoadError: there is no such model, or no kind recognises it.
     """
     if kind is not None and kind not in KINDS:
-        raise LoadError(f"kind of system {kind!r}; expected one of {sorted(KINDS)}")
+        raise LoadError(f"kind of system {kind!r}; expected one of {NAMED}")
     for name in [kind] if kind is not None else KINDS:
         module = kind_module(name)
         if not hasattr(module, "describe"):

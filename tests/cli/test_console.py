@@ -137,6 +137,18 @@ def test_table_and_its_heading_in_a_pipe_are_whole(monkeypatch: pytest.MonkeyPat
     assert lines[-1] == ("error estimate: mean relative deviation 10 %, 95 % within 20 %")
 
 
+def test_estimate_of_errors_below_its_resolution_is_told_as_such(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    messages = Messages(file=io.StringIO(), markup=False, highlight=False)
+    monkeypatch.setattr(console, "console", messages)
+    none = {"mean_relative_deviation": 0.0, "p95_relative_deviation": 0.0}
+    console.show_validation({**FIGURES, "error_estimate": none}, "in range")
+    last = messages.file.getvalue().splitlines()[-1]
+    assert last.startswith("error estimate: all errors, estimated and true, are smaller than")
+    assert "%" not in last
+
+
 def test_validation_shows_the_plain_call_beside_known_inputs(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -99,6 +99,16 @@ def test_mistake_in_a_table_is_named_as_in_a_recipe(tmp_path: Path) -> None:
         learn(oscillator(), "car", runs=tmp_path, data={"train": {1, 2}})
 
 
+@pytest.mark.parametrize(
+    ("given", "found"),
+    [(np.sin, "ufunc sin"), (FunctionSystem, "FunctionSystem"), (3.0, "float 3.0")],
+)
+def test_what_is_no_system_is_refused_with_how_to_make_one(given: object, found: str) -> None:
+    message = rf"slide\.learn of 'x': system = .*{found}; expected .*FunctionSystem\(f, g, inputs="
+    with pytest.raises(RecipeError, match=message):
+        learn(given, "x", window={"step": 0.1})  # type: ignore[arg-type]
+
+
 def test_system_is_also_taken_as_the_table_of_a_recipe(tmp_path: Path) -> None:
     system = {"kind": "function", "model": str(models.HERE / "absent.py")}
     with pytest.raises(LoadError, match=r"absent\.py"):

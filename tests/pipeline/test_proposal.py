@@ -9,11 +9,16 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from slide_fmu.cli import app
-from slide_fmu.pipeline import first_look
-from slide_fmu.pipeline.proposal import Wish, parse_range, propose
+from slide_fmu.fmu.export import export_fmu
+from slide_fmu.memory import motions
+from slide_fmu.pipeline import first_look, trial
+from slide_fmu.pipeline.draft_signals import parse_range
+from slide_fmu.pipeline.proposal import Wish, propose
 from slide_fmu.recipe.reading import load_recipe, parse_recipe
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.errors import LoadError
+from tests.fmu.samples import sum_surrogate
+from tests.libraries import build_libraries
 from tests.progress import silent
 
 LAG = '''
@@ -52,8 +57,10 @@ def test_proposed_recipe_says_what_was_found_and_assumed(lag: Path) -> None:
     recipe = parse_recipe(found.text, "proposal")
     assert (recipe.name, recipe.system.kind) == ("slow_lag", "function")
     assert recipe.system.model == "slow_lag.py"
-    assert list(recipe.system.inputs) == ["force"]
+    # a function takes all its inputs: the one that was not named has the range of the model
+    assert list(recipe.system.inputs) == ["force", "spare"]
     assert recipe.system.inputs["force"].range == (-2.0, 2.0)
+    assert recipe.system.inputs["spare"].range == (0.0, 1.0)
     assert recipe.system.inputs["force"].hold == "zero_order"
     low, high = recipe.system.outputs["position"].range or (0.0, 0.0)
     assert -3.0 < low < -0.5
@@ -74,6 +81,10 @@ def test_proposal_takes_all_signals_where_none_are_named(lag: Path) -> None:
     ("wish", "message"),
     [
         ({}, r"input 'force' \(N\): the model declares no range; .* --input force=LOW\.\.HIGH"),
+        (
+            {"inputs": {"spare": (0.0, 2.0)}},
+            r"input 'force' \(N\): the model declares no range; .* --input force=LOW\.\.HIGH",
+        ),
         ({"inputs": {"power": None}}, r"--input power: .* expected some of \['force', 'spare'\]"),
         (
             {"inputs": {"force": (-1.0, 1.0)}, "outputs": ("speed",)},
@@ -86,6 +97,71 @@ def test_proposal_without_what_it_needs_is_refused(
 ) -> None:
     with pytest.raises(RecipeError, match=message):
         propose(Wish(str(lag), **wish), silent)  # type: ignore[arg-type]
+
+
+CLASS = '''
+"""A lag that declares its signals itself."""
+
+import numpy as np
+
+import slide_fmu as slide
+
+
+class Lag(slide.System):
+    def __init__(self, *, step):
+        self.step = step
+        self.inputs = (slide.Signal("u", "1", -1.0, 1.0),)
+        self.outputs = (slide.Signal("y", "1", -1.5, 1.5), slide.Signal("z", "1", -1.0, 2.5))
+
+    def simulate(self, inputs):
+        kept, values = np.exp(-self.step), [inputs[0, 0]]
+        for u in inputs[:, 0]:
+            values.append(kept * values[-1] + (1 - kept) * u)
+        return np.array([values, values]).T
+'''
+
+
+@pytest.mark.parametrize(
+    ("wish", "message"),
+    [
+        (
+            {"inputs": {"u": (-3.0, 3.0)}},
+            r"--input u=-3\.\.3: a class declares .* has the inputs u \(-1\.\.1\); expected no "
+            r"--input: leave it out, or change self\.inputs in the class",
+        ),
+        (
+            {"outputs": ("z",)},
+            r"--output z: a class .* outputs y \(-1\.5\.\.1\.5\), z \(-1\.\.2\.5\); expected no",
+        ),
+    ],
+)
+def test_choice_among_the_signals_of_a_class_is_refused(
+    tmp_path: Path, wish: dict[str, object], message: str
+) -> None:
+    path = tmp_path / "lag.py"
+    path.write_text(CLASS)
+    with pytest.raises(RecipeError, match=message):
+        propose(Wish(str(path), step=0.1, **wish), silent)  # type: ignore[arg-type]
+    found = parse_recipe(propose(Wish(str(path), step=0.1), silent).text, "proposal")
+    assert (Path(found.system.model).name, found.system.inputs) == ("lag.py:Lag", {})
+
+
+def test_fmu_of_slide_fmu_is_proposed_with_the_signals_of_its_surrogate(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(first_look, "SAMPLES", 50)
+    build_libraries()
+    fmu = export_fmu(sum_surrogate(16), tmp_path / "window_sum.fmu")
+    proposal = propose(Wish(str(fmu)), silent)
+    found = parse_recipe(proposal.text, "proposal")
+    assert list(found.system.outputs) == ["y"]
+    assert found.system.outputs["y"].range == (-1.0, 9.0)
+    assert found.system.inputs["u"].hold == "zero_order"  # though the FMU can interpolate it
+    assert found.window.step == sum_surrogate(16).window.step
+    assert any("slide-fmu wrote this FMU" in remark for remark in proposal.remarks)
+    wish = Wish(str(fmu), outputs=("window_filled",))
+    other = parse_recipe(propose(wish, silent).text, "proposal")
+    assert list(other.system.outputs) == ["window_filled"]
 
 
 def test_model_of_no_kind_is_refused(tmp_path: Path) -> None:
@@ -153,3 +229,61 @@ def test_init_writes_a_small_model_that_runs(
     assert (tmp_path / "first_model.py").exists()
     recipe = load_recipe("first_model.toml")
     assert (recipe.system.kind, recipe.window.step) == (kind, 0.02)
+
+
+@pytest.mark.parametrize("name", ["my-model", "2nd_model", "models/my-model.py"])
+def test_new_model_of_a_name_that_python_cannot_import_is_refused(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = invoke("init", "--kind", "function", name)
+    assert done.exit_code == 1
+    assert f"a new one cannot be called {Path(name).stem!r}; expected letters" in done.output
+    assert "choose a name such as m" in done.output
+    assert list(tmp_path.iterdir()) == []
+
+
+SHORT = """
+name = "lag"
+description = "a lag"
+
+[system]
+kind = "function"
+model = "slow_lag.py"
+
+[system.inputs.force]
+range = [-2.0, 2.0]
+
+[system.inputs.spare]
+range = [0.0, 1.0]
+
+[system.outputs.position]
+range = [-2.0, 2.0]
+
+[window]
+step = 0.1
+n_in = 12
+n_out = 2
+
+[data]
+duration = 4.0
+burn_in = 1.0
+train = 2
+validation = 1
+"""
+
+
+def test_window_that_is_too_short_is_told_once(
+    lag: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trial, "TIMED", 0.1)
+    monkeypatch.setattr(motions, "MOTIONS", 12)
+    monkeypatch.setattr(motions, "LINEARIZED_MOTIONS", 4)
+    (tmp_path / "lag.toml").write_text(SHORT)
+    done = invoke("try", "lag.toml")
+    assert done.exit_code == 1
+    assert done.output.count("are truncated, but initial effects need") == 1
+    (tmp_path / "lag.toml").write_text(SHORT.replace("n_out = 2", "n_out = 2\nallow_short = true"))
+    allowed = invoke("try", "lag.toml")
+    assert allowed.exit_code == 0
+    assert allowed.output.count("are truncated, but initial effects need") == 1

@@ -223,6 +223,8 @@ def test_model_without_an_equilibrium_says_that_it_begins_elsewhere(tmp_path: Pa
         assert simulate(made, np.ones((3, 1))).outputs[0] == pytest.approx([0.0, 0.5])
     (remark,) = system.remarks
     assert "initial configuration, since under the input force = 1 exudyn found no" in remark
+    assert "Springs or supports must hold every body" in remark
+    assert "substeps" not in remark
     assert asked.remarks == ()
     found = describe(path)
     assert {p.name: p.value for p in found.parameters}["start"] == "initial"

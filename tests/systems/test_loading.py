@@ -53,7 +53,8 @@ def test_mistake_in_a_name_or_parameter_is_named(
 
 
 def test_load_system_of_unknown_kind_lists_the_kinds() -> None:
-    with pytest.raises(LoadError, match=r"kind of system 'unheard'; expected one of \['class'"):
+    kinds = r"expected one of \['class', 'exudyn', 'fmu', 'function'\]"
+    with pytest.raises(LoadError, match=f"kind of system 'unheard'; {kinds}"):
         load_system(Specification("record.csv", kind="unheard"))
 
 

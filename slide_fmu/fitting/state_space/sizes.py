@@ -24,7 +24,8 @@ FIRST_UNITS, MOST_UNITS = 16, 64
 MORE_STATES = 8
 """At most this many states are tried beyond the first guess."""
 NEGLIGIBLE = 1e-3
-"""A linear network suffices where less can be learnt, relative to the outputs' deviation."""
+"""A linear network that is good suffices where less can be learnt, relative to the outputs'
+deviation. One that is not good does not: units may predict what merely looks unpredictable."""
 UNFINISHED, POOR = 3e-3, 1e-2
 """Where more than the first could still be learnt, the search looks a step further; where it is
 more than the second in the end, the user is told."""
@@ -138,8 +139,9 @@ class _Search:
         return has_units and min(error, self._judged[place].training_error) < GOOD
 
     def _linear_suffices(self, place: Place) -> bool:
-        """Whether the network is linear, and its residual cannot be predicted."""
-        return self._units[place[1]] == 0 and self._learnable_at(place) < NEGLIGIBLE
+        """Whether the network is linear and good, and its residual cannot be predicted."""
+        good = self._units[place[1]] == 0 and self._error(place) < GOOD
+        return good and self._learnable_at(place) < NEGLIGIBLE
 
     def _learnable_at(self, place: Place) -> float:
         """Return how much of a size's error can be predicted; without end if it is unstable."""

@@ -25,6 +25,7 @@ _CURRENT = exu.ConfigurationType.Current
 _DIFFERENCE = 1e-6
 """Linearizations move coordinates by this, and by this part of themselves."""
 _REMEDY = "Use more substeps, a shorter step, or inputs within the range of the system"
+_STATIC_REMEDY = "Springs or supports must hold every body for there to be one"
 
 
 class Plant:
@@ -150,7 +151,7 @@ class Plant:
         self._running = self.visible = False
         self._to_initial(self._origin, np.zeros(len(self._origin)))
         solver: Any = exu.MainSolverStatic()
-        self._call("found no static equilibrium", solver.SolveSystem, solver)
+        self._call("found no static equilibrium", solver.SolveSystem, solver, _STATIC_REMEDY)
         return self._reached()[0]
 
     def linearize(self, coordinates: FloatArray, velocities: FloatArray) -> Linearization:
@@ -197,7 +198,9 @@ class Plant:
         self._to_initial(self._coordinates, self._velocities)
         self._call("did not start", solver.InitializeSolver, solver)
 
-    def _call(self, what: str, method: Callable[..., bool], solver: Any) -> None:
+    def _call(
+        self, what: str, method: Callable[..., bool], solver: Any, remedy: str = _REMEDY
+    ) -> None:
         """Call a method of a solver; ``what`` says what went wrong if it fails."""
         try:
             fine = method(self.mbs, self._settings)
@@ -205,7 +208,7 @@ class Plant:
         except Exception as error:  # a user function of the system may raise anything
             fine, complaint = False, told_by_exudyn(error)
         if not fine:
-            raise SimulationError(f"exudyn {what}: {complaint}. {_REMEDY}")
+            raise SimulationError(f"exudyn {what}: {complaint}. {remedy}")
 
     def _to_initial(self, coordinates: FloatArray, velocities: FloatArray) -> None:
         """Make a state exudyn's initial one, with the parameters of the start of a step."""

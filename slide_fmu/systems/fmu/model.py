@@ -66,8 +66,16 @@ def describe(model: str) -> Found:
     hold = default_hold(file)
     inputs = tuple(replace(choice, hold=hold) for choice in choices_of(file, "input"))
     outputs = choices_of(file, "output")
+    remarks, parameters = remarks_on(file, hold), parameters_of(file)
     return Found(
-        "fmu", model, parameters_of(file), inputs, outputs, file.own_step, remarks_on(file, hold)
+        "fmu",
+        model,
+        parameters,
+        inputs,
+        outputs,
+        file.own_step,
+        remarks,
+        inputs_may_be_left_out=True,
     )
 
 

@@ -1,0 +1,178 @@
+"""The inputs and outputs of a first recipe, with their ranges and where these come from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+from slide_fmu.pipeline.first_look import FirstLook
+from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.recipe.writing import DraftSignal
+from slide_fmu.systems.found import Found
+from slide_fmu.systems.specification import SignalChoice
+
+MARGIN = 0.2
+"""Ranges of outputs are wider than what was seen, by this part of it at both ends."""
+MOVING = ("m", "mm", "rad", "deg")
+"""Inputs in these units are motions, which have no jumps: their hold is of first order."""
+
+Ranges = Mapping[str, tuple[float, float] | None]
+"""Ranges of inputs by name, in their units; None where the model shall say them."""
+
+
+def parse_range(texts: Sequence[str]) -> dict[str, tuple[float, float] | None]:
+    """Read inputs of the command line: ``NAME=LOW..HIGH``, or ``NAME`` for the model's range.
+
+    Raises:
+        RecipeError: a text is neither of them.
+    """
+    found: dict[str, tuple[float, float] | None] = {}
+    for text in texts:
+        name, given, limits = text.partition("=")
+        low, dots, high = limits.partition("..")
+        try:
+            found[name] = (float(low), float(high)) if given else None
+        except ValueError:
+            found[name] = (math.nan, math.nan)
+        ends = found[name]
+        if not name or (ends is not None and not (dots and ends[0] < ends[1])):
+            raise RecipeError(
+                f"--input {text}; expected NAME=LOW..HIGH with two numbers, the smaller one "
+                "first, as in --input road=-0.05..0.05"
+            )
+    return found
+
+
+def draft_inputs(found: Found, given: Ranges) -> list[DraftSignal]:
+    """Return the inputs that the surrogate shall have, with the user's ranges or the model's.
+
+    They are those that the user names, in that order, where a recipe may leave out inputs of the
+    model, and all inputs of the model in its order elsewhere.
+
+    Raises:
+        RecipeError: a name is not one of the model, a range is not known, or the model declares
+            its signals itself.
+    """
+    if found.kind == "class":
+        _require_declared("input", found, {name: _ends(r) for name, r in given.items()})
+    chosen = _chosen("input", found, given)
+    if not found.inputs_may_be_left_out:
+        chosen = list(found.inputs)
+    return [_input(choice, given.get(choice.name), found.kind) for choice in chosen]
+
+
+def draft_outputs(found: Found, names: Sequence[str]) -> list[DraftSignal]:
+    """Return the outputs that the surrogate shall have, without what is to be seen of ranges.
+
+    Raises:
+        RecipeError: a name is not one of the model, or the model declares its signals itself.
+    """
+    if found.kind == "class":
+        _require_declared("output", found, dict.fromkeys(names, ""))
+    return [DraftSignal(choice, "") for choice in _chosen("output", found, names)]
+
+
+def ranged_outputs(
+    outputs: list[DraftSignal], seen: FirstLook, chosen: bool
+) -> tuple[list[DraftSignal], list[str]]:
+    """Return outputs with ranges that hold what was seen, and remarks on those that are left out.
+
+    Outputs that never moved are left out, unless the user has chosen them or nothing moved at all.
+    Nothing changes where ranges were not asked for (``seen.motions`` is 0).
+    """
+    if not seen.motions:
+        return outputs, []
+    kept, remarks = [], []
+    for index, draft in enumerate(outputs):
+        if seen.still[index] and not (chosen or seen.still.all()):
+            name = draft.choice.name
+            remarks.append(
+                f"output {name!r} never moves and is left out; --output {name} keeps it"
+            )
+        else:
+            ends = float(seen.low[index]), float(seen.high[index])
+            kept.append(_with_range(draft, ends, seen.motions))
+    return kept, remarks
+
+
+def names_of(signals: Iterable[DraftSignal]) -> str:
+    """Return the names of signals in one line of text."""
+    return ", ".join(signal.choice.name for signal in signals)
+
+
+def _require_declared(what: str, found: Found, wanted: Mapping[str, str]) -> None:
+    """Refuse to choose signals of a class; ``wanted`` are names with what was said of each."""
+    if not wanted:
+        return
+    declared = {choice.name: choice for choice in getattr(found, f"{what}s")}
+    name, said = next(iter(wanted.items()))
+    own = ", ".join(f"{one} ({choice.low:g}..{choice.high:g})" for one, choice in declared.items())
+    raise RecipeError(
+        f"--{what} {name}{said and f'={said}'}: a class declares its signals itself, and "
+        f"{found.model!r} has the {what}s {own}; expected no --{what}: leave it out, or change "
+        f"self.{what}s in the class"
+    )
+
+
+def _ends(limits: tuple[float, float] | None) -> str:
+    return "" if limits is None else f"{limits[0]:g}..{limits[1]:g}"
+
+
+def _chosen(what: str, found: Found, names: Iterable[str]) -> list[SignalChoice]:
+    """Return the inputs or outputs that are named, in that order; all of the model if none are."""
+    offered = {choice.name: choice for choice in getattr(found, f"{what}s")}
+    wanted = list(names)
+    unknown = [name for name in wanted if name not in offered]
+    if unknown:
+        raise RecipeError(
+            f"--{what} {unknown[0]}: the model has no such {what}; expected some of "
+            f"{list(offered)}"
+        )
+    if not offered:
+        raise RecipeError(
+            f"{found.model}: the model declares no {what}s; expected at least one: a surrogate "
+            "takes inputs and gives outputs"
+        )
+    return [offered[name] for name in wanted or offered]
+
+
+def _input(choice: SignalChoice, given: tuple[float, float] | None, kind: str) -> DraftSignal:
+    """Return an input with its range, from the user or from the model."""
+    origin = "The model declares the range."
+    if given is not None:
+        choice, origin = replace(choice, low=given[0], high=given[1]), "The range was given."
+    if choice.low is None or choice.high is None:
+        raise RecipeError(
+            f"input {choice.name!r} ({choice.unit or 'no unit'}): the model declares no range; "
+            f"expected one: give --input {choice.name}=LOW..HIGH"
+        )
+    if choice.hold is None and kind != "class":
+        moves = choice.unit in MOVING
+        choice = replace(choice, hold="first_order" if moves else "zero_order")
+        origin += (
+            " The input moves linearly between samples, as motions do."
+            if moves
+            else " The input is held between samples, as co-simulation tools do."
+        )
+    return DraftSignal(choice, origin)
+
+
+def _with_range(draft: DraftSignal, seen: tuple[float, float], motions: int) -> DraftSignal:
+    """Return an output with a range: its own, or one that holds what was seen in motions."""
+    choice = draft.choice
+    if choice.low is not None and choice.high is not None:
+        return replace(draft, origin="The model declares the range.")
+    low, high = _widened(*seen)
+    count = "one motion" if motions == 1 else f"{motions} motions"
+    origin = f"Seen in {count}, and widened by {100 * MARGIN:.0f} % at both ends."
+    return DraftSignal(replace(choice, low=low, high=high), origin)
+
+
+def _widened(low: float, high: float) -> tuple[float, float]:
+    """Return a range a little wider, its ends with two digits that count."""
+    margin = MARGIN * (high - low) or max(1.0, abs(high))
+    digits = 1 - math.floor(math.log10(high - low + 2 * margin))
+    unit = 10.0**-digits
+    ends = math.floor((low - margin) / unit), math.ceil((high + margin) / unit)
+    return round(ends[0] * unit, max(0, digits)), round(ends[1] * unit, max(0, digits))

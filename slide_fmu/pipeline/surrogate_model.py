@@ -1,0 +1,42 @@
+"""An FMU of slide-fmu may be the model itself: its surrogate says more than its description."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from slide_fmu.core.files import find_file
+from slide_fmu.fmu.export import SURROGATE, read_fmu, read_member
+from slide_fmu.systems.found import Found
+from slide_fmu.systems.specification import SignalChoice
+
+REMARK = (
+    "slide-fmu wrote this FMU: the recipe has the outputs, the hold of the inputs and the step of "
+    "its surrogate; --output NAME takes other outputs, such as error estimates"
+)
+
+
+def as_surrogate(found: Found, outputs_chosen: bool) -> Found:
+    """Return what is known of an FMU of slide-fmu; what else was found stays as it is.
+
+    Its own outputs are proposed, without those on errors and windows, unless the user has chosen
+    outputs; its inputs act between samples as they did in its training.
+
+    Raises:
+        FmuError: the FMU is damaged.
+    """
+    if found.kind != "fmu":
+        return found
+    path = find_file(found.model)
+    if read_member(path, SURROGATE) is None:
+        return found
+    surrogate, _ = read_fmu(path)
+    inputs = tuple(SignalChoice(**vars(signal)) for signal in surrogate.inputs)
+    own = {signal.name for signal in surrogate.outputs}
+    outputs = tuple(choice for choice in found.outputs if choice.name in own)
+    return replace(
+        found,
+        inputs=inputs,
+        outputs=found.outputs if outputs_chosen else outputs,
+        step=surrogate.window.step,
+        remarks=(REMARK,),
+    )

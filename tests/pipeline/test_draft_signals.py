@@ -1,0 +1,34 @@
+"""Ranges of outputs in a first recipe follow from what was seen."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slide_fmu.pipeline.draft_signals import ranged_outputs
+from slide_fmu.pipeline.first_look import FirstLook
+from slide_fmu.recipe.writing import DraftSignal
+from slide_fmu.systems.specification import SignalChoice
+
+OUTPUTS = [DraftSignal(SignalChoice(name), "") for name in ("moves", "rests")]
+
+
+def seen(motions: int, still: list[bool]) -> FirstLook:
+    low, high = np.array([-1.0, 2.0]), np.array([1.0, 2.0])
+    return FirstLook(0.1, "", low, high, np.array(still), motions, ())
+
+
+def test_range_says_in_how_many_motions_it_was_seen() -> None:
+    for motions, count in ((1, "one motion"), (7, "7 motions")):
+        (output, _), _ = ranged_outputs(OUTPUTS, seen(motions, [False, False]), chosen=False)
+        assert output.origin == f"Seen in {count}, and widened by 20 % at both ends."
+        assert (output.choice.low, output.choice.high) == (-1.4, 1.4)
+
+
+def test_output_that_rests_is_left_out_unless_it_was_chosen() -> None:
+    kept, remarks = ranged_outputs(OUTPUTS, seen(3, [False, True]), chosen=False)
+    assert [draft.choice.name for draft in kept] == ["moves"]
+    assert remarks == ["output 'rests' never moves and is left out; --output rests keeps it"]
+    kept, remarks = ranged_outputs(OUTPUTS, seen(3, [False, True]), chosen=True)
+    assert ([draft.choice.name for draft in kept], remarks) == (["moves", "rests"], [])
+    kept, _ = ranged_outputs(OUTPUTS, seen(3, [True, True]), chosen=False)
+    assert len(kept) == 2

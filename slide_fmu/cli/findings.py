@@ -40,8 +40,8 @@ def show_found(resolved: dict[str, dict[str, Any]]) -> None:
 
 
 def show_sizing(figures: dict[str, Any]) -> None:
-    """Print decay times as ``slide_fmu.memory.sizing`` gives them."""
-    from slide_fmu.memory.sizing import decay_rows
+    """Print decay times as ``slide_fmu.memory.decay_figures`` gives them."""
+    from slide_fmu.memory.decay_figures import decay_rows
 
     headings, *rows = decay_rows(figures)
     table = table_of(*headings)

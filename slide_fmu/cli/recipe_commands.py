@@ -126,12 +126,12 @@ def try_(
 ) -> None:
     """Tell in a minute whether a recipe fits: signals, decay, window, and what data will cost."""
     from slide_fmu.memory.sizing import require_window
-    from slide_fmu.pipeline.job import open_job
-    from slide_fmu.pipeline.trial import try_recipe
+    from slide_fmu.pipeline.trial import open_trial, try_recipe
 
     with progress_bars() as bar:
-        job = open_job(recipe, runs, bar)
-        trial = try_recipe(job, seed)
+        progress = bar("trial")
+        job = open_trial(recipe, runs, bar, progress)
+        trial = try_recipe(job, progress, seed)
     show_trial(trial.figures(), None if job.recipe.window.allow_short else trial.sizing.problem)
     write_json(json_path, trial.figures())
     with errors():

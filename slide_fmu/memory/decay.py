@@ -1,8 +1,7 @@
 """How fast a system forgets its initial state decides how long the window must be.
 
-The decay time comes in two independent ways: from the equations linearized along a motion (paper,
-section "Computation of decay time in linearized multibody systems"), and measured, as the time in
-which two motions under the same input meet.
+Here it comes from the equations linearized along a motion (paper, section "Computation of decay
+time in linearized multibody systems"); ``meeting`` measures it.
 """
 
 from __future__ import annotations
@@ -13,22 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, hold_of
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.memory.modes import UnstableModeError, slowest_rate, time_to_decay
-from slide_fmu.systems.base import Linearizable, RandomStates, State, System
-from slide_fmu.systems.simulation import simulate
-
-LEAST_MET = 3
-"""A rate is measured on so many samples; motions that meet faster count as meeting in these."""
-
-
-class NoGapError(ValueError):
-    """Two motions never differ, as within a dead zone: there is nothing to measure."""
-
-
-class MetAtOnceError(ValueError):
-    """Two motions meet within fewer samples than a rate can be measured on."""
+from slide_fmu.systems.base import Linearizable, State
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,138 +94,6 @@ def decay_in_stretches(motions: Sequence[Decay], length: int) -> Decay:
         _refuse_growing_motion(part)
     means = np.array([np.mean(part) for part in parts])
     return Decay(means, motions[0].remaining_amplitude)
-
-
-def measured_rate(
-    system: System,
-    inputs: FloatArray,
-    first: State,
-    second: State,
-    remaining_amplitude: float = 0.01,
-) -> float:
-    """Measure the rate Re(v) in 1/s at which outputs from two states meet under the same inputs.
-
-    The energy that the difference still has ahead of it, E(t) = sum over t' >= t of |e(t')|^2,
-    falls like exp(2 Re(v) t) without the zero crossings of e itself (backward integration, as for
-    the decay of sound in rooms: Schroeder, 1965). A line through log E, from the start until E has
-    fallen to the square of the remaining amplitude, gives Re(v). The inputs, shape (N, n_inputs),
-    take about twice the expected decay time. The result is 0 if the outputs have not met after
-    three quarters of the record: it is too short, or the motion depends on its start for good.
-
-    Raises:
-        ValueError: the outputs never differ, or meet within two samples.
-        SimulationError: a motion could not be simulated.
-    """
-    if hold_of(system.inputs) == "first_order":  # both motions see the same input from the start
-        second = State(second.coordinates, second.velocities, first.last_input)
-    one, other = (simulate(system, inputs, state).outputs for state in (first, second))
-    return meeting_rate(system, one - other, remaining_amplitude)
-
-
-def rate_after(
-    system: System,
-    inputs: FloatArray,
-    histories: tuple[FloatArray, FloatArray],
-    remaining_amplitude: float = 0.01,
-) -> float:
-    """Measure the rate Re(v) in 1/s at which outputs meet after two histories of inputs.
-
-    This asks nothing of the system but to be simulated. The inputs, shape (N, n_inputs), follow
-    each of the histories, (M, n_inputs); rate and record are as of ``measured_rate``.
-
-    Raises:
-        ValueError, SimulationError: as of ``measured_rate``.
-    """
-    # with a first-order hold the first input of the record is reached on different ways
-    first = 1 if hold_of(system.inputs) == "first_order" else 0
-    one, other = (
-        simulate(system, np.concatenate([history, inputs])).outputs[len(history) + first :]
-        for history in histories
-    )
-    return meeting_rate(system, one - other, remaining_amplitude)
-
-
-def meeting_rate(system: System, gap: FloatArray, remaining_amplitude: float = 0.01) -> float:
-    """Return the rate Re(v) in 1/s at which a gap between outputs, (N, n_outputs), closes.
-
-    The result is 0 if it has not closed after three quarters of the record.
-
-    Raises:
-        NoGapError: there is no gap.
-        MetAtOnceError: it closes within two samples.
-    """
-    ranges = np.array([signal.high - signal.low for signal in system.outputs])
-    difference = gap / ranges
-    ahead = np.cumsum(np.sum(difference[::-1] ** 2, axis=1))[::-1]
-    if ahead[0] == 0.0:
-        raise NoGapError(
-            "measured decay: the outputs are the same after two different pasts; expected outputs "
-            "that differ at first: check that they follow from the inputs and states at all"
-        )
-    count = int(np.sum(ahead > remaining_amplitude**2 * ahead[0]))
-    if count < LEAST_MET:
-        raise MetAtOnceError(
-            f"measured decay: the outputs meet within {count} samples of {system.step} s; "
-            f"expected at least {LEAST_MET}: sample the system more finely"
-        )
-    if count > 0.75 * len(ahead):
-        return 0.0
-    time = system.step * np.arange(count)
-    return 0.5 * float(np.polyfit(time, np.log(ahead[:count]), 1)[0])
-
-
-def measured_decay(
-    system: System,
-    inputs: Sequence[FloatArray],
-    rng: np.random.Generator,
-    remaining_amplitude: float = 0.01,
-) -> Decay:
-    """Measure the decay on several input records, (N, n_inputs), each from its own random states.
-
-    Of a system that draws no states, one motion comes from another record, and one from rest.
-
-    A nonlinear motion decays faster at some times than at others; the mean over several records is
-    what compares with the linearized equations. A record in which the outputs do not meet counts
-    with the rate 0 and has an infinite decay time. One in which they meet within fewer samples
-    than a rate can be measured on counts as if they met in ``LEAST_MET`` samples; one in which
-    they never differ is left out.
-
-    Raises:
-        NoGapError: there is no record in which outputs differ.
-        ValueError: there is no record.
-        SimulationError: a motion could not be simulated.
-    """
-    if not inputs:
-        raise ValueError("measured decay: no inputs; expected at least one record")
-    rates: list[float] = []
-    same: NoGapError | None = None
-    for index, record in enumerate(inputs):
-        try:
-            rates.append(
-                _rate_of_pair(system, record, inputs[index - 1], rng, remaining_amplitude)
-            )
-        except MetAtOnceError:
-            rates.append(math.log(remaining_amplitude) / (LEAST_MET * system.step))
-        except NoGapError as error:
-            same = error
-    if same is not None and not rates:
-        raise same
-    return Decay(np.array(rates), remaining_amplitude)
-
-
-def _rate_of_pair(
-    system: System,
-    record: FloatArray,
-    before: FloatArray,
-    rng: np.random.Generator,
-    remaining_amplitude: float,
-) -> float:
-    """Measure the rate of two motions, from random states or after a record and after rest."""
-    if isinstance(system, RandomStates):
-        one, other = (system.random_state(rng, record[0]) for _ in range(2))
-        return measured_rate(system, record, one, other, remaining_amplitude)
-    histories = before, np.repeat(before[:1], len(before), axis=0)
-    return rate_after(system, record, histories, remaining_amplitude)
 
 
 def recommend_window(decay_time: float, step: float, n_out: int) -> Window:

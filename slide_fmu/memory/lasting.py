@@ -94,7 +94,8 @@ class Lasting:
 def lasting(motions: Motions, count: int) -> Lasting | None:
     """Find out whether a difference lasts at rest; None if the outputs meet, however slowly.
 
-    It is None too where the outputs still move, as without damping: that is no rest.
+    It is None too where the outputs still move, as without damping: that is no rest; and where
+    there is no time to find it out.
 
     The time at rest is ``count`` samples at first. It grows while outputs are apart by more than
     the remaining amplitude, until what is left does not change any more.
@@ -102,9 +103,11 @@ def lasting(motions: Motions, count: int) -> Lasting | None:
     Raises:
         SimulationError: a motion could not be simulated.
     """
+    if motions.patience.gone("motions that come to rest after different pasts"):
+        return None
     pasts, amplitude = _Pasts(motions, count), motions.recipe.window.remaining_amplitude
     times, parts = [count], [pasts.part_left(PASTS, count)]
-    while parts[-1] > amplitude:
+    while parts[-1] > amplitude and not motions.patience.gone("a longer time at rest"):
         if len(parts) > 1 and parts[-1] > FLAT * parts[-2]:
             still = pasts.moving(PASTS, times[-1]) < MOVING
             return _reason(pasts, times[-1], parts[-1]) if still else None

@@ -7,10 +7,14 @@ and the same system always give the same lengths.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from slide_fmu.core.window import Window
 from slide_fmu.memory.motions import LEAST_MEASURED
+from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.sizing import NotForgettingError, Sizing, size_window
 from slide_fmu.recipe.automatic import LENGTHS, nested
 from slide_fmu.recipe.reading import with_resolved
@@ -29,6 +33,8 @@ LEAST_SAMPLES = 1024
 ROUNDS = 4
 """So many times the window is sized at most: motions as long as the window found may ask for more
 than those of a first guess."""
+TOO_LONG = 2.0
+"""A window that truncates so many times what its own motions ask for is much too long."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +52,11 @@ class Lengths:
     sizing: Sizing | None
 
 
-def find_lengths(recipe: Recipe, system: System) -> Lengths:
-    """Find the lengths that a recipe leaves open.
+def find_lengths(recipe: Recipe, system: System, patience: Patience | None = None) -> Lengths:
+    """Find the lengths that a recipe leaves open; when the patience is gone, by what is known.
+
+    A window that turns out to be much too long, since a few motions had a rare one among them, is
+    found anew once, and then need not hold the slowest pair of its own motions.
 
     Raises:
         NotForgettingError: no window can hold the system, since it does not forget.
@@ -56,18 +65,34 @@ def find_lengths(recipe: Recipe, system: System) -> Lengths:
     """
     if "window.n_in" not in recipe.automatic:
         return _with_window(recipe, recipe.window.n_in, None)
-    sizing = size_window(recipe, system, most=LEAST_MEASURED)  # a first look, which is cheap
-    truncated = 0
+    patience = patience or Patience()
+    # a first look, which is cheap
+    sizing = size_window(recipe, system, most=LEAST_MEASURED, patience=patience)
+    truncated, shortened = _truncated(recipe, sizing), False
     for _ in range(ROUNDS):
-        truncated = max(truncated, _truncated(recipe, sizing))
-        n_out = recipe.window.n_out
-        if "window.n_out" in recipe.automatic:
-            n_out = max(1, int(OUTPUTS * truncated))
-        found = _with_window(recipe, truncated + n_out, n_out)
-        sizing = size_window(found.recipe, system)
-        if _time_to_hold(sizing) <= sizing.window.truncation_time:
+        found = _with_window(recipe, *_both(recipe, truncated))
+        if patience.gone("more motions, as long as the window asks for"):
+            window = found.recipe.window
+            known = Window(window.step, window.n_in, window.n_out)
+            sizing = replace(sizing, window=known, left_out=patience.remark)
             break
+        sizing = size_window(found.recipe, system, patience=patience)
+        asked = _truncated(recipe, sizing, shortened)
+        if asked * TOO_LONG <= truncated and not shortened:
+            truncated, shortened = asked, True
+        elif _time_to_hold(sizing, shortened) <= sizing.window.truncation_time:
+            break
+        else:
+            truncated = max(truncated, asked)
     return Lengths(found.recipe, found.values, sizing)
+
+
+def _both(recipe: Recipe, truncated: int) -> tuple[int, int]:
+    """Return n_in and n_out of a window that truncates so many samples."""
+    n_out = recipe.window.n_out
+    if "window.n_out" in recipe.automatic:
+        n_out = max(1, int(OUTPUTS * truncated))
+    return truncated + n_out, n_out
 
 
 def tidy(count: int) -> int:
@@ -76,12 +101,18 @@ def tidy(count: int) -> int:
     return -(-count // unit) * unit
 
 
-def _time_to_hold(sizing: Sizing) -> float:
-    """Return the longest decay time in s, by eigenvalues or of a pair of motions that meets."""
-    return max(sizing.needed, sizing.measured.slowest)
+def _time_to_hold(sizing: Sizing, but_one: bool) -> float:
+    """Return the longest decay time in s, by eigenvalues or of a pair of motions that meets.
+
+    With ``but_one`` the slowest pair is left out, where there are others: it is known to be rare.
+    """
+    times = np.sort(sizing.measured.times)
+    met = times[np.isfinite(times)]
+    slowest = met[-2] if but_one and len(met) > 1 else met[-1]
+    return max(sizing.needed, float(slowest))
 
 
-def _truncated(recipe: Recipe, sizing: Sizing) -> int:
+def _truncated(recipe: Recipe, sizing: Sizing, but_one: bool = False) -> int:
     """Return how many samples the window of a recipe shall truncate.
 
     Raises:
@@ -90,7 +121,9 @@ def _truncated(recipe: Recipe, sizing: Sizing) -> int:
     if not sizing.forgets:
         raise NotForgettingError(f"recipe {recipe.name!r}: {sizing.problem}")
     lags = (recipe.estimator and recipe.estimator.lags) or (0,)
-    needed = math.ceil(MARGIN * _time_to_hold(sizing) / recipe.window.step * (1.0 - 1e-12))
+    needed = math.ceil(
+        MARGIN * _time_to_hold(sizing, but_one) / recipe.window.step * (1.0 - 1e-12)
+    )
     return max(1, tidy(needed), lags[-1])
 
 

@@ -18,11 +18,12 @@ from slide_fmu.memory.decay import (
     Decay,
     decay_along,
     decay_in_stretches,
-    measured_decay,
     recommend_window,
 )
 from slide_fmu.memory.failing import Failing
+from slide_fmu.memory.meeting import measured_decay
 from slide_fmu.memory.modes import Spectrum, UnstableModeError, spectrum
+from slide_fmu.memory.patience import TIMED_SAMPLES, Patience
 from slide_fmu.recipe.recipe import Recipe, WindowRecipe
 from slide_fmu.systems.base import Linearizable, State, System
 
@@ -43,6 +44,8 @@ MEASURED_SAMPLES, LEAST_MEASURED = 20_000, 4
 decay takes long, a few pairs show what the window needs."""
 GROWTH = 32
 """Records grow to this many times their first length before motions count as never meeting."""
+FURTHER, LINEARIZING = "further motions to linearize along", 0.4
+"""Of a limited time this part is there to linearize: to measure tells more."""
 MEETING = 0.5
 """This part of the measured pairs must meet, or the system counts as one that does not forget."""
 
@@ -74,6 +77,7 @@ class Motions:
         stream: their seeds, and how long those are that are linearized.
         most: so many motions, or pairs of them, at most.
         failing: leaves out draws on which the system fails.
+        patience: how long they may take in all.
     """
 
     recipe: Recipe
@@ -81,6 +85,7 @@ class Motions:
     stream: Stream
     most: int
     failing: Failing
+    patience: Patience
 
     def inputs(self, index: int, count: int) -> FloatArray:
         """Draw the inputs of a motion of at least so many samples, shape (count, n_inputs)."""
@@ -98,17 +103,29 @@ class Motions:
         )
 
 
-def motions_of(recipe: Recipe, system: System, seed: int | None, most: int | None) -> Motions:
+def motions_of(
+    recipe: Recipe, system: System, seed: int | None, most: int | None, patience: Patience
+) -> Motions:
     """Return the motions along which a recipe's window is sized.
 
     The seed is the recipe's data seed if None; there are ``MOTIONS`` at most if ``most`` is None.
+    Where the time is limited, motions of a slow system are shorter.
     """
     training, window = split_stream(recipe, "train", 0), recipe.window
     entropy = recipe.data.seed if seed is None else seed
     duration = min(training.duration, WINDOWS_PER_MOTION * window.n_in * window.step)
     stream = Stream(training.number, entropy, (1.0, 1.0), duration)
     failing = Failing(system, recipe.data.most_failures)
-    return Motions(recipe, system, stream, MOTIONS if most is None else most, failing)
+    most = MOTIONS if most is None else most
+    motions = Motions(recipe, system, stream, most, failing, patience)
+    if math.isinf(patience.seconds):
+        return motions
+    samples = failing.tolerated(lambda: patience.samples(system, motions.inputs(0, TIMED_SAMPLES)))
+    allowed = max(window.n_in, samples) * window.step
+    if allowed >= duration:
+        return motions
+    patience.hear(f"motions of more than {allowed:.3g} s")
+    return replace(motions, stream=replace(stream, duration=allowed))
 
 
 def linearize_motions(motions: Motions) -> Linearized:
@@ -130,7 +147,7 @@ def linearize_motions(motions: Motions) -> Linearized:
     followed = range(min(motions.most, LINEARIZED_MOTIONS, enough))
     draws = [motions.drawn(index) for index in followed]
     stride = -(-window.n_in // POINTS_PER_WINDOW)  # rounded up
-    along = _decay_along_motions(system, draws, stride, amplitude)
+    along = _decay_along_motions(motions, draws, stride)
     decay = _decay_over_windows(along, window, stride)
     recommend_window(decay.worst, window.step, window.n_out)  # raises for an infinite time
     return Linearized(modes, decay, max(each.worst for each in along))
@@ -157,7 +174,7 @@ def measure_motions(motions: Motions, count: int, grow: bool = True) -> Decay:
     while True:
         measured = _measure(motions, count)
         needed = _needed_record(measured, count, motions.recipe.window.step)
-        if not count < needed <= longest:
+        if not count < needed <= longest or motions.patience.gone("longer records"):
             return measured
         count = needed
 
@@ -178,18 +195,23 @@ def _measure(motions: Motions, count: int) -> Decay:
     pairs = min(motions.most, max(LEAST_MEASURED, MEASURED_SAMPLES // count))
     records = [motions.inputs(index, count) for index in range(pairs)]
     rng = np.random.default_rng(np.random.SeedSequence(stream.seed, spawn_key=(stream.number,)))
-    return measured_decay(motions.system, records, rng, amplitude)
+    return measured_decay(motions.system, records, rng, amplitude, motions.patience)
 
 
-def _decay_along_motions(
-    system: Linearizable, draws: list[Draw], stride: int, remaining_amplitude: float
-) -> list[Decay]:
-    """Compute the decay along each of the motions, at every ``stride``-th sample."""
-    along = []
+def _decay_along_motions(motions: Motions, draws: list[Draw], stride: int) -> list[Decay]:
+    """Compute the decay along each of the motions, at every ``stride``-th sample.
+
+    When the time is over, those that were not begun are left out.
+    """
+    system, amplitude = motions.system, motions.recipe.window.remaining_amplitude
+    assert isinstance(system, Linearizable)
+    along: list[Decay] = []
     for index, drawn in enumerate(draws):
+        if along and motions.patience.gone(FURTHER, LINEARIZING):
+            break
         states = _states_along(system, drawn.initial, drawn.inputs, stride)
         try:
-            along.append(decay_along(system, states, remaining_amplitude))
+            along.append(decay_along(system, states, amplitude))
         except UnstableModeError as error:
             raise UnstableModeError(f"motion {index} of {len(draws)}: {error}") from error
     return along

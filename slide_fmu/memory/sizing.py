@@ -13,6 +13,7 @@ from typing import Any
 from slide_fmu.core.window import Window
 from slide_fmu.memory.contradiction import contradiction
 from slide_fmu.memory.decay import Decay, recommend_window, too_short
+from slide_fmu.memory.decay_figures import linearized_figures, times
 from slide_fmu.memory.lasting import lasting
 from slide_fmu.memory.motions import (
     MEETING,
@@ -23,6 +24,7 @@ from slide_fmu.memory.motions import (
     measure_motions,
     motions_of,
 )
+from slide_fmu.memory.patience import Patience
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import Linearizable, System
 
@@ -48,6 +50,7 @@ class Sizing:
         refusal: why no window can hold the system, or nothing sure can be said about it: it does
             not forget at rest, or its linearized equations contradict it; None if neither is so.
         failed: that the system failed on some motions; None if it did on none.
+        left_out: what there was no time for; None if nothing was left out.
     """
 
     window: Window
@@ -56,6 +59,7 @@ class Sizing:
     measured: Decay
     refusal: str | None = None
     failed: str | None = None
+    left_out: str | None = None
 
     @property
     def forgets(self) -> bool:
@@ -74,13 +78,18 @@ class Sizing:
         if self.refusal is not None:
             return self.refusal
         if self.measured.meeting < MEETING:
-            return _never_meet(self.measured, self.linearized)
+            said = _never_meet(self.measured, self.linearized)
+            return said if self.left_out is None else f"{self.left_out}; so far, {said}"
         return too_short(self.window, self.needed)
 
     @property
     def remark(self) -> str | None:
-        """The text says what failed, and that the measured decay asks for more; or None."""
-        said = [text for text in (self.failed, self._asks_for_more()) if text is not None]
+        """The text says what was left out, what failed, and that the measured decay asks for more.
+
+        It is None if none of these is so.
+        """
+        texts = self.left_out, self.failed, self._asks_for_more()
+        said = [text for text in texts if text is not None]
         return ". Besides, ".join(said) or None
 
     def _asks_for_more(self) -> str | None:
@@ -112,8 +121,8 @@ class Sizing:
         sized = self.measured.meeting >= MEETING or self.linearized is not None
         return {
             "remaining_amplitude": self.remaining_amplitude,
-            **_linearized_figures(self.linearized),
-            "measured_decay_time_s": _times(self.measured),
+            **linearized_figures(self.linearized),
+            "measured_decay_time_s": times(self.measured),
             "window": {
                 "step_s": self.window.step,
                 "n_in": self.window.n_in,
@@ -131,13 +140,18 @@ class Sizing:
 
 
 def size_window(
-    recipe: Recipe, system: System, seed: int | None = None, most: int | None = None
+    recipe: Recipe,
+    system: System,
+    seed: int | None = None,
+    most: int | None = None,
+    patience: Patience | None = None,
 ) -> Sizing:
     """Compute and measure the decay times of a recipe's system along its motions.
 
     The seed of the motions is the recipe's data seed if None; there are at most ``most`` motions,
-    for a first look, and as many as are worth it if None. Nothing is asked of the system but
-    to be simulated; the equations are linearized too where it offers that.
+    for a first look, and as many as are worth it if None. When the patience is gone, what is left
+    is left out. Nothing is asked of the system but to be simulated; the equations are linearized
+    too where it offers that.
 
     Raises:
         UnstableModeError: a mode of the system linearized at rest grows, or the slowest mode grows
@@ -147,7 +161,8 @@ def size_window(
         ValueError: the linearized system has no damping, so that initial effects never decay.
     """
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
-    motions = motions_of(recipe, system, seed, most)
+    patience = patience or Patience()
+    motions = motions_of(recipe, system, seed, most, patience)
     linearized, expected = None, window.n_in * window.step
     tolerated = motions.failing.tolerated
     if isinstance(system, Linearizable):
@@ -157,10 +172,13 @@ def size_window(
     found = tolerated(lambda: lasting(motions, count))
     measured = tolerated(lambda: measure_motions(motions, count, grow=found is None))
     refusal = None if found is None else str(found)
-    if linearized is not None and refusal is None and measured.meeting >= MEETING:
+    compared = linearized is not None and refusal is None and measured.meeting >= MEETING
+    if compared and not patience.gone("a comparison of equations and motions near rest"):
+        assert linearized is not None
         refusal = contradiction(motions, linearized, measured)
-    failed, amplitude = motions.failing.tolerance.remark, recipe.window.remaining_amplitude
-    return Sizing(window, amplitude, linearized, measured, refusal, failed)
+    said = motions.failing.tolerance.remark, patience.remark
+    amplitude = recipe.window.remaining_amplitude
+    return Sizing(window, amplitude, linearized, measured, refusal, *said)
 
 
 def _linearized(recipe: Recipe, motions: Motions) -> Linearized:
@@ -186,33 +204,6 @@ def require_window(recipe: Recipe, sizing: Sizing) -> None:
         raise kind(f"recipe {recipe.name!r}: {sizing.problem}; or set window.allow_short = true")
 
 
-def decay_rows(figures: dict[str, Any]) -> list[tuple[str, str, str, str]]:
-    """Return the decay times of ``Sizing.figures`` as rows of a table, the headings first.
-
-    Measured times are those of whole motions, so their last column is empty. Linearized ones are
-    not there where the system does not offer them, which the row says.
-    """
-    linearized, measured = figures["decay_time_s"], figures["measured_decay_time_s"]
-    mean, worst, local = "not offered", "", ""
-    if linearized is not None:
-        mean, worst, local = (seconds(linearized[key]) for key in ("mean", "worst", "local_worst"))
-    return [
-        ("decay time", "mean", "worst", "at the worst instant"),
-        ("linearized", mean, worst, local),
-        ("measured", seconds(measured["mean"]), seconds(measured["worst"]), ""),
-    ]
-
-
-def seconds(value: float | None) -> str:
-    """Write a decay time in s as people read it; None stands for a motion that never decays."""
-    return "without end" if value is None else f"{value:.4g} s"
-
-
-def finite(value: float) -> float | None:
-    """Return a number for JSON, which knows no infinity: None stands for it."""
-    return value if math.isfinite(value) else None
-
-
 def _never_meet(measured: Decay, linearized: Linearized | None) -> str:
     """Say that motions do not forget where they started, with what is known about the reason."""
     pairs = len(measured.rates)
@@ -226,27 +217,3 @@ def _never_meet(measured: Decay, linearized: Linearized | None) -> str:
         f"measured pairs{known}): no window can hold them; fix the free direction, give the "
         "system damping, or choose outputs that it does not move"
     )
-
-
-def _linearized_figures(linearized: Linearized | None) -> dict[str, Any]:
-    if linearized is None:
-        return dict.fromkeys(("decay_time_s", "modes_at_rest", "rigid_body_eigenvalues"))
-    return {
-        "decay_time_s": {
-            **_times(linearized.decay),
-            "local_worst": finite(linearized.local_worst),
-        },
-        "modes_at_rest": [
-            {
-                "frequency_rad_s": mode.natural_frequency,
-                "damping_ratio": mode.damping_ratio,
-                "decay_time_s": finite(mode.decay_time),
-            }
-            for mode in linearized.modes.modes
-        ],
-        "rigid_body_eigenvalues": len(linearized.modes.rigid),
-    }
-
-
-def _times(decay: Decay) -> dict[str, float | None]:
-    return {"mean": finite(decay.mean), "worst": finite(decay.worst)}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import platform
 import sys
 from dataclasses import dataclass, field, replace
@@ -46,11 +47,12 @@ def open_job(
     bar: Stages,
     training_seed: int | None = None,
     data_seed: int | None = None,
+    patience: float = math.inf,
 ) -> Job:
     """Read a recipe, find its run folder, and what it leaves to be found about its lengths.
 
     The training seed replaces those of initialisation and order of windows, the data seed that of
-    the trajectories.
+    the trajectories. Lengths are looked for no longer than the patience, in s.
 
     Raises:
         RecipeError: the recipe cannot be used.
@@ -59,7 +61,7 @@ def open_job(
     text = read_recipe_text(recipe_path)
     make_importable(recipe_path.parent)
     seeds = training_seed, data_seed
-    return job_of_text(text, str(recipe_path), runs, bar, seeds)
+    return job_of_text(text, str(recipe_path), runs, bar, seeds, patience)
 
 
 def job_of_text(
@@ -68,6 +70,7 @@ def job_of_text(
     runs: Path,
     bar: Stages,
     seeds: tuple[int | None, int | None] = (None, None),
+    patience: float = math.inf,
 ) -> Job:
     """Return the job of a recipe's text, which messages call ``source``, as ``open_job`` does.
 
@@ -79,7 +82,7 @@ def job_of_text(
     recipe, (training_seed, data_seed) = parse_recipe(text, source), seeds
     folder = RunFolder(runs / recipe.name)
     # found for the recipe as it is written: other seeds keep the window
-    resolved, sizing = resolved_lengths(recipe, folder.resolved)
+    resolved, sizing = resolved_lengths(recipe, folder.resolved, patience)
     recipe = with_resolved(recipe, resolved, source)
     if training_seed is not None:
         recipe = with_training_seed(recipe, training_seed)

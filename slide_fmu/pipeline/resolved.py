@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import probe
 from slide_fmu.data.store import same_motion
 from slide_fmu.memory.lengths import Lengths, find_lengths
+from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.sizing import Sizing
 from slide_fmu.pipeline.checks import check_recipe, guarded_recipe
 from slide_fmu.recipe.automatic import LENGTHS
@@ -26,12 +28,15 @@ DECIDES = {"system", "window", "data", "estimator", "automatic"}
 """Tables of a recipe on which its lengths depend."""
 
 
-def resolved_lengths(recipe: Recipe, place: Path) -> tuple[Resolved, Sizing | None]:
+def resolved_lengths(
+    recipe: Recipe, place: Path, patience: float = math.inf
+) -> tuple[Resolved, Sizing | None]:
     """Return the lengths that a recipe leaves open, and how the window was sized, if it was now.
 
     There are none if it leaves none open. They are those that the file at ``place`` keeps, if it
     is about the same recipe and model; else they are found from the system's motions, and kept
-    there.
+    there. Those that are found in a limited time, the patience in s, are not kept if anything was
+    left out for it.
 
     Raises:
         LoadError, RecipeError: as of ``check_recipe``.
@@ -47,15 +52,17 @@ def resolved_lengths(recipe: Recipe, place: Path) -> tuple[Resolved, Sizing | No
     kept = _kept(place, asked, motion)
     if kept is not None:
         return kept, None
-    found = guarded_recipe(recipe, system, _lengths)
+    found = guarded_recipe(recipe, system, _lengths, patience)
+    if found.sizing is not None and found.sizing.left_out is not None:
+        return found.values, found.sizing
     place.parent.mkdir(parents=True, exist_ok=True)
     record = {"values": found.values, "recipe": asked, "probe": motion.tolist()}
     write_whole(place, json.dumps(record, indent=1).encode("utf-8"))
     return found.values, found.sizing
 
 
-def _lengths(recipe: Recipe) -> Lengths:
-    return find_lengths(recipe, recipe_system(recipe))
+def _lengths(recipe: Recipe, patience: float) -> Lengths:
+    return find_lengths(recipe, recipe_system(recipe), Patience(patience))
 
 
 def _kept(place: Path, asked: dict[str, Any], motion: FloatArray) -> Resolved | None:

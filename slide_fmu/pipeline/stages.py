@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import asdict
 from typing import Any
 
-from slide_fmu.memory.bandwidth import step_remark
+from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.sizing import Sizing, require_window, size_window
 from slide_fmu.memory.stability import AmplitudeTest, check_stability, require_stability
+from slide_fmu.memory.step_remark import step_remark
 from slide_fmu.pipeline.checks import check_recipe, guarded_recipe
 from slide_fmu.pipeline.job import Job, versions, with_values
 from slide_fmu.pipeline.numbers import find_numbers, kept_curve
@@ -19,18 +21,20 @@ from slide_fmu.surrogate.surrogate import Surrogate
 STABILITY_PICTURE = "stability.png"
 
 
-def size_recipe(job: Job, seed: int | None = None) -> Sizing:
+def size_recipe(job: Job, seed: int | None = None, patience: float = math.inf) -> Sizing:
     """Return the decay times of the recipe's system along its motions, of a seed or the data's.
+
+    When the patience, in s, is gone, the rest of the motions is left out.
 
     Raises:
         LoadError, RecipeError: as of ``check_recipe``.
     """
     check_recipe(job.recipe)
-    return guarded_recipe(job.recipe, recipe_system(job.recipe), _sizing, seed)
+    return guarded_recipe(job.recipe, recipe_system(job.recipe), _sizing, seed, patience)
 
 
-def _sizing(recipe: Recipe, seed: int | None) -> Sizing:
-    return size_window(recipe, recipe_system(recipe), seed)
+def _sizing(recipe: Recipe, seed: int | None, patience: float) -> Sizing:
+    return size_window(recipe, recipe_system(recipe), seed, patience=Patience(patience))
 
 
 def remark_on_step(recipe: Recipe) -> str | None:

@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.draws import PROBE, Stream, draw, simulate_draw
 from slide_fmu.memory.failing import Tolerance
 from slide_fmu.memory.sizing import Sizing
 from slide_fmu.pipeline.checks import guarded_recipe
-from slide_fmu.pipeline.job import Job
+from slide_fmu.pipeline.job import Job, open_job
 from slide_fmu.pipeline.numbers import least_numbers
 from slide_fmu.pipeline.stages import remark_on_step, size_recipe
 from slide_fmu.recipe.reading import with_resolved
@@ -20,8 +22,13 @@ from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.base import OFFERS, System
 from slide_fmu.systems.errors import SimulationError
 
-TIMED = 2.0
-"""Motions are simulated for at least this time in s, to say how long a simulated second takes."""
+TIMED, TIMED_SAMPLES = 2.0, 100
+"""Motions are simulated for at least this time in s, to say how long a simulated second takes. The
+first of them has so many samples, beside its lead-in, and is enough where it takes that long."""
+PATIENCE = 25.0
+"""The window is sized no longer than this time in s, so that a trial takes less than a minute."""
+STEPS = 4
+"""A trial shows its progress in so many steps, the first of which ends with the lengths."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +81,19 @@ class Trial:
         }
 
 
-def try_recipe(job: Job, seed: int | None = None) -> Trial:
+def open_trial(recipe: Path, runs: Path, bar: Stages, progress: Progress) -> Job:
+    """Read a recipe, and find its lengths, in a limited time, as the first step of a trial.
+
+    Raises:
+        RecipeError, LoadError, ShortWindowError, SimulationError, ValueError: as of ``open_job``.
+    """
+    progress(0, STEPS)
+    job = open_job(recipe, runs, bar, patience=PATIENCE)
+    progress(1, STEPS)
+    return job
+
+
+def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
     """Try a recipe: its system, its window, its step, and the cost of its data.
 
     The seed is that of the motions by which the window is sized; the data's if None.
@@ -85,23 +104,29 @@ def try_recipe(job: Job, seed: int | None = None) -> Trial:
         UnstableModeError, ValueError: it does not forget its initial state.
     """
     known = job.sizing if seed is None else None  # from finding what the recipe leaves open
-    sizing = known or size_recipe(job, seed)
+    sizing = known or size_recipe(job, seed, PATIENCE)
+    progress(2, STEPS)
     system = recipe_system(job.recipe)
-    seconds, failed = guarded_recipe(job.recipe, system, _seconds)
-    remarks = sizing.problem, sizing.remark, failed, remark_on_step(job.recipe), *system.remarks
+    seconds, failed, said = guarded_recipe(job.recipe, system, _seconds)
+    progress(3, STEPS)
+    remarks = sizing.problem, sizing.remark, failed, remark_on_step(job.recipe), *said
+    progress(STEPS, STEPS)
     told = tuple(remark for remark in remarks if remark is not None)
     return Trial(job.recipe, system, sizing, seconds, told)
 
 
-def _seconds(recipe: Recipe) -> tuple[float, str | None]:
+def _seconds(recipe: Recipe) -> tuple[float, str | None, tuple[str, ...]]:
     """Return the wall time in s of a simulated second, of motions as the data have them.
 
-    The text says that some of them failed; it is None if none did.
+    The text says that some of them failed; it is None if none did. What the system remarks on
+    itself after these motions follows.
     """
     system, tolerance = recipe_system(recipe), Tolerance(recipe.data.most_failures)
-    stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), recipe.data.duration)
-    begin, simulated = time.perf_counter(), 0
-    while simulated == 0 or time.perf_counter() - begin < TIMED:
+    short = min(recipe.data.duration, TIMED_SAMPLES * recipe.window.step)
+    begin, simulated = time.perf_counter(), 0.0
+    while simulated == 0.0 or time.perf_counter() - begin < TIMED:
+        duration = recipe.data.duration if simulated else short
+        stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), duration)
         drawn = draw(recipe, system, stream, tolerance.tried)
         tolerance.tried += 1
         try:
@@ -109,6 +134,5 @@ def _seconds(recipe: Recipe) -> tuple[float, str | None]:
         except SimulationError as error:
             tolerance.hear(error)
         else:
-            simulated += 1
-    length = recipe.data.duration + recipe.data.burn_in
-    return (time.perf_counter() - begin) / (simulated * length), tolerance.remark
+            simulated += duration + recipe.data.burn_in
+    return (time.perf_counter() - begin) / simulated, tolerance.remark, system.remarks

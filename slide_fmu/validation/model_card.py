@@ -8,7 +8,7 @@ import jinja2
 
 from slide_fmu.excitation.mix import names_of
 from slide_fmu.fmu.description.surrogate_variables import Variable, fmu_variables
-from slide_fmu.memory.sizing import seconds
+from slide_fmu.memory.decay_figures import seconds
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import meaning_of

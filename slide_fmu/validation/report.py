@@ -11,7 +11,8 @@ from typing import Any
 import jinja2
 import numpy as np
 
-from slide_fmu.memory.sizing import Sizing, decay_rows
+from slide_fmu.memory.decay_figures import decay_rows
+from slide_fmu.memory.sizing import Sizing
 from slide_fmu.memory.stability import AmplitudeTest
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System

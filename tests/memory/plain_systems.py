@@ -153,6 +153,24 @@ class Through(Lag):
         return np.concatenate([inputs[:1], inputs])
 
 
+class HighPass(Lag):
+    """What a lag has not reached yet: it jumps with its input."""
+
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        return np.concatenate([inputs[:1], inputs]) - super().simulate(inputs)
+
+
+class Threshold(Lag):
+    """Nothing comes through below a level that the inputs seldom reach."""
+
+    def __init__(self, step: float = 0.05, level: float = 2.0) -> None:
+        super().__init__(step)
+        self.level = level
+
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        return super().simulate(np.sign(inputs) * np.maximum(np.abs(inputs) - self.level, 0.0))
+
+
 class FixedStep(Lag):
     """Can be made with one step alone, like an FMU whose step is fixed."""
 

@@ -1,27 +1,19 @@
-"""The step that is proposed for a system, and what is said about one that was chosen."""
+"""The step that is proposed for a system."""
 
 from __future__ import annotations
 
 import math
+import warnings
 
 import numpy as np
 import pytest
 
 from mbs_models.oscillators.oscillators import LinearOscillator
-from slide_fmu.core.signals import FloatArray
-from slide_fmu.memory.bandwidth import (
-    between_samples,
-    proposed_step,
-    step_remark,
-    tidy_step,
-)
-from slide_fmu.recipe.reading import load_recipe
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.memory.bandwidth import proposed_step, tidy_step
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
 from tests.memory.plain_systems import Acceleration, FixedStep, Lag, Through
-from tests.memory.test_lengths import of_lag
-from tests.memory.test_sizing import DUFFING
-from tests.recipes import tiny_recipe
 
 
 @pytest.mark.parametrize("time_constant", [1e-3, 1.0, 300.0])
@@ -54,6 +46,46 @@ def test_system_without_dynamics_keeps_the_first_step() -> None:
     assert (found.step, found.bandwidth) == (0.01, None)
 
 
+class Valve(Lag):
+    """A lag, and what a valve lets through: a product of the input and the root of the state."""
+
+    def __init__(self, step: float = 0.05, time_constant: float = 2.0) -> None:
+        super().__init__(step, time_constant)
+        self.inputs = (Signal("valve", "1", 0.2, 1.0, hold="zero_order"),)
+        self.outputs = (Signal("level", "m", 0.0, 1.0), Signal("flow", "m3/s", 0.0, 1.0))
+
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        level = super().simulate(inputs)
+        return np.hstack([level, np.concatenate([inputs[:1], inputs]) * np.sqrt(level)])
+
+
+def test_output_that_follows_the_input_by_a_product_is_sampled_by_the_dynamics() -> None:
+    found, plain = proposed_step(Valve), proposed_step(lambda step: Lag(step, 2.0))
+    assert found.bandwidth is not None
+    assert plain.bandwidth is not None
+    assert 0.5 < found.bandwidth / plain.bandwidth < 2.0
+
+
+class Growing(Lag):
+    """y' = 0.5 y + u grows beyond all bounds."""
+
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        values, factor = [0.0], math.exp(0.5 * self.step)
+        for (value,) in inputs.tolist():
+            values.append(factor * values[-1] + self.step * value)
+            if not math.isfinite(values[-1]):
+                raise SimulationError("it is gone")
+        return np.array(values)[:, None]
+
+
+@pytest.mark.parametrize("first", [0.01, 0.2])
+def test_system_that_grows_gives_no_warnings(first: float) -> None:
+    """At the second step the outputs end at about 1e222, the square of which is no number."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert proposed_step(Growing, first).step > 0.0
+
+
 def test_system_with_a_step_of_its_own_is_looked_at_with_that() -> None:
     found = proposed_step(_fixed)
     assert found.bandwidth is not None
@@ -77,39 +109,6 @@ def _fixed(step: float) -> System:
 )
 def test_tidy_step_is_rounded_down(step: float, tidied: float) -> None:
     assert tidy_step(step) == tidied
-
-
-def test_error_between_samples_is_that_of_the_worst_output() -> None:
-    time = np.linspace(0.0, 20.0, 401)
-    outputs = np.stack([np.sin(time), np.sin(40.0 * time), np.zeros(401)], axis=1)
-    assert between_samples(outputs[:, :1], 4) < 1e-4
-    assert between_samples(outputs[:, 2:], 4) == 0.0
-    assert between_samples(outputs, 4) == between_samples(outputs[:, 1:2], 4) > 0.1
-
-
-def test_step_of_a_released_recipe_has_no_remark() -> None:
-    assert step_remark(load_recipe(DUFFING)) is None
-
-
-def test_step_that_is_too_coarse_or_wastes_samples_has_a_remark() -> None:
-    model = {"model": "mbs_models.oscillators:LinearOscillator", "parameters": {"damping": 8.0}}
-    coarse = tiny_recipe(
-        system=model,
-        window={"step": 0.08},
-        data={"duration": 9.0},
-    )
-    remark = step_remark(coarse)
-    assert remark is not None
-    assert remark.startswith("window.step = 0.08 s: between its samples outputs differ by")
-    slow = {"kind": "harmonic", "weight": 1.0, "angular_frequency": [1.0, 2.0]}
-    fine = of_lag(window={"step": 0.01, "n_in": 90}, data={"excitation": [slow]})
-    remark = step_remark(fine)
-    assert remark is not None
-    assert remark.startswith("window.step = 0.01 s: samples that are 4 times rarer still show")
-
-
-def test_step_of_a_system_that_has_its_own_has_no_remark() -> None:
-    assert step_remark(of_lag("FixedStep", window={"step": 0.01, "n_in": 90})) is None
 
 
 def test_system_that_no_step_simulates_is_refused() -> None:

@@ -6,13 +6,17 @@ import itertools
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 
+from slide_fmu.core.window import Window
 from slide_fmu.memory import lengths, motions
+from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.lengths import MARGIN, find_lengths, tidy
-from slide_fmu.memory.sizing import ShortWindowError, require_window, size_window
+from slide_fmu.memory.sizing import ShortWindowError, Sizing, require_window, size_window
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_system
+from tests.memory.plain_systems import Lag
 from tests.recipe.test_automatic import KEYS, open_recipe
 from tests.recipes import ESTIMATOR
 
@@ -135,3 +139,49 @@ def test_all_keys_are_found() -> None:
     recipe = of_lag()
     values = find_lengths(recipe, recipe_system(recipe)).values
     assert {f"{t}.{k}" for t, inner in values.items() for k in inner} == set(KEYS)
+
+
+class Sizings:
+    """Gives sizings whose slowest pairs take these times in s, one after another."""
+
+    def __init__(self, *slowest: tuple[float, ...]) -> None:
+        self.left = list(slowest)
+
+    def __call__(self, recipe: Recipe, system: Any, **options: Any) -> Sizing:
+        window = recipe.window
+        times = self.left.pop(0)
+        rates = np.array([-math.log(100) / seconds for seconds in (1.0, *times)])
+        size = Window(window.step, window.n_in, window.n_out)
+        return Sizing(size, window.remaining_amplitude, None, Decay(rates, 0.01))
+
+
+def test_window_of_a_rare_pair_is_found_anew_without_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    sizings = Sizings((5.0,), (5.0, 21.0), (5.0,), (5.0, 21.0))
+    monkeypatch.setattr(lengths, "size_window", sizings)
+    found = find_lengths(of_lag(), Lag())
+    truncated = found.recipe.window.n_in - found.recipe.window.n_out
+    assert truncated == tidy(math.ceil(MARGIN * 5.0 / 0.05))
+    assert found.sizing is not None
+    assert found.sizing.remark is not None
+    assert "takes 21 s to meet" in found.sizing.remark
+    assert sizings.left == []
+
+
+def test_window_that_was_shortened_grows_again_with_more_motions(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    sizings = Sizings((21.0,), (5.0,), (9.0, 9.0), (3.0,))
+    monkeypatch.setattr(lengths, "size_window", sizings)
+    found = find_lengths(of_lag(), Lag())
+    truncated = found.recipe.window.n_in - found.recipe.window.n_out
+    assert truncated == tidy(math.ceil(MARGIN * 9.0 / 0.05))
+    assert sizings.left == []
+
+
+def test_window_that_is_a_little_too_long_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lengths, "size_window", Sizings((9.0,), (5.0,)))
+    found = find_lengths(of_lag(), Lag())
+    truncated = found.recipe.window.n_in - found.recipe.window.n_out
+    assert truncated == tidy(math.ceil(MARGIN * 9.0 / 0.05))

@@ -18,11 +18,11 @@ from slide_fmu.cli import app
 from slide_fmu.core.window import Window
 from slide_fmu.memory import motions
 from slide_fmu.memory.decay import Decay
+from slide_fmu.memory.decay_figures import decay_rows
 from slide_fmu.memory.modes import UnstableModeError
 from slide_fmu.memory.sizing import (
     ShortWindowError,
     Sizing,
-    decay_rows,
     require_window,
     size_window,
 )
@@ -348,14 +348,12 @@ def test_motions_are_as_many_and_as_long_as_window_and_decay_ask(
         drawn_for.append(stream.duration / 0.03)
         return draw(recipe, system, stream, index, attempt)
 
-    def decay_along_motions(
-        system: Any, draws: list[Any], stride: int, amplitude: float
-    ) -> list[Decay]:
+    def decay_along_motions(found: Any, draws: list[Any], stride: int) -> list[Decay]:
         linearized.extend((len(draws), len(drawn.inputs), stride) for drawn in draws)
-        return original(system, draws, stride, amplitude)
+        return original(found, draws, stride)
 
     def decay_of_pairs(
-        system: Any, records: list[np.ndarray], rng: np.random.Generator, amplitude: float
+        system: Any, records: list[np.ndarray], rng: Any, amplitude: float, patience: Any
     ) -> Decay:
         lengths.extend(len(record) for record in records)
         return Decay(np.full(len(records), -RATE), amplitude)

@@ -45,7 +45,7 @@ def few_motions(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(motions, "MOTIONS", 4)
 
 
-def opened(folder: Path, text: str = OPEN, **seeds: int) -> Job:
+def opened(folder: Path, text: str = OPEN, **seeds: Any) -> Job:
     place = folder / "lag.toml"
     place.write_text(text, encoding="utf-8")
     return open_job(place, folder / "runs", no_stages, **seeds)
@@ -120,3 +120,14 @@ def test_nothing_is_made_of_first_guesses(tmp_path: Path) -> None:
     message = r"'tiny' leaves window\.n_in, window\.n_out, data\.duration, data\.burn_in to be"
     with pytest.raises(RecipeError, match=message):
         generate(open_recipe(), tmp_path / "data", Inline(), lambda *_: None)
+
+
+def test_lengths_that_were_found_in_a_hurry_are_not_kept(tmp_path: Path) -> None:
+    hurried = opened(tmp_path, patience=0.0)
+    assert hurried.sizing is not None
+    assert hurried.sizing.left_out is not None
+    assert not hurried.folder.resolved.exists()
+    whole = opened(tmp_path)
+    assert whole.sizing is not None
+    assert whole.sizing.left_out is None
+    assert whole.folder.resolved.exists()

@@ -355,3 +355,20 @@ def test_model_that_ends_the_program_is_refused(
 ) -> None:
     with pytest.raises(LoadError, match=message):
         loaded(tmp_path, LAG.replace(old, new, 1))
+
+
+@pytest.mark.parametrize(
+    ("rate", "method", "remarked"),
+    [(2.0, "DOP853", False), (1e4, "DOP853", True), (1e4, "LSODA", False)],
+)
+def test_stiff_model_of_an_explicit_method_has_a_remark(
+    tmp_path: Path, rate: float, method: str, remarked: bool
+) -> None:
+    text = LAG.replace('"rate": 2.0', f'"rate": {rate}') + f"method = {method!r}\n"
+    system = loaded(tmp_path, text)
+    simulate(system, np.random.default_rng(0).uniform(-1, 1, (120, 1)))
+    assert bool(system.remarks) == remarked
+    if remarked:
+        (remark,) = system.remarks
+        assert remark.startswith("DOP853 calls f ")
+        assert 'by method = "LSODA" in the file' in remark

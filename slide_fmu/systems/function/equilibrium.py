@@ -52,6 +52,7 @@ def equilibrium(field: Field, guess: FloatArray, sizes: FloatArray) -> FloatArra
     if not np.isfinite(matrix).all():
         return None
     norm = float(np.linalg.norm(matrix))
-    near = np.linalg.norm(rates) <= RESIDUAL * norm * np.linalg.norm(sizes)
+    with np.errstate(over="ignore"):  # sizes of a system that grows may be without bounds
+        near = np.linalg.norm(rates) <= RESIDUAL * norm * np.linalg.norm(sizes)
     stays = np.max(np.linalg.eigvals(matrix).real) <= STABLE * norm
     return state if near and stays else None

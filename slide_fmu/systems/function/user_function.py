@@ -28,6 +28,7 @@ class UserFunction:
         name: name of the function, for messages.
         count: how many numbers it must give.
         takes_rates: whether it takes the rates of the inputs too.
+        calls: how often it was called.
     """
 
     def __init__(self, name: str, function: Callable[..., Any], count: int) -> None:
@@ -36,7 +37,7 @@ class UserFunction:
         Raises:
             LoadError: it is no function, or takes other arguments.
         """
-        self.name, self.count, self._function = name, count, function
+        self.name, self.count, self._function, self.calls = name, count, function, 0
         arguments = ("x", "u", "p", "du")
         self.takes_rates = require_arguments(name, function, arguments, 3) == len(arguments)
 
@@ -49,6 +50,7 @@ class UserFunction:
             FunctionError: the function raised, or gave something else than ``count`` numbers.
         """
         arguments = (read_only(x), u, p, du) if self.takes_rates else (read_only(x), u, p)
+        self.calls += 1
         result = called_with(self.name, self._function, arguments)
         values = real_numbers(self.name, result, f"{self.count} numbers")
         if values.shape == (self.count,):

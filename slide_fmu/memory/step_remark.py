@@ -1,0 +1,125 @@
+"""What is lost between the samples of a recipe's step: it may be too coarse, or waste samples."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from slide_fmu.core.signals import FloatArray, hold_of
+from slide_fmu.data.draws import PROBE, PROBE_ATTEMPTS, Stream, draw
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import data_specification
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.loading import load_system
+from slide_fmu.systems.simulation import simulate
+
+FINER, FINE_SAMPLES = 4, 256
+"""Between two samples of a recipe's step so many are simulated, along so many of its samples."""
+COARSE, COARSER, WASTE = 0.1, 4, 0.005
+"""Errors between samples, relative to the output's standard deviation: more than the first is too
+coarse; if samples that are so many times rarer keep below the last, the step wastes samples."""
+STILL = 1e-6
+"""An output that moves by less than this part of its range says nothing about the step."""
+
+
+def step_remark(recipe: Recipe) -> str | None:
+    """Say that a recipe's step is too coarse or wastes samples; None if it does neither.
+
+    The system is simulated more finely along a motion of the recipe. One that cannot be made with
+    another step has no remark, since its step is its own, nor has one whose outputs do not move.
+
+    Raises:
+        SimulationError: the system could not be simulated.
+    """
+    step = recipe.window.step
+    try:
+        system = load_system(replace(data_specification(recipe), step=step / FINER))
+    except LoadError:
+        return None
+    outputs = _finer_outputs(recipe, system)
+    if not outputs.shape[1]:
+        return None
+    errors = between_samples(outputs, FINER)
+    if hold_of(system.inputs) == "zero_order":
+        errors = np.minimum(errors, after_jumps(outputs, FINER))
+    lost, rarer = np.max(errors), np.max(between_samples(outputs, FINER * COARSER))
+    if lost > COARSE:
+        return (
+            f"window.step = {step:g} s: between its samples outputs differ by {100 * lost:.3g} % "
+            f"of their standard deviation from a smooth curve through them; expected at most "
+            f"{100 * COARSE:g} %: give a smaller step where what is between the samples counts"
+        )
+    if rarer < WASTE:
+        return (
+            f"window.step = {step:g} s: samples that are {COARSER} times rarer still show the "
+            f"outputs to {100 * rarer:.2g} %; a larger step makes data, training and FMU cheaper"
+        )
+    return None
+
+
+def between_samples(outputs: FloatArray, every: int) -> FloatArray:
+    """Return the error of a cubic spline through every so many samples of outputs (N, n_outputs).
+
+    It is the RMSE of each output, relative to its standard deviation, shape (n_outputs,).
+    """
+    time = np.arange((len(outputs) - 1) // every * every + 1)
+    true = outputs[: len(time)]
+    error = CubicSpline(time[::every], true[::every])(time) - true
+    return _relative(error, true)
+
+
+def after_jumps(outputs: FloatArray, every: int) -> FloatArray:
+    """Return how far outputs (N, n_outputs) are from a line between two samples, past any jump.
+
+    Inputs that are held jump at the samples, and what follows them at once jumps too: nothing is
+    lost by that. So the line begins with the first of ``every`` finer samples, at least 3, and
+    ends with the last. The error is that of ``between_samples``.
+    """
+    true = outputs[1 : (len(outputs) - 1) // every * every + 1]
+    pieces = true.reshape(-1, every, true.shape[1])
+    part = np.linspace(0.0, 1.0, every)[:, None]
+    line = pieces[:, :1] + part * (pieces[:, -1:] - pieces[:, :1])
+    return _relative((line - pieces).reshape(true.shape), true)
+
+
+def _relative(error: FloatArray, true: FloatArray) -> FloatArray:
+    """Return the RMS of errors relative to the standard deviation of outputs that move."""
+    return np.asarray(np.sqrt(np.mean(error**2, axis=0)) / np.std(true, axis=0))
+
+
+def _finer_outputs(recipe: Recipe, system: System) -> FloatArray:
+    """Simulate a motion more finely, the first that does not fail and moves outputs.
+
+    Those that move are returned, shape (N, n_moving); there are none if no motion moves any.
+    """
+    failure = None
+    ranges = np.array([signal.high - signal.low for signal in system.outputs])
+    found = None
+    for attempt in range(PROBE_ATTEMPTS):
+        try:
+            outputs = simulate(system, _finer_inputs(recipe, system, attempt)).outputs
+        except SimulationError as error:
+            failure = error
+            continue
+        found = outputs[:, np.std(outputs, axis=0) > STILL * ranges]
+        if found.shape[1]:
+            break
+    if found is None:
+        assert failure is not None
+        raise failure
+    return found
+
+
+def _finer_inputs(recipe: Recipe, system: System, attempt: int) -> FloatArray:
+    """Draw inputs of a recipe, and put samples between them as they act between samples."""
+    duration = FINE_SAMPLES * recipe.window.step
+    stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), duration)
+    inputs = draw(recipe, system, stream, 0, attempt).inputs[:FINE_SAMPLES]
+    if hold_of(system.inputs) == "zero_order":
+        return np.repeat(inputs, FINER, axis=0)
+    before = np.concatenate([inputs[:1], inputs[:-1]])
+    parts = np.arange(1, FINER + 1)[:, None] / FINER
+    return np.concatenate([b + parts * (a - b) for b, a in zip(before, inputs, strict=True)])

@@ -1,0 +1,81 @@
+"""What is said about the sample step of a recipe."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from slide_fmu.memory.step_remark import after_jumps, between_samples, step_remark
+from slide_fmu.recipe.reading import load_recipe
+from tests.memory.test_lengths import of_lag
+from tests.memory.test_sizing import DUFFING
+from tests.recipes import tiny_recipe
+
+
+def test_error_between_samples_is_that_of_each_output() -> None:
+    time = np.linspace(0.0, 20.0, 401)
+    outputs = np.stack([np.sin(time), np.sin(40.0 * time)], axis=1)
+    slow, fast = between_samples(outputs, 4)
+    assert slow < 1e-4
+    assert fast > 0.1
+
+
+def test_step_of_a_released_recipe_has_no_remark() -> None:
+    assert step_remark(load_recipe(DUFFING)) is None
+
+
+def test_step_that_is_too_coarse_or_wastes_samples_has_a_remark() -> None:
+    model = {"model": "mbs_models.oscillators:LinearOscillator", "parameters": {"damping": 8.0}}
+    coarse = tiny_recipe(
+        system=model,
+        window={"step": 0.08},
+        data={"duration": 9.0},
+    )
+    remark = step_remark(coarse)
+    assert remark is not None
+    assert remark.startswith("window.step = 0.08 s: between its samples outputs differ by")
+    slow = {"kind": "harmonic", "weight": 1.0, "angular_frequency": [1.0, 2.0]}
+    fine = of_lag(window={"step": 0.01, "n_in": 90}, data={"excitation": [slow]})
+    remark = step_remark(fine)
+    assert remark is not None
+    assert remark.startswith("window.step = 0.01 s: samples that are 4 times rarer still show")
+
+
+def test_step_of_a_system_that_has_its_own_has_no_remark() -> None:
+    assert step_remark(of_lag("FixedStep", window={"step": 0.01, "n_in": 90})) is None
+
+
+def of_here(name: str, step: float, kind: dict[str, Any], **parameters: float) -> str | None:
+    """The remark on a recipe of a plain system, with one kind of excitation."""
+    data = {"excitation": [{"weight": 1.0, **kind}]}
+    return step_remark(of_lag(name, parameters, window={"step": step, "n_in": 90}, data=data))
+
+
+HELD = {"kind": "held_random", "amplitude": [0.5, 1.0], "samples": [1, 5]}
+SLOW = {"kind": "harmonic", "angular_frequency": [1.0, 2.0]}
+
+
+def test_jump_with_a_held_input_is_no_loss_between_samples() -> None:
+    assert of_here("HighPass", 0.1, HELD) is None
+
+
+def test_course_after_a_jump_that_samples_miss_is_a_loss() -> None:
+    remark = of_here("HighPass", 0.1, HELD, time_constant=0.02)
+    assert remark is not None
+    assert "between its samples outputs differ by" in remark
+
+
+def test_outputs_that_do_not_move_say_nothing_about_the_step() -> None:
+    assert of_here("Threshold", 0.01, SLOW) is None
+    remark = of_here("Threshold", 0.01, SLOW, level=0.0)
+    assert remark is not None
+    assert "4 times rarer" in remark
+
+
+def test_line_after_a_jump_holds_what_is_straight_between_samples() -> None:
+    jumps = np.repeat(np.random.default_rng(0).uniform(-1.0, 1.0, 50), 4)
+    outputs = np.concatenate([[0.0], jumps])[:, None]
+    assert after_jumps(outputs, 4) == pytest.approx(0.0)
+    assert between_samples(outputs, 4) > 0.2

@@ -28,10 +28,10 @@ recipe = tomllib.loads(Path(MODELS, "quarter_car_exudyn.toml").read_text())
 # are given, and small.
 
 recipe["name"] = "car_in_exudyn"
-recipe["window"] |= {"n_in": 640, "n_out": 128}
+recipe["window"] |= {"n_in": 768, "n_out": 128}
 learnt = slide.learn(
     **recipe,
-    data={"train": 12, "validation": 3, "duration": 12.0, "burn_in": 5.0},
+    data={"train": 12, "validation": 3, "duration": 14.0, "burn_in": 5.0},
     network={"order": 4, "hidden": 20},
     training={"part": 2, "starts": 2, "kept": 1, "iterations": 50},
     validation={"trajectories": 4},

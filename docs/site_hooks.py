@@ -1,0 +1,19 @@
+"""What the site's build does beside its plugins."""
+
+from __future__ import annotations
+
+import logging
+
+SPACES = "Example file name(s) with space(s) found"
+"""mkdocs-gallery warns so of whole paths, also where only the folder of the checkout has a space,
+which breaks no link of the site: its links begin in ``docs``."""
+
+
+def on_config(config: object) -> object:
+    """Leave out a warning that is none: the build counts warnings as errors."""
+    logging.getLogger("mkdocs.plugins.mkdocs-gallery").addFilter(_is_about_the_site)
+    return config
+
+
+def _is_about_the_site(record: logging.LogRecord) -> bool:
+    return not record.getMessage().startswith(SPACES)

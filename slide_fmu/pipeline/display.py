@@ -64,13 +64,13 @@ def shown(console: Console) -> Iterator[Stages]:
 
 
 def _lines(console: Console, stage: str) -> Progress:
-    """Show progress as a line for every tenth of the work."""
+    """Show progress as a line for every tenth of the work, which may turn out to be more."""
     printed = -1
 
     def progress(done: int, total: int, error: float | None = None) -> None:
         nonlocal printed
         tenth = 10 * done // max(1, total)
-        if tenth > printed:
+        if tenth != printed:
             printed = tenth
             console.print(f"{stage}: {done} of {total}  {_remark(error)}".rstrip())
 

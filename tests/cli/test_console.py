@@ -123,6 +123,20 @@ def test_what_a_model_prints_does_not_join_the_figures(capfd: pytest.CaptureFixt
     assert "a worker process\n" in printed.err
 
 
+def test_progress_in_a_pipe_goes_on_where_the_work_turns_out_to_be_more(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    with console.progress_bars() as stages:
+        progress = stages("search")
+        for done in range(21):
+            progress(done, 20)
+        for done in range(21, 41):
+            progress(done, 40)
+    lines = capfd.readouterr().err.splitlines()
+    assert len(lines) == 11 + 6
+    assert lines[-1] == "search: 40 of 40"
+
+
 def test_table_and_its_heading_in_a_pipe_are_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "60")
     messages = Messages(file=io.StringIO(), markup=False, highlight=False)

@@ -29,7 +29,6 @@ from tests.own_models.quarter_car import build_in_c, build_in_python
 ROOT = Path(__file__).parents[2]
 TUTORIALS = ROOT / "docs" / "tutorials"
 ROAD = ("--input", "road=-0.05..0.05")
-POSITION = ("--output", "position")
 HEATERS = ("--input", "left_heater=0..500", "--input", "right_heater=0..500")
 
 
@@ -58,8 +57,8 @@ DOORS = {
     "quarter_car_co_simulation": Door("quarter_car.fmu", None, ROAD),
     "quarter_car_model_exchange": Door("quarter_car.fmu", None, ROAD),
     "thermal_masses": _tutorial("thermal_masses_function", *HEATERS),
-    "duffing_fmi_2": Door("duffing.fmu", ROOT / "fmus" / "duffing" / "duffing.fmu", POSITION),
-    "duffing_fmi_3": Door("duffing.fmu", None, POSITION),
+    "duffing_fmi_2": Door("duffing.fmu", ROOT / "fmus" / "duffing" / "duffing.fmu"),
+    "duffing_fmi_3": Door("duffing.fmu"),
 }
 
 

@@ -6,7 +6,6 @@ import pickle
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,67 +14,22 @@ from scipy.linalg import expm
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import Linearizable, Linearization, RandomStates, Restorable
-from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.exudyn.model import describe, integration_error
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.systems.specification import SignalChoice, Specification
+from tests.systems.exudyn_models import (
+    LOAD,
+    OSCILLATOR,
+    SPRING,
+    STEP,
+    model,
+    noise,
+    specification,
+    system_of,
+)
 
 QUARTER_CAR = str(Path(__file__).parents[2] / "docs" / "tutorials" / "quarter_car_exudyn.py")
-STEP = 0.01
-
-OSCILLATOR = """
-import exudyn as exu
-import exudyn.itemInterface as item
-
-inputs = {"force": "N"}
-outputs = {"position": "m", "acceleration": "m/s^2"}
-parameters = {"mass": 2.0, "stiffness": 50.0, "damping": 3.0}
-OF = exu.OutputVariableType
-
-
-def build(mbs, p):
-    ground = mbs.AddNode(item.NodePointGround())
-    node = mbs.AddNode(item.Node1D(referenceCoordinates=[0.0]))
-    mbs.AddObject(item.Mass1D(nodeNumber=node, mass=p.mass))
-    ends = [item.MarkerNodeCoordinate(nodeNumber=n, coordinate=0) for n in (ground, node)]
-    wall, mark = (mbs.AddMarker(end) for end in ends)
-    spring = item.CoordinateSpringDamper("spring", [wall, mark], p.stiffness, p.damping)
-    mbs.AddObject(spring)
-    mbs.AddLoad(item.LoadCoordinate("force", mark))
-    mbs.AddSensor(item.SensorNode("position", node, outputVariableType=OF.Coordinates))
-    mbs.AddSensor(item.SensorNode("acceleration", node, outputVariableType=OF.Coordinates_tt))
-"""
-"""m x'' + d x' + k x = F."""
-LOAD = 'mbs.AddLoad(item.LoadCoordinate("force", mark))'
-SPRING = 'item.CoordinateSpringDamper("spring", [wall, mark], p.stiffness, p.damping)'
-
-
-def model(folder: Path, text: str, *changes: tuple[str, str], name: str = "model.py") -> str:
-    """Write a model file and return what a recipe calls it; every change replaces a text."""
-    for before, after in changes:
-        assert before in text
-        text = text.replace(before, after)
-    (folder / name).write_text(text)
-    return str(folder / name)
-
-
-def specification(path: str, hold: Any = None, **parameters: Any) -> Specification:
-    """All signals of a model, each in a range that plays no part."""
-    found = describe(path)
-    inputs, outputs = (
-        tuple(SignalChoice(s.name, low=-100.0, high=100.0, hold=h).over(s) for s in signals)
-        for signals, h in ((found.inputs, hold), (found.outputs, None))
-    )
-    return Specification(path, parameters, STEP, "exudyn", inputs, outputs)
-
-
-def system_of(path: str, hold: Any = None, **parameters: Any) -> Any:
-    return load_system(specification(path, hold, **parameters))
-
-
-def noise(count: int, seed: int = 0, size: float = 1.0) -> FloatArray:
-    return size * np.random.default_rng(seed).uniform(-1, 1, (count, 1))
 
 
 def oscillator_motion(inputs: FloatArray, ramps: bool) -> FloatArray:
@@ -406,97 +360,3 @@ def test_another_function_of_a_module_builds_the_model(
     system = system_of("a_module_of_tests:heavy", mass=8.0)
     assert system.linearize(system.get_state()).mass == pytest.approx(8.0)
     del sys.modules["a_module_of_tests"]
-
-
-TO_FORCE = '"force": {"unit": "N", '
-LOAD_7 = 'mbs.AddLoad(item.LoadCoordinate("force", 7))'
-OWN_LOAD = LOAD.replace("mark", "mark, loadUserFunction=lambda *_: 1.0")
-OWN_SPRING = f"{SPRING[:-1]}, springForceUserFunction=lambda *_: "
-MISTAKES = [
-    (LOAD, "pass", r"'force' acts on nothing: there is no load of that name \(loads: \[\]\)"),
-    ('"force", mark', '"push", mark', r"loads: \['push'\]"),
-    ('SensorNode("position"', 'SensorNode("place"', r"no sensor 'position'.*\['acceleration', "),
-    ('"force": "N"', '"force": 3', "expected a unit, or a table"),
-    ('"force": "N"', TO_FORCE + '"parameter": "spring"}', "'OBJECT.PARAMETER'"),
-    ('"force": "N"', TO_FORCE + '"parameter": "a.b"}', r"objects \[.*'spring'"),
-    ('"force": "N"', TO_FORCE + '"parameter": "spring.b"}', r"parameters \[.*'offset'"),
-    ('"force": "N"', TO_FORCE + '"sensor": "b"}', "expected a unit, or a table .*'parameter'"),
-    ('"force": "N"', TO_FORCE + '"range": 3}', r"\[LOW, HIGH\]"),
-    ('"position": "m"', '"position": {"unit": "m", "sensor": "position[1]"}', "measures 1 values"),
-    ('inputs = {"force": "N"}', "inputs = {}", "at least one signal"),
-    ('outputs = {"position": "m", "acceleration": "m/s^2"}', "", "outputs = None; expected names"),
-    ("parameters = {", "parameters = {'list': [1], ", "expected a number, a text"),
-    ("def build(mbs, p)", "def build(mbs)", r"build\(mbs\); expected a function"),
-    ("def build(", "def other(", "build = None; expected a function"),
-    ("p.mass", "p.weight", r"AttributeError: .*'weight'.*model.py, line 14\)"),
-    ('"N"}', '"N"', "SyntaxError"),
-    ("def build(mbs, p):", "def build(mbs, p):\n    return None", "added no object to mbs"),
-    (LOAD, "mbs.SetPreStepUserFunction(lambda mbs, t: True)", "pre-step user function"),
-    (LOAD, LOAD_7, "ModelError: .*invalid marker number 7"),
-    (LOAD, OWN_LOAD, "has a user function; expected none"),
-    (SPRING, OWN_SPRING + "[][1])", "IndexError.*line 17"),
-    (SPRING, OWN_SPRING + "float('nan'))", "= nan; expected"),
-]  # fmt: skip
-"""What is replaced in the oscillator, by what, and what is then said."""
-
-
-@pytest.mark.parametrize(("before", "after", "message"), MISTAKES)
-def test_mistake_in_a_model_file_is_named(
-    tmp_path: Path, before: str, after: str, message: str
-) -> None:
-    path = model(tmp_path, OSCILLATOR, (before, after))
-    with pytest.raises(LoadError, match=f"(?s){message}"):
-        describe(path)
-
-
-@pytest.mark.parametrize(
-    ("parameters", "message"),
-    [
-        ({"weight": 3.0}, r"unknown parameters \['weight'\]; expected some of \['damping'"),
-        ({"integrator": "euler"}, r"integrator = 'euler'; expected one of \['auto'"),
-        ({"start": 1}, "start = 1; expected one like"),
-        ({"start": "here"}, "start = 'here'; expected one of"),
-        ({"substeps": -1}, "substeps = -1; expected a whole number from 1, or 0"),
-        ({"substeps": "auto"}, "substeps = 'auto'; expected one like that of the model, 0"),
-        ({"substeps": 2.5}, "substeps = 2.5; expected"),
-        ({"substeps": True}, "substeps = True; expected"),
-    ],
-)
-def test_parameter_that_does_not_fit_is_named(
-    tmp_path: Path, parameters: dict[str, Any], message: str
-) -> None:
-    with pytest.raises(LoadError, match=message):
-        system_of(model(tmp_path, OSCILLATOR), **parameters)
-
-
-def test_explicit_integrator_refuses_parameters_that_move(tmp_path: Path) -> None:
-    declared = '{"force": {"unit": "m", "parameter": "spring.offset"}}'
-    path = model(tmp_path, OSCILLATOR, ('{"force": "N"}', declared), (LOAD, "pass"))
-    with pytest.raises(LoadError, match="moves within a step"):
-        system_of(path, "first_order", integrator="explicit")
-
-
-def test_angle_that_turns_within_a_step_is_refused(tmp_path: Path) -> None:
-    pair = """{"force": {"unit": "1", "angle": "cosine"}, "sine": {"unit": "1", "angle": "sine"}}
-hold = "first_order\""""
-    path = model(tmp_path, OSCILLATOR, ('{"force": "N"}', pair))
-    with pytest.raises(LoadError, match=r"\['force', 'sine'\] are cosine and sine"):
-        describe(path)
-
-
-def test_failure_of_a_step_says_when_and_under_what_input(tmp_path: Path) -> None:
-    function = "lambda mbs, t, n, u, v, k, d, o: [k * u + d * v][u > 0.3]"
-    spring = f"{SPRING[:-1]}, springForceUserFunction={function})"
-    system = system_of(model(tmp_path, OSCILLATOR, (SPRING, spring)))
-    message = r"0\.\d+ s after its start, with the input force = 90: .*IndexError"
-    with pytest.raises(SimulationError, match=message):
-        simulate(system, np.concatenate([np.zeros((5, 1)), np.full((200, 1), 90.0)]))
-    assert np.isfinite(simulate(system, np.zeros((5, 1))).outputs).all()
-
-
-def test_motion_that_diverges_is_an_error(tmp_path: Path) -> None:
-    function = "lambda mbs, t, n, u, v, k, d, o: k * u + d * v - 1e9 * u * u * u"
-    spring = f"{SPRING[:-1]}, springForceUserFunction={function})"
-    system = system_of(model(tmp_path, OSCILLATOR, (SPRING, spring)))
-    with pytest.raises(SimulationError, match=r"force = 50: .*diverged"):
-        simulate(system, np.concatenate([np.zeros((2, 1)), np.full((300, 1), 50.0)]))

@@ -1,0 +1,107 @@
+"""Mistakes in model files of exudyn, parameters that do not fit, and motions that fail."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.exudyn.model import describe
+from slide_fmu.systems.simulation import simulate
+from tests.systems.exudyn_models import LOAD, OSCILLATOR, SPRING, model, system_of
+
+TO_FORCE = '"force": {"unit": "N", '
+LOAD_7 = 'mbs.AddLoad(item.LoadCoordinate("force", 7))'
+OWN_LOAD = LOAD.replace("mark", "mark, loadUserFunction=lambda *_: 1.0")
+OWN_SPRING = f"{SPRING[:-1]}, springForceUserFunction=lambda *_: "
+MISTAKES = [
+    (LOAD, "pass", r"'force' acts on nothing: there is no load of that name \(loads: \[\]\)"),
+    ('"force", mark', '"push", mark', r"loads: \['push'\]"),
+    ('SensorNode("position"', 'SensorNode("place"', r"no sensor 'position'.*\['acceleration', "),
+    ('"force": "N"', '"force": 3', "expected a unit, or a table"),
+    ('"force": "N"', TO_FORCE + '"parameter": "spring"}', "'OBJECT.PARAMETER'"),
+    ('"force": "N"', TO_FORCE + '"parameter": "a.b"}', r"objects \[.*'spring'"),
+    ('"force": "N"', TO_FORCE + '"parameter": "spring.b"}', r"parameters \[.*'offset'"),
+    ('"force": "N"', TO_FORCE + '"sensor": "b"}', "expected a unit, or a table .*'parameter'"),
+    ('"force": "N"', TO_FORCE + '"range": 3}', r"\[LOW, HIGH\]"),
+    ('"position": "m"', '"position": {"unit": "m", "sensor": "position[1]"}', "measures 1 values"),
+    ('inputs = {"force": "N"}', "inputs = {}", "at least one signal"),
+    ('outputs = {"position": "m", "acceleration": "m/s^2"}', "", "outputs = None; expected names"),
+    ("parameters = {", "parameters = {'list': [1], ", "expected a number, a text"),
+    ("def build(mbs, p)", "def build(mbs)", r"build\(mbs\); expected a function"),
+    ("def build(", "def other(", "build = None; expected a function"),
+    ("p.mass", "p.weight", r"AttributeError: .*'weight'.*model.py, line 14\)"),
+    ('"N"}', '"N"', "SyntaxError"),
+    ("def build(mbs, p):", "def build(mbs, p):\n    return None", "added no object to mbs"),
+    (LOAD, "mbs.SetPreStepUserFunction(lambda mbs, t: True)", "pre-step user function"),
+    (LOAD, LOAD_7, "ModelError: .*invalid marker number 7"),
+    (LOAD, OWN_LOAD, "has a user function; expected none"),
+    (SPRING, OWN_SPRING + "[][1])", "IndexError.*line 17"),
+    (SPRING, OWN_SPRING + "float('nan'))", "= nan; expected"),
+]  # fmt: skip
+"""What is replaced in the oscillator, by what, and what is then said."""
+
+
+@pytest.mark.parametrize(("before", "after", "message"), MISTAKES)
+def test_mistake_in_a_model_file_is_named(
+    tmp_path: Path, before: str, after: str, message: str
+) -> None:
+    path = model(tmp_path, OSCILLATOR, (before, after))
+    with pytest.raises(LoadError, match=f"(?s){message}"):
+        describe(path)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"weight": 3.0}, r"unknown parameters \['weight'\]; expected some of \['damping'"),
+        ({"integrator": "euler"}, r"integrator = 'euler'; expected one of \['auto'"),
+        ({"start": 1}, "start = 1; expected one like"),
+        ({"start": "here"}, "start = 'here'; expected one of"),
+        ({"substeps": -1}, "substeps = -1; expected a whole number from 1, or 0"),
+        ({"substeps": "auto"}, "substeps = 'auto'; expected one like that of the model, 0"),
+        ({"substeps": 2.5}, "substeps = 2.5; expected"),
+        ({"substeps": True}, "substeps = True; expected"),
+    ],
+)
+def test_parameter_that_does_not_fit_is_named(
+    tmp_path: Path, parameters: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(LoadError, match=message):
+        system_of(model(tmp_path, OSCILLATOR), **parameters)
+
+
+def test_explicit_integrator_refuses_parameters_that_move(tmp_path: Path) -> None:
+    declared = '{"force": {"unit": "m", "parameter": "spring.offset"}}'
+    path = model(tmp_path, OSCILLATOR, ('{"force": "N"}', declared), (LOAD, "pass"))
+    with pytest.raises(LoadError, match="moves within a step"):
+        system_of(path, "first_order", integrator="explicit")
+
+
+def test_angle_that_turns_within_a_step_is_refused(tmp_path: Path) -> None:
+    pair = """{"force": {"unit": "1", "angle": "cosine"}, "sine": {"unit": "1", "angle": "sine"}}
+hold = "first_order\""""
+    path = model(tmp_path, OSCILLATOR, ('{"force": "N"}', pair))
+    with pytest.raises(LoadError, match=r"\['force', 'sine'\] are cosine and sine"):
+        describe(path)
+
+
+def test_failure_of_a_step_says_when_and_under_what_input(tmp_path: Path) -> None:
+    function = "lambda mbs, t, n, u, v, k, d, o: [k * u + d * v][u > 0.3]"
+    spring = f"{SPRING[:-1]}, springForceUserFunction={function})"
+    system = system_of(model(tmp_path, OSCILLATOR, (SPRING, spring)))
+    message = r"0\.\d+ s after its start, with the input force = 90: .*IndexError"
+    with pytest.raises(SimulationError, match=message):
+        simulate(system, np.concatenate([np.zeros((5, 1)), np.full((200, 1), 90.0)]))
+    assert np.isfinite(simulate(system, np.zeros((5, 1))).outputs).all()
+
+
+def test_motion_that_diverges_is_an_error(tmp_path: Path) -> None:
+    function = "lambda mbs, t, n, u, v, k, d, o: k * u + d * v - 1e9 * u * u * u"
+    spring = f"{SPRING[:-1]}, springForceUserFunction={function})"
+    system = system_of(model(tmp_path, OSCILLATOR, (SPRING, spring)))
+    with pytest.raises(SimulationError, match=r"force = 50: .*diverged"):
+        simulate(system, np.concatenate([np.zeros((2, 1)), np.full((300, 1), 50.0)]))

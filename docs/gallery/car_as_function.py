@@ -29,7 +29,7 @@ recipe = tomllib.loads(Path(MODELS, "quarter_car_function.toml").read_text())
 # decide which of its versions is kept.
 
 recipe["name"] = "car_as_function"
-recipe["window"] |= {"n_in": 640, "n_out": 128}
+recipe["window"] |= {"n_in": 768, "n_out": 128}
 learnt = slide.learn(
     **recipe,
     data={"train": 12, "validation": 3, "duration": 12.0, "burn_in": 5.0},

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from slide_fmu.core.progress import Progress
-from slide_fmu.core.signals import Signal, hold_of
+from slide_fmu.core.signals import hold_of
 from slide_fmu.data.apart import guarded
 from slide_fmu.pipeline.draft_signals import (
     Ranges,
@@ -23,7 +21,7 @@ from slide_fmu.pipeline.first_look import FirstLook, Looking, MakeTables, look, 
 from slide_fmu.pipeline.job import make_importable
 from slide_fmu.pipeline.proposed_chain import ProposedChain, are_angles, proposed_chain
 from slide_fmu.pipeline.surrogate_model import as_surrogate
-from slide_fmu.recipe.default_excitation import default_excitation, set_point_excitation
+from slide_fmu.recipe.default_excitation import InputKind, default_excitation
 from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_name, recipe_text
 from slide_fmu.systems.base import System, chain_of
 from slide_fmu.systems.found import Found
@@ -89,7 +87,7 @@ class _Begun:
         specification: what the system is made from; its step is None if it is to be proposed.
         system: the system, with some step.
         tables: makes the tables of the excitation.
-        set_points: whether the inputs are set points of drives.
+        kind: what the inputs are.
     """
 
     found: Found
@@ -99,7 +97,7 @@ class _Begun:
     specification: Specification
     system: System
     tables: MakeTables
-    set_points: bool
+    kind: InputKind
 
     @property
     def own(self) -> bool:
@@ -135,9 +133,10 @@ def _begin(wish: Wish) -> _Begun:
     chain = proposed_chain(found.model, wish.chain, [signal.choice for signal in inputs])
     specification = _specification(found, inputs, outputs, wish.step)
     system = load_system(replace(specification, step=specification.step or FIRST_STEP))
-    set_points = chain.path is not None or _has_set_points(system)
-    tables = partial(_tables, system.inputs, set_points)
-    return _Begun(found, inputs, outputs, chain, specification, system, tables, set_points)
+    kind: InputKind = "set_points" if chain.path is not None else _kind_of_inputs(system)
+    widths = [signal.high - signal.low for signal in system.inputs]
+    tables = partial(default_excitation, inputs=kind, widths=widths)
+    return _Begun(found, inputs, outputs, chain, specification, system, tables, kind)
 
 
 def _look(begun: _Begun, wish: Wish, progress: Progress) -> FirstLook:
@@ -162,23 +161,21 @@ def _draft(wish: Wish, begun: _Begun, seen: FirstLook, outputs: list[DraftSignal
         seen.origin,
         begun.tables(seen.step),
         declares_signals=begun.own,
-        set_points=begun.set_points,
+        kind_of_inputs=begun.kind,
         chain=None if chain is None else _from_folder(str(chain), wish.folder),
     )
 
 
-def _has_set_points(system: System) -> bool:
-    """Whether the inputs of a system are set points of drives: of its chain, or all angles."""
-    return chain_of(system) is not None or are_angles(system.inputs)
+def _kind_of_inputs(system: System) -> InputKind:
+    """Return what the inputs of a system are.
 
-
-def _tables(
-    inputs: tuple[Signal, ...], set_points: bool, step: float
-) -> Sequence[Mapping[str, Any]]:
-    """Return the tables of the excitation for a sample step in s."""
-    if set_points:
-        return set_point_excitation(step, [signal.high - signal.low for signal in inputs])
-    return default_excitation(step, hold_of(inputs) == "first_order")
+    They are set points of drives where they are those of its chain, or all are angles.
+    """
+    if chain_of(system) is not None or are_angles(system.inputs):
+        return "set_points"
+    if [signal.angle for signal in system.inputs] == ["cosine", "sine"]:
+        return "angle"
+    return "moving" if hold_of(system.inputs) == "first_order" else "held"
 
 
 def _from_folder(model: str, folder: Path) -> str:

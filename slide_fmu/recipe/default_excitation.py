@@ -2,14 +2,15 @@
 
 Networks answer what they have been taught. So the mix holds what inputs of machines usually do:
 noise, sums of sines, single sines and sweeps in the band that the sample step can show, steps and
-rests, each from small to large. Set points of drives get motions from point to point instead.
+rests, each from small to large. Set points of drives get motions from point to point instead, and
+an angle, of which the inputs are cosine and sine, turns at a speed that goes up and down.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal, assert_never
 
 TOP = 0.3
 """The mix reaches this part of the highest frequency that samples show (that of Nyquist): at six
@@ -20,10 +21,35 @@ CROSSING = 200
 """At its limit of speed a joint crosses its range in so many samples."""
 SPEEDING_UP = 25
 """It reaches that speed in so many samples, at its limit of acceleration."""
+TURN = 25
+"""At its limit of speed an angle makes a turn in so many samples."""
+STANDING_START = 12
+"""It reaches that speed in so many samples, at its limit of acceleration."""
+
+InputKind = Literal["held", "moving", "set_points", "angle"]
+"""What the inputs of a system are: quantities that may jump, or motions, which do not; set points
+of drives; cosine and sine of one angle."""
 
 
-def default_excitation(step: float, moving: bool = False) -> list[dict[str, Any]]:
+def default_excitation(
+    step: float, inputs: InputKind = "held", widths: Sequence[float] = ()
+) -> list[dict[str, Any]]:
     """Return the tables ``data.excitation`` for a sample step in s, as a recipe may hold them.
+
+    The widths of the ranges, in the units of the inputs, limit the speeds of set points; moves are
+    slower instead where they are not known.
+    """
+    if inputs == "set_points":
+        return _from_point_to_point(step, widths)
+    if inputs == "angle":
+        return _turning(step)
+    if inputs == "held" or inputs == "moving":
+        return _mixed(step, inputs == "moving")
+    assert_never(inputs)
+
+
+def _mixed(step: float, moving: bool) -> list[dict[str, Any]]:
+    """Return the mix of noise, waves and steps.
 
     Inputs with a first-order hold are motions (``moving``), which hardly ever jump: their jumps
     are smaller and rarer than those of forces. Inputs that are held may be switched: they step
@@ -57,12 +83,10 @@ def default_excitation(step: float, moving: bool = False) -> list[dict[str, Any]
     ]  # fmt: skip
 
 
-def set_point_excitation(step: float, widths: Sequence[float] = ()) -> list[dict[str, Any]]:
-    """Return the tables ``data.excitation`` for inputs that are the set points of drives.
+def _from_point_to_point(step: float, widths: Sequence[float]) -> list[dict[str, Any]]:
+    """Return moves from point to point: drives do not follow noise.
 
-    Drives do not follow noise: their set points go from point to point. Limits of speed and
-    acceleration follow from the widths of the ranges, in the units of the inputs; moves are slower
-    instead where these are not known. The times are in s, the sample step too.
+    Limits of speed and acceleration follow from the widths of the ranges; the times are in s.
     """
     speeds = [_tidy(width / (CROSSING * step)) for width in widths]
     limits = {
@@ -81,6 +105,17 @@ def set_point_excitation(step: float, widths: Sequence[float] = ()) -> list[dict
     }
     single = {**moves, "weight": 0.3, "reach": 0.6, "keep": 0.3, "single": 0.3}
     return [moves, single]
+
+
+def _turning(step: float) -> list[dict[str, Any]]:
+    """Return ramps of an angle's speed: drawn on their own, cosine and sine would fit no angle.
+
+    Both limits are in rad and s.
+    """
+    speed = 2 * math.pi / (TURN * step)
+    acceleration = _tidy(speed / (STANDING_START * step))
+    return [{"kind": "speed_ramps", "weight": 1.0, "speed": _tidy(speed),
+             "acceleration": acceleration}]  # fmt: skip
 
 
 def _tidy(value: float) -> float:

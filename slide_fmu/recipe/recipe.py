@@ -12,7 +12,7 @@ from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.features.drive_law import DEFAULT_LAW
 from slide_fmu.recipe.automatic import LENGTHS, with_guesses
-from slide_fmu.recipe.default_excitation import default_excitation, set_point_excitation
+from slide_fmu.recipe.default_excitation import InputKind, default_excitation
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.learning import (
     METHODS,
@@ -265,11 +265,7 @@ class Recipe(Table):
             return values
         if not (isinstance(step, int | float) and math.isfinite(step) and step > 0):
             return values  # the mistake in the step is told by its own check
-        system = values.get("system")
-        if isinstance(system, dict) and system.get("chain") is not None:
-            mix = set_point_excitation(float(step))
-        else:
-            mix = default_excitation(float(step), _inputs_move(system))
+        mix = default_excitation(float(step), _inputs_of(values.get("system")))
         return {**values, "data": {**data, "excitation": mix}}
 
     @model_validator(mode="after")
@@ -388,8 +384,13 @@ class Recipe(Table):
         return self
 
 
-def _inputs_move(system: Any) -> bool:
-    """Whether the table ``system`` says of an input that it has a first-order hold."""
+def _inputs_of(system: Any) -> InputKind:
+    """Return what the inputs are by the table ``system``, which is not checked yet."""
+    if isinstance(system, dict) and system.get("chain") is not None:
+        return "set_points"
     inputs = system.get("inputs") if isinstance(system, dict) else None
     tables = inputs.values() if isinstance(inputs, dict) else ()
-    return any(isinstance(table, dict) and table.get("hold") == "first_order" for table in tables)
+    known = [table for table in tables if isinstance(table, dict)]
+    if [table.get("angle") for table in known] == ["cosine", "sine"]:
+        return "angle"
+    return "moving" if any(t.get("hold") == "first_order" for t in known) else "held"

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.features.drive_law import DEFAULT_LAW, DRIVE_LAWS
+from slide_fmu.recipe.default_excitation import InputKind
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.found import Found, FoundParameter
 from slide_fmu.systems.specification import SignalChoice
@@ -42,7 +43,7 @@ class Draft:
         excitation: tables of the inputs of the training.
         declares_signals: whether the model declares its signals with their ranges itself, so that
             the recipe has no tables for them.
-        set_points: whether the inputs are set points of drives.
+        kind_of_inputs: what the inputs are.
         chain: path of the URDF of the serial chain whose joints' set points the inputs are.
     """
 
@@ -55,7 +56,7 @@ class Draft:
     step_origin: str
     excitation: Sequence[Mapping[str, Any]]
     declares_signals: bool = False
-    set_points: bool = False
+    kind_of_inputs: InputKind = "held"
     chain: str | None = None
 
 
@@ -95,7 +96,7 @@ def recipe_text(draft: Draft) -> str:
         *_comment("The FMU estimates its own error; without this table it does not."),
         "[estimator]",
         "",
-        *(_STABILITY if draft.set_points else ()),
+        *(_STABILITY if draft.kind_of_inputs in ("set_points", "angle") else ()),
     ]
     return "\n".join(lines)
 
@@ -136,7 +137,22 @@ _STABILITY = (
     "amplitudes = [1.0, 1.5, 2.0]",
     "",
 )
-"""What a recipe says whose inputs are set points of drives."""
+"""What a recipe says whose inputs are set points of drives, or turn."""
+
+
+_LIMITS: dict[InputKind, str] = {
+    "set_points": (
+        "The inputs are set points of drives, which go from point to point. Speed and "
+        "acceleration are limits for each input, in its unit per s and s^2, assumed from its "
+        "range and the step: give those of your drives."
+    ),
+    "angle": (
+        "The inputs are cosine and sine of one angle, whose speed goes up and down. Speed and "
+        "acceleration are limits in rad/s and rad/s^2, assumed from the step: give those of your "
+        "machine."
+    ),
+}
+"""What is said of assumed limits, by what the inputs are."""
 
 
 def _chain_lines(chain: str | None) -> list[str]:
@@ -191,12 +207,7 @@ def _excitation_lines(draft: Draft) -> list[str]:
         'of an input\'s range, angular frequencies are in rad/s, durations in s. A kind "file" '
         "with a path takes inputs of your own, recorded as CSV."
     )
-    if draft.set_points:
-        lines += _comment(
-            "The inputs are set points of drives, which go from point to point. Speed and "
-            "acceleration are limits for each input, in its unit per s and s^2, assumed from its "
-            "range and the step: give those of your drives."
-        )
+    lines += _comment(_LIMITS.get(draft.kind_of_inputs, ""))
     for table in draft.excitation:
         lines.append("[[data.excitation]]")
         lines += [f"{key} = {_value(value)}" for key, value in table.items()]

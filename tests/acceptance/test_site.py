@@ -15,13 +15,17 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of the site; a warning is an error. Pages of tutorials are written anew."""
-    shutil.rmtree(ROOT / "docs" / "tutorials" / "pages", ignore_errors=True)
-    folder = tmp_path_factory.mktemp("site")
-    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)]
-    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    """The folder of the site, built from a folder with a space in its name; a warning is an error.
+
+    Pages of tutorials are written anew.
+    """
+    checkout = tmp_path_factory.mktemp("site") / "a checkout"
+    shutil.copytree(ROOT / "docs", checkout / "docs", ignore=shutil.ignore_patterns("pages"))
+    shutil.copy(ROOT / "mkdocs.yml", checkout)
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", "built"]
+    result = subprocess.run(command, cwd=checkout, capture_output=True, text=True)
     assert result.returncode == 0, result.stderr
-    return folder
+    return checkout / "built"
 
 
 def test_pages_of_the_site_load_nothing_from_the_network(site: Path) -> None:

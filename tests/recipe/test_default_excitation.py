@@ -8,7 +8,7 @@ from pydantic import TypeAdapter
 
 from slide_fmu.core.signals import Signal
 from slide_fmu.excitation.mix import Excitation
-from slide_fmu.recipe.default_excitation import default_excitation, set_point_excitation
+from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.recipe import Recipe
 from tests.recipes import tiny_recipe
 
@@ -57,7 +57,7 @@ def test_recipe_with_a_chain_goes_from_point_to_point() -> None:
 def test_set_points_move_at_any_step_within_their_limits(widths: tuple[float, ...]) -> None:
     signals = (Signal("turn", "rad", -3.0, 3.0), Signal("slide", "m", 0.0, 0.5))
     for step in (1e-3, 0.02):
-        tables = set_point_excitation(step, widths)
+        tables = default_excitation(step, "set_points", widths)
         assert sum(table["weight"] for table in tables) == pytest.approx(1.0)
         for kind in TypeAdapter(list[Excitation]).validate_python(tables):
             kind.check(signals)
@@ -70,3 +70,23 @@ def test_set_points_move_at_any_step_within_their_limits(widths: tuple[float, ..
                 assert tables[0]["speed"] == [
                     pytest.approx(w / 200 / step, rel=0.05) for w in widths
                 ]
+
+
+def test_cosine_and_sine_of_an_angle_stay_on_the_circle_at_any_step() -> None:
+    signals = (Signal("x", "1", -1.0, 1.0), Signal("y", "1", -1.0, 1.0))
+    for step in (1e-3, 0.03125):
+        [kind] = TypeAdapter(list[Excitation]).validate_python(default_excitation(step, "angle"))
+        kind.check(signals)
+        inputs = kind.inputs(signals, step * np.arange(4000), 1.0, np.random.default_rng(3))
+        angle = np.unwrap(np.arctan2(inputs[:, 1], inputs[:, 0]))
+        assert np.hypot(*inputs.T) == pytest.approx(1.0)
+        assert np.abs(np.diff(angle)).max() * 25 == pytest.approx(2 * np.pi, rel=0.05)
+
+
+def test_recipe_whose_inputs_are_cosine_and_sine_turns_their_angle() -> None:
+    values = without_excitation(0.01).model_dump(mode="json")
+    del values["data"]["excitation"]
+    values["system"]["inputs"] = {
+        name: {"range": [-1.0, 1.0], "angle": name} for name in ("cosine", "sine")
+    }
+    assert [kind.kind for kind in Recipe.model_validate(values).data.excitation] == ["speed_ramps"]

@@ -233,9 +233,13 @@ class MultiStart:
             kept.append(self._descend(name, candidate.shape, theta, part, iterations))
         return sorted(kept, key=lambda candidate: candidate.error)
 
-    def judged(self, candidate: Candidate) -> Candidate:
-        """Run the best start of a size as long as those that are kept, on the same data."""
-        shape, iterations = candidate.shape, self.training.kept_iterations
+    def judged(self, candidate: Candidate, rounds: int) -> Candidate:
+        """Run the best start of a size some rounds more, on the same data.
+
+        A round has as many iterations as the starts that are kept get. More rounds of the same
+        start go on where fewer have ended.
+        """
+        shape, iterations = candidate.shape, rounds * self.training.kept_iterations
         name = f"judged, {shape.n_states} states, {shape.n_units} units"
         return self._descend(name, shape, candidate.state.best, self.data.part, iterations)
 

@@ -17,6 +17,8 @@ from slide_fmu.fitting.state_space.residual import learnable_share
 
 SEARCH_STARTS = 3
 """A size is judged by this many random starts, of which the best goes on."""
+MOST_ROUNDS = 3
+"""That one is run on in at most so many rounds."""
 WORTHWHILE = 0.8
 """A larger network is chosen when its error is below this part of the smaller one's."""
 FIRST_UNITS, MOST_UNITS = 16, 64
@@ -135,8 +137,8 @@ class _Search:
 
     def _is_good(self, place: Place) -> bool:
         """Whether the network has units, and is accurate enough for the search."""
-        error, has_units = self._error(place), self._units[place[1]] > 0
-        return has_units and min(error, self._judged[place].training_error) < GOOD
+        self._error(place)
+        return self._units[place[1]] > 0 and _good(self._judged[place])
 
     def _linear_suffices(self, place: Place) -> bool:
         """Whether the network is linear and good, and its residual cannot be predicted."""
@@ -162,15 +164,31 @@ class _Search:
         )
 
 
+def _good(candidate: Candidate) -> bool:
+    return min(candidate.error, candidate.training_error) < GOOD
+
+
 def judge(multi_start: MultiStart, order: int, units: int) -> Candidate:
-    """Return a network of a size after a few short runs, of which the best was longer."""
+    """Return a network of a size after a few short runs, of which the best was longer.
+
+    It runs on while that pays as a larger network would have to pay: iterations are cheaper.
+    """
     linear = multi_start.linear(order)
     if units == 0:
         return linear
     units, training = multi_start.dense_units(order, units), multi_start.training
     multi_start.plan(SEARCH_STARTS * training.start_iterations + training.kept_iterations)
     starts = [multi_start.start(linear, units, number) for number in range(SEARCH_STARTS)]
-    return multi_start.judged(min(starts, key=lambda start: start.error))
+    best = min(starts, key=lambda start: start.error)
+    found = multi_start.judged(best, 1)
+    for rounds in range(2, MOST_ROUNDS + 1):
+        if _good(found):
+            break
+        multi_start.plan(training.kept_iterations)
+        before, found = found.error, multi_start.judged(best, rounds)
+        if not found.error < WORTHWHILE * before:
+            break
+    return found
 
 
 def still_learnable(multi_start: MultiStart, candidate: Candidate) -> float:

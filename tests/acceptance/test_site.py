@@ -22,6 +22,8 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     checkout = tmp_path_factory.mktemp("site") / "a checkout"
     shutil.copytree(ROOT / "docs", checkout / "docs", ignore=shutil.ignore_patterns("pages"))
     shutil.copy(ROOT / "mkdocs.yml", checkout)
+    for shown in ("slide_fmu", "tests"):  # pages show files from there
+        (checkout / shown).symlink_to(ROOT / shown)
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", "built"]
     result = subprocess.run(command, cwd=checkout, capture_output=True, text=True)
     assert result.returncode == 0, result.stderr

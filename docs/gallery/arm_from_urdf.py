@@ -23,8 +23,8 @@ recipe = tomllib.loads(Path(MODELS, "two_link_arm.toml").read_text())
 # %%
 # What the network sees is named here: force and moment of the arm on its base, their change in a
 # step, the arm's inertia and momentum ([what they are](../../robots.md)). A recipe that
-# names nothing tries these and simpler choices and takes the best. It searches for the sizes too:
-# `slide-fmu run docs/tutorials/two_link_arm.toml`, 5 to 15 minutes on two cores.
+# names nothing tries these and simpler choices and takes the best. `slide-fmu run
+# docs/tutorials/two_link_arm.toml` does so, and searches for the sizes too, which takes longer.
 
 network = {
     "order": 8, "hidden": 12, "units": "gated", "drive": ["wrench_change"], "static": ["wrench"],

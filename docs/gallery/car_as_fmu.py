@@ -34,8 +34,8 @@ subprocess.run([sys.executable, "-m", "slide_fmu", *command, "-o", place, "--for
 recipe = tomllib.loads(place.read_text())
 
 # %%
-# `slide-fmu run car.toml` goes on from there by itself, in 5 to 15 minutes on two cores. Here the
-# sizes are given, and the estimate of the error, which the recipe asks for, is left out.
+# `slide-fmu run car.toml` goes on from there by itself, and takes longer. Here the sizes are
+# given, and the estimate of the error, which the recipe asks for, is left out.
 
 sys.path.append(str(folder))  # where the recipe finds the FMU
 recipe |= {"name": "car_as_fmu", "estimator": None}

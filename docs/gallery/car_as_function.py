@@ -24,9 +24,9 @@ recipe = tomllib.loads(Path(MODELS, "quarter_car_function.toml").read_text())
 # %%
 # By default the program finds everything else: how long the car remembers the road, how many
 # motions it must see, and how large the network has to be. `slide-fmu run
-# docs/tutorials/quarter_car_function.toml` does so; it takes 5 to 15 minutes on two cores. Here
-# these sizes are given and small: the network sees 6.4 s of the road, 12 motions teach it, and 3
-# decide which of its versions is kept.
+# docs/tutorials/quarter_car_function.toml` does so, and takes longer. Here these sizes are given
+# and small: the network sees 7.68 s of the road, 12 motions teach it, and 3 decide which of its
+# versions is kept.
 
 recipe["name"] = "car_as_function"
 recipe["window"] |= {"n_in": 768, "n_out": 128}

@@ -24,8 +24,8 @@ recipe = tomllib.loads(Path(MODELS, "quarter_car_exudyn.toml").read_text())
 # The program integrates over each sample step, finds the equilibrium on which the car begins, and
 # linearizes: the eigenvalues say how long the car remembers the road. By default they also set the
 # window, and the sizes of data and network are searched: `slide-fmu run
-# docs/tutorials/quarter_car_exudyn.toml` takes 5 to 15 minutes on two cores. Here all sizes
-# are given, and small.
+# docs/tutorials/quarter_car_exudyn.toml` does so, and takes longer. Here all sizes are given, and
+# small.
 
 recipe["name"] = "car_in_exudyn"
 recipe["window"] |= {"n_in": 768, "n_out": 128}

@@ -30,7 +30,7 @@ system = slide.FunctionSystem(
 # %%
 # By default a mix of noise, sines and steps is taught. These heaters are switched, so steps in
 # the whole range are taught here. The window is found, the sizes are given; without them
-# `slide.learn` finds these too, in 5 to 15 minutes on two cores.
+# `slide.learn` finds these too, which takes longer.
 
 steps = {"kind": "steps", "weight": 1.0, "amplitude": [0.9, 1.0], "duration": [60.0, 2000.0]}
 data = {"train": 12, "validation": 3, "duration": 9000.0, "excitation": [steps]}

@@ -67,27 +67,6 @@ hidden = 4
     assert max(errors.values()) < 0.02
 
 
-@pytest.mark.extended
-def test_quarter_car_is_learnt_from_its_equations(tmp_path: Path) -> None:
-    tables = """
-[data]
-duration = 12.0
-burn_in = 5.0
-train = 12
-validation = 3
-
-[network]
-order = 4
-hidden = 8
-
-[stability]
-allow_unstable = true # so short a training forgets its state on most records, not on all
-"""
-    window = "n_in = 640\nn_out = 128\n"
-    errors = errors_of_a_run(recipe_of(tmp_path, "quarter_car_function", window, tables))
-    assert max(errors.values()) < 0.1
-
-
 def test_functions_run_as_reference_fmu_beside_the_surrogate(tmp_path: Path) -> None:
     recipe = recipe_of(
         tmp_path,

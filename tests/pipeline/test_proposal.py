@@ -184,6 +184,18 @@ def test_range_that_is_none_is_refused(text: str) -> None:
         parse_range([text])
 
 
+def test_name_that_no_recipe_can_have_is_refused(lag: Path) -> None:
+    with pytest.raises(RecipeError, match=r"--name 'a b'; expected a letter.* --name a_b$"):
+        propose(Wish(str(lag), name="a b"), silent)
+
+
+def test_signal_that_is_given_twice_is_refused(lag: Path) -> None:
+    with pytest.raises(RecipeError, match=r"--input force is given twice"):
+        parse_range(["force=0..1", "force=0..2"])
+    with pytest.raises(RecipeError, match=r"--output position is given twice"):
+        propose(Wish(str(lag), {"force": (0.0, 1.0)}, ("position", "position")), silent)
+
+
 def test_ranges_are_read_in_their_order() -> None:
     assert parse_range(["b=-1..2.5", "a"]) == {"b": (-1.0, 2.5), "a": None}
 

@@ -146,7 +146,7 @@ def _begin(wish: Wish) -> _Begun:
     chain = proposed_chain(found.model, wish.chain, [signal.choice for signal in inputs])
     specification = _specification(found, inputs, outputs, wish.step)
     system = load_system(replace(specification, step=specification.step or FIRST_STEP))
-    kind: InputKind = "set_points" if chain.path is not None else _kind_of_inputs(system)
+    kind: InputKind = "set_points" if chain.path is not None else kind_of_inputs(system)
     widths = [signal.high - signal.low for signal in system.inputs]
     tables = partial(default_excitation, inputs=kind, widths=widths)
     return _Begun(found, inputs, outputs, chain, specification, system, tables, kind)
@@ -179,7 +179,7 @@ def _draft(wish: Wish, begun: _Begun, seen: FirstLook, outputs: list[DraftSignal
     )
 
 
-def _kind_of_inputs(system: System) -> InputKind:
+def kind_of_inputs(system: System) -> InputKind:
     """Return what the inputs of a system are.
 
     They are set points of drives where they are those of its chain, or all are angles.

@@ -162,6 +162,18 @@ def cosines_of(signals: tuple[Signal, ...]) -> tuple[int, ...]:
     return tuple(index for index, signal in enumerate(signals) if signal.angle == "cosine")
 
 
+def on_circles(signals: tuple[Signal, ...], inputs: FloatArray) -> FloatArray:
+    """Return inputs, (N, n_inputs), whose cosines and sines keep their direction and are angles.
+
+    Their length becomes the end of their range.
+    """
+    found = inputs.copy()
+    for index in cosines_of(signals):
+        pair = found[:, index : index + 2]
+        pair *= signals[index].high / np.linalg.norm(pair, axis=1, keepdims=True)
+    return found
+
+
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """A Trajectory is a sampled motion: what went in and what came out.

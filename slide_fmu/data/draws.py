@@ -6,7 +6,9 @@ Streams keep the splits independent of each other.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 
@@ -37,6 +39,10 @@ PROBE_SAMPLES = 50
 
 PROBE_ATTEMPTS = 5
 """A model that fails on this many such motions does not work."""
+
+PROBE_DRAWS, MOVED = 20, 0.03
+"""Among so many draws, those are such motions first in whose middle an input has left its first
+value by this part of its range: a changed model may rest at the same outputs."""
 
 STABILITY = 6
 """This stream draws the inputs under which networks are tested for stability."""
@@ -133,15 +139,42 @@ def probe(recipe: Recipe, system: System) -> FloatArray:
     Raises:
         SimulationError: the system could not be simulated on any of them.
     """
-    stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), PROBE_SAMPLES * recipe.window.step)
     failure = SimulationError("no motion was drawn")
-    for attempt in range(PROBE_ATTEMPTS):
-        drawn = draw(recipe, system, stream, 0, attempt)
+    for drawn in probe_draws(recipe, system):
         try:
-            return simulate(system, drawn.inputs[:PROBE_SAMPLES], drawn.initial).outputs
+            return simulate(system, drawn.inputs, drawn.initial).outputs
         except SimulationError as error:
             failure = error
     raise failure
+
+
+def probe_draws(recipe: Recipe, system: System) -> Iterator[Draw]:
+    """Draw ``PROBE_ATTEMPTS`` short motions, first those in which the inputs move.
+
+    Their inputs have the shape (PROBE_SAMPLES, n_inputs); there is no burn-in.
+    """
+    stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), PROBE_SAMPLES * recipe.window.step)
+    return islice(_moving_first(recipe, system, stream), PROBE_ATTEMPTS)
+
+
+def _moving_first(recipe: Recipe, system: System, stream: Stream) -> Iterator[Draw]:
+    others: list[tuple[float, Draw]] = []
+    for attempt in range(PROBE_DRAWS):
+        drawn = draw(recipe, system, stream, 0, attempt)
+        drawn = replace(drawn, inputs=drawn.inputs[:PROBE_SAMPLES], burn_in=0)
+        moved = _moved(system, drawn.inputs)
+        if moved >= MOVED:
+            yield drawn
+        else:
+            others.append((moved, drawn))
+    for _, drawn in sorted(others, key=lambda other: -other[0]):
+        yield drawn
+
+
+def _moved(system: System, inputs: FloatArray) -> float:
+    """Return how far an input is from its first value in the middle, relative to its range."""
+    ranges = np.array([signal.high - signal.low for signal in system.inputs])
+    return float(np.max(np.abs(inputs[len(inputs) // 2] - inputs[0]) / ranges))
 
 
 def simulate_draw(system: System, drawn: Draw) -> Trajectory:

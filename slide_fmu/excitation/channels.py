@@ -1,7 +1,7 @@
 """These kinds of excitation draw every input on its own, independent of the others.
 
 Each kind gives one normalised channel at a time: -1 and 1 are the ends of the input's range. What
-lies beyond them is clipped.
+lies beyond them is clipped. Cosine and sine of an angle are drawn together, or they would be none.
 """
 
 from __future__ import annotations
@@ -40,10 +40,17 @@ class ChannelKind(Kind):
         """Draw all channels, independent of each other, clipped to ``factor`` times the range.
 
         A normalised value v stands for the middle of the range plus half the range * factor * v.
+        Cosine and sine are one channel, whose angle is a random one plus half a turn * factor * v.
         """
         columns = []
         for signal in signals:
+            if signal.angle == "sine":
+                continue  # it was drawn with its cosine, the signal before
             normalised = np.clip(rng.uniform(*self.amplitude) * self.signal(time, rng), -1, 1)
+            if signal.angle == "cosine":
+                angle = rng.uniform(-np.pi, np.pi) + np.pi * factor * normalised
+                columns += [signal.high * np.cos(angle), signal.high * np.sin(angle)]
+                continue
             middle, half_range = 0.5 * (signal.high + signal.low), 0.5 * (signal.high - signal.low)
             columns.append(middle + half_range * factor * normalised)
         return np.stack(columns, axis=1)

@@ -13,6 +13,9 @@ from slide_fmu.core.files import find_file
 from slide_fmu.core.signals import FloatArray, Signal, cosines_of
 from slide_fmu.excitation.base import Kind, PositiveRange
 
+CLIPPED = 0.8
+"""A record of which more than this part would be clipped is refused: it has another unit."""
+
 
 class Recorded(Kind):
     """The inputs come from a file: each trajectory takes a stretch of it that begins anywhere.
@@ -58,7 +61,7 @@ class Recorded(Kind):
         return {**values, "digest": found}
 
     def check(self, signals: tuple[Signal, ...]) -> None:
-        """Refuse a file that lacks an input or a rising time.
+        """Refuse a file that lacks an input or a rising time, or is mostly out of a range.
 
         Raises:
             ValueError: what is wrong with the file, with the remedy.
@@ -84,6 +87,21 @@ class Recorded(Kind):
             raise ValueError(
                 f"kind = 'file': {self.path!r}: the time does not rise at line {line}; expected "
                 "at least two samples whose times rise"
+            )
+        for signal in signals:
+            if signal.angle is None:
+                self._require_mostly_in_range(signal, table[wanted[1 + signals.index(signal)]])
+
+    def _require_mostly_in_range(self, signal: Signal, values: FloatArray) -> None:
+        """Refuse values that would be clipped for a large part, as those of another unit."""
+        least = values.mean() + self.scale[0] * (values - values.mean())
+        part = float(np.mean((least < signal.low) | (least > signal.high)))
+        if part > CLIPPED:
+            raise ValueError(
+                f"kind = 'file': {self.path!r}: {values.min():.4g} .. {values.max():.4g} for "
+                f"{signal.name!r}, of range {signal.low:g} .. {signal.high:g} {signal.unit}; "
+                f"{100 * part:.0f} % of the values lie outside and would be clipped: give them in "
+                f"{signal.unit}, widen the range, or lower the scale"
             )
 
     def inputs(

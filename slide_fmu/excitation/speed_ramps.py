@@ -45,6 +45,8 @@ class SpeedRamps(Kind):
     def check(self, signals: tuple[Signal, ...]) -> None:
         """Refuse inputs that are not two, or that cannot take all values of cosine and sine.
 
+        Those that are declared as cosine and sine of an angle can: their length is their range.
+
         Raises:
             ValueError: the number of inputs is not 2, or a range does not hold -1 .. 1.
         """
@@ -55,7 +57,7 @@ class SpeedRamps(Kind):
                 "cosine and the sine of one angle: use another kind of excitation"
             )
         for signal in signals:
-            if signal.low > -1 or signal.high < 1:
+            if signal.angle is None and (signal.low > -1 or signal.high < 1):
                 raise ValueError(
                     f"kind = 'speed_ramps' for {signal.name!r} of range {signal.low:g} .. "
                     f"{signal.high:g} {signal.unit}; expected -1 .. 1, a cosine or sine: use "
@@ -71,7 +73,8 @@ class SpeedRamps(Kind):
     ) -> FloatArray:
         """Draw the cosine and the sine of the angle at the sample times, shape (N, 2)."""
         angle = self.angle(time, factor, rng)
-        return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        length = 1.0 if signals[0].angle is None else signals[0].high
+        return length * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
     def angle(self, time: FloatArray, factor: float, rng: np.random.Generator) -> FloatArray:
         """Draw the angle in rad at the sample times, shape (N,); it is not wrapped to a turn."""

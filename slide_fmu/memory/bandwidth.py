@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, hold_of
+from slide_fmu.core.signals import FloatArray, hold_of, on_circles
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.simulation import simulate
@@ -164,7 +164,7 @@ def _returning_inputs(system: System, every: int, part: float) -> FloatArray:
     inputs = np.tile(low + BACK * (high - low), (LEAD_IN + SAMPLES, 1))
     drawn = inputs[::every]
     drawn[:] = rng.uniform(low, high, drawn.shape)
-    return inputs
+    return on_circles(system.inputs, inputs)
 
 
 def tidy_step(step: float) -> float:

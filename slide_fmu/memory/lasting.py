@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, on_circles
 from slide_fmu.memory.motions import Motions
 from slide_fmu.systems.base import RandomStates, State
 from slide_fmu.systems.simulation import simulate
@@ -168,7 +168,7 @@ class _Pasts:
     def under_motion(self, pasts: int) -> FloatArray:
         """Return the same under a motion of the recipe that goes back to the constant input."""
         motion = self.motions.inputs(CERTAIN_PASTS + 1, self.count)
-        there = _towards(self.held, motion[0], RAMP), motion, _towards(motion, self.held[0], RAMP)
+        there = self._towards(self.held, motion[0]), motion, self._towards(motion, self.held[0])
         rest = np.repeat(self.held, self.count, axis=0)
         return self._after(pasts, np.concatenate([*there, rest]))
 
@@ -196,14 +196,16 @@ class _Pasts:
             end = np.max(past, axis=0) if index % 2 else np.min(past, axis=0)
             back = self.held[0] - TURNS[index // 2] * (end - self.held[0])
             for turn in (end, back):
-                past = np.concatenate([past, _towards(past, turn, RAMP)])
-        return np.concatenate([past, _towards(past, self.held[0], RAMP)])
+                past = np.concatenate([past, self._towards(past, turn)])
+        return np.concatenate([past, self._towards(past, self.held[0])])
 
+    def _towards(self, inputs: FloatArray, last: FloatArray) -> FloatArray:
+        """Return inputs that go from the end of some to others, (RAMP, n_inputs).
 
-def _towards(inputs: FloatArray, last: FloatArray, samples: int) -> FloatArray:
-    """Return inputs that go evenly from the end of some to others, (samples, n_inputs)."""
-    parts = np.arange(1, samples + 1)[:, None] / samples
-    return np.asarray(inputs[-1] + parts * (last - inputs[-1]))
+        They go evenly; of an angle, cosine and sine stay on their circle.
+        """
+        parts = np.arange(1, RAMP + 1)[:, None] / RAMP
+        return on_circles(self.system.inputs, inputs[-1] + parts * (last - inputs[-1]))
 
 
 def _apart(outputs: FloatArray) -> float:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.apart import guarded
-from slide_fmu.data.draws import PROBE, PROBE_ATTEMPTS, PROBE_SAMPLES, Stream, draw
+from slide_fmu.data.draws import probe_draws
 from slide_fmu.memory.modes import UnstableModeError
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system, reference_system, require_features
@@ -65,17 +64,10 @@ _survived: list[Recipe] = []
 def _keep_their_word(recipe: Recipe) -> None:
     """Check the system of a recipe on short records, the first on which it does not fail."""
     system = recipe_system(recipe)
-    for attempt in range(PROBE_ATTEMPTS):
+    failure = SimulationError("no motion was drawn")
+    for drawn in probe_draws(recipe, system):
         try:
-            inputs = _some_inputs(recipe, system, attempt)
-            return check_system(system, recipe.window.step, inputs, recipe.system.model)
+            return check_system(system, recipe.window.step, drawn.inputs, recipe.system.model)
         except SimulationError as error:
             failure = error
     raise failure
-
-
-def _some_inputs(recipe: Recipe, system: System, attempt: int) -> FloatArray:
-    """Draw a short record of the recipe's inputs, (PROBE_SAMPLES, n_inputs)."""
-    duration = PROBE_SAMPLES * recipe.window.step
-    stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), duration)
-    return draw(recipe, system, stream, 0, attempt).inputs[:PROBE_SAMPLES]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from slide_fmu.pipeline.first_look import FirstLook
@@ -30,6 +30,7 @@ def parse_range(texts: Sequence[str]) -> dict[str, tuple[float, float] | None]:
     found: dict[str, tuple[float, float] | None] = {}
     for text in texts:
         name, given, limits = text.partition("=")
+        _require_once("input", name, found)
         low, dots, high = limits.partition("..")
         try:
             found[name] = (float(low), float(high)) if given else None
@@ -122,7 +123,10 @@ def _ends(limits: tuple[float, float] | None) -> str:
 def _chosen(what: str, found: Found, names: Iterable[str]) -> list[SignalChoice]:
     """Return the inputs or outputs that are named, in that order; all of the model if none are."""
     offered = {choice.name: choice for choice in getattr(found, f"{what}s")}
-    wanted = list(names)
+    wanted: list[str] = []
+    for name in names:
+        _require_once(what, name, wanted)
+        wanted.append(name)
     unknown = [name for name in wanted if name not in offered]
     if unknown:
         raise RecipeError(
@@ -137,11 +141,19 @@ def _chosen(what: str, found: Found, names: Iterable[str]) -> list[SignalChoice]
     return [offered[name] for name in wanted or offered]
 
 
+def _require_once(what: str, name: str, before: Container[str]) -> None:
+    """Refuse a signal of the command line that was named before."""
+    if name in before:
+        raise RecipeError(
+            f"--{what} {name} is given twice; expected each {what} once: remove one of them"
+        )
+
+
 def _input(choice: SignalChoice, given: tuple[float, float] | None, kind: str) -> DraftSignal:
     """Return an input with its range, from the user or from the model."""
     origin = "The model declares the range."
     if given is not None:
-        choice, origin = replace(choice, low=given[0], high=given[1]), "The range was given."
+        choice, origin = _with_given_range(choice, given)
     if choice.low is None or choice.high is None:
         raise RecipeError(
             f"input {choice.name!r} ({choice.unit or 'no unit'}): the model declares no range; "
@@ -156,6 +168,21 @@ def _input(choice: SignalChoice, given: tuple[float, float] | None, kind: str) -
             else " The input is held between samples, as co-simulation tools do."
         )
     return DraftSignal(choice, origin)
+
+
+def _with_given_range(
+    choice: SignalChoice, given: tuple[float, float]
+) -> tuple[SignalChoice, str]:
+    """Return an input with the user's range, and what is said of it.
+
+    A model's start value is often 0, whatever its inputs may be: the nearest end takes its place.
+    """
+    choice, origin = replace(choice, low=given[0], high=given[1]), "The range was given."
+    if choice.start is None or given[0] <= choice.start <= given[1]:
+        return choice, origin
+    start = given[0] if choice.start < given[0] else given[1]
+    origin += f" The model's start value, {choice.start:g}, lies outside, so it starts at its end."
+    return replace(choice, start=start), origin
 
 
 def _with_range(draft: DraftSignal, seen: tuple[float, float], motions: int) -> DraftSignal:

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import html
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from slide_fmu.core.signals import Signal
 from slide_fmu.fmu.export import load
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.display import messages, shown
 from slide_fmu.pipeline.export import export_again
 from slide_fmu.pipeline.script import unguarded_place
+from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import tables_text
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -150,7 +153,26 @@ def _recipe_tables(
         return {**found, "system": dict(system)}
     given.give(name, system)
     window = {"step": system.step, **found.get("window", {})}
+    found["data"] = _with_excitation(found["data"], system, window["step"])
     return {**found, "system": {"kind": "object", "model": name}, "window": window}
+
+
+def _with_excitation(data: Any, system: System, step: Any) -> Any:
+    """Return the table ``data`` with what the inputs of the system ask for, unless it says it.
+
+    No table of the recipe tells of an object whether its inputs move, or are angles.
+    """
+    from slide_fmu.pipeline.proposal import kind_of_inputs
+
+    if not isinstance(data, Mapping) or "excitation" in data:
+        return data
+    signals = getattr(system, "inputs", None)
+    sound = isinstance(signals, tuple) and all(isinstance(signal, Signal) for signal in signals)
+    number = isinstance(step, float | int) and 0 < step < math.inf
+    if not (sound and signals and number):
+        return data  # mistakes in signals and step are told by checks of their own
+    widths = [signal.high - signal.low for signal in signals]
+    return {**data, "excitation": default_excitation(step, kind_of_inputs(system), widths)}
 
 
 def _told(system: object) -> str:

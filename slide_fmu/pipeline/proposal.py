@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -22,6 +23,7 @@ from slide_fmu.pipeline.job import make_importable
 from slide_fmu.pipeline.proposed_chain import ProposedChain, are_angles, proposed_chain
 from slide_fmu.pipeline.surrogate_model import as_surrogate
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation
+from slide_fmu.recipe.recipe import NAME, RecipeError
 from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_name, recipe_text
 from slide_fmu.systems.base import System, chain_of
 from slide_fmu.systems.found import Found
@@ -111,11 +113,13 @@ def propose(wish: Wish, progress: Progress) -> Proposal:
     Raises:
         LoadError: the model cannot be made.
         RecipeError: the range of an input is not known, a name is not one of the model, signals of
-            a class are chosen, or the inputs are not the set points of the chain that is given.
+            a class are chosen, the inputs are not the set points of the chain that is given, or a
+            recipe cannot have the name that is wished.
         UrdfError: that chain cannot be read.
         FmuError: an FMU of slide-fmu is damaged.
         SimulationError: the model could not be simulated, or crashed.
     """
+    _require_name(wish.name)
     make_importable(Path(wish.model).parent)
     begun = _begin(wish)
     seen = _look(begun, wish, progress)
@@ -126,6 +130,15 @@ def propose(wish: Wish, progress: Progress) -> Proposal:
     return Proposal(recipe_text(draft), draft, remarks)
 
 
+def _require_name(name: str | None) -> None:
+    """Refuse a name that no recipe can have, before the model is simulated."""
+    if name is not None and not re.match(NAME, name):
+        raise RecipeError(
+            f"--name {name!r}; expected a letter, then letters, digits or underscores, as in "
+            f"--name {recipe_name(name)}"
+        )
+
+
 def _begin(wish: Wish) -> _Begun:
     """Find out what a model declares, and make a system of it."""
     found = as_surrogate(describe_model(wish.model, wish.kind), bool(wish.outputs))
@@ -133,7 +146,7 @@ def _begin(wish: Wish) -> _Begun:
     chain = proposed_chain(found.model, wish.chain, [signal.choice for signal in inputs])
     specification = _specification(found, inputs, outputs, wish.step)
     system = load_system(replace(specification, step=specification.step or FIRST_STEP))
-    kind: InputKind = "set_points" if chain.path is not None else _kind_of_inputs(system)
+    kind: InputKind = "set_points" if chain.path is not None else kind_of_inputs(system)
     widths = [signal.high - signal.low for signal in system.inputs]
     tables = partial(default_excitation, inputs=kind, widths=widths)
     return _Begun(found, inputs, outputs, chain, specification, system, tables, kind)
@@ -166,7 +179,7 @@ def _draft(wish: Wish, begun: _Begun, seen: FirstLook, outputs: list[DraftSignal
     )
 
 
-def _kind_of_inputs(system: System) -> InputKind:
+def kind_of_inputs(system: System) -> InputKind:
     """Return what the inputs of a system are.
 
     They are set points of drives where they are those of its chain, or all are angles.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from importlib import resources
+from importlib.util import find_spec
 from pathlib import Path
 
 from slide_fmu.core.files import write_whole
@@ -28,6 +29,8 @@ def write_template(name: str, kind: str | None) -> str | None:
     if not path.stem.isidentifier():
         _require_module(name, path.stem, kind)
         return None
+    if name == path.stem and find_spec(name) is not None:
+        return None  # a file of that name would hide the module from Python
     text = resources.files(__package__).joinpath("templates", f"{kind}.py").read_bytes()
     write_whole(path, text)
     return str(path)

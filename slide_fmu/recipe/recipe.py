@@ -30,6 +30,9 @@ from slide_fmu.systems.specification import SignalChoice
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond")
 """Trajectories that are kept. Test trajectories are drawn anew for every validation."""
 
+NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
+"""The name of a recipe is a C identifier, since its FMU has it."""
+
 
 class RecipeError(ValueError):
     """A recipe cannot be used; the message holds one line per mistake."""
@@ -210,7 +213,7 @@ class Recipe(Table):
             guesses until ``with_resolved``, and nothing is learnt before. No key of a file.
     """
 
-    name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
+    name: str = Field(pattern=NAME)
     description: str
     equations: str = ""
     system: SystemRecipe

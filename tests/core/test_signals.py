@@ -8,7 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slide_fmu.core.signals import Signal, Trajectory, check_inputs, cosines_of, hold_of
+from slide_fmu.core.signals import (
+    Signal,
+    Trajectory,
+    check_inputs,
+    cosines_of,
+    hold_of,
+    on_circles,
+)
 
 
 @pytest.mark.parametrize("name", ["", "two words", "tab\there", " "])
@@ -80,6 +87,14 @@ def test_inputs_that_belong_together_are_accepted() -> None:
         check_inputs(inputs)
         assert hold_of(inputs) == "first_order"
         assert [inputs[index] for index in cosines_of(inputs)] == [COSINE] * inputs.count(COSINE)
+
+
+def test_cosines_and_sines_on_circles_keep_their_directions() -> None:
+    wide = replace(COSINE, low=-2.0, high=2.0), replace(SINE, low=-2.0, high=2.0)
+    rows = np.array([[0.7, 0.3, 0.4, -0.1, 0.0]])
+    found = on_circles((OTHER, COSINE, SINE, *wide), rows)
+    assert found == pytest.approx(np.array([[0.7, 0.6, 0.8, -2.0, 0.0]]))
+    assert rows[0, 1] == 0.3
 
 
 @pytest.mark.parametrize(

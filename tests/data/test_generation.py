@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slide_fmu.data.draws import PROBE, PROBE_SAMPLES, Stream, draw, simulate_draw, split_stream
+from slide_fmu.data.draws import draw, probe_draws, simulate_draw, split_stream
 from slide_fmu.data.generation import generate
 from slide_fmu.data.pool import process_pool
 from slide_fmu.data.store import StoreError, missing_trajectories, read_split
@@ -143,8 +143,7 @@ def test_store_of_another_recipe_is_refused(tmp_path: Path) -> None:
 
 def probed() -> str:
     """Line in the log of the motion that shows a changed model."""
-    stream = Stream(PROBE, LONG.data.seed, (1.0, 1.0), PROBE_SAMPLES * LONG.window.step)
-    return identity(draw(LONG, recipe_system(LONG), stream, 0).initial)
+    return identity(next(probe_draws(LONG, recipe_system(LONG))).initial)
 
 
 PROBED = probed()

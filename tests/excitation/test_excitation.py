@@ -94,6 +94,20 @@ def test_values_fill_the_range_times_amplitude_and_factor(name: str, factor: flo
     assert min(largest) < 0.5 < max(largest)
 
 
+@pytest.mark.parametrize("name", TABLES)
+def test_cosine_and_sine_of_an_angle_are_drawn_as_one(name: str) -> None:
+    """Drawn on their own they would be no angle; the signals around them stay as they are."""
+    cosine = Signal("x", "1", -2.0, 2.0, angle="cosine")
+    sine = Signal("y", "1", -2.0, 2.0, angle="sine")
+    signals = (FORCE, cosine, sine, SHIFTED)
+    found = kind_of(name).inputs(signals, TIME, 1.5, np.random.default_rng(1))
+    assert found.shape == (len(TIME), 4)
+    assert np.hypot(found[:, 1], found[:, 2]) == pytest.approx(2.0)
+    assert np.ptp(found[:, 1]) > 0.5
+    alone = kind_of(name).inputs((FORCE,), TIME, 1.5, np.random.default_rng(1))
+    assert np.array_equal(found[:, 0], alone[:, 0])
+
+
 def test_harmonic_is_one_sine_of_the_range() -> None:
     bin_width = 2 * np.pi / (STEP * len(TIME))
     found = []

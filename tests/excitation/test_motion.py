@@ -100,6 +100,16 @@ def test_rotation_keeps_its_limits_and_has_continuous_speed(factor: float) -> No
     assert fastest > 7.99 * factor  # the limit is reached, and held
 
 
+def test_rotation_of_a_declared_pair_has_the_length_of_its_range() -> None:
+    pair = (
+        Signal("x", "m", -0.05, 0.05, angle="cosine"),
+        Signal("y", "m", -0.05, 0.05, angle="sine"),
+    )
+    kind = kind_of("speed_ramps", **RAMPS)
+    kind.check(pair)
+    assert motion(kind, pair, 1) == pytest.approx(0.05 * motion(kind, DIRECTOR, 1), abs=1e-16)
+
+
 def test_rotation_has_phases_of_constant_acceleration() -> None:
     """Between the samples where its acceleration changes, far from the limit."""
     lengths: list[int] = []

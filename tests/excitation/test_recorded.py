@@ -62,6 +62,14 @@ def test_scale_and_factor_multiply_deviations_and_widen_the_range(tmp_path: Path
     assert np.abs(wide).max() <= 0.15
 
 
+def test_record_in_another_unit_is_refused_and_one_with_peaks_is_not(tmp_path: Path) -> None:
+    path = write_record(tmp_path, count=5001)
+    in_km = Signal("road", "km", -5e-5, 5e-5)
+    with pytest.raises(ValueError, match=r"-0\.04 \.\. 0\.04 for 'road', .* give them in km"):
+        recorded(path).check((in_km,))
+    recorded(path).check((Signal("road", "m", -0.02, 0.02),))  # twice the range is clipped
+
+
 def test_the_same_file_is_known_by_its_digest(tmp_path: Path) -> None:
     path = write_record(tmp_path)
     kind = recorded(path)

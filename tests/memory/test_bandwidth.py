@@ -78,6 +78,26 @@ class Growing(Lag):
         return np.array(values)[:, None]
 
 
+class Crank(Lag):
+    """A lag behind the cosine of an angle, of which it takes no pair off the circle."""
+
+    def __init__(self, step: float = 0.05, time_constant: float = 2.0) -> None:
+        super().__init__(step, time_constant)
+        self.inputs = (
+            Signal("x", "1", -1.0, 1.0, angle="cosine"),
+            Signal("y", "1", -1.0, 1.0, angle="sine"),
+        )
+
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        assert np.hypot(*inputs.T) == pytest.approx(1.0)
+        return super().simulate(inputs[:, :1])
+
+
+def test_cosine_and_sine_of_an_angle_are_drawn_on_its_circle() -> None:
+    found, plain = proposed_step(Crank), proposed_step(Lag)
+    assert found.step == pytest.approx(plain.step, rel=0.5)
+
+
 @pytest.mark.parametrize("first", [0.01, 0.2])
 def test_system_that_grows_gives_no_warnings(first: float) -> None:
     """At the second step the outputs end at about 1e222, the square of which is no number."""

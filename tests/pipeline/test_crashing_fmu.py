@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from slide_fmu.cli import app
-from slide_fmu.data.draws import PROBE, PROBE_SAMPLES, Stream, draw
+from slide_fmu.data.draws import probe_draws
 from slide_fmu.data.generation import generate
 from slide_fmu.data.pool import process_pool
 from slide_fmu.recipe.reading import parse_recipe
@@ -47,9 +47,8 @@ def recipe_text(trap: Path, crash_above: float, text: str = SLOW) -> str:
 def highest_of_probe(text: str) -> float:
     """Give the highest road, in m, of the short motion on which every recipe is checked."""
     recipe = parse_recipe(text, "recipe")
-    stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), PROBE_SAMPLES * recipe.window.step)
-    drawn = draw(recipe, recipe_system(recipe), stream, 0)
-    return float(np.max(np.abs(drawn.inputs[:PROBE_SAMPLES])))
+    drawn = next(probe_draws(recipe, recipe_system(recipe)))
+    return float(np.max(np.abs(drawn.inputs)))
 
 
 def invoke(*arguments: object) -> Result:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from slide_fmu.pipeline.draft_signals import ranged_outputs
+from slide_fmu.pipeline.draft_signals import draft_inputs, ranged_outputs
 from slide_fmu.pipeline.first_look import FirstLook
 from slide_fmu.recipe.writing import DraftSignal
+from slide_fmu.systems.found import Found
 from slide_fmu.systems.specification import SignalChoice
 
 OUTPUTS = [DraftSignal(SignalChoice(name), "") for name in ("moves", "rests")]
@@ -32,3 +33,14 @@ def test_output_that_rests_is_left_out_unless_it_was_chosen() -> None:
     assert ([draft.choice.name for draft in kept], remarks) == (["moves", "rests"], [])
     kept, _ = ranged_outputs(OUTPUTS, seen(3, [True, True]), chosen=False)
     assert len(kept) == 2
+
+
+def test_start_value_outside_of_the_given_range_goes_to_its_end() -> None:
+    """FMUs mostly start their inputs at 0, which a pressure or a temperature never is."""
+    found = Found("fmu", "boiler.fmu", (), (SignalChoice("heat", start=0.0),), ())
+    [inside] = draft_inputs(found, {"heat": (-1.0, 1.0)})
+    assert (inside.choice.start, inside.origin.count("start value")) == (0.0, 0)
+    for limits, start in (((280.0, 350.0), 280.0), ((-3.0, -2.0), -2.0)):
+        [outside] = draft_inputs(found, {"heat": limits})
+        assert outside.choice.start == start
+        assert "The model's start value, 0, lies outside" in outside.origin

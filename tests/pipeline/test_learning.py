@@ -12,10 +12,13 @@ import numpy as np
 import pytest
 
 from slide_fmu import Learnt, learn
-from slide_fmu.core.signals import Signal
+from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.data.store import StoreError
 from slide_fmu.fmu.export import load
+from slide_fmu.pipeline.learning import _recipe_tables
+from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.function.system import FunctionSystem
 from tests.systems.function_models import specifications as models
@@ -90,6 +93,34 @@ def test_changed_function_is_noticed_and_learnt_anew_when_asked(
     anew = learn(oscillator(120.0), "oscillator", runs=runs, overwrite=True, **SMALL)
     (position,) = anew.surrogate.predict(np.full((120, 1), 5.0))[-1]
     assert 120 * (position + 20 * position**3) == pytest.approx(5.0, rel=0.05)
+
+
+class Still(System):
+    """A system whose inputs are what a test wants."""
+
+    def __init__(self, *inputs: Signal) -> None:
+        self.inputs, self.outputs, self.step = inputs, (Signal("y", "1", -1.0, 1.0),), 0.1
+
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        raise NotImplementedError
+
+
+def test_excitation_of_an_object_follows_from_its_inputs() -> None:
+    road = Signal("road", "m", -0.1, 0.1, hold="first_order")
+    pair = (
+        Signal("x", "1", -1.0, 1.0, angle="cosine"),
+        Signal("y", "1", -1.0, 1.0, angle="sine"),
+    )
+    cases = {
+        "held": (Signal("force", "N", -1.0, 1.0),),
+        "moving": (road,),
+        "angle": pair,
+    }
+    for kind, inputs in cases.items():
+        found = _recipe_tables(Still(*inputs), "still", {})["data"]["excitation"]
+        assert found == default_excitation(0.1, kind)  # type: ignore[arg-type]
+    given = {"data": {"excitation": [{"kind": "held_random"}]}}
+    assert _recipe_tables(Still(road), "still", given)["data"] == given["data"]
 
 
 def test_mistake_in_a_table_is_named_as_in_a_recipe(tmp_path: Path) -> None:

@@ -184,6 +184,18 @@ def test_range_that_is_none_is_refused(text: str) -> None:
         parse_range([text])
 
 
+def test_name_that_no_recipe_can_have_is_refused(lag: Path) -> None:
+    with pytest.raises(RecipeError, match=r"--name 'a b'; expected a letter.* --name a_b$"):
+        propose(Wish(str(lag), name="a b"), silent)
+
+
+def test_signal_that_is_given_twice_is_refused(lag: Path) -> None:
+    with pytest.raises(RecipeError, match=r"--input force is given twice"):
+        parse_range(["force=0..1", "force=0..2"])
+    with pytest.raises(RecipeError, match=r"--output position is given twice"):
+        propose(Wish(str(lag), {"force": (0.0, 1.0)}, ("position", "position")), silent)
+
+
 def test_ranges_are_read_in_their_order() -> None:
     assert parse_range(["b=-1..2.5", "a"]) == {"b": (-1.0, 2.5), "a": None}
 
@@ -224,10 +236,11 @@ def test_init_writes_a_small_model_that_runs(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(first_look, "SAMPLES", 100)
-    done = invoke("init", "--kind", kind, "first_model", "--step", "0.02")
+    name = f"first_{kind}_model"  # the folder of one case can still be imported from in the other
+    done = invoke("init", "--kind", kind, name, "--step", "0.02")
     assert done.exit_code == 0, done.output
-    assert (tmp_path / "first_model.py").exists()
-    recipe = load_recipe("first_model.toml")
+    assert (tmp_path / f"{name}.py").exists()
+    recipe = load_recipe(f"{name}.toml")
     assert (recipe.system.kind, recipe.window.step) == (kind, 0.02)
 
 
@@ -240,6 +253,16 @@ def test_new_model_of_a_name_that_python_cannot_import_is_refused(
     assert done.exit_code == 1
     assert f"a new one cannot be called {Path(name).stem!r}; expected letters" in done.output
     assert "choose a name such as m" in done.output
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_new_model_does_not_hide_an_installed_module(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = invoke("init", "--kind", "function", "numpy")
+    assert done.exit_code == 1
+    assert "error: system 'numpy' defines neither f nor simulate" in done.output
     assert list(tmp_path.iterdir()) == []
 
 

@@ -233,15 +233,26 @@ class MultiStart:
             kept.append(self._descend(name, candidate.shape, theta, part, iterations))
         return sorted(kept, key=lambda candidate: candidate.error)
 
-    def judged(self, candidate: Candidate, rounds: int) -> Candidate:
-        """Run the best start of a size some rounds more, on the same data.
-
-        A round has as many iterations as the starts that are kept get. More rounds of the same
-        start go on where fewer have ended.
-        """
-        shape, iterations = candidate.shape, rounds * self.training.kept_iterations
+    def judged(self, candidate: Candidate) -> Candidate:
+        """Run the best start of a size as long as those that are kept, on the same data."""
+        shape, iterations = candidate.shape, self.training.kept_iterations
         name = f"judged, {shape.n_states} states, {shape.n_units} units"
         return self._descend(name, shape, candidate.state.best, self.data.part, iterations)
+
+    def judged_again(self, candidate: Candidate, number: int) -> Candidate:
+        """Go on with a judged network for as many iterations again, the ``number``-th time.
+
+        Each time is a run of its own, so that a fit that goes on after it was stopped compares
+        the same errors as one that was not.
+        """
+        shape, iterations = candidate.shape, self.training.kept_iterations
+        name = f"judged, {shape.n_states} states, {shape.n_units} units, again {number}"
+        least_squares = self._least_squares(shape, self.data.part)
+        step = partial(levenberg_marquardt.advance, problem=least_squares)
+        assert isinstance(candidate.state, Iterate)
+        done = self._ledger.run(name, candidate.state, step, iterations)
+        self._ledger.show()
+        return Candidate(shape, done)
 
     def with_more_data(self, candidate: Candidate, iterations: int) -> Candidate:
         """Run a network on all data of this fit, perhaps one that was learnt from fewer."""

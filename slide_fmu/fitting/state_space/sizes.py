@@ -180,12 +180,12 @@ def judge(multi_start: MultiStart, order: int, units: int) -> Candidate:
     multi_start.plan(SEARCH_STARTS * training.start_iterations + training.kept_iterations)
     starts = [multi_start.start(linear, units, number) for number in range(SEARCH_STARTS)]
     best = min(starts, key=lambda start: start.error)
-    found = multi_start.judged(best, 1)
-    for rounds in range(2, MOST_ROUNDS + 1):
+    found = multi_start.judged(best)
+    for number in range(1, MOST_ROUNDS):
         if _good(found):
             break
         multi_start.plan(training.kept_iterations)
-        before, found = found.error, multi_start.judged(best, rounds)
+        before, found = found.error, multi_start.judged_again(found, number)
         if not found.error < WORTHWHILE * before:
             break
     return found

@@ -10,7 +10,7 @@ import pytest
 import torch
 
 from slide_fmu.core.window import Window
-from slide_fmu.fitting.state_space import sizes
+from slide_fmu.fitting.state_space import ledger, sizes
 from slide_fmu.recipe.learning import StateSpaceRecipe
 from tests.fitting.state_space.springs import (
     CUBIC,
@@ -44,6 +44,33 @@ def test_sizes_are_chosen(tmp_path: Path, eigenvalues: Any, cubic: float) -> Non
         assert len(cell.a) >= 2 + StateSpaceRecipe().padding
         assert len(cell.w) >= 4
         assert found.error < 3 * SMALL
+
+
+@pytest.mark.parametrize("share", [0.5, 0.65, 0.8])
+def test_search_that_was_stopped_ends_as_one_that_was_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, share: float
+) -> None:
+    """Stopped while a size runs on, it compares the same errors as before."""
+    monkeypatch.setattr(ledger, "STORE_EVERY", 0.0)
+    for name, value in {
+        "GOOD": 0.0,
+        "WORTHWHILE": 0.97,
+        "FIRST_UNITS": 4,
+        "MOST_UNITS": 4,
+    }.items():
+        monkeypatch.setattr(sizes, name, value)
+    network = {"order": 2}
+    whole = fit(problem_of(tmp_path / "whole"), network)
+
+    def stop(done: int, total: int, error: float | None = None) -> None:
+        if done == round(share * whole.iterations):
+            raise KeyboardInterrupt
+
+    broken = problem_of(tmp_path / "broken")
+    with pytest.raises(KeyboardInterrupt):
+        fit(broken, network, stop)
+    found = fit(broken, network)
+    assert (found.iterations, found.error) == (whole.iterations, whole.error)
 
 
 @pytest.mark.usefixtures("few_units")

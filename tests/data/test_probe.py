@@ -1,0 +1,48 @@
+"""The short motion that shows a changed model moves, whatever the first draw of the mix is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slide_fmu.data.draws import PROBE, PROBE_ATTEMPTS, Stream, draw, probe, probe_draws
+from slide_fmu.data.store import same_motion
+from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system
+from tests.systems.function_models.specifications import HERE
+
+TEXT = f"""
+name = "lag"
+description = "a system that begins at rest under its first input"
+
+[system]
+kind = "function"
+model = "{HERE / "first_order_lag.py"}"
+parameters = {{ time_constant = TIME }}
+
+[window]
+step = 0.05
+n_in = 96
+n_out = 32
+"""
+
+
+def lag(time_constant: float) -> Recipe:
+    return parse_recipe(TEXT.replace("TIME", str(time_constant)), "recipe")
+
+
+def test_a_first_draw_at_rest_is_not_the_probe() -> None:
+    """The mix that a recipe without excitation has rests in the first draw of this seed."""
+    recipe = lag(0.2)
+    system = recipe_system(recipe)
+    first = draw(recipe, system, Stream(PROBE, recipe.data.seed, (1.0, 1.0), 2.5), 0).inputs[:50]
+    assert np.ptp(first) == 0.0
+    found = list(probe_draws(recipe, system))
+    assert len(found) == PROBE_ATTEMPTS
+    assert all(drawn.inputs.shape == (50, 1) and np.ptp(drawn.inputs) > 0.0 for drawn in found)
+
+
+def test_another_time_constant_is_seen_in_the_probe() -> None:
+    one, same, other = (probe(lag(time), recipe_system(lag(time))) for time in (0.2, 0.2, 0.22))
+    assert same_motion(one, same)
+    assert not same_motion(one, other)

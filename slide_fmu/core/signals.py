@@ -165,11 +165,13 @@ def cosines_of(signals: tuple[Signal, ...]) -> tuple[int, ...]:
 def on_circles(signals: tuple[Signal, ...], inputs: FloatArray) -> FloatArray:
     """Return inputs, (N, n_inputs), whose cosines and sines keep their direction and are angles.
 
-    Their length becomes the end of their range.
+    Their length becomes the end of their range. Where both are zero, as halfway between opposite
+    directions, the angle is zero.
     """
     found = inputs.copy()
     for index in cosines_of(signals):
         pair = found[:, index : index + 2]
+        pair[~pair.any(axis=1)] = (1.0, 0.0)
         pair *= signals[index].high / np.linalg.norm(pair, axis=1, keepdims=True)
     return found
 

@@ -91,9 +91,11 @@ def test_inputs_that_belong_together_are_accepted() -> None:
 
 def test_cosines_and_sines_on_circles_keep_their_directions() -> None:
     wide = replace(COSINE, low=-2.0, high=2.0), replace(SINE, low=-2.0, high=2.0)
-    rows = np.array([[0.7, 0.3, 0.4, -0.1, 0.0]])
+    rows = np.array([[0.7, 0.3, 0.4, -0.1, 0.0], [0.5, 0.0, -2.0, 0.0, 0.0]])
     found = on_circles((OTHER, COSINE, SINE, *wide), rows)
-    assert found == pytest.approx(np.array([[0.7, 0.6, 0.8, -2.0, 0.0]]))
+    assert found == pytest.approx(
+        np.array([[0.7, 0.6, 0.8, -2.0, 0.0], [0.5, 0.0, -1.0, 2.0, 0.0]])
+    )
     assert rows[0, 1] == 0.3
 
 

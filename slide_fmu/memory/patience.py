@@ -56,7 +56,7 @@ class Patience:
         if not self.left_out:
             return None
         return (
-            f"the system is slow: in {self.seconds:g} s there was no time for "
+            f"in {self.seconds:g} s there was no time for "
             f"{'; '.join(self.left_out)}. The window is a first estimate; slide-fmu window or run "
             "find it with all motions"
         )

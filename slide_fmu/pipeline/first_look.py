@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from slide_fmu.core.progress import Progress
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, on_circles
 from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.memory.bandwidth import GAIN, proposed_step
@@ -83,10 +83,12 @@ def look(looking: Looking, progress: Progress) -> FirstLook:
     still, count = np.empty(0, dtype=bool), 0
     if looking.excitation is not None:
         system = load_system(replace(looking.specification, step=step))
-        rows, remark = _outputs(system, looking.excitation(step), progress)
+        kinds = TypeAdapter(list[Excitation]).validate_python(looking.excitation(step))
+        rows, remark = _outputs(system, kinds, progress)
         low, high, count = np.min(rows, axis=(0, 1)), np.max(rows, axis=(0, 1)), len(rows)
         still = (np.ptp(rows[:, SAMPLES // 2 :], axis=1) == 0).all(axis=0)
         remarks += [] if remark is None else [remark]
+        remarks += _idle_inputs(system, kinds[0])
     return FirstLook(step, origin, low, high, still, count, tuple(remarks))
 
 
@@ -114,14 +116,13 @@ def _step(looking: Looking) -> tuple[float, str, str | None]:
 
 
 def _outputs(
-    system: System, tables: Sequence[Mapping[str, Any]], progress: Progress
+    system: System, kinds: Sequence[Kind], progress: Progress
 ) -> tuple[FloatArray, str | None]:
     """Return outputs of motions, one of each kind of excitation, and what failed.
 
     The shape is (motions, SAMPLES + 1, n_outputs). Where the system fails on a motion, another one
     takes its place.
     """
-    kinds = TypeAdapter(list[Excitation]).validate_python(tables)
     tolerance = Tolerance(DataRecipe.model_fields["most_failures"].default)
     rows: list[FloatArray] = []
     begin = time.monotonic()
@@ -135,14 +136,43 @@ def _outputs(
 
 def _outputs_under(system: System, kind: Kind, index: int, tolerance: Tolerance) -> FloatArray:
     """Return the outputs under the first motion of a kind on which the system does not fail."""
-    moments = system.step * np.arange(SAMPLES, dtype=np.float64)
     attempt = 0
     while True:
-        further = (attempt,) if attempt else ()
-        rng = np.random.default_rng([SAMPLES, index, *further])
         tolerance.tried += 1
         try:
-            return simulate(system, kind.inputs(system.inputs, moments, 1.0, rng)).outputs
+            return simulate(system, _motion(system, kind, index, attempt)).outputs
         except SimulationError as error:
             tolerance.hear(error)
         attempt += 1
+
+
+def _motion(system: System, kind: Kind, index: int, attempt: int) -> FloatArray:
+    """Draw the inputs of a motion of a kind, (SAMPLES, n_inputs)."""
+    further = (attempt,) if attempt else ()
+    rng = np.random.default_rng([SAMPLES, index, *further])
+    moments = system.step * np.arange(SAMPLES, dtype=np.float64)
+    return kind.inputs(system.inputs, moments, 1.0, rng)
+
+
+def _idle_inputs(system: System, kind: Kind) -> list[str]:
+    """Return remarks on inputs whose motion changes no output while the others move too."""
+    remarks: list[str] = []
+    begin = time.monotonic()
+    try:
+        inputs = _motion(system, kind, 0, 0)
+        outputs = simulate(system, inputs).outputs
+        for index, signal in enumerate(system.inputs):
+            if time.monotonic() - begin > PATIENCE:
+                break
+            still = inputs.copy()
+            still[:, index] = inputs[0, index]
+            still = on_circles(system.inputs, still)
+            if np.array_equal(still, inputs):
+                continue  # it did not move, which shows nothing
+            if np.array_equal(simulate(system, still).outputs, outputs):
+                remarks.append(
+                    f"input {signal.name!r} changes no output: the surrogate does not need it"
+                )
+    except SimulationError:
+        return remarks  # the system fails on some motions, which another remark tells
+    return remarks

@@ -69,6 +69,20 @@ def test_proposed_recipe_says_what_was_found_and_assumed(lag: Path) -> None:
     assert "# The range was given." in found.text
 
 
+def test_input_that_changes_no_output_is_named(lag: Path) -> None:
+    assert not any("changes no output" in r for r in remarks_of(lag))
+    # an even system answers the same to an input of the opposite sign
+    even = lag.with_name("even.py")
+    even.write_text(LAG.replace("u[0] + 0.1 * u[1]", "u[0] ** 2"))
+    assert [r for r in remarks_of(even) if "changes no output" in r] == [
+        "input 'spare' changes no output: the surrogate does not need it"
+    ]
+
+
+def remarks_of(model: Path) -> tuple[str, ...]:
+    return propose(Wish(str(model), {"force": (-2.0, 2.0)}, step=0.1), silent).remarks
+
+
 def test_proposal_takes_all_signals_where_none_are_named(lag: Path) -> None:
     wish = Wish(str(lag), {"force": (-2.0, 2.0), "spare": None}, step=0.1)
     found = parse_recipe(propose(wish, silent).text, "proposal")

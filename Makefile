@@ -77,8 +77,8 @@ docs: setup
 	$(BIN)/python docs/rooms.py
 	NO_MKDOCS_2_WARNING=1 TQDM_DISABLE=1 $(BIN)/python -m mkdocs build --strict --quiet
 
-# make gallery NAME=two_link_arm: run a tutorial, and keep what it prints and draws for the site;
-# without NAME all of them, in about seven minutes.
+# make gallery NAME=arm_from_urdf: run a tutorial, and keep what it prints and draws for the site;
+# without NAME all of them.
 gallery: setup
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/gallery_results.py $(NAME)
 

@@ -247,12 +247,9 @@ class MultiStart:
         """
         shape, iterations = candidate.shape, self.training.kept_iterations
         name = f"judged, {shape.n_states} states, {shape.n_units} units, again {number}"
-        least_squares = self._least_squares(shape, self.data.part)
-        step = partial(levenberg_marquardt.advance, problem=least_squares)
         assert isinstance(candidate.state, Iterate)
-        done = self._ledger.run(name, candidate.state, step, iterations)
-        self._ledger.show()
-        return Candidate(shape, done)
+        least_squares = self._least_squares(shape, self.data.part)
+        return self._go_down(name, shape, candidate.state, least_squares, iterations)
 
     def with_more_data(self, candidate: Candidate, iterations: int) -> Candidate:
         """Run a network on all data of this fit, perhaps one that was learnt from fewer."""
@@ -292,9 +289,14 @@ class MultiStart:
     ) -> Candidate:
         """Do a run of Levenberg-Marquardt from the parameters theta, shape (P,)."""
         least_squares = self._least_squares(shape, segments)
-
-        step = partial(levenberg_marquardt.advance, problem=least_squares)
         begin = Iterate.begin(theta, least_squares)
+        return self._go_down(name, shape, begin, least_squares, iterations)
+
+    def _go_down(
+        self, name: str, shape: CellShape, begin: Iterate, problem: LeastSquares, iterations: int
+    ) -> Candidate:
+        """Do a run of Levenberg-Marquardt from where another one stands, or begins."""
+        step = partial(levenberg_marquardt.advance, problem=problem)
         done = self._ledger.run(name, begin, step, iterations)
         self._ledger.show()
         return Candidate(shape, done)

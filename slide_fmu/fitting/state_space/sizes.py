@@ -128,17 +128,20 @@ class _Search:
     def _pays(self, larger: Place, smaller: Place) -> bool:
         return self._error(larger) < WORTHWHILE * self._error(smaller)
 
-    def _error(self, place: Place) -> float:
-        """Return the validation error of a size, which is judged if it was not yet."""
+    def _candidate(self, place: Place) -> Candidate:
+        """Return the network of a size, which is judged if it was not yet."""
         if place not in self._judged:
             order, units = self._orders[place[0]], self._units[place[1]]
             self._judged[place] = judge(self._multi_start, order, units)
-        return self._judged[place].error
+        return self._judged[place]
+
+    def _error(self, place: Place) -> float:
+        """Return the validation error of a size."""
+        return self._candidate(place).error
 
     def _is_good(self, place: Place) -> bool:
         """Whether the network has units, and is accurate enough for the search."""
-        self._error(place)
-        return self._units[place[1]] > 0 and _good(self._judged[place])
+        return self._units[place[1]] > 0 and _good(self._candidate(place))
 
     def _linear_suffices(self, place: Place) -> bool:
         """Whether the network is linear and good, and its residual cannot be predicted."""

@@ -90,3 +90,7 @@ class Record:
         """Say where a sample is, for people: its line if the file has lines, and its time."""
         line = f"line {self.first_line + sample}, " if self.first_line else ""
         return f"sample {sample} ({line}t = {self.time[sample]:.6g} s)"
+
+    def with_unit(self, name: str, value: float) -> str:
+        """Write a value of a column with its unit, if it has one."""
+        return f"{value:.6g} {self.units[name]}".rstrip()

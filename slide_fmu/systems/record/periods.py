@@ -75,11 +75,12 @@ def find_period(inputs: FloatArray) -> Period | None:
 def groups_of_periods(inputs: FloatArray, period: int) -> NDArray[np.intp]:
     """Number the whole periods of inputs, (N, n_inputs): those that are alike have one number.
 
+    They are compared wherever they begin, so that a period which was cut elsewhere is known again.
     Shape (N // period,); numbers rise in the order in which periods first come.
     """
     scaled = _standardized(inputs)
     count = len(scaled) // period
-    periods = scaled[: count * period].reshape(count, -1)
+    periods = scaled[: count * period].reshape(count, period, scaled.shape[1])
     known: list[FloatArray] = []
     numbers = np.empty(count, np.intp)
     for index, one in enumerate(periods):
@@ -91,8 +92,12 @@ def groups_of_periods(inputs: FloatArray, period: int) -> NDArray[np.intp]:
 
 
 def _are_alike(one: FloatArray, other: FloatArray) -> bool:
-    power = min(float(np.sum((p - p.mean()) ** 2)) for p in (one, other))
-    return float(np.sum((one - other) ** 2)) <= ALIKE * power
+    """Tell whether two periods, (period, n_inputs) each, are alike, wherever they begin."""
+    power = min(float(np.sum((p - p.mean(axis=0)) ** 2)) for p in (one, other))
+    spectra = np.sum(rfft(one, axis=0).conj() * rfft(other, axis=0), axis=1)
+    common = float(irfft(spectra, len(one)).max())
+    off = float(np.sum(one**2) + np.sum(other**2)) - 2 * common
+    return off <= ALIKE * power
 
 
 def _standardized(inputs: FloatArray) -> FloatArray:

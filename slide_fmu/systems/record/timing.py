@@ -7,9 +7,7 @@ import numpy as np
 from slide_fmu.systems.record.clock import Clock, clock_of, drift
 from slide_fmu.systems.record.finding import Finding
 from slide_fmu.systems.record.measured import Record
-
-EVEN = 0.01
-"""Times that are off even ones by less than this part of the step count as even."""
+from slide_fmu.systems.record.resampling import EVEN
 
 LOST = 0.5
 """Two clocks that drift apart by more than this part of a step over the record are two."""

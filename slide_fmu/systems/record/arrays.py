@@ -32,22 +32,33 @@ class Column:
     values: Callable[[], FloatArray]
 
 
+Rows = slice | int
+"""An index of one axis of an array."""
+
+
 def columns_of(
-    name: str, shape: tuple[int, ...], unit: str, read: Callable[[], NDArray[np.generic]]
+    name: str,
+    shape: tuple[int, ...],
+    unit: str,
+    read: Callable[[tuple[Rows, ...]], NDArray[np.generic]],
 ) -> dict[str, Column]:
     """Give the columns of one array: itself, or ``name_1``, ``name_2``, ... of two axes.
 
     The longer axis is the time. Single numbers and arrays of more axes are no columns.
+
+    Args:
+        read: reads a part of the array, so that other columns need no memory.
     """
     long = [length for length in shape if length != 1]
     if len(long) == 1:
-        return {name: Column(long[0], unit, lambda: _floats(read()).reshape(-1))}
+        whole = (slice(None),) * len(shape)
+        return {name: Column(long[0], unit, lambda: _floats(read(whole)).reshape(-1))}
     if len(shape) != 2 or not 0 < min(shape) <= MOST_COLUMNS:
         return {}
 
     def column(index: int) -> Column:
-        values = lambda: _floats(np.take(read(), index, axis=int(np.argmin(shape))))  # noqa: E731
-        return Column(max(shape), unit, values)
+        part = (index, slice(None)) if shape[0] < shape[1] else (slice(None), index)
+        return Column(max(shape), unit, lambda: _floats(read(part)))
 
     return {f"{name}_{index + 1}": column(index) for index in range(min(shape))}
 

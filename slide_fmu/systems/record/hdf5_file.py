@@ -26,7 +26,7 @@ def read_hdf5(path: Path, choice: Choice) -> Table:
         numeric = isinstance(item, h5py.Dataset) and item.dtype.kind in "biuf"
         hidden = name.startswith("#") or item.attrs.get("MATLAB_class") == b"char"
         if numeric and not hidden and item.shape:
-            found.update(columns_of(name, item.shape, _unit(item), lambda: item[()]))
+            found.update(columns_of(name, item.shape, _unit(item), lambda part: item[part]))
 
     try:
         with h5py.File(path, "r") as file:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 from scipy.io import loadmat, whosmat
 from scipy.io.matlab import MatReadError
 
-from slide_fmu.systems.record.arrays import Column, columns_of, table_of
+from slide_fmu.systems.record.arrays import Column, Rows, columns_of, table_of
 from slide_fmu.systems.record.hdf5_file import read_hdf5
 from slide_fmu.systems.record.measured import RecordError
 from slide_fmu.systems.record.table import Choice, Table
@@ -40,7 +41,8 @@ def read_mat(path: Path, choice: Choice) -> Table:
     try:
         for name, shape, kind in whosmat(str(path)):
             if kind in NUMERIC:
-                found.update(columns_of(name, shape, "", lambda n=name: _load(path, n)))  # type: ignore[misc]
+                read = partial(_part, path, choice, name, shape)
+                found.update(columns_of(name, shape, "", read))
             elif kind == "struct" and np.prod(shape) == 1:
                 found.update(_fields(path, name, choice))
         return table_of(found, choice)
@@ -50,6 +52,14 @@ def read_mat(path: Path, choice: Choice) -> Table:
         raise RecordError(
             f"{choice.path}: {error}; expected a MAT file that is whole: write it again"
         ) from error
+
+
+def _part(
+    path: Path, choice: Choice, name: str, shape: tuple[int, ...], part: tuple[Rows, ...]
+) -> Any:
+    """Read a part of a variable, which comes into memory as a whole."""
+    choice.require_room(max(shape), min(shape))
+    return _load(path, name)[part]
 
 
 def _load(path: Path, name: str) -> Any:
@@ -64,5 +74,5 @@ def _fields(path: Path, name: str, choice: Choice) -> dict[str, Column]:
     for field in fields.dtype.names or ():
         values = np.asarray(fields[field])
         if values.dtype.kind in "biuf":
-            found.update(columns_of(f"{name}.{field}", values.shape, "", lambda v=values: v))  # type: ignore[misc]
+            found.update(columns_of(f"{name}.{field}", values.shape, "", values.__getitem__))
     return found

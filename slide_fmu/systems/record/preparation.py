@@ -112,7 +112,7 @@ def prepared(records: Sequence[Record], preparation: Preparation) -> Prepared:
         length = _longest(clock, len(record.time))
         plan = plan_resampling(clock.step, step, clock.jitter, length)
         remarks += _about_resampling(record, plan, preparation.hold)
-        stretches = _stretches(record, clock, preparation)
+        stretches = stretches_of(record, clock, preparation)
         found = [_piece(record, index, s, plan, preparation) for s in stretches]
         kept = [piece for piece in found if piece is not None]
         if len(stretches) > 1 or len(kept) < len(stretches):
@@ -154,7 +154,7 @@ def _longest(clock: Clock, length: int) -> int:
     return max(end - begin for begin, end in clock.stretches(length))
 
 
-def _stretches(record: Record, clock: Clock, preparation: Preparation) -> list[tuple[int, int]]:
+def stretches_of(record: Record, clock: Clock, preparation: Preparation) -> list[tuple[int, int]]:
     """Give begin and end (excluded) of all stretches of samples that follow each other."""
     values = record.chosen((*preparation.inputs, *preparation.outputs))
     usable = np.asarray(np.isfinite(values).all(axis=1))

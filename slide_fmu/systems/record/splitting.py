@@ -38,7 +38,8 @@ def split_pieces(pieces: Sequence[Piece], splitting: Splitting) -> Split:
             raise RecordError(
                 f"{name} has {scored} samples to score, of {total} in {len(pieces)} pieces, "
                 f"behind leads of {splitting.lead}; expected at least "
-                f"{max(1, splitting.lead)}: record more, shorten the window, or give this part a larger share"
+                f"{max(1, splitting.lead)}: record more, shorten the window, or give this part "
+                "a larger share"
             )
     return Split(*(tuple(found) for found in blocks))
 

@@ -295,6 +295,36 @@ def test_hdf5_groups_and_arrays_of_several_columns_are_named(tmp_path: Path) -> 
     assert np.array_equal(record.columns["run/forces_2"], TRAVEL)
 
 
+@pytest.mark.parametrize("across", [False, True])
+def test_mat_array_of_several_columns_gives_each(tmp_path: Path, across: bool) -> None:
+    both = np.stack([ROAD, TRAVEL], axis=0 if across else 1)
+    savemat(tmp_path / "a.mat", {"t": TIME, "x": both})
+    record = read_record(str(tmp_path / "a.mat"), ["x_2"])
+    assert np.array_equal(record.columns["x_2"], TRAVEL)
+    with pytest.raises(
+        RecordError, match="200 samples of 2 columns to read; expected at most 199"
+    ):
+        read_record(str(tmp_path / "a.mat"), ["x_2"], step=0.1, most=399)
+
+
+def test_one_column_of_a_wide_hdf5_array_needs_no_more_memory(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["x"] = np.arange(2_000_000.0).reshape(20_000, 100)
+    tracemalloc.start()
+    record = read_record(str(tmp_path / "a.h5"), ["x_7"], step=0.1)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert np.array_equal(record.columns["x_7"], 6 + 100.0 * np.arange(20_000))
+    assert most < 2e6  # of 16 MB
+
+
+def test_csv_of_two_bytes_for_each_character_is_read(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t\tu [°C]\n0\t1\n1\t2\n", encoding="utf-16")
+    record = read_record(str(tmp_path / "a.csv"))
+    assert record.units == {"u": "°C"}
+    assert record.columns["u"].tolist() == [1, 2]
+
+
 def test_mat_structure_gives_its_fields(tmp_path: Path) -> None:
     savemat(tmp_path / "a.mat", {"data": {"t": TIME, "road": ROAD, "who": "me"}})
     record = read_record(str(tmp_path / "a.mat"))

@@ -97,7 +97,10 @@ def _numbers(
     """Give the numbers of one chunk of a column, NaN for texts; tell how many texts it has."""
     if pandas.api.types.is_bool_dtype(column) or pandas.api.types.is_numeric_dtype(column):
         return column.to_numpy(dtype=np.float64), None
-    written = column.astype("string").str.strip().str.replace(decimal, ".", regex=False)
+    written = column.astype("string").str.strip()
+    if decimal == ",":  # a point would separate thousands
+        grouped = written.str.contains(".", regex=False)
+        written = written.mask(grouped, "text").str.replace(",", ".", regex=False)
     values = pandas.to_numeric(written, errors="coerce").to_numpy(
         dtype=np.float64, na_value=np.nan
     )

@@ -11,7 +11,7 @@ from pathlib import Path
 from slide_fmu.systems.record.measured import RecordError
 from slide_fmu.systems.record.table import UNIT, named
 
-HEAD = 64 * 1024
+HEAD = 1024 * 1024
 """So many bytes of the file are looked at to find out how it is written."""
 
 LOOKED_AT = 50

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,9 @@ NUMERIC = (
     *("uint8", "uint16", "uint32", "uint64"),
 )
 """Classes of arrays that hold numbers."""
+
+BROKEN = (MatReadError, NotImplementedError, TypeError, ValueError, OSError, zlib.error)
+"""What scipy raises at a file that is no MAT file, or not all of one."""
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 """What HDF5 begins with, behind the 512 bytes that are MATLAB's own."""
@@ -46,9 +50,9 @@ def read_mat(path: Path, choice: Choice) -> Table:
             elif kind == "struct" and np.prod(shape) == 1:
                 found.update(_fields(path, name, choice))
         return table_of(found, choice)
-    except (MatReadError, NotImplementedError, TypeError, OSError, ValueError) as error:
-        if isinstance(error, RecordError):
-            raise
+    except RecordError:
+        raise
+    except BROKEN as error:
         raise RecordError(
             f"{choice.path}: {error}; expected a MAT file that is whole: write it again"
         ) from error

@@ -44,6 +44,7 @@ class Record:
         digest: SHA-256 of the file.
         clock: name of the column that ``time`` comes from; None where the step was given.
         other_clocks: further columns of times, in s, by name, each of shape (N,).
+        clock_is_chosen: whether the user named the column of times.
         texts: what was found in place of numbers.
         first_line: line of the first sample in the file; 0 where the file has no lines.
 
@@ -58,6 +59,7 @@ class Record:
     digest: str
     clock: str | None = None
     other_clocks: dict[str, FloatArray] = field(default_factory=dict)
+    clock_is_chosen: bool = False
     texts: tuple[Text, ...] = ()
     first_line: int = 0
 

@@ -65,9 +65,12 @@ def read_record(
         raise RecordError(
             f"{path} ends with {found.suffix!r}; expected one of {list(READERS)}: convert it"
         )
-    table = reader(found, choice)
-    with found.open("rb") as file:
-        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    try:
+        with found.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
+        table = reader(found, choice)
+    except OSError as error:
+        raise RecordError(f"{path}: {error}; expected a file that can be read") from error
     return _with_time(table, choice, step, digest)
 
 
@@ -134,7 +137,16 @@ def _with_time(table: Table, choice: Choice, step: float | None, digest: str) ->
     _require_samples(times, clock, columns, choice.path)
     kept = {name: units[name] for name in columns}
     return Record(
-        times, columns, kept, choice.path, digest, clock, clocks, texts, table.first_line
+        times,
+        columns,
+        kept,
+        choice.path,
+        digest,
+        clock,
+        clocks,
+        clock_is_chosen=choice.time is not None,
+        texts=texts,
+        first_line=table.first_line,
     )
 
 

@@ -116,7 +116,7 @@ def _gaps(record: Record, clock: Clock) -> list[Finding]:
 
 
 def _other_clocks(record: Record, clock: Clock) -> list[Finding]:
-    """Refuse a second clock that drifts: which of them do the values belong to?"""
+    """Refuse a second clock that drifts, unless one is chosen: to which do the values belong?"""
     found = []
     duration = float(record.time[-1] - record.time[0])
     for name, times in record.other_clocks.items():
@@ -125,13 +125,13 @@ def _other_clocks(record: Record, clock: Clock) -> list[Finding]:
             found.append(
                 Finding(
                     "two clocks",
-                    "refused",
+                    "remarked" if record.clock_is_chosen else "refused",
                     record.path,
                     name,
                     f"this clock and {record.clock!r} drift apart by {off:.6g} s within "
                     f"{duration:.6g} s",
                     "one clock for all columns",
-                    "remove the one that is wrong, or bring all columns to the same clock",
+                    "name the one that the columns belong to, and use no columns of the other",
                 )
             )
     return found

@@ -17,7 +17,7 @@ def record(
     length = len(next(iter(columns.values())))
     times = STEP * np.arange(length) if time is None else time
     units = dict.fromkeys(columns, "V")
-    return Record(times, columns, units, "a.csv", "", "time", {}, texts, 2)
+    return Record(times, columns, units, "a.csv", "", "time", texts=texts, first_line=2)
 
 
 def multisine(length: int, rng: np.random.Generator, lines: int = 60) -> np.ndarray:

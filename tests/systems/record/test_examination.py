@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -264,6 +266,11 @@ def two_clocks(rate: float) -> Record:
     noise = 1e-5 * np.random.default_rng(11).normal(size=N)
     other = {"can_time": 5 + (1 + rate) * time + noise}
     return Record(time, {"u": NOISE}, {"u": "V"}, "a.csv", "", "time", other)
+
+
+def test_second_clock_is_remarked_where_the_user_chose_one() -> None:
+    chosen = replace(two_clocks(1e-3), clock_is_chosen=True)
+    assert "drift apart" in the_one(examine([chosen]), "two clocks", "remarked")
 
 
 def test_second_clock_that_drifts_is_refused_with_its_drift() -> None:

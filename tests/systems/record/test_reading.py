@@ -121,6 +121,44 @@ def test_file_of_another_content_is_refused(tmp_path: Path, form: str) -> None:
         read_record(str(path))
 
 
+@pytest.mark.parametrize("form", ["parquet", "hdf5", "mat"])
+@pytest.mark.parametrize("kept", [0.1, 0.5, 0.9])
+def test_file_that_was_cut_is_refused(tmp_path: Path, form: str, kept: float) -> None:
+    name, write = FORMATS[form]
+    write(tmp_path / name)
+    content = (tmp_path / name).read_bytes()
+    (tmp_path / name).write_bytes(content[: int(kept * len(content))])
+    with pytest.raises(RecordError, match=name):
+        read_record(str(tmp_path / name), ["road", "travel"])
+
+
+def test_compressed_mat_file_is_read_and_a_broken_one_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.mat"
+    savemat(path, {"t": TIME, "road": ROAD}, do_compression=True)
+    assert np.array_equal(read_record(str(path)).columns["road"], ROAD)
+    content = bytearray(path.read_bytes())
+    content[-40:-20] = bytes(20)
+    path.write_bytes(content)
+    with pytest.raises(RecordError, match=r"a\.mat.*that is whole"):
+        read_record(str(path))
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_empty_file_is_refused(tmp_path: Path, form: str) -> None:
+    name = FORMATS[form][0]
+    (tmp_path / name).write_bytes(b"")
+    with pytest.raises(RecordError, match=name):
+        read_record(str(tmp_path / name))
+
+
+def test_points_that_group_thousands_are_texts_beside_decimal_commas(tmp_path: Path) -> None:
+    as_csv(tmp_path / "a.csv", "t;u\n0,0;1,5\n0,1;1.234\n0,2;1.234,5\n")
+    record = read_record(str(tmp_path / "a.csv"))
+    (text,) = record.texts
+    assert (text.count, text.sample, text.value) == (2, 1, "1.234")
+    assert record.columns["u"] == pytest.approx([1.5, np.nan, np.nan], nan_ok=True)
+
+
 @pytest.mark.parametrize("separator", [",", ";", "\t", " ", "|"])
 @pytest.mark.parametrize("decimal", [".", ","])
 @pytest.mark.parametrize("units", ["brackets", "parentheses", "second line", "none"])
@@ -263,8 +301,10 @@ def test_second_clock_is_kept_beside_the_named_one(tmp_path: Path) -> None:
     as_csv(tmp_path / "a.csv", "can_time,time [ms],u\n0,0,1\n1,1001,2\n2,2002,3\n")
     record = read_record(str(tmp_path / "a.csv"), time="time")
     assert record.time == pytest.approx([0, 1.001, 2.002])
+    assert record.clock_is_chosen
     assert record.other_clocks["can_time"].tolist() == [0, 1, 2]
-    assert read_record(str(tmp_path / "a.csv")).clock == "can_time"
+    found = read_record(str(tmp_path / "a.csv"))
+    assert (found.clock, found.clock_is_chosen) == ("can_time", False)
 
 
 def test_step_and_time_together_are_refused(tmp_path: Path) -> None:

@@ -49,7 +49,7 @@ class Answer:
     @property
     def pairing(self) -> Pairing | None:
         """The pairing that the evidence is for; None where it does not tell."""
-        if max(self.ahead, self.now) > SURE:
+        if self.now > SURE:
             return "same"
         return "later" if self.before > SURE and self.now < UNSURE else None
 

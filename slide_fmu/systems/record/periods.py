@@ -19,9 +19,6 @@ Noise of a tenth of a recorded input (20 dB) makes as much.
 SHARE = 0.5
 """Inputs repeat if at least this part of the record lies in periods that are alike."""
 
-SHORTEST = 4
-"""A period has at least so many times the samples over which the input stays like itself."""
-
 WEAKEST = 0.2
 """The correlation at a period is at least this, where only parts of the record repeat."""
 
@@ -56,7 +53,7 @@ def find_period(inputs: FloatArray) -> Period | None:
     apart = np.flatnonzero(alike < 0.5)
     if not len(apart):
         return None
-    first = SHORTEST * int(apart[0])
+    first = int(apart[0])  # before, inputs are only like themselves
     if first + 1 >= len(alike):
         return None
     best = float(alike[first:].max())

@@ -113,7 +113,7 @@ def resampled(
     else:
         at = np.arange(time[0], time[-1] + 1e-6 * plan.base, plan.base)
         base = values if plan.even else _interpolated(time, values, at, between)
-        found = resample_poly(base, plan.up, plan.down, axis=0, padtype="line")[:count]
+        found = resample_poly(base, plan.up, plan.down, axis=0)[:count]
     return np.asarray(found[plan.edge : max(plan.edge, count - plan.edge)])
 
 

@@ -95,6 +95,15 @@ def test_saturation_is_found_at_its_value(signal: str, resolution: float) -> Non
     assert 0.6 * above.sum() < found.samples <= above.sum()
 
 
+def test_saturation_behind_an_empty_stretch_is_told_at_its_own_place() -> None:
+    values = np.minimum(multisine(N, np.random.default_rng(2)), 1.5)
+    values[:50] = np.nan
+    found = {finding.kind: finding.message for finding in examine([record({"u": values})])}
+    at_limit = values == 1.5
+    long = at_limit[:-2] & at_limit[1:-1] & at_limit[2:]
+    assert f"the first at sample {np.flatnonzero(long)[0]} " in found["saturation"]
+
+
 def test_both_ends_of_a_range_can_saturate() -> None:
     values = np.clip(multisine(N, np.random.default_rng(3)), -0.9, 1.1)
     assert [found.value for found in saturations(values)] == [-0.9, 1.1]
@@ -116,6 +125,11 @@ def test_outlier_behind_an_empty_stretch_is_told_at_its_own_place() -> None:
     values[200:300] = np.nan
     found = {finding.kind: finding.message for finding in examine([record({"u": values})])}
     assert "at sample 700 (line 702" in found["outlier"]
+
+
+def test_steep_rise_over_two_samples_is_no_outlier() -> None:
+    values = 1e-3 * NOISE + np.interp(np.arange(N), [999, 1001], [0, 5])
+    assert not len(outliers(values))
 
 
 @given(st.integers(1, 398), st.floats(40, 1e6), st.sampled_from([-1, 1]))
@@ -225,6 +239,12 @@ def test_step_does_not_mind_gaps_and_jitter() -> None:
     assert clock.step == pytest.approx(STEP, rel=1e-4)
     assert [gap.sample for gap in clock.gaps] == [999]
     assert clock.stretches(4900) == [(0, 1000), (1000, 4900)]
+
+
+def test_step_does_not_come_from_the_first_difference() -> None:
+    clock = clock_of(STEP * np.delete(np.arange(500), np.r_[1:30]))
+    assert clock.step == pytest.approx(STEP)
+    assert [gap.sample for gap in clock.gaps] == [0]
 
 
 def test_time_that_falls_back_is_refused_at_its_line() -> None:

@@ -204,6 +204,11 @@ def test_all_numbers_come_back_from_csv_to_the_last_bit(
     assert np.array_equal(record.chosen(("u", "y")), np.array(rows))
 
 
+def test_unit_behind_a_name_counts_more_than_that_of_the_second_line(tmp_path: Path) -> None:
+    as_csv(tmp_path / "a.csv", "t,u [N],y\ns,x,[mm]\n0,1,2\n1,2,3\n")
+    assert read_record(str(tmp_path / "a.csv")).units == {"u": "N", "y": "mm"}
+
+
 def test_windows_code_page_gives_the_unit_its_degree(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_bytes("t;T [°C]\n0;1\n1;2\n".encode("cp1252"))
     assert read_record(str(tmp_path / "a.csv")).units == {"T": "°C"}

@@ -12,6 +12,9 @@ from slide_fmu.systems.record.measured import RecordError
 GAP = 1.5
 """Two samples that are more steps apart than this have a gap between them."""
 
+EVEN = 0.01
+"""Times that are off even ones by less than this part of the step count as even."""
+
 
 @dataclass(frozen=True)
 class Gap:
@@ -108,3 +111,12 @@ def drift(time: FloatArray, other: FloatArray) -> float:
     power = float(elapsed @ elapsed)
     slope = float(elapsed @ (apart - apart.mean())) / power if power else 0.0
     return slope * float(time[both][-1] - time[both][0])
+
+
+def neat_step(clock: Clock, length: int) -> float:
+    """Give the step of a clock in s with as few digits as do no harm over so many samples."""
+    for digits in range(1, 13):
+        step = float(f"{clock.step:.{digits}g}")
+        if abs(step / clock.step - 1) * length < EVEN:
+            return step
+    return clock.step

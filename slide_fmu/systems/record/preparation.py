@@ -9,15 +9,9 @@ from typing import Literal
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Hold, Trajectory
-from slide_fmu.systems.record.clock import Clock, clock_of
+from slide_fmu.systems.record.clock import Clock, clock_of, neat_step
 from slide_fmu.systems.record.measured import Record, RecordError
-from slide_fmu.systems.record.resampling import (
-    EVEN,
-    LONGER,
-    Resampling,
-    plan_resampling,
-    resampled,
-)
+from slide_fmu.systems.record.resampling import LONGER, Resampling, plan_resampling, resampled
 
 Pairing = Literal["same", "later"]
 """Which output answers an input, of samples u[k] and y[k] that were measured together.
@@ -128,15 +122,6 @@ def prepared(records: Sequence[Record], preparation: Preparation) -> Prepared:
             f"{step:.6g} s; expected at least one: record without gaps, or ask for fewer samples"
         )
     return Prepared(tuple(pieces), tuple(remarks))
-
-
-def neat_step(clock: Clock, length: int) -> float:
-    """Give the step of a clock in s with as few digits as do no harm over so many samples."""
-    for digits in range(1, 13):
-        step = float(f"{clock.step:.{digits}g}")
-        if abs(step / clock.step - 1) * length < EVEN:
-            return step
-    return clock.step
 
 
 def _sound_clock(record: Record) -> Clock:

@@ -12,12 +12,10 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import resample_poly
 
 from slide_fmu.core.signals import FloatArray, Hold
+from slide_fmu.systems.record.clock import EVEN
 
 LARGEST = 64
 """Largest denominator of a ratio of steps that counts as rational."""
-
-EVEN = 0.01
-"""Times that are off even ones by less than this part of the step count as even."""
 
 LONGER = 1.01
 """A step is longer than another one if it is so many times as long."""

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from slide_fmu.systems.record.clock import Clock, clock_of, drift
+from slide_fmu.systems.record.clock import EVEN, Clock, clock_of, drift
 from slide_fmu.systems.record.finding import Finding
 from slide_fmu.systems.record.measured import Record
-from slide_fmu.systems.record.resampling import EVEN
 
 LOST = 0.5
 """Two clocks that drift apart by more than this part of a step over the record are two."""

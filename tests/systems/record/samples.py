@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import butter, chirp, sosfilt
 
+from slide_fmu.systems.record.finding import Finding
 from slide_fmu.systems.record.measured import Record, Text
 
 STEP = 1e-3
@@ -53,3 +54,9 @@ def clean_signals(seed: int) -> dict[str, np.ndarray]:
         "pulse": rest + np.where((t > n / 3) & (t < n / 3 + 20), 1.0, 0),
         "decay": np.exp(-t / (n / 8)) * np.sin(2 * np.pi * t / 37),
     }
+
+
+def the_one(found: tuple[Finding, ...], kind: str, severity: str) -> str:
+    """The message of the only finding, which is of this kind and severity."""
+    assert [(finding.kind, finding.severity) for finding in found] == [(kind, severity)]
+    return found[0].message

@@ -31,9 +31,10 @@ release: setup
 	test ! -e runs/$(NAME)/mechanism.png || cp runs/$(NAME)/mechanism.png fmus/$(NAME)/
 	cp runs/$(NAME)/card.md fmus/$(NAME)/README.md
 
-# A worker takes whole files, since tests of a file share what they build.
+# A worker takes whole files, since tests of a file share what they build. Files keep their order:
+# sorted by their numbers of tests, the tutorials, which are few and long, would come last.
 WORKERS ?= 2
-PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile
+PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 test: setup
 	$(PYTEST) -m "not extended"

@@ -1,0 +1,98 @@
+"""What a measured record is: columns of numbers over a time in seconds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+
+
+class RecordError(ValueError):
+    """A record cannot be read, or cannot be used as it is."""
+
+
+@dataclass(frozen=True)
+class Text:
+    """A Text is what stood in a column where a number was expected.
+
+    Attributes:
+        column: name of the column.
+        count: how many of its values are texts.
+        sample: index of the first of them.
+        value: the first of them.
+    """
+
+    column: str
+    count: int
+    sample: int
+    value: str
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """A Record is what was measured at one go.
+
+    Attributes:
+        time: times of the samples in s, shape (N,); as the file has them, so that they may jump
+            or fall back.
+        columns: values by name, each of shape (N,), in the units of ``units``; NaN where the file
+            has nothing, or a text.
+        units: units by name, as the file writes them; empty where it has none.
+        path: the file, as it was named.
+        digest: SHA-256 of the file.
+        clock: name of the column that ``time`` comes from; None where the step was given.
+        other_clocks: further columns of times, in s, by name, each of shape (N,).
+        clock_is_chosen: whether the user named the column of times.
+        texts: what was found in place of numbers.
+        first_line: line of the first sample in the file; 0 where the file has no lines.
+
+    Raises:
+        RecordError: the shapes do not belong together.
+    """
+
+    time: FloatArray
+    columns: dict[str, FloatArray]
+    units: dict[str, str]
+    path: str
+    digest: str
+    clock: str | None = None
+    other_clocks: dict[str, FloatArray] = field(default_factory=dict)
+    clock_is_chosen: bool = False
+    texts: tuple[Text, ...] = ()
+    first_line: int = 0
+
+    def __post_init__(self) -> None:
+        shapes = {n: v.shape for n, v in {**self.columns, **self.other_clocks}.items()}
+        wrong = {name: shape for name, shape in shapes.items() if shape != self.time.shape}
+        if self.time.ndim != 1 or wrong:
+            raise RecordError(
+                f"{self.path}: time of shape {self.time.shape}, columns of shapes {wrong}; "
+                "expected one axis, and the same length for all"
+            )
+
+    def chosen(self, names: tuple[str, ...]) -> FloatArray:
+        """Give columns side by side, shape (N, n_names).
+
+        Raises:
+            RecordError: the record lacks one of them.
+        """
+        missing = [name for name in names if name not in self.columns]
+        if missing:
+            raise RecordError(
+                f"{self.path} has no columns {missing}; it has {list(self.columns)}: "
+                "name columns that it has"
+            )
+        if not names:
+            return np.empty((len(self.time), 0))
+        return np.stack([self.columns[name] for name in names], axis=1)
+
+    def place(self, sample: int) -> str:
+        """Say where a sample is, for people: its line if the file has lines, and its time."""
+        line = f"line {self.first_line + sample}, " if self.first_line else ""
+        return f"sample {sample} ({line}t = {self.time[sample]:.6g} s)"
+
+    def with_unit(self, name: str, value: float) -> str:
+        """Write a value of a column with its unit, if it has one."""
+        return f"{value:.6g} {self.units[name]}".rstrip()

@@ -1,0 +1,182 @@
+"""From files to records."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from slide_fmu.core.files import find_file
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.systems.record.csv_file import read_csv
+from slide_fmu.systems.record.hdf5_file import read_hdf5
+from slide_fmu.systems.record.mat_file import read_mat
+from slide_fmu.systems.record.measured import Record, RecordError
+from slide_fmu.systems.record.parquet_file import read_parquet
+from slide_fmu.systems.record.table import MOST_NUMBERS, Choice, Table, shortened
+from slide_fmu.systems.record.time_column import SECONDS, in_seconds, is_time
+
+READERS: dict[str, Callable[[Path, Choice], Table]] = {
+    ".csv": read_csv,
+    ".txt": read_csv,
+    ".tsv": read_csv,
+    ".parquet": read_parquet,
+    ".h5": read_hdf5,
+    ".hdf5": read_hdf5,
+    ".hdf": read_hdf5,
+    ".mat": read_mat,
+}
+"""Readers by the end of the file's name, in small letters."""
+
+
+def read_record(
+    path: str,
+    names: Sequence[str] | None = None,
+    *,
+    time: str | None = None,
+    step: float | None = None,
+    most: int = MOST_NUMBERS,
+) -> Record:
+    """Read one record from a CSV, Parquet, HDF5 or MAT file.
+
+    Args:
+        path: the file, from here or from a folder in which modules are looked for.
+        names: columns that are wanted; None for all. No others are kept in memory.
+        time: column of times; None where it is to be found by its name and unit.
+        step: sample step in s, where the file has no times, or where they shall not count.
+        most: number of samples times columns that are read at most.
+
+    Raises:
+        RecordError: the file is missing, of an unknown format, malformed or too large, lacks a
+            column, or has no times while no step is given.
+    """
+    if step is not None and not (time is None and 0 < step < math.inf):
+        raise RecordError(
+            f"{path}: step = {step} s with the time column {time!r}; expected a positive, finite "
+            "step without a time column, or a time column alone"
+        )
+    choice = Choice(path, None if names is None else tuple(names), time, step is not None, most)
+    found = _found(path)
+    reader = READERS.get(found.suffix.lower())
+    if reader is None:
+        raise RecordError(
+            f"{path} ends with {found.suffix!r}; expected one of {list(READERS)}: convert it"
+        )
+    try:
+        with found.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
+        table = reader(found, choice)
+    except OSError as error:
+        raise RecordError(f"{path}: {error}; expected a file that can be read") from error
+    return _with_time(table, choice, step, digest)
+
+
+def read_records(
+    paths: Sequence[str],
+    names: Sequence[str] | None = None,
+    *,
+    time: str | None = None,
+    step: float | None = None,
+    most: int = MOST_NUMBERS,
+) -> tuple[Record, ...]:
+    """Read records of the same columns from one or many files, which may differ in length.
+
+    Args:
+        paths: the files; the other arguments are those of ``read_record``, and ``most`` is meant
+            for all of them together.
+
+    Raises:
+        RecordError: as ``read_record`` does; or a file has other columns or units than the first.
+    """
+    records: list[Record] = []
+    left = most
+    for path in paths:
+        record = read_record(path, names, time=time, step=step, most=left)
+        left = max(0, left - len(record.time) * (1 + len(record.columns)))
+        if records:
+            _require_alike(records[0], record)
+        records.append(record)
+    if not records:
+        raise RecordError("no file is named; expected at least one")
+    return tuple(records)
+
+
+def _found(path: str) -> Path:
+    try:
+        return find_file(path)
+    except OSError as error:
+        raise RecordError(str(error)) from error
+
+
+def _with_time(table: Table, choice: Choice, step: float | None, digest: str) -> Record:
+    """Tell the times from the other columns, in s."""
+    columns, units = dict(table.columns), table.units
+    clocks: dict[str, FloatArray] = {}
+    wanted = choice.names or ()
+    if step is None:
+        for name in list(columns):
+            if name == choice.time or (is_time(name, units[name]) and name not in wanted):
+                clocks[name] = in_seconds(
+                    name, _unit(units[name], name, choice), columns.pop(name)
+                )
+        if not clocks:
+            raise RecordError(
+                f"{choice.path} has no column of times among {shortened(columns)}; expected one "
+                "named time, t or the like: name it with time, or give the step"
+            )
+        clock = choice.time or next(iter(clocks))
+        times = clocks.pop(clock)
+    else:
+        columns = {n: v for n, v in columns.items() if n in wanted or not is_time(n, units[n])}
+        length = len(next(iter(table.columns.values()), ()))
+        clock, times = None, step * np.arange(length, dtype=np.float64)
+    texts = tuple(text for text in table.texts if text.column in (*columns, clock))
+    _require_samples(times, clock, columns, choice.path)
+    kept = {name: units[name] for name in columns}
+    return Record(
+        times,
+        columns,
+        kept,
+        choice.path,
+        digest,
+        clock,
+        clocks,
+        clock_is_chosen=choice.time is not None,
+        texts=texts,
+        first_line=table.first_line,
+    )
+
+
+def _unit(unit: str, name: str, choice: Choice) -> str:
+    """Give the unit of times, if it is one."""
+    if unit.lower() not in SECONDS:
+        raise RecordError(
+            f"{choice.path}: time {name!r} has the unit {unit!r}; expected one of "
+            f"{[known for known in SECONDS if known]}: name another column"
+        )
+    return unit
+
+
+def _require_samples(
+    times: FloatArray, clock: str | None, columns: dict[str, FloatArray], path: str
+) -> None:
+    """Refuse a record of fewer than two samples, or without any column beside the time."""
+    if len(times) < 2 or not columns:
+        raise RecordError(
+            f"{path} has {len(times)} samples of {list(columns)}, time {clock!r}; expected at "
+            "least two samples of at least one column beside the time"
+        )
+
+
+def _require_alike(first: Record, other: Record) -> None:
+    """Refuse a record with other columns or units than the first."""
+    if other.units != first.units:
+        differ = set(first.units.items()) ^ set(other.units.items())
+        raise RecordError(
+            f"{other.path} and {first.path} differ in the columns {sorted(differ)}; expected the "
+            "same names and units in all records: name the columns that both have, or correct "
+            "the headers"
+        )

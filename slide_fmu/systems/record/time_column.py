@@ -1,0 +1,42 @@
+"""Which columns of a file are times, by their names and units, and what they are in seconds."""
+
+from __future__ import annotations
+
+import re
+
+from slide_fmu.core.signals import FloatArray
+
+SECONDS = {
+    "": 1.0,
+    "s": 1.0,
+    "sec": 1.0,
+    "second": 1.0,
+    "seconds": 1.0,
+    "ms": 1e-3,
+    "us": 1e-6,
+    "µs": 1e-6,  # micro sign
+    "μs": 1e-6,  # Greek mu
+    "ns": 1e-9,
+    "min": 60.0,
+    "h": 3600.0,
+}
+"""Units of times, in s; times without a unit are in s."""
+
+TIME = re.compile(
+    r"(?:.*[/.])?(?:t|(?:[a-z0-9]+[_ ])?(?:time|times|timestamp|zeit))"
+    r"(?:[_ ]?\d+)?(?:_(?P<unit>s|sec|ms|us|ns|min|h))?",
+    re.IGNORECASE,
+)
+"""Names of columns of times, perhaps with a folder before them and a unit behind."""
+
+
+def is_time(name: str, unit: str) -> bool:
+    """Tell whether a column may be one of times, by its name and unit."""
+    return TIME.fullmatch(name) is not None and unit.lower() in SECONDS
+
+
+def in_seconds(name: str, unit: str, values: FloatArray) -> FloatArray:
+    """Convert times, shape (N,), to s by their unit, or by the unit that ends their name."""
+    match = TIME.fullmatch(name)
+    told = unit.lower() or ((match["unit"] or "").lower() if match else "")
+    return values * SECONDS[told]

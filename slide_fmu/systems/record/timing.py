@@ -1,0 +1,136 @@
+"""What is found about the times of a record."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slide_fmu.systems.record.clock import EVEN, Clock, clock_of, drift
+from slide_fmu.systems.record.finding import Finding
+from slide_fmu.systems.record.measured import Record
+
+LOST = 0.5
+"""Two clocks that drift apart by more than this part of a step over the record are two."""
+
+
+def time_findings(record: Record) -> list[Finding]:
+    """Find what is wrong with the times: texts, jumps, gaps, jitter, another clock that drifts."""
+    broken = np.flatnonzero(~np.isfinite(record.time))
+    if len(broken):
+        return [_broken(record, broken)]
+    if not (np.diff(record.time) > 0).any():
+        return [
+            _finding(
+                record,
+                "time",
+                f"the time never rises: {record.time[0]:.6g} s at all {len(record.time)} samples",
+                "rising times in s",
+                "name another column of times, or give the step",
+            )
+        ]
+    clock = clock_of(record.time)
+    found = [
+        *_order(record, clock),
+        *_gaps(record, clock),
+        *_other_clocks(record, clock),
+    ]
+    if clock.jitter > EVEN and not (clock.falls or clock.repeats):
+        found.append(
+            Finding(
+                "jitter",
+                "remarked",
+                record.path,
+                record.clock or "",
+                f"times are off even ones by {100 * clock.jitter:.2g} % of the step "
+                f"{clock.step:.6g} s (root mean square)",
+                f"at most {100 * EVEN:g} %",
+                "the record is resampled to even times; give the step if only the stamps are off",
+            )
+        )
+    return found
+
+
+def _finding(record: Record, kind: str, found: str, expected: str, remedy: str) -> Finding:
+    return Finding(kind, "refused", record.path, record.clock or "", found, expected, remedy)
+
+
+def _broken(record: Record, broken: np.ndarray) -> Finding:
+    texts = [text for text in record.texts if text.column == record.clock]
+    if texts:
+        sample, what = texts[0].sample, f"has the text {texts[0].value!r}"
+    else:
+        sample, what = int(broken[0]), "is empty or not finite"
+    line = f" (line {record.first_line + sample})" if record.first_line else ""
+    return _finding(
+        record,
+        "time",
+        f"the time {what} at sample {sample}{line}, {len(broken)} times in all",
+        "a number in s at every sample",
+        "mend or cut the file, or give the step",
+    )
+
+
+def _order(record: Record, clock: Clock) -> list[Finding]:
+    """Refuse times that fall back or repeat."""
+    found = []
+    if clock.falls:
+        at = clock.falls[0]
+        found.append(
+            _finding(
+                record,
+                "time falls back",
+                f"the time falls back by {record.time[at - 1] - record.time[at]:.6g} s at "
+                f"{record.place(at)}, {len(clock.falls)} times in all",
+                "times that rise",
+                "cut the file there into several records, or give the step",
+            )
+        )
+    if clock.repeats:
+        found.append(
+            _finding(
+                record,
+                "time repeats",
+                f"the time stays the same at {record.place(clock.repeats[0])}, "
+                f"{len(clock.repeats)} times in all",
+                "times that rise",
+                "remove samples that are there twice; give the step if the clock is too coarse",
+            )
+        )
+    return found
+
+
+def _gaps(record: Record, clock: Clock) -> list[Finding]:
+    """Remark where samples are missing."""
+    if not clock.gaps:
+        return []
+    longest = max(clock.gaps, key=lambda gap: gap.length)
+    missing = sum(round(gap.length / clock.step) - 1 for gap in clock.gaps)
+    found = (
+        f"{len(clock.gaps)} gaps, {missing} samples of {clock.step:.6g} s are missing; the "
+        f"longest has {longest.length:.6g} s behind {record.place(longest.sample)}"
+    )
+    remedy = "the record is cut there into stretches"
+    return [
+        Finding("gap", "remarked", record.path, record.clock or "", found, "even times", remedy)
+    ]
+
+
+def _other_clocks(record: Record, clock: Clock) -> list[Finding]:
+    """Refuse a second clock that drifts, unless one is chosen: to which do the values belong?"""
+    found = []
+    duration = float(record.time[-1] - record.time[0])
+    for name, times in record.other_clocks.items():
+        off = drift(record.time, times)
+        if not abs(off) <= LOST * clock.step:
+            found.append(
+                Finding(
+                    "two clocks",
+                    "remarked" if record.clock_is_chosen else "refused",
+                    record.path,
+                    name,
+                    f"this clock and {record.clock!r} drift apart by {off:.6g} s within "
+                    f"{duration:.6g} s",
+                    "one clock for all columns",
+                    "name the one that the columns belong to, and use no columns of the other",
+                )
+            )
+    return found

@@ -133,6 +133,21 @@ def starts_of(parameters: tuple[Parameter, ...]) -> FloatArray:
     return np.array([parameter.start_value for parameter in parameters], dtype=np.float64)
 
 
+def grid_of(parameters: tuple[Parameter, ...], share: float = 0.0) -> FloatArray:
+    """Return points of a box of parameters in their units, (G, n_parameters), corners among them.
+
+    The box is wider than the ranges by a share at either end (``Parameter.beyond``). Few
+    parameters have middles too: five points of one, three each of two or three.
+    """
+    count = {1: 5, 2: 3, 3: 3}.get(len(parameters), 2)
+    axes = []
+    for parameter in parameters:
+        first, last = parameter.beyond(share) if share else (parameter.low, parameter.high)
+        ends = parameter.scaled(first), parameter.scaled(last)
+        axes.append(parameter.unscaled(np.linspace(*ends, count)))
+    return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(parameters))
+
+
 def checked_values(parameters: tuple[Parameter, ...], given: Mapping[str, float]) -> FloatArray:
     """Return the values of parameters, shape (n_parameters,), those not given at their starts.
 

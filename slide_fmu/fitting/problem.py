@@ -9,8 +9,29 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from slide_fmu.core.parameter_basis import ParameterBasis
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.features.feature_map import FeatureMap
+
+
+@dataclass(frozen=True, eq=False)
+class Physical:
+    """Physical parameters of trajectories: each trajectory has its own values.
+
+    Attributes:
+        basis: the polynomials that the weights follow.
+        training: values in the parameters' units, shape (n_trajectories, n_parameters).
+        validation, beyond: the same of the other data; ``beyond`` is None if there are none.
+        eigenvalues: eigenvalues in 1/s of the system linearized at rest, at the corners of the
+            parameters' box; None where they are not known.
+    """
+
+    basis: ParameterBasis
+    training: FloatArray
+    validation: FloatArray
+    beyond: FloatArray | None = None
+    eigenvalues: NDArray[np.complex128] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +50,7 @@ class Problem:
             measured records.
         beyond: features and outputs of the same kind beyond the range of the inputs, learnt with
             a low weight; None if there are none.
+        physical: the physical parameters that the weights shall follow; None if there are none.
     """
 
     window: Window
@@ -38,3 +60,4 @@ class Problem:
     checkpoint: Path
     eigenvalues: NDArray[np.complex128] | None = None
     beyond: tuple[torch.Tensor, torch.Tensor] | None = None
+    physical: Physical | None = None

@@ -10,9 +10,11 @@ import numpy as np
 import torch
 
 from slide_fmu.core.progress import Progress
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.fitting.feature_choice import roles_of
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.problem import Problem
+from slide_fmu.fitting.state_space.cell import CellShape
 from slide_fmu.fitting.state_space.multi_start import (
     LINEAR_ITERATIONS,
     Candidate,
@@ -23,7 +25,9 @@ from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
 from slide_fmu.fitting.state_space.segments import Segments, cut_segments
 from slide_fmu.fitting.state_space.sizes import POOR, Chosen, choose_sizes, still_learnable
 from slide_fmu.fitting.training import TrainingError
+from slide_fmu.network.state_space.cell import Cell
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.network.state_space.polynomial import CellPolynomial
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 SEGMENT = 256
@@ -96,24 +100,32 @@ def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresR
     """
     dtype = getattr(torch, training.precision)
 
-    def segments(record: tuple[torch.Tensor, torch.Tensor]) -> Segments:
+    physical = problem.physical
+
+    def segments(record: tuple[torch.Tensor, torch.Tensor], values: FloatArray | None) -> Segments:
         burn_in = problem.window.n_truncated
         length = training.segment or max(SEGMENT, burn_in)
-        cut = cut_segments(record[0].to(dtype), record[1].to(dtype), burn_in, length)
+        features, targets = record[0].to(dtype), record[1].to(dtype)
+        phi = None
+        if physical is not None and values is not None:
+            phi = torch.from_numpy(physical.basis.values(values)).to(features)
+        cut = cut_segments(features, targets, burn_in, length, phi)
         return cut.evened_out() if training.even_out else cut
 
     features = problem.training[0].to(dtype)
-    whole = segments(problem.training)
+    whole = segments(problem.training, None if physical is None else physical.training)
     pieces = whole.count // len(features)
     if problem.beyond is not None:
-        whole = whole.and_others(segments(problem.beyond), training.beyond_weight)
+        others = segments(problem.beyond, None if physical is None else physical.beyond)
+        whole = whole.and_others(others, training.beyond_weight)
     if training.flip_signs:
         whole = whole.and_others(whole.mirrored(), 1.0)
     searched = "auto" in (network.order, network.hidden)
     fewest = max(FEWEST, math.ceil(ENOUGH / len(whole.targets))) if searched else FEWEST
     part = whole.every(_stride(training.part, pieces, whole.count, fewest))
     roles = roles_of(network, problem.features)
-    return FitData(whole, part, segments(problem.validation), features, roles)
+    validation = segments(problem.validation, None if physical is None else physical.validation)
+    return FitData(whole, part, validation, features, roles)
 
 
 def _stride(part: int, pieces: int, count: int, fewest: int = FEWEST) -> int:
@@ -164,11 +176,20 @@ def freeze(winner: Candidate, problem: Problem) -> StateSpace:
         ValueError: a weight is not finite.
     """
     shape, window = winner.shape, problem.window
-    cell = shape.split(winner.state.best)
+    cells = tuple(_frozen(shape, cell) for cell in shape.cells(winner.state.best))
+    weights: Cell | CellPolynomial = cells[0]
+    if problem.physical is not None:
+        weights = CellPolynomial(problem.physical.basis, cells)
+    return StateSpace(
+        weights, window.n_in, window.n_out, problem.features, shape.roles, shape.turned
+    )
+
+
+def _frozen(shape: CellShape, cell: Cell) -> Cell:
+    """Return a cell of tensors as arrays of float32, with the constant terms left out as zeros."""
     if not shape.bias:
         cell = replace(cell, w=torch.cat([cell.w, cell.w.new_zeros(shape.n_units, 1)], 1))
     arrays: dict[str, Any] = {
         n: np.array(part.cpu().numpy(), np.float32) for n, part in cell.arrays().items()
     }
-    cell = replace(cell, **arrays)
-    return StateSpace(cell, window.n_in, window.n_out, problem.features, shape.roles, shape.turned)
+    return replace(cell, **arrays)

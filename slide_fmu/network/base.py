@@ -123,6 +123,14 @@ class Parametric(abc.ABC):
         """
 
 
+class ParametricStepper(abc.ABC):
+    """A stepper of a parametric network: it takes other values of the parameters. Interface."""
+
+    @abc.abstractmethod
+    def change(self, network: Network) -> None:
+        """Go on with what ``Parametric.at`` gave for other values; all that was seen is kept."""
+
+
 class Stepper(abc.ABC):
     """A Stepper takes a network along a record, one sample after the other. Interface."""
 

@@ -22,7 +22,14 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window, checked_batch
 from slide_fmu.features.base import BEFORE
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.base import Float32Array, Network, Parametric, Stepper, batches
+from slide_fmu.network.base import (
+    Float32Array,
+    Network,
+    Parametric,
+    ParametricStepper,
+    Stepper,
+    batches,
+)
 from slide_fmu.network.state_space.cell import Cell, Roles, check_cell
 from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
 from slide_fmu.network.state_space.polynomial import CellPolynomial
@@ -196,7 +203,7 @@ class StateSpace(Network, Parametric):
         return np.ascontiguousarray(np.moveaxis(values, 0, 1)), after[-1]
 
 
-class PingPong(Stepper):
+class PingPong(Stepper, ParametricStepper):
     """The ping-pong of ``StateSpace.ping_pong``, step by step. Final."""
 
     def __init__(self, network: StateSpace) -> None:
@@ -219,8 +226,8 @@ class PingPong(Stepper):
             self._advance(features)
         return self._advance(features)
 
-    def change(self, network: StateSpace) -> None:
-        """Go on with another network of the same sizes, for other parameters; states are kept."""
+    def change(self, network: Network) -> None:
+        assert isinstance(network, StateSpace)
         self._network = network
 
     def _advance(self, features: Float32Array) -> Float32Array:

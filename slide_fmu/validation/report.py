@@ -12,8 +12,9 @@ import jinja2
 import numpy as np
 
 from slide_fmu.memory.decay_figures import decay_rows
-from slide_fmu.memory.sizing import Sizing
+from slide_fmu.memory.sizing import AnySizing, Sizing
 from slide_fmu.memory.stability import AmplitudeTest
+from slide_fmu.recipe.measured import KIND
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.validation import figures
@@ -93,15 +94,14 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
     sections = [
         Section(
             "Side by side with the reference",
-            f"{len(main.comparisons)} trajectories that no training saw (seed "
-            f"{main.task.seed}), the FMU and the reference FMU run by the same importer."
+            _compared(main)
             + (MODEL_TEXT if main.recipe.system.reference else "")
             + moving_text(main.surrogate),
             _accuracy_rows(validations),
             pictures,
         ),
         Section(
-            "By kind of excitation",
+            "By file" if main.recipe.system.kind == KIND else "By kind of excitation",
             "Relative RMSE: RMSE of the FMU over the RMS of the reference.",
             (),
             [figures.excitation_bars(main)],
@@ -111,6 +111,21 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
         sections.append(_estimate_section(validations))
     sections.append(_timing_section(main))
     return sections
+
+
+def _compared(validation: Validation) -> str:
+    """Say what was compared with what."""
+    count = len(validation.comparisons)
+    if validation.recipe.system.kind == KIND:
+        return (
+            f"{count} blocks of the records that nothing was learnt or chosen from, and the FMU "
+            "run on their inputs. What was measured has noise of its own, which no surrogate can "
+            "predict."
+        )
+    return (
+        f"{count} trajectories that no training saw (seed {validation.task.seed}), the FMU and "
+        "the reference FMU run by the same importer."
+    )
 
 
 EIGENVALUES = (
@@ -126,16 +141,29 @@ MEASURED_ALONE = (
 """How decay times were found, as the report says it."""
 
 
-def sizing_section(sizing: Sizing) -> Section:
+FITTED = (
+    "from the slowest pole of a linear model that was fitted to the records, with the 95 % "
+    "interval of that fit. How long the fitted network itself remembers is tested below."
+)
+
+
+def sizing_section(sizing: AnySizing) -> Section:
     """Show how long the system remembers its initial state, and what the window truncates."""
     window = sizing.window
+    found = MEASURED_ALONE
+    if not isinstance(sizing, Sizing):
+        found = FITTED
+    elif sizing.linearized:
+        found = EIGENVALUES
     text = (
         f"Time until initial effects have decayed to {sizing.remaining_amplitude:g} of their "
-        f"amplitude: {EIGENVALUES if sizing.linearized else MEASURED_ALONE} The window truncates "
+        f"amplitude: {found} The window truncates "
         f"{window.n_in} - {window.n_out} samples, {window.truncation_time:.4g} s."
     )
     if sizing.remark is not None:
         text += f" Remark: {sizing.remark}."
+    if not isinstance(sizing, Sizing):
+        return Section("Window", text, decay_rows(sizing.figures()))
     linearized = None if sizing.linearized is None else sizing.linearized.decay
     picture = figures.decay_times(linearized, sizing.measured, window.truncation_time)
     return Section("Window", text, decay_rows(sizing.figures()), [picture])
@@ -284,9 +312,10 @@ def _timing_section(validation: Validation) -> Section:
     rows = [
         ("set, doStep and get through fmpy, median", "per step"),
         ("FMU", f"{data['fmu_step_us']:.3g} us"),
-        ("reference FMU", f"{data['reference_step_us']:.3g} us"),
-        ("ratio", f"{data['speedup']:.3g}"),
     ]
+    if "speedup" in data:
+        rows.append(("reference FMU", f"{data['reference_step_us']:.3g} us"))
+        rows.append(("ratio", f"{data['speedup']:.3g}"))
     return Section("Time per step", "Both measured in one run on one machine.", rows)
 
 

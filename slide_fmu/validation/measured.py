@@ -1,0 +1,47 @@
+"""A surrogate FMU runs on the inputs of measured records, beside what was measured then."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from slide_fmu.core.progress import Progress
+from slide_fmu.cosim.run import unpacked
+from slide_fmu.data.draws import Draw
+from slide_fmu.data.recorded import unseen_stretches
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_source
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.record.model import MeasuredRecords
+from slide_fmu.validation.beside import beside
+from slide_fmu.validation.comparison import Task, Validation
+
+
+def validate_records(
+    fmu: Path, surrogate: Surrogate, recipe: Recipe, task: Task, progress: Progress
+) -> Validation:
+    """Run an FMU on the blocks of records that nothing was learnt from.
+
+    Raises:
+        CoSimulationError: the FMU reports an error.
+        ValueError: the task asks for what records cannot show.
+    """
+    if task.amplitude != (1.0, 1.0) or task.duration is not None:
+        raise ValueError(
+            f"amplitude = {task.amplitude}, duration = {task.duration} s; expected neither for "
+            "records: nothing beyond what was measured is known. Leave them out"
+        )
+    source = recipe_source(recipe)
+    assert isinstance(source, MeasuredRecords)
+    found = unseen_stretches(recipe, source)[: task.trajectories]
+    comparisons = []
+    progress(0, len(found))
+    with unpacked(fmu) as files:
+        for stretch in found:
+            measured = stretch.trajectory
+            drawn = Draw(stretch.file, 1.0, None, measured.inputs, stretch.lead)
+            comparison = beside(files, surrogate, drawn, measured.outputs, np.empty(0))
+            comparisons.append(comparison)
+            progress(len(comparisons), len(found))
+    return Validation(task, surrogate, recipe, tuple(comparisons))

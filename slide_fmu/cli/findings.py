@@ -10,9 +10,10 @@ from slide_fmu.validation.tables import curve_rows, size_rows
 
 if TYPE_CHECKING:
     from slide_fmu.pipeline.proposal import Proposal
+    from slide_fmu.pipeline.record_proposal import RecordProposal
 
 
-def show_draft(proposal: Proposal) -> None:
+def show_draft(proposal: Proposal | RecordProposal) -> None:
     """Print the signals of a proposed recipe, and what was assumed."""
     draft = proposal.draft
     table = table_of("signal", "unit", "range", "acts", "where the range comes from")

@@ -62,5 +62,5 @@ def test_values_of_another_shape_are_refused() -> None:
 
 def test_values_of_which_none_is_known_are_refused() -> None:
     network, features, values, _ = run("tanh")
-    with pytest.raises(ValueError, match="0 of them known; expected .* at least one known"):
+    with pytest.raises(ValueError, match=r"0 of them known; expected .* at least one known"):
         initial_state(network, features, np.full_like(values, np.nan))

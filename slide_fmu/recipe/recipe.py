@@ -221,6 +221,7 @@ class Recipe(Table):
     def _records_have_their_numbers(cls, values: Any) -> Any:
         if isinstance(values, dict) and is_measured(values) and "automatic" not in values:
             require_no_numbers(values)
+            return {"data": {}, **values}
         return values
 
     @model_validator(mode="after")

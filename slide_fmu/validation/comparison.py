@@ -11,9 +11,11 @@ import numpy as np
 
 from slide_fmu.core.measures import relative_deviation, rms
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.motions import motions_of
+from slide_fmu.validation.noise_floor import SHORTEST_PIECE, noise_of_residuals
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,9 @@ class Comparison:
             u(t) before the step from t, which is all that it knows; None with a zero-order hold.
             In ``surrogate``, inputs with a first-order hold are set to what they reach by the
             step's end, as in the reference.
+        free: outputs of the network run freely from the state with which a record begins, shape
+            (N, n_outputs): they have no error of the truncated window. None of simulated
+            trajectories, and of networks without a state.
     """
 
     kind: int
@@ -81,6 +86,7 @@ class Comparison:
     model: FloatArray | None
     failed: int = 0
     plain: FloatArray | None = None
+    free: FloatArray | None = None
 
     @property
     def error(self) -> FloatArray:
@@ -152,7 +158,23 @@ class Validation:
         if plain:
             of_plain = relative_rmse(np.concatenate(plain), reference)
             figures["plain_relative_rmse"] = float(of_plain[index])
-        return figures
+        return {**figures, **self._of_records(index)}
+
+    def _of_records(self, index: int) -> dict[str, float]:
+        """Return the noise floor of records, and the error of free runs along them."""
+        if self.recipe.system.kind != KIND:
+            return {}
+        found: dict[str, float] = {}
+        reference, _ = _joined(self.comparisons)
+        scale = max(float(rms(reference)[index]), np.finfo(np.float64).tiny)
+        long_enough = [c.error for c in self.comparisons if len(c.error) >= SHORTEST_PIECE]
+        if long_enough:
+            floor = noise_of_residuals(long_enough).floor[index]
+            found["relative_noise_floor"] = float(floor) / scale
+        free = [c.free - c.reference for c in self.comparisons if c.free is not None]
+        if free:
+            found["free_relative_rmse"] = float(rms(np.concatenate(free))[index]) / scale
+        return found
 
     def _excitations(self) -> list[dict[str, Any]]:
         rows = []

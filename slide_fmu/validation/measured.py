@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from slide_fmu.core.progress import Progress
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import unpacked
 from slide_fmu.data.draws import Draw
 from slide_fmu.data.recorded import unseen_stretches
@@ -16,6 +18,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.record.model import MeasuredRecords
 from slide_fmu.validation.beside import beside
 from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.free_run import free_run
 
 
 def validate_records(
@@ -42,6 +45,19 @@ def validate_records(
             measured = stretch.trajectory
             drawn = Draw(stretch.file, 1.0, None, measured.inputs, stretch.lead)
             comparison = beside(files, surrogate, drawn, measured.outputs, np.empty(0))
-            comparisons.append(comparison)
+            free = _free(surrogate, measured.inputs, measured.outputs[1:])
+            scored = len(comparison.reference)
+            free = None if free is None else free[-scored:]
+            comparisons.append(replace(comparison, free=free))
             progress(len(comparisons), len(found))
     return Validation(task, surrogate, recipe, tuple(comparisons))
+
+
+def _free(surrogate: Surrogate, inputs: FloatArray, outputs: FloatArray) -> FloatArray | None:
+    """Run the network freely along a record, whose first outputs tell its state there.
+
+    They lie in the lead, which is not scored. Networks without a state have no such run.
+    """
+    first = min(surrogate.window.n_truncated, len(inputs) - 1)
+    found = free_run(surrogate, inputs, outputs, max(1, first))
+    return None if found is None else found.outputs

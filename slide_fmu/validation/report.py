@@ -23,6 +23,9 @@ from slide_fmu.validation.pictures import in_page
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_figures
 from slide_fmu.validation.tables import curve_rows, size_rows
 
+OF_RECORDS = "relative_noise_floor", "free_relative_rmse"
+"""Figures of outputs that were measured: the noise, and the error of the network run freely."""
+
 MODEL_TEXT = (
     " The reference is a finer model than the one that made the data; what that one errs on the "
     "same inputs stands beside the surrogate's error."
@@ -120,7 +123,9 @@ def _compared(validation: Validation) -> str:
         return (
             f"{count} blocks of the records that nothing was learnt or chosen from, and the FMU "
             "run on their inputs. What was measured has noise of its own, which no surrogate can "
-            "predict."
+            "predict: its RMS is estimated from the flat bottom of the residuals' spectrum. Run "
+            "freely, never handed over from window to window, the network begins with the state "
+            "that the lead of a block shows."
         )
     return (
         f"{count} trajectories that no training saw (seed {validation.task.seed}), the FMU and "
@@ -253,6 +258,7 @@ def response_section(surrogate: Surrogate, system: System) -> tuple[Section, dic
 def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]:
     with_model = any(validation.recipe.system.reference for validation in validations.values())
     moving = any(v.surrogate.hold == "first_order" for v in validations.values())
+    measured = any(v.recipe.system.kind == KIND for v in validations.values())
     rows: list[Sequence[str]] = [
         (
             "inputs",
@@ -264,6 +270,7 @@ def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]
             "largest error",
             *(["relative RMSE, inputs set to what they are now"] if moving else []),
             *(["relative RMSE of the data's model"] if with_model else []),
+            *(["noise of what was measured", "run freely"] if measured else []),
         )
     ]
     for name, validation in validations.items():
@@ -281,6 +288,7 @@ def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]
                     f"{output['max_error']:.4g} {unit}",
                     *([_percent(output["plain_relative_rmse"])] if moving else []),
                     *([_percent(output["model_relative_rmse"])] if with_model else []),
+                    *([_known(output, key) for key in OF_RECORDS] if measured else []),
                 )
             )
     return rows
@@ -317,6 +325,10 @@ def _timing_section(validation: Validation) -> Section:
         rows.append(("reference FMU", f"{data['reference_step_us']:.3g} us"))
         rows.append(("ratio", f"{data['speedup']:.3g}"))
     return Section("Time per step", "Both measured in one run on one machine.", rows)
+
+
+def _known(output: Mapping[str, Any], key: str) -> str:
+    return _percent(output[key]) if key in output else ""
 
 
 def _percent(value: float) -> str:

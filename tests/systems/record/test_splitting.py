@@ -51,7 +51,9 @@ def test_blocks_score_every_sample_once_at_most(
     lengths: list[int], lead: int, shares: tuple[float, float, float]
 ) -> None:
     try:
-        split = split_pieces(noise(*lengths), Splitting(lead, shares=dict(zip(PARTS, shares, strict=True))))
+        split = split_pieces(
+            noise(*lengths), Splitting(lead, shares=dict(zip(PARTS, shares, strict=True)))
+        )
     except RecordError:
         assume(False)
     parts = [scored(blocks) for blocks in parts_of(split)]
@@ -105,9 +107,15 @@ def test_every_part_has_a_record_and_every_record_a_part(lengths: list[int]) -> 
 def test_fewer_records_than_parts_are_refused() -> None:
     with pytest.raises(RecordError, match="2 records for 3 parts; expected at least one for each"):
         split_pieces(noise(500, 500), Splitting(lead=10, by="record"))
-    split = split_pieces(noise(500, 500), Splitting(lead=10, by="record", shares={"train": 0.5, "validation": 0.5, "test": 0.0}))
+    split = split_pieces(
+        noise(500, 500),
+        Splitting(lead=10, by="record", shares={"train": 0.5, "validation": 0.5, "test": 0.0}),
+    )
     assert [len(blocks) for blocks in parts_of(split)] == [1, 1, 0]
-    split = split_pieces(noise(500, 500), Splitting(lead=10, by="record", shares={"train": 0.5, "validation": 0.0, "test": 0.5}))
+    split = split_pieces(
+        noise(500, 500),
+        Splitting(lead=10, by="record", shares={"train": 0.5, "validation": 0.0, "test": 0.5}),
+    )
     assert [len(blocks) for blocks in parts_of(split)] == [1, 0, 1]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -146,6 +147,13 @@ def grid_of(parameters: tuple[Parameter, ...], share: float = 0.0) -> FloatArray
         ends = parameter.scaled(first), parameter.scaled(last)
         axes.append(parameter.unscaled(np.linspace(*ends, count)))
     return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(parameters))
+
+
+def corners_of(parameters: tuple[Parameter, ...]) -> list[dict[str, float]]:
+    """Return the values at all corners of the box of the ranges, by name, in a fixed order."""
+    names = [parameter.name for parameter in parameters]
+    ends = [(parameter.low, parameter.high) for parameter in parameters]
+    return [dict(zip(names, corner, strict=True)) for corner in product(*ends)]
 
 
 def checked_values(parameters: tuple[Parameter, ...], given: Mapping[str, float]) -> FloatArray:

@@ -25,8 +25,8 @@ GIVEN = {"mass": 2.6, "damping": -0.7}
 SAME = 2e-6
 """Rounding of single precision, relative to an output's range of about 1."""
 SLOPE = 3e-4
-"""Of derivatives from weights of single precision, which follow parameters weakly here, relative to
-the largest."""
+"""Of derivatives, relative to the largest: of weights of single precision, which follow parameters
+weakly here."""
 both_standards = pytest.mark.parametrize("fmi", [2, 3])
 Instance = Native | Native3
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import torch
@@ -13,6 +14,10 @@ from slide_fmu.core.parameter_basis import ParameterBasis
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.network.state_space.network import StateSpace
+
+Which = Literal["training", "validation", "beyond"]
+"""The records of a problem: to learn from, to choose by, and beyond the range of the inputs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +38,10 @@ class Physical:
     beyond: FloatArray | None = None
     eigenvalues: NDArray[np.complex128] | None = None
 
+    def terms(self, which: Which) -> FloatArray:
+        """Return the values of the polynomials, shape (n_trajectories, n_terms), of records."""
+        return np.asarray(self.basis.values(getattr(self, which)))
+
 
 @dataclass(frozen=True, eq=False)
 class Problem:
@@ -48,6 +57,7 @@ class Problem:
         eigenvalues: eigenvalues in 1/s of the system linearized at rest, one of each conjugate
             pair, without those of rigid-body modes; None where they are not known, as for
             measured records.
+        start: network that the fit begins with; None if it searches for one.
         beyond: features and outputs of the same kind beyond the range of the inputs, learnt with
             a low weight; None if there are none.
         physical: the physical parameters that the weights shall follow; None if there are none.
@@ -60,4 +70,10 @@ class Problem:
     checkpoint: Path
     eigenvalues: NDArray[np.complex128] | None = None
     beyond: tuple[torch.Tensor, torch.Tensor] | None = None
+    start: StateSpace | None = None
     physical: Physical | None = None
+
+    def records(self, which: Which) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return features and outputs of records, of which those beyond the range must be there."""
+        found: tuple[torch.Tensor, torch.Tensor] = getattr(self, which)
+        return found

@@ -94,6 +94,12 @@ def _require_learnable(recipe: Recipe) -> None:
         raise ValueError(
             f"parameters {names} of measured records; expected none: nobody can set them there"
         )
+    training = recipe.training
+    if isinstance(training, LeastSquaresRecipe) and training.start is not None:
+        raise ValueError(
+            f"training.start = {training.start!r} with parameters {names}; expected none: a "
+            "training that begins with the network of an FMU follows no parameters"
+        )
     if "data.train" in recipe.automatic:
         raise ValueError(
             f'data.train is left out, or "auto", with parameters {names}; expected a number: the '

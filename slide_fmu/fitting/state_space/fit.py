@@ -10,10 +10,9 @@ import numpy as np
 import torch
 
 from slide_fmu.core.progress import Progress
-from slide_fmu.core.signals import FloatArray
 from slide_fmu.fitting.feature_choice import roles_of
 from slide_fmu.fitting.history import History
-from slide_fmu.fitting.problem import Problem
+from slide_fmu.fitting.problem import Problem, Which
 from slide_fmu.fitting.state_space.cell import CellShape
 from slide_fmu.fitting.state_space.multi_start import (
     LINEAR_ITERATIONS,
@@ -25,7 +24,7 @@ from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
 from slide_fmu.fitting.state_space.segments import Segments, cut_segments
 from slide_fmu.fitting.state_space.sizes import POOR, Chosen, choose_sizes, still_learnable
 from slide_fmu.fitting.training import TrainingError
-from slide_fmu.network.state_space.cell import Cell
+from slide_fmu.network.state_space.cell import GATED, Cell
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.network.state_space.polynomial import CellPolynomial
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
@@ -56,6 +55,10 @@ def fit_state_space(
     """
     data = prepare(problem, network, training)
     multi_start = MultiStart(problem, network, training, data, progress)
+    if problem.start is not None:
+        multi_start.plan(training.iterations)
+        winner = multi_start.refine(begun_with(problem.start, multi_start))
+        return freeze(winner, problem), _history(winner, data)
     multi_start.plan(2 * LINEAR_ITERATIONS + _iterations(training, training.iterations))
     chosen = choose_sizes(multi_start)
     winner = compete(multi_start, chosen)
@@ -67,6 +70,18 @@ def fit_state_space(
     history = _history(winner, data)
     remark = _remark(winner.error, still_learnable(multi_start, winner))
     return freeze(winner, problem), replace(history, sizes=chosen.tried, remark=remark)
+
+
+def begun_with(start: StateSpace, multi_start: MultiStart) -> Candidate:
+    """Return the candidate that is a known network."""
+    cell = start.cell
+    units = GATED if cell.gated else cell.activation
+    sizes = len(cell.a), len(cell.w), start.n_values
+    shape = CellShape(*sizes, start.roles, units, True, start.turned)
+    arrays: dict[str, Any] = {
+        name: torch.from_numpy(part.astype(np.float64)) for name, part in cell.arrays().items()
+    }
+    return multi_start.known(shape, shape.join(replace(cell, **arrays)))
 
 
 def _remark(error: float, learnable: float) -> str | None:
@@ -100,32 +115,29 @@ def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresR
     """
     dtype = getattr(torch, training.precision)
 
-    physical = problem.physical
-
-    def segments(record: tuple[torch.Tensor, torch.Tensor], values: FloatArray | None) -> Segments:
+    def segments(which: Which) -> Segments:
         burn_in = problem.window.n_truncated
         length = training.segment or max(SEGMENT, burn_in)
-        features, targets = record[0].to(dtype), record[1].to(dtype)
+        features, targets = (part.to(dtype) for part in problem.records(which))
         phi = None
-        if physical is not None and values is not None:
-            phi = torch.from_numpy(physical.basis.values(values)).to(features)
+        if problem.physical is not None:
+            phi = torch.from_numpy(problem.physical.terms(which)).to(features)
         cut = cut_segments(features, targets, burn_in, length, phi)
         return cut.evened_out() if training.even_out else cut
 
     features = problem.training[0].to(dtype)
-    whole = segments(problem.training, None if physical is None else physical.training)
+    whole = segments("training")
     pieces = whole.count // len(features)
     if problem.beyond is not None:
-        others = segments(problem.beyond, None if physical is None else physical.beyond)
-        whole = whole.and_others(others, training.beyond_weight)
+        whole = whole.and_others(segments("beyond"), training.beyond_weight)
     if training.flip_signs:
         whole = whole.and_others(whole.mirrored(), 1.0)
     searched = "auto" in (network.order, network.hidden)
     fewest = max(FEWEST, math.ceil(ENOUGH / len(whole.targets))) if searched else FEWEST
     part = whole.every(_stride(training.part, pieces, whole.count, fewest))
-    roles = roles_of(network, problem.features)
-    validation = segments(problem.validation, None if physical is None else physical.validation)
-    return FitData(whole, part, validation, features, roles)
+    start = problem.start
+    roles = roles_of(network, problem.features) if start is None else start.roles
+    return FitData(whole, part, segments("validation"), features, roles)
 
 
 def _stride(part: int, pieces: int, count: int, fewest: int = FEWEST) -> int:

@@ -95,7 +95,7 @@ def _prepared(
     names: tuple[tuple[str, ...], tuple[str, ...]],
 ) -> MeasuredRecords:
     inputs, outputs = (
-        tuple(_with_unit(choice, records[0]).signal(what) for choice in choices)
+        tuple(_completed(what, choice, records[0]).signal(what) for choice in choices)
         for what, choices in (("input", specification.inputs), ("output", specification.outputs))
     )
     hold = hold_of(inputs)
@@ -114,10 +114,14 @@ def _columns(choices: tuple[SignalChoice, ...]) -> tuple[str, ...]:
     return tuple(choice.column or choice.name for choice in choices)
 
 
-def _with_unit(choice: SignalChoice, record: Record) -> SignalChoice:
-    """Give a choice the unit of its column and the hold of measured inputs, if it has none."""
+def _completed(what: str, choice: SignalChoice, record: Record) -> SignalChoice:
+    """Give a choice the unit of its column, and an input the hold of measured ones, if need be.
+
+    Outputs have no hold.
+    """
     unit = record.units[choice.column or choice.name] or None
-    return choice.over(SignalChoice(choice.name, unit=unit, hold=HOLD))
+    hold = HOLD if what == "input" else None
+    return choice.over(SignalChoice(choice.name, unit=unit, hold=hold))
 
 
 def _require_parameters(specification: Specification) -> None:

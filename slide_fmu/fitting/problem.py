@@ -74,6 +74,6 @@ class Problem:
     physical: Physical | None = None
 
     def records(self, which: Which) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return features and outputs of records, of which those beyond the range must be there."""
+        """Return features and outputs of records; those beyond the range must be there."""
         found: tuple[torch.Tensor, torch.Tensor] = getattr(self, which)
         return found

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
+from pathlib import Path
 
+import fmpy
 import numpy as np
 import pytest
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.run import CoSimulationError
+from slide_fmu.cosim.simulate import simulate
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.description.variables import PARAMETERS_SETTLED
+from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.surrogate.gradient import parameter_jacobian
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -309,3 +314,41 @@ def test_adjoint_derivatives_are_the_transpose(load: Load) -> None:
     assert status == OK, run.native.messages
     expected = slopes(other, ["mass"], [1.0]) @ [0.3, -1.0]
     assert found[0] == pytest.approx(expected, rel=1e-9)
+
+
+@both_standards
+def test_importer_sets_parameters_by_name(load: Load, tmp_path: Path, fmi: FmiVersion) -> None:
+    """FMPy by its start values, and ``slide_fmu.simulate``."""
+    surrogate = random_surrogate(SHAPE)
+    path = export_fmu(surrogate, tmp_path / "named.fmu", fmi=fmi)
+    rows = np.repeat(inputs(1), 60, axis=0)
+    names = [signal.name for signal in surrogate.inputs]
+    start = {**GIVEN, **dict(zip(names, rows[0].tolist(), strict=True))}
+    result = fmpy.simulate_fmu(
+        str(path), stop_time=60 * STEP, output_interval=STEP, start_values=start
+    )
+    expected = surrogate.predict_newest(rows, GIVEN)[-1]
+    outputs = [signal.name for signal in surrogate.outputs]
+    assert [result[name][-1] for name in outputs] == pytest.approx(expected, abs=SAME)
+    times = STEP * np.arange(61)
+    found = simulate(path, times, np.concatenate([rows, rows[:1]]), GIVEN)
+    assert found[-1] == pytest.approx(expected, abs=SAME)
+    with pytest.raises(CoSimulationError, match="expected 1 to 3"):
+        simulate(path, times, np.concatenate([rows, rows[:1]]), {"mass": 4.0})
+
+
+def test_description_tells_what_a_parameter_is(load: Load) -> None:
+    loaded = load(random_surrogate(SHAPE))
+    described = fmpy.read_model_description(str(loaded.path))
+    found = {v.name: v for v in described.modelVariables}
+    for parameter in loaded.surrogate.parameters:
+        variable = found[parameter.name]
+        assert (variable.causality, variable.variability) == ("parameter", "tunable")
+        assert variable.initial == "exact"
+        assert [float(v) for v in (variable.min, variable.max, variable.start)] == [
+            parameter.low,
+            parameter.high,
+            parameter.start_value,
+        ]
+        assert variable.unit == parameter.unit
+    assert found["damping"].description == "It may be negative."

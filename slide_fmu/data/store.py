@@ -259,7 +259,8 @@ def read_split(path: Path, split: str, count: int | None = None) -> Split:
         for values in (read.inputs, read.outputs, read.parameters):
             if values is None:
                 continue
-            broken = np.flatnonzero(~np.isfinite(values.reshape(len(values), -1)).all(axis=1))
+            whole = np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
+            broken = np.flatnonzero(~whole)
             if broken.size:
                 raise ValueError(f"trajectory {broken[0]} is not whole")
         return read

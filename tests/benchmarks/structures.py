@@ -34,11 +34,12 @@ from pydantic import ValidationError
 from seeds import STRUCTURES
 from studies import Trained, positive, simulated_seconds, surrogate_only, trained
 from timing import Part, TimedSurrogate, part_times
-from unseen import Motion, scored, unseen_motions
+from unseen import scored
 
 from slide_fmu.core.measures import rms
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.draws import TEST, Stream
+from slide_fmu.data.unseen import Motion, unseen_motions
 from slide_fmu.pipeline.checks import check_recipe
 from slide_fmu.pipeline.job import open_job
 from slide_fmu.pipeline.stages import generate_data

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -14,14 +13,12 @@ from slide_fmu.excitation.mix import names_of
 from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.stability import AmplitudeTest
 from slide_fmu.validation.comparison import Comparison, Validation, relative_rmse
-from slide_fmu.validation.pictures import with_palette
+from slide_fmu.validation.pictures import png as _png
 
 REFERENCE, SURROGATE, ERROR, ESTIMATE = "#222222", "#1f77b4", "#d62728", "#ff7f0e"
 SHOWN_SECONDS = 6.0
 """Length of the cut-out of a trajectory that a figure shows."""
 SCATTER_POINTS = 4000
-DPI = 96
-"""Pixels per inch: the widest picture is as wide as the report's page."""
 PLOTTED = 1e6
 """Largest value drawn of a run that may grow without bound."""
 
@@ -219,9 +216,3 @@ def _worst_part(comparison: Comparison, output: int) -> slice:
     worst = int(np.argmax(np.abs(comparison.error[:, output])))
     first = min(max(0, worst - count // 2), len(comparison.time) - count)
     return slice(first, first + count)
-
-
-def _png(figure: Figure) -> bytes:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
-    return with_palette(buffer.getvalue())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slide_fmu.core.measures import rms
 from slide_fmu.core.signals import FloatArray
@@ -15,23 +14,17 @@ DIVERGED = 10.0
 their largest deviation from it, or is no number."""
 
 
-def free_runs(baseline: Baseline, record: Record) -> FloatArray:
-    """Simulate trajectories freely; return the outputs at samples 1 .. N, (B, N, n_outputs)."""
-    with np.errstate(all="ignore"):  # what overflows has diverged, and is told as that
-        runs = [
-            baseline.simulate(inputs, outputs[: baseline.start_length])
-            for inputs, outputs in zip(*record, strict=True)
-        ]
-    return np.array(runs)
+def free_run(baseline: Baseline, inputs: FloatArray, start: FloatArray) -> FloatArray:
+    """Simulate one trajectory as ``Baseline.simulate``; one that overflows has diverged."""
+    with np.errstate(all="ignore"):
+        return baseline.simulate(inputs, start)
 
 
-def diverged(values: FloatArray, truth: FloatArray) -> NDArray[np.bool_]:
-    """Say which of the simulated trajectories, (B, n, n_outputs) as the truth, have diverged."""
-    flat = truth.reshape(-1, truth.shape[-1])
-    middle = flat.mean(axis=0)
-    reach = DIVERGED * np.abs(flat - middle).max(axis=0)
-    inside = np.isfinite(values) & (np.abs(values - middle) <= reach)
-    return np.asarray(~inside.all(axis=(1, 2)))
+def diverged(values: FloatArray, truth: FloatArray) -> bool:
+    """Say whether simulated outputs, (n, n_outputs), have left the true ones, (m, n_outputs)."""
+    middle = truth.mean(axis=0)
+    reach = DIVERGED * np.abs(truth - middle).max(axis=0)
+    return not bool(np.all(np.isfinite(values) & (np.abs(values - middle) <= reach)))
 
 
 def judged(baseline: Baseline, record: Record, first: int) -> tuple[int, float]:
@@ -40,8 +33,13 @@ def judged(baseline: Baseline, record: Record, first: int) -> tuple[int, float]:
     Errors are in scaled units, over samples from ``first`` on and all outputs; infinite where all
     trajectories diverge.
     """
-    values, truth = free_runs(baseline, record)[:, first - 1 :], record[1][:, first:]
-    lost = diverged(values, truth)
-    if lost.all():
-        return int(lost.sum()), float("inf")
-    return int(lost.sum()), float(np.linalg.norm(rms((values - truth)[~lost])))
+    all_true = record[1].reshape(-1, record[1].shape[2])
+    lost, errors = 0, []
+    for inputs, outputs in zip(*record, strict=True):
+        values = free_run(baseline, inputs, outputs[: baseline.start_length])[first - 1 :]
+        if diverged(values, all_true):
+            lost += 1
+        else:
+            errors.append(values - outputs[first:])
+    error = float(np.linalg.norm(rms(np.concatenate(errors)))) if errors else float("inf")
+    return lost, error

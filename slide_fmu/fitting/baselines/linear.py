@@ -18,6 +18,8 @@ from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 ORDERS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
 """Numbers of states that are tried."""
+ITERATIONS = 10
+"""A linear model, fitted to part of the data before, is refined in so many iterations on all."""
 
 
 def fit_linear_state_space(lesson: Lesson, budget: Budget, progress: Progress) -> Learnt:
@@ -47,7 +49,7 @@ def _variant(lesson: Lesson, order: int) -> list[tuple[str, Baseline]]:
         for inputs, outputs in (lesson.training, lesson.validation)
     ]
     network = StateSpaceRecipe(order=order, hidden=0)
-    training = LeastSquaresRecipe(seed=lesson.seed)
+    training = LeastSquaresRecipe(seed=lesson.seed, iterations=ITERATIONS)
     with TemporaryDirectory() as folder:
         problem = Problem(
             lesson.window, lesson.features, pairs[0], pairs[1], Path(folder) / "linear.pt"

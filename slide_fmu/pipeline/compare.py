@@ -3,26 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from slide_fmu.core.progress import Progress
+from slide_fmu.core.progress import Stages
 from slide_fmu.data.draws import TEST, Stream, probe
 from slide_fmu.data.store import Split, data_fingerprint, read_split, require_origin
 from slide_fmu.data.unseen import Motion, unseen_motions
-from slide_fmu.fitting.baselines.base import Budget, Frozen
+from slide_fmu.fitting.baselines.base import Baseline, Budget, Frozen
 from slide_fmu.fitting.baselines.candidates import CANDIDATES, Candidate
 from slide_fmu.fitting.baselines.lesson import Lesson, lesson_of
 from slide_fmu.fitting.baselines.measured import UnseenTest
 from slide_fmu.fitting.baselines.polynomial import require_sysidentpy
 from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of
 from slide_fmu.fitting.training import TrainingError
+from slide_fmu.network.base import Network
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.pipeline.job import Job
 from slide_fmu.pipeline.kept_comparison import KeptComparison, content_of_motions, key_of
 from slide_fmu.pipeline.run_folder import StageError, Trained
 from slide_fmu.pipeline.stages import check_window, choose_numbers, generate_data, train_surrogate
+from slide_fmu.pipeline.step_times import StepTimes, fmu_of
+from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system, reference_system
 from slide_fmu.validation.baselines import baselines_report, linear_remark
 
@@ -54,6 +60,18 @@ class Terms:
             raise ValueError(f"budget = {self.budget} s; expected a positive, finite CPU time")
 
 
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """A bench is what every model is measured with."""
+
+    test: UnseenTest
+    times: StepTimes
+
+    def figures(self, baseline: Baseline) -> dict[str, Any]:
+        """Return a model's parameters, errors and time of its steps, as plain values."""
+        return {**self.test.figures(baseline), **self.times.figures(baseline)}
+
+
 def compare_recipe(job: Job, terms: Terms) -> tuple[dict[str, Any], Path]:
     """Train models of other kinds on a recipe's data, and measure all on the same unseen motions.
 
@@ -83,21 +101,13 @@ def compare_recipe(job: Job, terms: Terms) -> tuple[dict[str, Any], Path]:
     )
     test = UnseenTest(surrogate, _unseen(job, terms, kept))
     lesson = lesson_of(surrogate, training, validation, recipe.training.seed)
-    key = _key(test, (training, validation), lesson.seed)
-    own = {
-        **_about(f"own: {recipe.network.family.replace('_', ' ')}", surrogate.network.is_affine),
-        "cpu_seconds": own_seconds,
-        **test.figures(Frozen(surrogate.network, len(surrogate.outputs))),
-    }
-    found = [own]
-    for name, candidate in CANDIDATES.items():
-        found.append(
-            kept.figures(
-                name,
-                checkpoint_key(key, budget),
-                lambda c=candidate: _measured(c, lesson, test, budget, job.bar(c.title)),
-            )
-        )
+    key = checkpoint_key(_key(test, (training, validation), lesson.seed), budget)
+    with fmu_of(surrogate) as fmu:
+        bench = Bench(test, StepTimes(surrogate, fmu, test.motions[0]))
+        found = [_own(recipe, own_seconds, bench)]
+        for name, candidate in CANDIDATES.items():
+            find = partial(_measured, candidate, lesson, bench, budget, job.bar)
+            found.append(kept.figures(name, key, find))
     figures = {
         "name": recipe.name,
         "trajectories": len(test.motions),
@@ -170,14 +180,30 @@ def _about(title: str, linear: bool) -> dict[str, Any]:
     return {"title": title, "linear": linear, "structure": "", "cut": False, "failed": None}
 
 
+def _own(recipe: Recipe, seconds: float | None, bench: Bench) -> dict[str, Any]:
+    surrogate = bench.test.surrogate
+    about = _about(f"own: {recipe.network.family.replace('_', ' ')}", surrogate.network.is_affine)
+    about["structure"] = _size(surrogate.network)
+    own = Frozen(surrogate.network, surrogate.window, len(surrogate.outputs))
+    return {**about, "cpu_seconds": seconds, **bench.figures(own)}
+
+
+def _size(network: Network) -> str:
+    if isinstance(network, StateSpace):
+        return f"{len(network.cell.a)} states, {len(network.cell.w)} units"
+    if isinstance(network, FeedForward) and len(network.layers) > 1:
+        return " x ".join(str(len(layer.bias)) for layer in network.layers[:-1]) + " units"
+    return "affine" if network.is_affine else ""
+
+
 def _measured(
-    candidate: Candidate, lesson: Lesson, test: UnseenTest, budget: float, progress: Progress
+    candidate: Candidate, lesson: Lesson, bench: Bench, budget: float, bar: Stages
 ) -> dict[str, Any]:
     """Train and measure a model; one that cannot be trained says why."""
     about, clock = _about(candidate.title, candidate.linear), Budget(budget)
     try:
-        learnt = candidate.fit(lesson, clock, progress)
+        learnt = candidate.fit(lesson, clock, bar(candidate.title))
     except (TrainingError, ValueError, np.linalg.LinAlgError) as error:
         return {**about, "cpu_seconds": clock.spent, "failed": str(error)}
     about.update(structure=learnt.structure, cut=learnt.cut, cpu_seconds=clock.spent)
-    return {**about, **test.figures(learnt.baseline)}
+    return {**about, **bench.figures(learnt.baseline)}

@@ -1,4 +1,4 @@
-"""A comparison of models is shown as a table and a picture; a linear one that would do is named."""
+"""A comparison of models is shown as a table and a picture; a linear one that would do is said."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ LINEAR_DOES = 1.2
 """A linear model would do where its error is at most so many times that of the best other one."""
 
 TEXT = (
-    "All models learnt from the same trajectories, for at most {budget:.3g} s of CPU time each, "
-    "and are measured on the same {trajectories} unseen ones (seed {seed}), scored from the end "
+    "All models learnt from the same trajectories, for about {budget:.3g} s of CPU time each "
+    "or less, and are measured on the same {trajectories} unseen ones (seed {seed}), scored from the end "
     "of the burn-in on. They simulate freely: none is given an output but those at the start of "
     "a trajectory. The error is the RMSE over the standard deviation of the true output. A step "
-    "is one sample, one call after the other, by numpy, torch or sysidentpy on one thread; the "
-    "ratio compares it with the recipe's own network by numpy in the same minute. The C runtime "
-    "of the FMU is faster than any of these."
+    "is one sample: of the networks of slide-fmu doStep of their FMU through fmpy, of the others "
+    "a step by numpy or torch on one thread, as the library does it; the ratio is that to the own "
+    "network, timed in turns."
 )
 
 Model = Mapping[str, Any]

@@ -5,12 +5,11 @@ from __future__ import annotations
 import abc
 import time
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.window import Window
 from slide_fmu.network.base import Network
 
 
@@ -34,27 +33,30 @@ class Baseline(abc.ABC):
         of a model that diverges may be infinite, or no numbers.
         """
 
+
+class Stepped(Baseline):
+    """A Stepped is a baseline that no FMU holds: its library takes its steps. Interface."""
+
     @abc.abstractmethod
     def step_along(self, inputs: FloatArray, start: FloatArray) -> FloatArray:
         """Give what ``simulate`` gives, one sample after the other as a co-simulation does."""
 
 
 class Frozen(Baseline):
-    """A Frozen is one of our networks as a baseline; it needs no outputs to start from. Final."""
+    """A Frozen is one of our networks as a baseline; it needs no outputs to start from. Final.
 
-    def __init__(self, network: Network, n_outputs: int) -> None:
-        self.network, self._n_outputs = network, n_outputs
+    Attributes:
+        network: scaled inputs to scaled outputs.
+        window: the window that the network fits.
+    """
+
+    def __init__(self, network: Network, window: Window, n_outputs: int) -> None:
+        self.network, self.window, self._n_outputs = network, window, n_outputs
         self.parameters, self.start_length = network.count_parameters(), 0
 
     def simulate(self, inputs: FloatArray, start: FloatArray) -> FloatArray:
-        return self._newest(self.network.stream(inputs[None])[0])
-
-    def step_along(self, inputs: FloatArray, start: FloatArray) -> FloatArray:
-        stepper = self.network.stepper()
-        return self._newest(np.array([stepper.step(row) for row in inputs]))
-
-    def _newest(self, values: NDArray[Any]) -> FloatArray:
-        return np.asarray(values[:, -self._n_outputs :], dtype=np.float64)
+        values = self.network.stream(inputs[None])[0, :, -self._n_outputs :]
+        return np.asarray(values, dtype=np.float64)
 
 
 class Budget:

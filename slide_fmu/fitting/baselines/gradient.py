@@ -13,7 +13,7 @@ import torch
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.fitting.baselines.base import Baseline, Budget, Frozen, Learnt
+from slide_fmu.fitting.baselines.base import Baseline, Budget, Frozen, Learnt, Stepped
 from slide_fmu.fitting.baselines.lesson import Lesson
 from slide_fmu.fitting.feed_forward import fit_feed_forward
 from slide_fmu.fitting.problem import Problem
@@ -51,7 +51,7 @@ def fit_paper_network(lesson: Lesson, budget: Budget, progress: Progress) -> Lea
         training, validation = (_tensors(lesson, which) for which in ("training", "validation"))
         problem = Problem(lesson.window, lesson.features, training, validation, place)
         network, _ = fit_feed_forward(problem, FEED_FORWARD, recipe, progress)
-        return Frozen(network, n_outputs)
+        return Frozen(network, lesson.window, n_outputs)
 
     return _within(budget, "feed_forward", fit, lesson.seed, progress, "2 x 100 ReLU units")
 
@@ -93,7 +93,7 @@ class GruModule(torch.nn.Module):
         return found
 
 
-class Gru(Baseline):
+class Gru(Stepped):
     """A Gru runs along a record; before it the first input is held for one window. Final."""
 
     def __init__(self, module: GruModule, lesson: Lesson) -> None:
@@ -137,14 +137,15 @@ def _within(
     """Train for as many steps as the budget allows: the schedule of rates ends with it."""
 
     def recipe(steps: int, validations: int) -> TrainingRecipe:
-        return TrainingRecipe(
-            seed=seed,
-            steps=steps,
-            batch=BATCHES[kind],
-            learning_rate=RATES[kind],
-            gradient_clip=1.0,
-            validate_every=math.ceil(steps / validations),
-        )
+        values = {
+            "seed": seed,
+            "steps": steps,
+            "batch": BATCHES[kind],
+            "learning_rate": RATES[kind],
+            "gradient_clip": 1.0,
+            "validate_every": math.ceil(steps / validations),
+        }
+        return TrainingRecipe.model_validate(values)
 
     def seconds(steps: int, folder: Path) -> float:
         begin = time.process_time()

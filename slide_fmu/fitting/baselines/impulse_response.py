@@ -8,6 +8,7 @@ import numpy as np
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.window import Window
 from slide_fmu.fitting.baselines.base import Baseline, Budget, Frozen, Learnt
 from slide_fmu.fitting.baselines.lesson import Lesson
 from slide_fmu.fitting.baselines.search import search
@@ -51,7 +52,7 @@ def _variants(
     lesson: Lesson, matrix: FloatArray, right: FloatArray, taps: int
 ) -> list[tuple[str, Baseline]]:
     """Fit a number of taps with every ridge: the newest inputs stand in the last columns."""
-    n_outputs = right.shape[1]
+    n_outputs, window = right.shape[1], Window(lesson.window.step, taps, 1)
     newest = slice(len(matrix) - 1 - taps * lesson.n_inputs, None)
     part, target = matrix[newest, newest], right[newest]
     found: list[tuple[str, Baseline]] = []
@@ -60,5 +61,5 @@ def _variants(
         weights = np.linalg.solve(damped, target).T.astype(np.float32)
         layer = Layer(weights[:, :-1].copy(), weights[:, -1].copy(), "identity")
         network = FeedForward((layer,), taps, lesson.features)
-        found.append((f"{taps} taps", Frozen(network, n_outputs)))
+        found.append((f"{taps} taps", Frozen(network, window, n_outputs)))
     return found

@@ -40,12 +40,12 @@ class Lesson:
     @property
     def n_inputs(self) -> int:
         """The number of inputs."""
-        return self.training[0].shape[2]
+        return int(self.training[0].shape[2])
 
     @property
     def n_outputs(self) -> int:
         """The number of outputs."""
-        return self.training[1].shape[2]
+        return int(self.training[1].shape[2])
 
 
 def lesson_of(surrogate: Surrogate, training: Split, validation: Split, seed: int) -> Lesson:

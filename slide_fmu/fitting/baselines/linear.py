@@ -55,4 +55,4 @@ def _variant(lesson: Lesson, order: int) -> list[tuple[str, Baseline]]:
             lesson.window, lesson.features, pairs[0], pairs[1], Path(folder) / "linear.pt"
         )
         found, _ = fit_state_space(problem, network, training, lambda *_: None)
-    return [(f"order {order}", Frozen(found, lesson.n_outputs))]
+    return [(f"order {order}", Frozen(found, lesson.window, lesson.n_outputs))]

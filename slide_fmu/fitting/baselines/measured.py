@@ -1,8 +1,7 @@
-"""A trained model is measured on unseen motions, and its steps are timed beside the network's."""
+"""A trained model is measured on unseen motions."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,13 +11,9 @@ import numpy as np
 from slide_fmu.core.measures import rms
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.unseen import Motion
-from slide_fmu.fitting.baselines.base import Baseline, Frozen
+from slide_fmu.fitting.baselines.base import Baseline
 from slide_fmu.fitting.baselines.free_run import diverged, free_run
 from slide_fmu.surrogate.surrogate import Surrogate
-
-FIRST_STEPS, TIMED_STEPS, ROUNDS = 30, 200, 7
-"""After the first steps, in which models come to their start, so many are timed in one go, of both
-models in turn, in so many rounds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +29,7 @@ class UnseenTest:
     motions: Sequence[Motion]
 
     def figures(self, baseline: Baseline) -> dict[str, Any]:
-        """Return a model's parameters, its error on every output, and the time of its steps.
+        """Return a model's number of parameters, and its error on every output.
 
         Errors are the RMSE over the standard deviation of the truth, all motions together; None
         of a model that has diverged on a motion: its RMSE says nothing. The error on the motions
@@ -48,7 +43,6 @@ class UnseenTest:
         bounded = self._errors(kept) if kept else None
         return {
             "parameters": baseline.parameters,
-            **self._times(baseline),
             "diverged": sum(lost),
             "outputs": [
                 {
@@ -74,30 +68,3 @@ class UnseenTest:
         values, truth = (np.concatenate(parts) for parts in zip(*runs, strict=True))
         deviation = np.maximum(truth.std(axis=0), np.finfo(np.float64).tiny)
         return [float(error) for error in rms(values - truth) / deviation]
-
-    def _times(self, baseline: Baseline) -> dict[str, float]:
-        """Return the time of a step in us, and its ratio to that of the recipe's own network."""
-        motion, surrogate = self.motions[0], self.surrogate
-        inputs = surrogate.input_scaling.apply(motion.inputs)
-        inputs = np.resize(inputs, (FIRST_STEPS + TIMED_STEPS, inputs.shape[1]))
-        outputs = surrogate.output_scaling.apply(motion.outputs)
-        own = Frozen(surrogate.network, len(surrogate.outputs))
-        rounds = []
-        for _ in range(ROUNDS):
-            rounds.append([_seconds(model, inputs, outputs) for model in (baseline, own)])
-        theirs, ours = np.array(rounds).T
-        return {
-            "step_us": float(1e6 * np.median(theirs)),
-            "time_ratio": float(np.median(theirs / ours)),
-        }
-
-
-def _seconds(baseline: Baseline, inputs: FloatArray, outputs: FloatArray) -> float:
-    """Return the time of a step in s, without what comes before the first ones."""
-    start, times = outputs[: baseline.start_length], []
-    for length in (FIRST_STEPS, len(inputs)):
-        begin = time.perf_counter()
-        with np.errstate(all="ignore"):  # also those that diverge are timed
-            baseline.step_along(inputs[:length], start)
-        times.append(time.perf_counter() - begin)
-    return max(times[1] - times[0], 1e-9) / TIMED_STEPS

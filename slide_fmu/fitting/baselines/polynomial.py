@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.fitting.baselines.base import Baseline, Budget, Learnt
+from slide_fmu.fitting.baselines.base import Baseline, Budget, Learnt, Stepped
 from slide_fmu.fitting.baselines.lesson import Lesson
 from slide_fmu.fitting.baselines.search import search
 
@@ -53,7 +53,7 @@ def require_sysidentpy() -> None:
         ) from error
 
 
-class Polynomial(Baseline):
+class Polynomial(Stepped):
     """A Polynomial has one fitted sysidentpy model for each output, of the same lags. Final."""
 
     def __init__(self, models: Sequence[Any], lags: int) -> None:

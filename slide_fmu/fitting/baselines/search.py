@@ -12,6 +12,8 @@ from slide_fmu.fitting.baselines.lesson import Lesson
 
 PATIENCE = 3
 """A search ends when so many structures in turn, larger and larger ones, have brought nothing."""
+GROWS = 2.0
+"""The next structure may take so many times as long as the last one."""
 PAYS = 0.99
 """A structure pays when its error is below this part of the best one before."""
 
@@ -25,8 +27,8 @@ def search(
     """Fit structures, the smallest first, and return what is best in validation.
 
     Validation is a free simulation, so that a model that diverges there is taken only where all
-    do. The first structure is fitted whatever the budget says. None begins when less is left than
-    the last one took, since it would take more.
+    do. The first structure is fitted whatever the budget says. None begins that would exceed it,
+    by what the last one took.
     """
     best, found, vain = (math.inf, math.inf), None, 0
     for number, structure in enumerate(structures):
@@ -42,7 +44,7 @@ def search(
         assert found is not None
         if vain == PATIENCE:
             break
-        if number + 1 < len(structures) and budget.left < budget.spent - begin:
+        if number + 1 < len(structures) and budget.left < GROWS * (budget.spent - begin):
             progress(len(structures), len(structures), best[1])
             return Learnt(*found, cut=True)
     assert found is not None

@@ -15,15 +15,17 @@ from slide_fmu.validation.report import Report, Section
 
 LINEAR_DOES = 1.2
 """A linear model would do where its error is at most so many times that of the best other one."""
+EXACT = 1e-6
+"""Errors below this count as this: networks round to single precision."""
 
 TEXT = (
-    "All models learnt from the same trajectories, for about {budget:.3g} s of CPU time each "
-    "or less, and are measured on the same {trajectories} unseen ones (seed {seed}), scored from the end "
-    "of the burn-in on. They simulate freely: none is given an output but those at the start of "
-    "a trajectory. The error is the RMSE over the standard deviation of the true output. A step "
-    "is one sample: of the networks of slide-fmu doStep of their FMU through fmpy, of the others "
-    "a step by numpy or torch on one thread, as the library does it; the ratio is that to the own "
-    "network, timed in turns."
+    "All models learnt from the same trajectories, for about {budget:.3g} s of CPU time each or "
+    "less, and are measured on the same {trajectories} unseen ones (seed {seed}), scored from the "
+    "end of the burn-in on. They simulate freely: none is given an output but those at the start "
+    "of a trajectory. The error is the RMSE over the standard deviation of the true output. A "
+    "step is one sample: of the networks of slide-fmu doStep of their FMU through fmpy, of the "
+    "others a step by numpy or torch on one thread, as the library does it; the ratio is that to "
+    "the own network, timed in turns."
 )
 
 Model = Mapping[str, Any]
@@ -38,19 +40,33 @@ def error_of(model: Model) -> float:
 
 def linear_remark(models: Sequence[Model]) -> str | None:
     """Say that a linear model would do; None where none would."""
-    linear = min((m for m in models if m["linear"]), key=error_of)
-    others = [m for m in models if not m["linear"]]
-    if not error_of(linear) < math.inf:
+    linear = min((m for m in models if m["linear"]), key=error_of, default=None)
+    best = min((m for m in models if not m["linear"]), key=error_of, default=None)
+    if linear is None or best is None or error_of(linear) == math.inf:
         return None
-    best = min(others, key=error_of)
     if error_of(best) == math.inf:
         return f"a linear model would do ({linear['title']}): no nonlinear one stays bounded"
-    ratio = error_of(linear) / error_of(best)
-    if not ratio <= LINEAR_DOES:
+    ratio = max(error_of(linear), EXACT) / max(error_of(best), EXACT)
+    if ratio > LINEAR_DOES:
         return None
     return (
         f"a linear model would do: {linear['title']} errs {ratio:.3g} times as much as the best "
         f"nonlinear model, {best['title']}"
+    )
+
+
+def linear_size_remark(sizes: Sequence[Mapping[str, Any]], error: float) -> str | None:
+    """Say that a linear network would do, of the sizes that a search has tried; else None.
+
+    The error is that of the network that was taken, in validation and in scaled units.
+    """
+    linear = [size for size in sizes if size["units"] == 0 and size["validation_error"]]
+    best = min(linear, key=lambda size: float(size["validation_error"]), default=None)
+    if best is None or not best["validation_error"] <= LINEAR_DOES * error:
+        return None
+    return (
+        f"a linear model would do: a linear network of order {best['order']} errs "
+        f"{best['validation_error'] / error:.3g} times as much in validation (network.hidden = 0)"
     )
 
 

@@ -12,6 +12,8 @@ from slide_fmu.fitting.baselines.lesson import Record
 DIVERGED = 10.0
 """A simulation has diverged where an output leaves the middle of the true ones by so many times
 their largest deviation from it, or is no number."""
+ROUNDING = 1e-9
+"""Smaller errors, in scaled units, count as this: of models that are exact the smallest is best."""
 
 
 def free_run(baseline: Baseline, inputs: FloatArray, start: FloatArray) -> FloatArray:
@@ -41,5 +43,6 @@ def judged(baseline: Baseline, record: Record, first: int) -> tuple[int, float]:
             lost += 1
         else:
             errors.append(values - outputs[first:])
-    error = float(np.linalg.norm(rms(np.concatenate(errors)))) if errors else float("inf")
-    return lost, error
+    if not errors:
+        return lost, float("inf")
+    return lost, max(float(np.linalg.norm(rms(np.concatenate(errors)))), ROUNDING)

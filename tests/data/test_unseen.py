@@ -1,0 +1,58 @@
+"""Unseen motions: drawn as validations draw them, and simulated with the reference."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from slide_fmu.data import unseen
+from slide_fmu.data.draws import TEST, Stream, draw
+from slide_fmu.data.unseen import ATTEMPTS, unseen_motions
+from slide_fmu.recipe.systems import reference_system
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.simulation import simulate
+from tests.recipes import tiny_recipe
+
+STREAM = Stream(TEST, 3, (1.0, 1.0), 1.0)
+
+
+def test_motions_are_the_draws_with_what_the_reference_does_on_them() -> None:
+    recipe, calls = tiny_recipe(), []
+    found = list(unseen_motions(recipe, STREAM, 2, lambda *a: calls.append(a)))
+    system = reference_system(recipe)
+    for index, motion in enumerate(found):
+        drawn = draw(recipe, system, STREAM, index)
+        np.testing.assert_array_equal(motion.inputs, drawn.inputs)
+        outputs = simulate(system, drawn.inputs, drawn.initial).outputs
+        np.testing.assert_array_equal(motion.outputs, outputs)
+        assert (motion.burn_in, motion.kind) == (16, 0)
+        assert (motion.first(5), motion.first(40)) == (17, 40)
+    assert calls == [(0, 2), (1, 2), (2, 2)]
+
+
+def test_motion_that_cannot_be_simulated_is_drawn_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    recipe = tiny_recipe()
+    failing = iter([True, False])
+
+    def sometimes(*arguments: object) -> object:
+        if next(failing):
+            raise SimulationError("no convergence")
+        return simulate(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(unseen, "simulate", sometimes)
+    (motion,) = unseen_motions(recipe, STREAM, 1, lambda *_: None)
+    second = draw(recipe, reference_system(recipe), STREAM, 0, attempt=1)
+    np.testing.assert_array_equal(motion.inputs, second.inputs)
+
+
+def test_system_that_always_fails_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = []
+
+    def never(*_: object) -> object:
+        calls.append(1)
+        raise SimulationError("no convergence")
+
+    monkeypatch.setattr(unseen, "simulate", never)
+    with pytest.raises(SimulationError, match="no convergence"):
+        list(unseen_motions(tiny_recipe(), STREAM, 1, lambda *_: None))
+    assert len(calls) == ATTEMPTS

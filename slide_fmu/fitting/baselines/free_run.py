@@ -13,7 +13,7 @@ DIVERGED = 10.0
 """A simulation has diverged where an output leaves the middle of the true ones by so many times
 their largest deviation from it, or is no number."""
 ROUNDING = 1e-9
-"""Smaller errors, in scaled units, count as this: of models that are exact the smallest is best."""
+"""Smaller errors, in scaled units, count as this: of exact models the smallest one is taken."""
 
 
 def free_run(baseline: Baseline, inputs: FloatArray, start: FloatArray) -> FloatArray:

@@ -35,6 +35,7 @@ def test_fir_has_the_impulse_response_of_a_linear_system() -> None:
     assert learnt.baseline.parameters == 42
 
 
+@pytest.mark.extended
 def test_linear_state_space_needs_two_states_for_an_oscillation() -> None:
     learnt = fit_linear_state_space(lesson(linear), Budget(60), silent)
     (inputs,), (outputs,) = record(linear, 1, 5)

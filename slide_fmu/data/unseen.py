@@ -1,4 +1,7 @@
-"""Unseen motions: trajectories that no training saw, and what the reference does on them."""
+"""Unseen motions: trajectories that no training saw, with what the reference does on them.
+
+Of records they are the blocks of the part "test".
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,12 @@ from dataclasses import dataclass
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import Stream, draw
+from slide_fmu.data.recorded import unseen_stretches
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import reference_system
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.record.model import MeasuredRecords
 from slide_fmu.systems.simulation import simulate
 
 ATTEMPTS = 5
@@ -19,14 +24,15 @@ ATTEMPTS = 5
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class UnseenMotion:
     """A motion is an unseen trajectory, in physical units.
 
     Attributes:
         inputs: inputs at samples 0 .. N - 1, burn-in first, shape (N, n_inputs).
-        outputs: outputs of the reference at samples 0 .. N, shape (N + 1, n_outputs).
+        outputs: outputs of the reference, or measured ones, at samples 0 .. N, shape
+            (N + 1, n_outputs).
         burn_in: number of leading samples in which the initial state decays.
-        kind: index of its excitation in the recipe's mix.
+        kind: index of its excitation in the recipe's mix, or of the record's file.
     """
 
     inputs: FloatArray
@@ -45,7 +51,7 @@ class Motion:
 
 def unseen_motions(
     recipe: Recipe, stream: Stream, count: int, advance: Progress
-) -> Iterator[Motion]:
+) -> Iterator[UnseenMotion]:
     """Draw motions one by one and simulate the reference system in this process.
 
     Raises:
@@ -59,7 +65,19 @@ def unseen_motions(
         advance(index + 1, count)
 
 
-def _motion(recipe: Recipe, system: System, stream: Stream, index: int) -> Motion:
+def measured_motions(recipe: Recipe, source: MeasuredRecords) -> list[UnseenMotion]:
+    """Return the blocks of records that nothing was learnt from.
+
+    Raises:
+        RecipeError: there is too little of them.
+    """
+    return [
+        UnseenMotion(found.trajectory.inputs, found.trajectory.outputs, found.lead, found.file)
+        for found in unseen_stretches(recipe, source)
+    ]
+
+
+def _motion(recipe: Recipe, system: System, stream: Stream, index: int) -> UnseenMotion:
     """Draw a motion and simulate it; where the system fails on it, another one."""
     for attempt in range(ATTEMPTS):
         drawn = draw(recipe, system, stream, index, attempt)
@@ -68,5 +86,5 @@ def _motion(recipe: Recipe, system: System, stream: Stream, index: int) -> Motio
         except SimulationError as error:
             failure = error
         else:
-            return Motion(drawn.inputs, outputs, drawn.burn_in, drawn.kind)
+            return UnseenMotion(drawn.inputs, outputs, drawn.burn_in, drawn.kind)
     raise failure

@@ -14,7 +14,7 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.window import Window
-from slide_fmu.data.draws import probe
+from slide_fmu.data.identity import identity
 from slide_fmu.data.store import Split, read_split, require_origin
 from slide_fmu.features.base import Offered
 from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of, machine_of
@@ -30,7 +30,7 @@ from slide_fmu.memory.modes import spectrum
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import Linearizable, System
+from slide_fmu.systems.base import Linearizable, Source
 
 STILL = 1e-9
 """A standard deviation below this part of the range is rounding, not motion."""
@@ -45,7 +45,7 @@ class Fit:
 
 
 def fit_surrogate(
-    recipe: Recipe, system: System, store: Path, checkpoints: Path, progress: Stages
+    recipe: Recipe, system: Source, store: Path, checkpoints: Path, progress: Stages
 ) -> Fit:
     """Train the surrogate of a recipe, then its error estimator.
 
@@ -62,7 +62,7 @@ def fit_surrogate(
             moves in the training data.
     """
     recipe.require_resolved()
-    require_origin(store, recipe, probe(recipe, system))
+    require_origin(store, recipe, identity(recipe, system))
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     offered = offered_features(recipe, system, range_scaling(system.inputs))
     surrogate, histories = _fit_network(
@@ -90,7 +90,7 @@ def fit_surrogate(
 
 def _fit_network(
     recipe: Recipe,
-    machine: tuple[System, Offered],
+    machine: tuple[Source, Offered],
     places: tuple[Path, Path],
     device: torch.device,
     progress: Stages,
@@ -147,7 +147,7 @@ def _fit_network(
     return surrogate, {**tried, "surrogate": history}
 
 
-def eigenvalues_at_rest(system: System) -> NDArray[np.complex128] | None:
+def eigenvalues_at_rest(system: Source) -> NDArray[np.complex128] | None:
     """Return the eigenvalues in 1/s of the system linearized at rest under its start inputs.
 
     There is one of each conjugate pair, and none of rigid-body modes; None of a system that does

@@ -11,8 +11,9 @@ import numpy as np
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.data.draws import TEST, Stream, probe
+from slide_fmu.data.identity import identity
 from slide_fmu.data.store import Split, data_fingerprint, read_split, require_origin
-from slide_fmu.data.unseen import Motion, unseen_motions
+from slide_fmu.data.unseen import UnseenMotion, measured_motions, unseen_motions
 from slide_fmu.fitting.baselines.base import Baseline, Budget, Frozen
 from slide_fmu.fitting.baselines.candidates import CANDIDATES, Candidate
 from slide_fmu.fitting.baselines.lesson import Lesson, lesson_of
@@ -29,7 +30,8 @@ from slide_fmu.pipeline.run_folder import StageError, Trained
 from slide_fmu.pipeline.stages import check_window, choose_numbers, generate_data, train_surrogate
 from slide_fmu.pipeline.step_times import StepTimes, fmu_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system, reference_system
+from slide_fmu.recipe.systems import recipe_source, reference_system
+from slide_fmu.systems.record.model import MeasuredRecords
 from slide_fmu.validation.baselines import baselines_report, linear_remark
 
 FOLDER = "compare"
@@ -93,7 +95,7 @@ def compare_recipe(job: Job, terms: Terms) -> tuple[dict[str, Any], Path]:
     torch.set_num_threads(1)
     job, trained = _trained(job, terms)
     recipe, surrogate, kept = job.recipe, trained.surrogate, KeptComparison(_folder(job))
-    require_origin(job.folder.store, recipe, probe(recipe, recipe_system(recipe)))
+    require_origin(job.folder.store, recipe, identity(recipe, recipe_source(recipe)))
     own_seconds = trained.histories["surrogate"].get("cpu_seconds")
     budget = _budget(job, terms, own_seconds)
     training, validation = (
@@ -153,9 +155,11 @@ def _budget(job: Job, terms: Terms, own: float | None) -> float:
     return own
 
 
-def _unseen(job: Job, terms: Terms, kept: KeptComparison) -> list[Motion]:
-    """Return the unseen motions, the same as ``validate`` draws."""
-    recipe = job.recipe
+def _unseen(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotion]:
+    """Return the unseen motions, the same as those of ``validate``."""
+    recipe, source = job.recipe, recipe_source(job.recipe)
+    if isinstance(source, MeasuredRecords):
+        return measured_motions(recipe, source)[: terms.trajectories]
     duration = recipe.validation.duration or recipe.data.duration
     count = terms.trajectories or recipe.validation.trajectories
     stream = Stream(TEST, terms.seed, (1.0, 1.0), duration)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.files import write_whole
-from slide_fmu.data.unseen import Motion
+from slide_fmu.data.unseen import UnseenMotion
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class KeptComparison:
         write_whole(place, (text + "\n").encode("utf-8"))
         return found
 
-    def motions(self, key: str, find: Callable[[], Sequence[Motion]]) -> list[Motion]:
+    def motions(self, key: str, find: Callable[[], Sequence[UnseenMotion]]) -> list[UnseenMotion]:
         """Return unseen motions; they are simulated if none of this key are kept."""
         place = self.path / "unseen.npz"
         if place.exists():
@@ -58,7 +58,7 @@ def key_of(*parts: Any) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def content_of_motions(motions: Sequence[Motion]) -> str:
+def content_of_motions(motions: Sequence[UnseenMotion]) -> str:
     """Return a digest of the values of motions."""
     total = hashlib.sha256()
     for motion in motions:
@@ -66,6 +66,6 @@ def content_of_motions(motions: Sequence[Motion]) -> str:
     return total.hexdigest()
 
 
-def _motion(kept: Any, number: int) -> Motion:
+def _motion(kept: Any, number: int) -> UnseenMotion:
     burn_in, kind = (int(value) for value in kept[f"about_{number}"])
-    return Motion(kept[f"inputs_{number}"], kept[f"outputs_{number}"], burn_in, kind)
+    return UnseenMotion(kept[f"inputs_{number}"], kept[f"outputs_{number}"], burn_in, kind)

@@ -8,7 +8,7 @@ from typing import Any
 
 from slide_fmu.fitting.history import Curve
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.memory.sizing import Sizing
+from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.memory.stability import AmplitudeTest, stability_figures
 from slide_fmu.pipeline.job import Job, provenance
 from slide_fmu.pipeline.measurement import IN_RANGE, tasks, validate_fmu_file
@@ -119,7 +119,7 @@ def draw_mechanism(job: Job) -> str | None:
 def _full_report(
     trained: Trained,
     recipe: Recipe,
-    sizing: Sizing,
+    sizing: AnySizing,
     validations: dict[str, Validation],
     tests: tuple[AmplitudeTest, ...],
     curve: Curve,

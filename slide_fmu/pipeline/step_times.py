@@ -14,7 +14,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.bench import fmu_times
 from slide_fmu.cosim.run import UnpackedFmu, unpacked
-from slide_fmu.data.unseen import Motion
+from slide_fmu.data.unseen import UnseenMotion
 from slide_fmu.fitting.baselines.base import Baseline, Frozen, Stepped
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -36,7 +36,7 @@ class StepTimes:
 
     surrogate: Surrogate
     own: UnpackedFmu
-    motion: Motion
+    motion: UnseenMotion
 
     def figures(self, baseline: Baseline) -> dict[str, float]:
         """Return the time of a model's step in us, and its ratio to that of the own network.

@@ -9,15 +9,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.excitation.mix import names_of
 from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.stability import AmplitudeTest
 from slide_fmu.validation.comparison import Comparison, Validation, relative_rmse
+from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.pictures import png as _png
 
 REFERENCE, SURROGATE, ERROR, ESTIMATE = "#222222", "#1f77b4", "#d62728", "#ff7f0e"
 SHOWN_SECONDS = 6.0
 """Length of the cut-out of a trajectory that a figure shows."""
+SHOWN_SAMPLES = 8000
+"""The cut-out has no more samples than these, since more of them are a black bar."""
 SCATTER_POINTS = 4000
 PLOTTED = 1e6
 """Largest value drawn of a run that may grow without bound."""
@@ -33,7 +35,7 @@ def side_by_side(validation: Validation, output: int) -> bytes:
     axes = figure.subplots(3, 2, sharex="col", height_ratios=(1, 2, 1.3))
     signal = validation.surrogate.outputs[output]
     for column, (title, comparison) in enumerate(chosen.items()):
-        kind = names_of(validation.recipe.data.excitation)[comparison.kind]
+        kind = motions_of(validation.recipe)[comparison.kind].name
         shown = _worst_part(comparison, output)
         time = comparison.time[shown]
         upper, middle, lower = axes[:, column]
@@ -212,7 +214,7 @@ def _draw_inputs(
 def _worst_part(comparison: Comparison, output: int) -> slice:
     """Return the samples around the largest error."""
     step = comparison.time[1] - comparison.time[0] if len(comparison.time) > 1 else 1.0
-    count = min(len(comparison.time), round(SHOWN_SECONDS / step))
+    count = min(len(comparison.time), round(SHOWN_SECONDS / step), SHOWN_SAMPLES)
     worst = int(np.argmax(np.abs(comparison.error[:, output])))
     first = min(max(0, worst - count // 2), len(comparison.time) - count)
     return slice(first, first + count)

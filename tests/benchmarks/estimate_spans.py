@@ -28,7 +28,7 @@ from slide_fmu.core.measures import moving_rms, relative_deviation
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream
-from slide_fmu.data.unseen import Motion, unseen_motions
+from slide_fmu.data.unseen import UnseenMotion, unseen_motions
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.measurement import tasks
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
@@ -142,7 +142,7 @@ def stream_figures(bench: Bench, stream: Stream, count: int, advance: Progress) 
     }
 
 
-def errors_of(surrogate: Surrogate, estimator: ErrorEstimator, motion: Motion) -> Errors:
+def errors_of(surrogate: Surrogate, estimator: ErrorEstimator, motion: UnseenMotion) -> Errors:
     """True and estimated errors of the samples that are scored."""
     true, _ = scored(surrogate, motion)
     scaled = surrogate.input_scaling.apply(motion.inputs)

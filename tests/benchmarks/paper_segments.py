@@ -32,7 +32,7 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.draws import TEST, Stream
-from slide_fmu.data.unseen import Motion, unseen_motions
+from slide_fmu.data.unseen import UnseenMotion, unseen_motions
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
@@ -162,7 +162,7 @@ def with_excitation(recipe: Recipe, number: int | None) -> Recipe:
 
 
 def segments_of(
-    surrogate: Surrogate, fmu: UnpackedFmu | None, motion: Motion, chosen: list[int]
+    surrogate: Surrogate, fmu: UnpackedFmu | None, motion: UnseenMotion, chosen: list[int]
 ) -> Segments:
     """Segments of one motion.
 
@@ -183,7 +183,7 @@ def segments_of(
     return segments
 
 
-def outputs(surrogate: Surrogate, fmu: UnpackedFmu | None, motion: Motion) -> FloatArray:
+def outputs(surrogate: Surrogate, fmu: UnpackedFmu | None, motion: UnseenMotion) -> FloatArray:
     """Newest outputs at samples 1 .. N, shape (N, n_outputs): by numpy, or by the FMU itself."""
     if fmu is None:
         return surrogate.predict_newest(motion.inputs)

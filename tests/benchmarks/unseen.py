@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.unseen import Motion
+from slide_fmu.data.unseen import UnseenMotion
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
-def scored(surrogate: Surrogate, motion: Motion) -> tuple[FloatArray, FloatArray]:
+def scored(surrogate: Surrogate, motion: UnseenMotion) -> tuple[FloatArray, FloatArray]:
     """Error of the newest outputs, as in a co-simulation, and the reference.
 
     Returns:

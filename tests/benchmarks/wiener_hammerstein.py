@@ -127,19 +127,19 @@ def study(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     """Fit and test every seed."""
     torch.set_num_threads(1)
     record = read(arguments.data)
-    recipe = StateSpaceRecipe(order=arguments.order, hidden=arguments.hidden)
+    sizes = {} if arguments.automatic else {"order": arguments.order, "hidden": arguments.hidden}
+    recipe = StateSpaceRecipe(**sizes)
     seeds = range(arguments.seed, arguments.seed + arguments.seeds)
     fits = [fit(record, recipe, seed, bar(f"seed {seed}")) for seed in seeds]
     tests = [errors_on_test(fitted.network, record) for fitted in fits]
-    cell = fits[0].network.cell
     return {
         "test_rmse_mV": [simulated for simulated, _ in tests],
         "test_rmse_as_fmu_mV": [streamed for _, streamed in tests],
         "validation_rmse_mV": [fitted.validation_rmse for fitted in fits],
         "cpu_seconds": [fitted.cpu_seconds for fitted in fits],
-        "parameters": fits[0].network.count_parameters(),
-        "states": len(cell.a),
-        "units": len(cell.w),
+        "parameters": [fitted.network.count_parameters() for fitted in fits],
+        "states": [len(fitted.network.cell.a) for fitted in fits],
+        "units": [len(fitted.network.cell.w) for fitted in fits],
     }
 
 
@@ -151,6 +151,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="the first of them")
     parser.add_argument("--order", type=int, default=6)
     parser.add_argument("--hidden", type=int, default=16)
+    parser.add_argument(
+        "--automatic", action="store_true", help="sizes and kind of units are found by search"
+    )
     measure_and_write(parser, study)
 
 

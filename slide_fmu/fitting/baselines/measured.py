@@ -10,7 +10,7 @@ import numpy as np
 
 from slide_fmu.core.measures import rms
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.unseen import Motion
+from slide_fmu.data.unseen import UnseenMotion
 from slide_fmu.fitting.baselines.base import Baseline
 from slide_fmu.fitting.baselines.free_run import diverged, free_run
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -26,7 +26,7 @@ class UnseenTest:
     """
 
     surrogate: Surrogate
-    motions: Sequence[Motion]
+    motions: Sequence[UnseenMotion]
 
     def figures(self, baseline: Baseline) -> dict[str, Any]:
         """Return a model's number of parameters, and its error on every output.
@@ -55,7 +55,7 @@ class UnseenTest:
             ],
         }
 
-    def _run(self, baseline: Baseline, motion: Motion) -> tuple[FloatArray, FloatArray]:
+    def _run(self, baseline: Baseline, motion: UnseenMotion) -> tuple[FloatArray, FloatArray]:
         """Return simulated and true outputs of the scored samples, in their units."""
         surrogate = self.surrogate
         first = motion.first(surrogate.network.memory_length)

@@ -1,7 +1,8 @@
 """A state-space fit starts from linear models: from eigenvalues, or from impulse responses.
 
 Models of impulse responses are realized as by Ho and Kalman (1966) with the singular value
-decomposition of the eigensystem realization algorithm (Juang and Pappa, 1985).
+decomposition of the eigensystem realization algorithm (Juang and Pappa, 1985), weighted by the
+past inputs as in subspace identification (N4SID: Van Overschee and De Moor, 1994).
 """
 
 from __future__ import annotations
@@ -16,12 +17,16 @@ from numpy.typing import NDArray
 
 from slide_fmu.recipe.systems import require_turned_pairs
 
-RIDGE = 1e-6
-"""The regression is regularised by this part of the mean power of the features."""
+RIDGE = 1e-3
+"""The regression is regularised by this part of the mean power of the features. A record may
+excite a narrow band: outside of it a smaller ridge lets noise through, which looks like many
+states."""
 LARGEST_POLE = 0.995
 """Poles of a start lie within this radius; a fit may leave it again."""
 LEAST_SHOWN = 0.03
-"""Singular values of the Hankel matrix below this part of the largest show no state."""
+"""Singular values below this part of the largest show no state."""
+SMALLEST_POWER = 1e-6
+"""Every direction of the past inputs counts with at least this part of their mean power."""
 NEIGHBOURS = 1.3
 """Two oscillations whose eigenvalues differ by less than this factor count as one that turns."""
 MEMORIES = (0.2, 0.6)
@@ -44,16 +49,47 @@ class LinearModel(NamedTuple):
     c: torch.Tensor
 
 
+class Responses(NamedTuple):
+    """Impulse responses, and the inputs that they were estimated from.
+
+    Attributes:
+        values: the responses, shape (taps, p, q); they begin with that to the newest sample.
+        inputs: L of the covariance L L' of the newest taps // 2 samples of the state input, newest
+            first, shape (taps // 2 * q, taps // 2 * q).
+    """
+
+    values: torch.Tensor
+    inputs: torch.Tensor
+
+    @property
+    def highest_order(self) -> int:
+        """Responses of this length can show this many states."""
+        taps, p, q = self.values.shape
+        return taps // 2 * min(p, q)
+
+    def hankel(self, shift: int = 0) -> torch.Tensor:
+        """Return the block Hankel matrix of the responses, from the first (shift 0) or next on.
+
+        Its shape is (taps // 2 * p, taps // 2 * q): it maps past inputs to future outputs.
+        """
+        taps, p, q = self.values.shape
+        rows = taps // 2
+        index = torch.arange(rows)[:, None] + torch.arange(rows)
+        blocks = self.values[index + shift]
+        return blocks.permute(0, 2, 1, 3).reshape(rows * p, rows * q)
+
+
 def impulse_responses(
     drive: torch.Tensor, static: torch.Tensor, targets: torch.Tensor, taps: int
-) -> torch.Tensor:
+) -> Responses:
     """Estimate impulse responses to the state input, by ridge regression (a FIR model).
 
     The state input has the shape (n_trajectories, N, q). The targets, (n_trajectories, N + 1, p),
     of which the one at k + 1 belongs to the samples up to k, also follow the feedthrough,
     (n_trajectories, N, m), at once: its coefficients are estimated with the others and left out.
-    The responses, (taps, p, q), begin with that to the newest sample.
+    The results are in double precision, which narrow bands need.
     """
+    drive, static, targets = drive.double(), static.double(), targets.double()
     q, p = drive.shape[2], targets.shape[2]
     width = taps * q + static.shape[2] + 1
     matrix, right = drive.new_zeros(width, width), drive.new_zeros(width, p)
@@ -64,48 +100,55 @@ def impulse_responses(
         rows = torch.cat([regressors, other[taps - 1 :], one], 1)
         matrix += rows.T @ rows
         right += rows.T @ target[taps:]
+    inputs = _root(matrix[: taps // 2 * q, : taps // 2 * q])
     # the last column, the constant, is regularised with the rest, but does not set the size
     matrix.diagonal().add_(RIDGE * matrix.diagonal()[:-1].mean())
     solution: torch.Tensor = torch.linalg.solve(matrix, right)
-    return solution[: taps * q].view(taps, q, p).transpose(1, 2)
+    return Responses(solution[: taps * q].view(taps, q, p).transpose(1, 2), inputs)
 
 
-def _hankel(responses: torch.Tensor, shift: int) -> torch.Tensor:
-    """Return the block Hankel matrix of impulse responses, from the first (shift 0) or next on.
+def _root(covariance: torch.Tensor) -> torch.Tensor:
+    """Return a lower triangular L with L L' = the covariance, (m, m), slightly raised."""
+    floor = SMALLEST_POWER * covariance.diagonal().mean().clamp_min(1e-300)
+    root: torch.Tensor = torch.linalg.cholesky(
+        covariance + torch.diag(floor.expand(len(covariance)))
+    )
+    return root
 
-    Responses (taps, p, q) give the shape (taps // 2 * p, taps // 2 * q).
+
+def states_shown(responses: Responses) -> int:
+    """Count the states that impulse responses show: at least 1.
+
+    The outputs that past inputs leave behind are counted, of inputs such as those of the record:
+    what a response has outside of the excited band is mere noise.
     """
-    taps, p, q = responses.shape
-    rows = taps // 2
-    index = torch.arange(rows)[:, None] + torch.arange(rows)
-    blocks = responses[index + shift]
-    return blocks.permute(0, 2, 1, 3).reshape(rows * p, rows * q)
-
-
-def states_shown(responses: torch.Tensor) -> int:
-    """Count the states that impulse responses, shape (taps, p, q), show: at least 1."""
-    singular = torch.linalg.svdvals(_hankel(responses, 0))
+    singular = torch.linalg.svdvals(responses.hankel() @ responses.inputs)
     return int((singular > LEAST_SHOWN * singular[0]).sum())
 
 
-def realize(responses: torch.Tensor, n_states: int) -> LinearModel:
-    """Realize impulse responses, (taps, p, q), as a linear model of ``n_states``.
+def realize(responses: Responses, n_states: int) -> LinearModel:
+    """Realize impulse responses as a linear model of ``n_states``.
+
+    Of all models of that order it is the one whose states carry most of the outputs that inputs
+    such as those of the record leave behind.
 
     Raises:
         ValueError: the order is higher than the responses can show.
     """
-    taps, p, q = responses.shape
-    most = taps // 2 * min(p, q)
-    if n_states > most:
+    taps, p, q = responses.values.shape
+    if n_states > responses.highest_order:
         raise ValueError(
-            f"network.order = {n_states}; expected at most {most} for impulse responses of "
-            f"{taps} samples: lower it, or make the window longer"
+            f"network.order = {n_states}; expected at most {responses.highest_order} for impulse "
+            f"responses of {taps} samples: lower it, or make the window longer"
         )
-    left, singular, right = torch.linalg.svd(_hankel(responses, 0), full_matrices=False)
+    now, later = responses.hankel(), responses.hankel(1) @ responses.inputs
+    left, singular, right = torch.linalg.svd(now @ responses.inputs, full_matrices=False)
     root = singular[:n_states].clamp_min(1e-12 * float(singular[0])).sqrt()
     left, right = left[:, :n_states], right[:n_states].T
-    a = (left / root).T @ _hankel(responses, 1) @ (right / root)
-    return _pulled_inside(a, (right * root).T[:, :q], (left * root)[:p])
+    to_states = (left / root).T
+    return _pulled_inside(
+        to_states @ later @ (right / root), (to_states @ now)[:, :q], (left * root)[:p]
+    )
 
 
 def band_edge(drive: torch.Tensor, step: float) -> float:

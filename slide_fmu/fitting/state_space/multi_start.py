@@ -24,6 +24,7 @@ from slide_fmu.fitting.state_space.ledger import Ledger
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate, LeastSquares
 from slide_fmu.fitting.state_space.linear_start import (
     LinearModel,
+    Responses,
     excited_eigenvalues,
     from_eigenvalues,
     from_turned_pairs,
@@ -156,6 +157,11 @@ class MultiStart:
             units -= 1
         return units
 
+    @property
+    def eigenvalues_known(self) -> bool:
+        """Whether the first order is that of known eigenvalues; else it is a guess from data."""
+        return self._excited() is not None
+
     def first_order(self) -> int:
         """Guess the number of states: from the excited eigenvalues, else the impulse responses."""
         excited = self._excited()
@@ -165,8 +171,7 @@ class MultiStart:
 
     def highest_order(self) -> int:
         """Return the number of states that impulse responses of this length can show."""
-        taps, p, q = self._impulse_responses.shape
-        return taps // 2 * min(p, q)
+        return self._impulse_responses.highest_order
 
     def linear(self, order: int) -> Candidate:
         """Fit linear models of an order from all linear starts, and return the best.
@@ -335,8 +340,8 @@ class MultiStart:
         return excited_eigenvalues(self.problem.eigenvalues, drive, self.problem.window.step)
 
     @cached_property
-    def _impulse_responses(self) -> torch.Tensor:
-        """The impulse responses to the state input have the shape (taps, p, q)."""
+    def _impulse_responses(self) -> Responses:
+        """The impulse responses lead from the state input to the outputs."""
         longest = min(LONGEST_RESPONSE, self.data.features.shape[1] // 2)
         wanted = max(self.problem.window.memory_length, SHORTEST_RESPONSE)
         taps = max(2, min(wanted, longest))

@@ -1,5 +1,8 @@
 """The search for sizes: more states or more units, while they pay and there is more to learn.
 
+It begins at the order that eigenvalues tell, if they are known. Else impulse responses show one,
+which is a guess: it falls to the fewest states with which a linear model does as well.
+
 A step to a larger network counts as worthwhile when its validation error falls to ``WORTHWHILE``,
 at equal effort on equal data. Where no single step is, the search looks one step further, as long
 as the residual can still be predicted from the inputs: a few units may gain little alone.
@@ -32,6 +35,12 @@ UNFINISHED, POOR = 3e-3, 1e-2
 """Where more than the first could still be learnt, the search looks a step further; where it is
 more than the second in the end, the user is told."""
 
+AS_GOOD = 1.01
+"""A linear model of few states counts as good as one of more when its error is at most this many
+times the other's. Most of a linear model's error may be what units will learn: a small rise of the
+whole is a large one of the rest."""
+MORE_SHOWN = 2
+"""Impulse responses may hide so many states, as they may show too many."""
 GOOD = 5e-3
 """A network whose error is below this, relative to the outputs' deviation, is not made larger: the
 fit on all data comes still, and mostly makes it about twice as accurate. The error is that of the
@@ -78,8 +87,20 @@ def _orders(multi_start: MultiStart, order: int | str) -> list[int]:
     if isinstance(order, int):
         return [order]
     first = multi_start.first_order()
+    if not multi_start.eigenvalues_known:
+        first = _fewest_states(multi_start, first)
     last = min(first + MORE_STATES, max(first, multi_start.highest_order()))
     return list(range(first, last + 1, 2))
+
+
+def _fewest_states(multi_start: MultiStart, shown: int) -> int:
+    """Return the lowest order whose linear model is as good as one of more states than are shown.
+
+    Low orders are tried first: they cost least, and their fits converge best.
+    """
+    most = min(shown + MORE_SHOWN, max(shown, multi_start.highest_order()))
+    wanted = AS_GOOD * min(multi_start.linear(order).error for order in (shown, most))
+    return next(n for n in range(1, most + 1) if multi_start.linear(n).error <= wanted)
 
 
 def _numbers_of_units(units: int | str) -> list[int]:

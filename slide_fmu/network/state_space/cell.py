@@ -5,7 +5,8 @@ The equations are in ``equations.py``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -81,6 +82,12 @@ class Cell:
         """Give the matrices by name, in the order of their bytes."""
         names = ("a", "b", "e", "w", *(["v"] if self.v is not None else []), "c", "d", "d0")
         return {name: getattr(self, name) for name in names}
+
+
+def in_double(cell: Cell) -> Cell:
+    """Give the cell with its weights in double precision."""
+    found: dict[str, Any] = {n: array.astype(np.float64) for n, array in cell.arrays().items()}
+    return replace(cell, **found)
 
 
 def cell_shapes(

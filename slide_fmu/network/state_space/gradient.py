@@ -6,14 +6,11 @@ its units and their slopes are those of ``equations.py``.
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
-
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.base import PullBack
-from slide_fmu.network.state_space.cell import Cell
+from slide_fmu.network.state_space.cell import in_double
 from slide_fmu.network.state_space.equations import ByRole, Equations, rows, turned
 from slide_fmu.network.state_space.network import StateSpace
 
@@ -23,11 +20,6 @@ def pull_back_cells(network: StateSpace, features: FloatArray, n_out: int) -> Pu
     return _CellTape(network, features, n_out).pull_back
 
 
-def _in_double(cell: Cell) -> Cell:
-    found: dict[str, Any] = {n: array.astype(np.float64) for n, array in cell.arrays().items()}
-    return replace(cell, **found)
-
-
 class _CellTape:
     """One run of a cell from x = 0 over windows, and its way back. Final."""
 
@@ -35,7 +27,7 @@ class _CellTape:
         self._roles, self._n_out = network.roles, n_out
         self._shape = features.shape
         self._inputs = ByRole.of(network.roles, np.moveaxis(features, 1, 0))
-        self._cell = _in_double(network.cell)
+        self._cell = in_double(network.cell)
         self._equations = Equations(self._cell, self._inputs, network.turned, np)
         first = np.zeros((len(features), len(network.cell.a)))
         self._states = np.concatenate([first[None], self._equations.run(first)])

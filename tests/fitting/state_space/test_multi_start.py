@@ -97,7 +97,7 @@ def test_static_features_that_also_drive_share_no_impulse_response(tmp_path: Pat
         table = StateSpaceRecipe(drive=("changes", "inputs"), static=static, order=2, hidden=0)
         data = prepare(problem, table, training)
         multi_start = MultiStart(problem, table, training, data, lambda *state: None)
-        found.append(multi_start._impulse_responses)
+        found.append(multi_start._impulse_responses.values)
     assert torch.equal(found[1], found[0])
     assert torch.equal(found[2], found[0])
 

@@ -10,7 +10,7 @@ import pytest
 import torch
 
 from slide_fmu.core.window import Window
-from slide_fmu.fitting.state_space import ledger, sizes
+from slide_fmu.fitting.state_space import ledger, multi_start, sizes
 from slide_fmu.recipe.learning import StateSpaceRecipe
 from tests.fitting.state_space.springs import (
     CUBIC,
@@ -79,6 +79,25 @@ def test_given_sizes_are_kept(tmp_path: Path, given: dict[str, int], states: int
     cell = fit(problem_of(tmp_path, 0.0), given).network.cell
     assert len(cell.w) == 0
     assert len(cell.a) == states
+
+
+@pytest.mark.usefixtures("few_units")
+@pytest.mark.parametrize("shown", [3, 4, 6, 7])
+def test_order_falls_from_what_responses_seem_to_show_to_what_does_as_well(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, shown: int
+) -> None:
+    monkeypatch.setattr(multi_start, "states_shown", lambda responses: shown)
+    problem = problem_of(tmp_path, 0.0, eigenvalues=None)
+    found = fit(problem, {"hidden": 0})
+    assert len(found.network.cell.a) == 2
+    assert found.error < FORGOTTEN
+
+
+@pytest.mark.usefixtures("few_units")
+def test_order_that_eigenvalues_tell_does_not_fall(tmp_path: Path) -> None:
+    eigenvalues = np.concatenate([EIGENVALUES, 1.2 * EIGENVALUES])
+    problem = problem_of(tmp_path, 0.0, eigenvalues=eigenvalues)
+    assert len(fit(problem, {"hidden": 0}).network.cell.a) == 4
 
 
 @pytest.mark.usefixtures("few_units")

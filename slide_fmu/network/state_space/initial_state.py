@@ -1,0 +1,71 @@
+"""The state with which a record begins, found from its first outputs.
+
+A record that begins in mid-motion has a past that nobody has measured. A run of the network from
+zero state is wrong until it has forgotten that; from the state that explains the first outputs
+best it is right from the begin.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import scipy.optimize
+from numpy.typing import NDArray
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.network.state_space.cell import in_double
+from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
+from slide_fmu.network.state_space.network import StateSpace
+
+CHANGE = 1e-6
+"""Derivatives by the state are differences over this change, in units of the states."""
+MOST_EVALUATIONS = 50
+"""The search ends after so many runs: it is nearly linear, and takes a few."""
+FAR = 1e6
+"""Errors beyond this, in scaled units, are those of a network that diverges."""
+UNSEEN = 1e-3
+"""A state of size 1 counts as an error of this size: what no output shows stays near zero."""
+
+
+def initial_state(network: StateSpace, features: NDArray[Any], values: NDArray[Any]) -> FloatArray:
+    """Find the state before the first sample, (n,), from the first outputs by least squares.
+
+    Features have the shape (K, n_features); values, (K, n_values), are what the outputs were after
+    them, in scaled units, NaN where they are not known. K is small: some tens of samples.
+
+    Raises:
+        ValueError: no output is known, or the shapes do not fit.
+    """
+    known = np.isfinite(values)
+    if values.shape != (len(features), network.n_values) or not known.any():
+        raise ValueError(
+            f"values of shape {values.shape}, {int(known.sum())} of them known; expected "
+            f"{(len(features), network.n_values)}, and at least one known"
+        )
+    cell, n = in_double(network.cell), len(network.cell.a)
+    row = np.asarray(features, dtype=np.float64)[:, None]
+
+    def residuals(states: FloatArray) -> FloatArray:
+        """Return what several states, (B, n), leave over, (B, known + n)."""
+        inputs = ByRole.of(network.roles, np.repeat(row, len(states), axis=1))
+        after = Equations(cell, inputs, network.turned, np).run(states)
+        error = np.moveaxis(outputs(cell, after, inputs), 1, 0) - values
+        # from a strange state a network may diverge: that is a step which is not taken
+        seen = np.nan_to_num(error[:, known], nan=FAR, posinf=FAR, neginf=-FAR)
+        return np.concatenate([np.clip(seen, -FAR, FAR), UNSEEN * states], axis=1)
+
+    def slopes(state: FloatArray) -> FloatArray:
+        steps = CHANGE * np.concatenate([np.eye(n), -np.eye(n)])
+        there, back = np.split(residuals(state + steps), 2)
+        return (there - back).T / (2 * CHANGE)
+
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = scipy.optimize.least_squares(
+            lambda state: residuals(state[None])[0],
+            np.zeros(n),
+            jac=slopes,
+            method="lm",
+            max_nfev=MOST_EVALUATIONS,
+        )
+    return np.asarray(found.x)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from slide_fmu.data import unseen
 from slide_fmu.data.draws import TEST, Stream, draw
-from slide_fmu.data.unseen import ATTEMPTS, unseen_motions
-from slide_fmu.recipe.systems import reference_system
+from slide_fmu.data.unseen import ATTEMPTS, measured_motions, unseen_motions
+from slide_fmu.recipe.reading import parse_recipe, with_resolved
+from slide_fmu.recipe.systems import recipe_source, reference_system
 from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.record.model import MeasuredRecords
 from slide_fmu.systems.simulation import simulate
+from tests.own_records import RECIPE, write_record
 from tests.recipes import tiny_recipe
 
 STREAM = Stream(TEST, 3, (1.0, 1.0), 1.0)
@@ -56,3 +61,17 @@ def test_system_that_always_fails_is_given_up(monkeypatch: pytest.MonkeyPatch) -
     with pytest.raises(SimulationError, match="no convergence"):
         list(unseen_motions(tiny_recipe(), STREAM, 1, lambda *_: None))
     assert len(calls) == ATTEMPTS
+
+
+def test_motions_of_a_record_are_its_blocks_that_nothing_learnt_from(tmp_path: Path) -> None:
+    path = write_record(tmp_path / "bench.csv", 3000)
+    text = RECIPE.replace("bench.csv", str(path))
+    lengths = {"data": {"duration": 4.0, "burn_in": 2.4}}
+    recipe = with_resolved(parse_recipe(text, "bench.toml"), lengths, "bench.toml")
+    source = recipe_source(recipe)
+    assert isinstance(source, MeasuredRecords)
+    (motion,) = measured_motions(recipe, source)
+    measured = np.loadtxt(path, delimiter=",", skiprows=1)
+    np.testing.assert_allclose(motion.outputs[-1, 0], measured[-1, 2], rtol=1e-6)
+    assert (motion.burn_in, motion.kind) == (recipe.window.n_in, 0)
+    assert len(motion.outputs) == len(motion.inputs) + 1

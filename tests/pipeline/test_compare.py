@@ -19,8 +19,10 @@ from slide_fmu.pipeline import compare as comparing
 from slide_fmu.pipeline.compare import Terms, compare_recipe
 from slide_fmu.pipeline.job import Job, open_job
 from slide_fmu.pipeline.run_folder import StageError
+from tests import own_records
 from tests.fitting.baselines.lessons import needs_sysidentpy
 from tests.libraries import build_libraries
+from tests.own_records import write_record
 
 RECIPE = """
 name = "NAME"
@@ -241,3 +243,20 @@ def test_budget_counts_cpu_time_from_its_begin() -> None:
     sum(range(300_000))
     assert 0 < budget.spent < 5
     assert budget.left == pytest.approx(5 - budget.spent, abs=0.05)
+
+
+@needs_sysidentpy
+def test_models_of_a_record_are_measured_on_its_part_that_nothing_learnt_from(
+    tmp_path: Path,
+) -> None:
+    build_libraries()
+    write_record(tmp_path / "bench.csv", 3000)
+    path = tmp_path / "bench.toml"
+    text = own_records.RECIPE.replace('"bench.csv"', f'"{tmp_path / "bench.csv"}"')
+    path.write_text(text, encoding="utf-8")
+    job = open_job(path, tmp_path / "runs", lambda _: lambda *_: None)
+    figures, _ = compare_recipe(job, Terms(budget=0.5, seed=77, workers=1))
+    assert figures["trajectories"] == 1  # the block at the end of the record
+    models = by_title(figures)
+    assert error(models["own: state space"]) < 0.1 < error(models["ARX"])
+    assert {model["failed"] for model in figures["models"]} == {None}

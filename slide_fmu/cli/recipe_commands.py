@@ -193,6 +193,8 @@ def run(
     show_search(finished.figures)
     for name, validation in finished.figures["validation"].items():
         show_validation(validation, name)
+    for remark in finished.figures.get("record_remarks", ()):
+        show_remark(remark)
     write_json(json_path, finished.figures)
     console.print(f"FMU     {finished.fmu}\nreport  {finished.page}")
 

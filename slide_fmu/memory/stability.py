@@ -19,6 +19,7 @@ from slide_fmu.data.recorded import inputs_beyond
 from slide_fmu.memory.decay_figures import finite
 from slide_fmu.network.base import Float32Array
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Source, System
@@ -31,6 +32,13 @@ WINDOWS = 3
 two runs must meet, and in the third the run goes on."""
 NEWEST = 8
 """A difference is the RMS over this many last samples: a single one may be zero by chance."""
+
+
+HYSTERESIS = (
+    ". A system with hysteresis, or with a drift, never forgets what happened to it: its records "
+    "end here, whatever the network"
+)
+"""What is said of records, of which no motion at rest can be simulated."""
 
 
 class UnstableSurrogateError(ValueError):
@@ -93,7 +101,7 @@ def require_stability(tests: tuple[AmplitudeTest, ...], recipe: Recipe, picture:
             f"surrogate {recipe.name!r} is not exported: {'; '.join(problems)}; see {picture}. "
             "Train with another training.seed, fewer units, tanh units (network.units), "
             "trajectories beyond the range (data.beyond) or a longer window, or set "
-            "stability.allow_unstable = true"
+            "stability.allow_unstable = true" + (HYSTERESIS if recipe.system.kind == KIND else "")
         )
 
 

@@ -210,6 +210,15 @@ def training_section(histories: Mapping[str, Mapping[str, Sequence[float]]]) -> 
     )
 
 
+def remark_sections(remarks: Sequence[str]) -> list[Section]:
+    """Show remarks in a section of their own, if there are any."""
+    if not remarks:
+        return []
+    return [
+        Section("Remarks", " ".join(f"{remark[0].upper()}{remark[1:]}." for remark in remarks))
+    ]
+
+
 def sizes_section(sizes: Sequence[Mapping[str, Any]], remark: str | None) -> Section:
     """Show which sizes of the network were tried, and what remains to be learnt."""
     text = (

@@ -95,8 +95,11 @@ def _prepared(
     names: tuple[tuple[str, ...], tuple[str, ...]],
 ) -> MeasuredRecords:
     inputs, outputs = (
-        tuple(_with_unit(choice, records[0]).signal(what) for choice in choices)
-        for what, choices in (("input", specification.inputs), ("output", specification.outputs))
+        tuple(_with_unit(choice, records[0], hold).signal(what) for choice in choices)
+        for what, hold, choices in (
+            ("input", HOLD, specification.inputs),
+            ("output", None, specification.outputs),
+        )
     )
     hold = hold_of(inputs)
     pairing = cast(Pairing, specification.parameters.get("pairing", PAIRINGS[hold]))
@@ -114,10 +117,10 @@ def _columns(choices: tuple[SignalChoice, ...]) -> tuple[str, ...]:
     return tuple(choice.column or choice.name for choice in choices)
 
 
-def _with_unit(choice: SignalChoice, record: Record) -> SignalChoice:
-    """Give a choice the unit of its column and the hold of measured inputs, if it has none."""
+def _with_unit(choice: SignalChoice, record: Record, hold: Hold | None) -> SignalChoice:
+    """Give a choice the unit of its column and a hold, if it has none; outputs have no hold."""
     unit = record.units[choice.column or choice.name] or None
-    return choice.over(SignalChoice(choice.name, unit=unit, hold=HOLD))
+    return choice.over(SignalChoice(choice.name, unit=unit, hold=hold))
 
 
 def _require_parameters(specification: Specification) -> None:

@@ -96,30 +96,35 @@ def compare_recipe(job: Job, terms: Terms) -> tuple[dict[str, Any], Path]:
     job, trained = _trained(job, terms)
     recipe, surrogate, kept = job.recipe, trained.surrogate, KeptComparison(_folder(job))
     require_origin(job.folder.store, recipe, identity(recipe, recipe_source(recipe)))
-    own_seconds = trained.histories["surrogate"].get("cpu_seconds")
-    budget = _budget(job, terms, own_seconds)
     training, validation = (
         read_split(job.folder.store, name, recipe.count(name)) for name in ("train", "validation")
     )
     test = UnseenTest(surrogate, _unseen(job, terms, kept))
     lesson = lesson_of(surrogate, training, validation, recipe.training.seed)
+    own = trained.histories["surrogate"].get("cpu_seconds")
+    budget = _budget(job, terms, own)
     key = checkpoint_key(_key(test, (training, validation), lesson.seed), budget)
     with fmu_of(surrogate) as fmu:
         bench = Bench(test, StepTimes(surrogate, fmu, test.motions[0]))
-        found = [_own(recipe, own_seconds, bench)]
+        models = [_own(recipe, own, bench)]
         for name, candidate in CANDIDATES.items():
             find = partial(_measured, candidate, lesson, bench, budget, job.bar)
-            found.append(kept.figures(name, key, find))
-    figures = {
-        "name": recipe.name,
-        "trajectories": len(test.motions),
-        "seed": terms.seed,
-        "training_seed": lesson.seed,
-        "budget_s": budget,
-        "models": found,
-        "remark": linear_remark(found),
-    }
+            models.append(kept.figures(name, key, find))
+    figures = _figures(job, terms, models, {"trajectories": len(test.motions), "budget_s": budget})
     return figures, baselines_report(figures, recipe.description).write(_folder(job))
+
+
+def _figures(
+    job: Job, terms: Terms, models: list[dict[str, Any]], about: dict[str, Any]
+) -> dict[str, Any]:
+    return {
+        "name": job.recipe.name,
+        **about,
+        "seed": terms.seed,
+        "training_seed": job.recipe.training.seed,
+        "models": models,
+        "remark": linear_remark(models),
+    }
 
 
 def _folder(job: Job) -> Path:

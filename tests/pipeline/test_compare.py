@@ -245,6 +245,7 @@ def test_budget_counts_cpu_time_from_its_begin() -> None:
     assert budget.left == pytest.approx(5 - budget.spent, abs=0.05)
 
 
+@pytest.mark.extended
 @needs_sysidentpy
 def test_models_of_a_record_are_measured_on_its_part_that_nothing_learnt_from(
     tmp_path: Path,

@@ -25,8 +25,10 @@ from slide_fmu.fitting.feature_choice import choose_features, require_odd
 from slide_fmu.fitting.feature_search import Trials, search_features
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.input_forecast import fit_forecast
+from slide_fmu.fitting.known_start import known_start
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.memory.modes import spectrum
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -64,9 +66,11 @@ def fit_surrogate(
     recipe.require_resolved()
     require_origin(store, recipe, identity(recipe, system))
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-    offered = offered_features(recipe, system, range_scaling(system.inputs))
+    known = known_start(recipe, system)
+    scaling = range_scaling(system.inputs) if known is None else known.input_scaling
+    offered = offered_features(recipe, system, scaling)
     surrogate, histories = _fit_network(
-        recipe, (system, offered), (store, checkpoints), device, progress
+        recipe, (system, offered, known), (store, checkpoints), device, progress
     )
     if recipe.estimator is None:
         return Fit(surrogate, histories)
@@ -90,13 +94,17 @@ def fit_surrogate(
 
 def _fit_network(
     recipe: Recipe,
-    machine: tuple[Source, Offered],
+    machine: tuple[Source, Offered, Surrogate | None],
     places: tuple[Path, Path],
     device: torch.device,
     progress: Stages,
 ) -> tuple[Surrogate, dict[str, History]]:
-    """Fit the surrogate without its error estimator; places are the store and the checkpoints."""
-    system, offered = machine
+    """Fit the surrogate without its error estimator; places are the store and the checkpoints.
+
+    The machine is where the data come from, what features are formed of, and the surrogate that
+    the training begins with, if there is one.
+    """
+    system, offered, known = machine
     store, checkpoints = places
     kinds = ("train", "validation", *(["beyond"] if recipe.data.beyond else []))
     splits = [read_split(store, kind, recipe.count(kind)) for kind in kinds]
@@ -105,6 +113,8 @@ def _fit_network(
     require_motion(system.inputs, splits[0].inputs)
     input_scaling = offered.scaling
     output_scaling = standard_deviation_scaling(system.outputs, splits[0])
+    if known is not None:
+        output_scaling = known.output_scaling
     family = FITS[type(recipe.network)]
     eigenvalues = eigenvalues_at_rest(system) if family.linearized else None
     dtype = torch.float64 if family.linearized else getattr(torch, recipe.training.precision)
@@ -115,6 +125,7 @@ def _fit_network(
         machine_of(offered),
         *(values.tolist() for s in (input_scaling, output_scaling) for values in vars(s).values()),
         recipe.model_dump(mode="json", include={"window", "network", "training"}),
+        *([] if known is None else [known.to_bytes().hex()]),
     )
     checkpoint = checkpoints / f"surrogate-{key}.pt"
     values = [
@@ -124,8 +135,13 @@ def _fit_network(
     trials = Trials(offered, window, (splits[0], splits[1]), eigenvalues, checkpoints)
     spent = CpuTime(checkpoint.with_suffix(".cpu_seconds"))
     progress = spent.counted(progress)
-    table, tried = search_features(recipe.network, recipe.training, trials, progress)
-    features = choose_features(table.feature_names(), offered, values[0][0])
+    table, tried = recipe.network, dict[str, History]()
+    start = None if known is None else known.network
+    if isinstance(start, StateSpace):
+        features = start.features
+    else:
+        table, tried = search_features(recipe.network, recipe.training, trials, progress)
+        features = choose_features(table.feature_names(), offered, values[0][0])
     if recipe.training.flip_signs:
         require_odd(features)
 
@@ -137,6 +153,8 @@ def _fit_network(
     training, validation, *beyond = (seen(*pair) for pair in values)
     more = beyond[0] if beyond else None
     problem = Problem(window, features, training, validation, checkpoint, eigenvalues, more)
+    if isinstance(start, StateSpace):
+        problem = dataclasses.replace(problem, start=start)
     network, history = family.fit(problem, table, recipe.training, progress("surrogate"))
     history = dataclasses.replace(history, cpu_seconds=spent.keep())
     signals = system.inputs, system.outputs

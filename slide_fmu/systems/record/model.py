@@ -95,11 +95,8 @@ def _prepared(
     names: tuple[tuple[str, ...], tuple[str, ...]],
 ) -> MeasuredRecords:
     inputs, outputs = (
-        tuple(_with_unit(choice, records[0], hold).signal(what) for choice in choices)
-        for what, hold, choices in (
-            ("input", HOLD, specification.inputs),
-            ("output", None, specification.outputs),
-        )
+        tuple(_completed(what, choice, records[0]).signal(what) for choice in choices)
+        for what, choices in (("input", specification.inputs), ("output", specification.outputs))
     )
     hold = hold_of(inputs)
     pairing = cast(Pairing, specification.parameters.get("pairing", PAIRINGS[hold]))
@@ -117,9 +114,13 @@ def _columns(choices: tuple[SignalChoice, ...]) -> tuple[str, ...]:
     return tuple(choice.column or choice.name for choice in choices)
 
 
-def _with_unit(choice: SignalChoice, record: Record, hold: Hold | None) -> SignalChoice:
-    """Give a choice the unit of its column and a hold, if it has none; outputs have no hold."""
+def _completed(what: str, choice: SignalChoice, record: Record) -> SignalChoice:
+    """Give a choice the unit of its column, and an input the hold of measured ones, if need be.
+
+    Outputs have no hold.
+    """
     unit = record.units[choice.column or choice.name] or None
+    hold = HOLD if what == "input" else None
     return choice.over(SignalChoice(choice.name, unit=unit, hold=hold))
 
 

@@ -32,7 +32,8 @@ def source_of(path: Path, **changes: object) -> MeasuredRecords:
 def test_record_gives_its_pieces_with_units_and_inputs_that_move(tmp_path: Path) -> None:
     source = source_of(write_record(tmp_path / "a.csv"))
     assert [(s.name, s.unit, s.hold) for s in source.inputs] == [("force", "N", "first_order")]
-    assert [(s.name, s.unit) for s in source.outputs] == [("travel", "m")]
+    outputs = [(s.name, s.unit, s.hold) for s in source.outputs]
+    assert outputs == [("travel", "m", "zero_order")]  # only inputs act between samples
     assert [len(piece.trajectory.outputs) for piece in source.pieces] == [4000]
     assert (source.step, source.files) == (STEP, ("a.csv",))
 

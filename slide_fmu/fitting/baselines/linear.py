@@ -16,7 +16,7 @@ from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.fit import fit_state_space
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
-ORDERS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
+ORDERS = (1, 2, 4, 6, 8, 12, 16, 24)
 """Numbers of states that are tried."""
 ITERATIONS = 10
 """A linear model, fitted to part of the data before, is refined in so many iterations on all."""

@@ -92,6 +92,7 @@ def _fit(
         for lags, degree in shapes
         if lags < longest and count_terms(lags, degree, n_inputs) <= MOST_TERMS
     ]
+    possible.sort(key=lambda shape: count_terms(shape[0], shape[1], n_inputs))
     # the smallest shape is tried however many inputs there are
     fitting = [partial(_variants, lesson, *shape) for shape in possible or shapes[:1]]
     return search(fitting, lesson, budget, progress)

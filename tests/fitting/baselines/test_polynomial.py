@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import sys
 
 import numpy as np
@@ -81,3 +82,20 @@ def test_missing_sysidentpy_is_told_with_the_extra(monkeypatch: pytest.MonkeyPat
     monkeypatch.setitem(sys.modules, "sysidentpy", None)
     with pytest.raises(MissingPackageError, match=r"pip install 'slide-fmu\[compare\]'"):
         require_sysidentpy()
+
+
+@needs_sysidentpy
+def test_system_of_two_inputs_and_outputs_has_a_model_for_each_output() -> None:
+    """Each output answers an input of its own, and the other one half as much."""
+    inputs, first = record(linear, 4, 1)
+    others, second = record(linear, 4, 7)
+    u = np.concatenate([inputs, others], axis=2)
+    y = np.concatenate([first + 0.5 * second, second + 0.5 * first], axis=2)
+    two = dataclasses.replace(lesson(linear), training=(u, y), validation=(u[:2], y[:2]))
+    model = fit_arx(two, Budget(LONG), silent).baseline
+    values = model.simulate(u[3], y[3, : model.start_length])
+    assert values.shape == (200, 2)
+    for output in (0, 1):
+        assert error(values[:, output], y[3, 1:, output]) < 1e-9, output
+    # of an output's past, of both inputs' past, and a constant
+    assert model.parameters == 2 * (3 * model.start_length + 1)

@@ -148,7 +148,7 @@ def error_and_cost(models: Sequence[Model]) -> bytes:
         for model in shown:
             _mark(ax, model, (model[key], min(100 * error_of(model), 100 * top)))
         ax.set(xscale="log", yscale="log", xlabel=label)
-        ax.margins(0.25, 0.1)
+        ax.margins(0.35, 0.1)
         ax.grid(alpha=0.3, which="both")
     figure.axes[0].set_ylabel("relative RMSE / %, worst output")
     return png(figure)
@@ -157,7 +157,7 @@ def error_and_cost(models: Sequence[Model]) -> bytes:
 def _mark(ax: Axes, model: Model, place: tuple[float, float]) -> None:
     """Draw a model's mark with its name; a diverged one lies at the top."""
     gone = error_of(model) == math.inf
-    own = "time_ratio" in model and model["title"].startswith("own")
+    own = model["title"].startswith("own")
     ax.plot(*place, "^" if gone else "o", color=SURROGATE if own else REFERENCE)
     name = f"{model['title']} (diverged)" if gone else model["title"]
     ax.annotate(name, place, (5, 4), textcoords="offset points", fontsize=8)

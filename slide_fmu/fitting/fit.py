@@ -19,6 +19,7 @@ from slide_fmu.data.identity import identity
 from slide_fmu.data.store import Split, read_split, require_origin
 from slide_fmu.features.base import Offered
 from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of, machine_of
+from slide_fmu.fitting.cpu_time import CpuTime
 from slide_fmu.fitting.estimator import fit_estimator
 from slide_fmu.fitting.family import FITS
 from slide_fmu.fitting.feature_choice import choose_features, require_odd
@@ -138,6 +139,8 @@ def _fit_network(
     ]
     require_chosen_features(recipe, offered, len(system.outputs))
     trials = Trials(offered, window, (splits[0], splits[1]), eigenvalues, checkpoints)
+    spent = CpuTime(checkpoint.with_suffix(".cpu_seconds"))
+    progress = spent.counted(progress)
     table, tried = recipe.network, dict[str, History]()
     start = None if known is None else known.network
     if isinstance(start, StateSpace):
@@ -163,6 +166,7 @@ def _fit_network(
     if isinstance(start, StateSpace):
         problem = dataclasses.replace(problem, start=start)
     network, history = family.fit(problem, table, recipe.training, progress("surrogate"))
+    history = dataclasses.replace(history, cpu_seconds=spent.keep())
     signals = system.inputs, system.outputs
     surrogate = Surrogate(recipe.name, window, *signals, input_scaling, output_scaling, network)
     at_step_end = recipe.window.inputs == "step_end"

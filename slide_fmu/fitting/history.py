@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 
@@ -36,6 +36,8 @@ class History:
         validation_error: error on the validation windows, as the objective reports it.
         sizes: what the search for sizes has judged, in its order; empty without a search.
         remark: what the user should know about the result; None if there is nothing.
+        cpu_seconds: CPU time in s that it took, with the search for features before it; None
+            where nobody measured it. Histories that differ in it alone are equal.
     """
 
     step: tuple[int, ...]
@@ -43,6 +45,7 @@ class History:
     validation_error: tuple[float, ...]
     sizes: tuple[TriedSize, ...] = ()
     remark: str | None = None
+    cpu_seconds: float | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)

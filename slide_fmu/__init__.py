@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from slide_fmu.core.window import Window
     from slide_fmu.cosim.run import CoSimulationError
     from slide_fmu.cosim.simulate import simulate
+    from slide_fmu.fitting.calibration.calibrate import calibrate
+    from slide_fmu.fitting.calibration.result import Calibration
     from slide_fmu.fmu.export import FmuError, export_fmu, load
     from slide_fmu.fmu.native import NativeSurrogate
     from slide_fmu.pipeline.learning import Learnt, learn
@@ -44,6 +46,7 @@ if TYPE_CHECKING:
 __version__ = "0.6.0"
 
 __all__ = [
+    "Calibration",
     "CoSimulationError",
     "FmuError",
     "FunctionSystem",
@@ -67,6 +70,7 @@ __all__ = [
     "System",
     "Window",
     "__version__",
+    "calibrate",
     "export_fmu",
     "gradient",
     "jacobian",
@@ -83,6 +87,8 @@ _HOMES = {
     "slide_fmu.core.window": ("Window",),
     "slide_fmu.cosim.run": ("CoSimulationError",),
     "slide_fmu.cosim.simulate": ("simulate",),
+    "slide_fmu.fitting.calibration.calibrate": ("calibrate",),
+    "slide_fmu.fitting.calibration.result": ("Calibration",),
     "slide_fmu.fmu.export": ("FmuError", "export_fmu", "load"),
     "slide_fmu.fmu.native": ("NativeSurrogate",),
     "slide_fmu.pipeline.learning": ("Learnt", "learn"),

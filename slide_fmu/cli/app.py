@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import typer
 
+from slide_fmu.cli.calibration_commands import calibrate
 from slide_fmu.cli.comparison_commands import compare
 from slide_fmu.cli.fmu_commands import bench, check, export, info, ssp, validate
 from slide_fmu.cli.recipe_commands import generate, init, reference, run, train, try_, window
@@ -26,6 +27,7 @@ SUBCOMMANDS: tuple[Callable[..., None], ...] = (
     validate,
     check,
     bench,
+    calibrate,
     info,
 )
 """All subcommands, in the order in which the help lists them."""

@@ -69,14 +69,16 @@ def write_ssp(
         )
     members = {f"resources/{component}.fmu": fmu for component, fmu in components.items()}
     contents = {member: fmu.read_bytes() for member, fmu in members.items()}
-    files = {f"resources/{component}.ssv": _values(values[component]) for component in values}
+    files = {
+        f"resources/{component}.ssv": parameter_set(values[component]) for component in values
+    }
     structure = _structure(name, kinds, connections, sorted(values))
     write_zip(path, {STRUCTURE: structure, **contents, **files})
     return path
 
 
-def _values(values: Mapping[str, float]) -> bytes:
-    """Write the XML document with the parameters of a component."""
+def parameter_set(values: Mapping[str, float]) -> bytes:
+    """Write values of a component's parameters, by name, as the XML document of an SSV file."""
     ElementTree.register_namespace("ssv", PARAMETERS)
     root = ElementTree.Element(f"{{{PARAMETERS}}}ParameterSet", version="1.0", name=SET)
     parent = ElementTree.SubElement(root, f"{{{PARAMETERS}}}Parameters")

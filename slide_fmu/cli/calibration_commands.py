@@ -1,0 +1,145 @@
+"""The subcommand that fits the physical parameters of an FMU to records."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, cast
+
+import typer
+
+from slide_fmu.cli.console import console, progress_bars, show_remark, table_of, write_json
+from slide_fmu.cli.options import FmuArgument, JsonOption
+
+if TYPE_CHECKING:
+    from slide_fmu.fitting.calibration.result import Calibration
+
+
+class PairingChoice(StrEnum):
+    """Which output of a record answers an input."""
+
+    same = "same"
+    later = "later"
+
+
+def calibrate(
+    fmu: FmuArgument,
+    records: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="RECORD...", help="Fit to these records: CSV, Parquet, HDF5 or MAT files."
+        ),
+    ],
+    inputs: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--input",
+            metavar="NAME=COLUMN",
+            help="Take this column for this input; the one of its name if not given.",
+        ),
+    ] = None,
+    outputs: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--output",
+            metavar="NAME=COLUMN",
+            help="Take this column for this output, and no outputs but those that are named; "
+            "all, by their names, if not given.",
+        ),
+    ] = None,
+    fix: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=VALUE", help="Hold this parameter at this value."),
+    ] = None,
+    time: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Take this column as times.")
+    ] = None,
+    step: Annotated[
+        float | None, typer.Option(help="Sample step in s of records without times.")
+    ] = None,
+    pairing: Annotated[
+        PairingChoice | None,
+        typer.Option(
+            help="Whether an output depends on the input that was measured with it, or on those "
+            "before; by what the FMU's inputs do between samples if not given."
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Begin the search at points of this seed.")] = 0,
+    json_path: JsonOption = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--ssv", help="Write the values here, as an SSV file for an SSP."),
+    ] = None,
+) -> None:
+    """Fit the physical parameters of an FMU to measured records, with their uncertainty."""
+    from slide_fmu.pipeline.calibration import (
+        Measured,
+        calibrate_fmu,
+        require_ssv,
+        write_parameters,
+    )
+    from slide_fmu.systems.record.preparation import Pairing
+
+    with progress_bars():
+        if output is not None:
+            require_ssv(output)  # before the work begins that the values come from
+        columns = _pairs("input", inputs), _pairs("output", outputs)
+        fixed = {name: _number(name, text) for name, text in _pairs("fix", fix).items()}
+        chosen = None if pairing is None else cast(Pairing, pairing.value)
+        measured = Measured(tuple(records), *columns, time, step, chosen)
+        found, remarks = calibrate_fmu(fmu, measured, fixed, seed)
+        if output is not None:
+            write_parameters(found, output)
+    for remark in remarks:
+        show_remark(remark)
+    _show(found)
+    write_json(json_path, {**found.figures(), "seed": seed, "about_records": list(remarks)})
+    if output is not None:
+        console.print(f"SSV     {output}")
+
+
+def _pairs(option: str, texts: Sequence[str] | None) -> dict[str, str]:
+    """Read ``NAME=TEXT``, each name once."""
+    found: dict[str, str] = {}
+    for text in texts or ():
+        name, equals, value = text.partition("=")
+        if not (name and equals and value) or name in found:
+            raise ValueError(
+                f"--{option} {text}; expected NAME={'VALUE' if option == 'fix' else 'COLUMN'}, "
+                "each name once"
+            )
+        found[name] = value
+    return found
+
+
+def _number(name: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"--fix {name}={text}; expected a number behind =") from None
+
+
+def _show(found: Calibration) -> None:
+    """Print the fitted values, how well they fit, and what should be known about them."""
+    table = table_of("parameter", "value", "95 % interval", "range", "unit")
+    for fitted in found.parameters:
+        parameter = fitted.parameter
+        table.add_row(
+            parameter.name,
+            f"{fitted.value:.6g}",
+            f"{fitted.low:.6g} .. {fitted.high:.6g}",
+            f"{parameter.low:g} .. {parameter.high:g}",
+            parameter.unit,
+        )
+    console.print(table)
+    for name, value in found.fixed.items():
+        console.print(f"{name} was held at {value:g}")
+    table = table_of("output", "RMSE before", "RMSE after", "relative RMSE after")
+    for fit in found.outputs:
+        before, after = f"{fit.before:.4g} {fit.unit}", f"{fit.after:.4g} {fit.unit}"
+        table.add_row(fit.name, before, after, f"{100 * fit.relative:.3g} %")
+    console.print(table)
+    console.print(f"{found.samples} samples count")
+    for remark in found.remarks:
+        show_remark(remark)

@@ -1,0 +1,106 @@
+"""What was measured, checked against a surrogate, and which of its samples are scored."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.surrogate.checks import checked_inputs
+from slide_fmu.surrogate.surrogate import Surrogate
+
+Arrays = NDArray[Any] | Sequence[NDArray[Any]]
+"""The values of one record, or those of several."""
+
+FEWEST = 20
+"""So many scored samples are needed for each parameter; fewer tell no uncertainty."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measurements:
+    """Measurements are records of inputs and outputs, of which the beginning is not scored.
+
+    Nobody knows what was before a record: outputs count as soon as no input before it matters.
+
+    Attributes:
+        inputs: of each record, shape (N, n_inputs), in the inputs' units.
+        scored: measured outputs of all records that count, one after the other, shape
+            (T, n_outputs), in the outputs' units; NaN where nothing was measured.
+        lead: number of samples at the begin of each record that do not count.
+    """
+
+    inputs: tuple[FloatArray, ...]
+    scored: FloatArray
+    lead: int
+
+    @staticmethod
+    def of(
+        surrogate: Surrogate, inputs: Arrays, outputs: Arrays, n_parameters: int
+    ) -> Measurements:
+        """Check records; those that are too short to count are left out.
+
+        Args:
+            surrogate: what they are measured of.
+            inputs, outputs: as for ``calibrate``.
+            n_parameters: number of parameters that are to be fitted.
+
+        Raises:
+            ValueError: shapes do not fit, inputs are not finite, or too few samples count.
+        """
+        pairs = list(zip(_records(inputs), _records(outputs), strict=False))
+        if len(_records(inputs)) != len(_records(outputs)):
+            raise ValueError(
+                f"{len(_records(inputs))} records of inputs and {len(_records(outputs))} of "
+                "outputs; expected one of outputs for each of inputs"
+            )
+        lead, kept = surrogate.window.n_truncated, []
+        for driven, measured in pairs:
+            checked = checked_inputs(driven, surrogate.inputs)
+            kept.append((checked, _checked_outputs(measured, len(checked), surrogate.outputs)))
+        kept = [(u, y) for u, y in kept if len(u) > lead]
+        width = len(surrogate.outputs)
+        scored = np.concatenate([np.empty((0, width)), *(y[lead:] for _, y in kept)])
+        count = int(np.isfinite(scored).any(axis=1).sum())
+        if count < FEWEST * n_parameters:
+            step = surrogate.window.step
+            raise ValueError(
+                f"{count} samples count, behind the first {lead} of each record, before which "
+                f"nobody knows what was; expected at least {FEWEST * n_parameters} for "
+                f"{n_parameters} parameters: record at least "
+                f"{(lead + FEWEST * n_parameters) * step:.3g} s at one go"
+            )
+        return Measurements(tuple(u for u, _ in kept), scored, lead)
+
+    @property
+    def deviations(self) -> FloatArray:
+        """The standard deviation of each measured output, shape (n_outputs,); 0 of others."""
+        known = np.isfinite(self.scored)
+        counts = np.maximum(known.sum(axis=0), 1)
+        middle = np.where(known, self.scored, 0).sum(axis=0) / counts
+        off = np.where(known, self.scored - middle, 0)
+        return np.asarray(np.sqrt((off**2).sum(axis=0) / counts))
+
+    @property
+    def measured(self) -> NDArray[np.bool_]:
+        """Whether each output was measured at all, shape (n_outputs,)."""
+        return np.asarray(np.isfinite(self.scored).any(axis=0))
+
+
+def _records(values: Arrays) -> list[NDArray[Any]]:
+    return [values] if isinstance(values, np.ndarray) else list(values)
+
+
+def _checked_outputs(values: NDArray[Any], count: int, signals: tuple[Signal, ...]) -> FloatArray:
+    array = np.asarray(values, dtype=np.float64)
+    if array.shape != (count, len(signals)):
+        raise ValueError(
+            f"outputs of shape {array.shape}; expected ({count}, {len(signals)}): as many samples "
+            f"as the inputs, and a column for each of {[signal.name for signal in signals]}"
+        )
+    if np.isinf(array).any():
+        raise ValueError("outputs: a value is infinite; expected numbers, or NaN where none is")
+    return array

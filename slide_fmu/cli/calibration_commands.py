@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -86,7 +86,7 @@ def calibrate(
             require_ssv(output)  # before the work begins that the values come from
         columns = _pairs("input", inputs), _pairs("output", outputs)
         fixed = {name: _number(name, text) for name, text in _pairs("fix", fix).items()}
-        chosen = None if pairing is None else cast(Pairing, pairing.value)
+        chosen: Pairing | None = None if pairing is None else pairing.value
         measured = Measured(tuple(records), *columns, time, step, chosen)
         found, remarks = calibrate_fmu(fmu, measured, fixed, seed)
         if output is not None:

@@ -4,8 +4,9 @@
 
 The Duffing oscillator of ``parameters.py``, whose surrogate is taken from the same folder, or
 trained there. Each of 20 records has unseen values of the parameters, 40 dB of noise on its
-output, and begins in the middle of a motion. Counted is how often the 95 % intervals hold the true values:
-with white noise, and with noise whose samples follow each other (e[k] = 0.9 e[k-1] + white noise).
+output, and begins in the middle of a motion. Counted is how often the 95 % intervals hold the true
+values: with white noise, and with noise whose samples follow each other (e[k] = 0.9 e[k-1] + white
+noise).
 """
 
 from __future__ import annotations

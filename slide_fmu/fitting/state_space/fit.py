@@ -11,7 +11,7 @@ import torch
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.fitting.feature_choice import roles_of
-from slide_fmu.fitting.history import History
+from slide_fmu.fitting.history import History, TriedUnits
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.multi_start import (
     LINEAR_ITERATIONS,
@@ -22,6 +22,7 @@ from slide_fmu.fitting.state_space.multi_start import (
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
 from slide_fmu.fitting.state_space.segments import Segments, cut_segments
 from slide_fmu.fitting.state_space.sizes import POOR, Chosen, choose_sizes, still_learnable
+from slide_fmu.fitting.state_space.unit_choice import choose_units
 from slide_fmu.fitting.training import TrainingError
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
@@ -51,6 +52,9 @@ def fit_state_space(
             weight is not finite.
     """
     data = prepare(problem, network, training)
+    kinds: tuple[TriedUnits, ...] = ()
+    if network.units == "auto":
+        network, kinds = choose_units(problem, network, training, data, progress)
     multi_start = MultiStart(problem, network, training, data, progress)
     multi_start.plan(2 * LINEAR_ITERATIONS + _iterations(training, training.iterations))
     chosen = choose_sizes(multi_start)
@@ -62,7 +66,9 @@ def fit_state_space(
         )
     history = _history(winner, data)
     remark = _remark(winner.error, still_learnable(multi_start, winner))
-    return freeze(winner, problem), replace(history, sizes=chosen.tried, remark=remark)
+    return freeze(winner, problem), replace(
+        history, sizes=chosen.tried, units=kinds, remark=remark
+    )
 
 
 def _remark(error: float, learnable: float) -> str | None:

@@ -97,7 +97,7 @@ def check_frozen(folder: Path, table: StateSpaceRecipe, turned: int = 0) -> Stat
 
 @pytest.mark.parametrize("order", [0, 1, 2])
 @pytest.mark.parametrize("bias", [True, False])
-@pytest.mark.parametrize("units", ["tanh", "cubic"])
+@pytest.mark.parametrize("units", ["tanh", "cubic", "mixed"])
 def test_frozen_network_is_the_fitted_cell(
     tmp_path: Path, order: int, bias: bool, units: str
 ) -> None:
@@ -208,7 +208,7 @@ def test_sizes_are_judged_on_enough_samples(
     assert data.part.count == segments
 
 
-@pytest.mark.parametrize("units", ["tanh", "cubic"])
+@pytest.mark.parametrize("units", ["tanh", "cubic", "mixed"])
 def test_without_bias_the_network_is_odd(tmp_path: Path, units: str) -> None:
     network = {"order": 2, "hidden": 4, "bias": False, "units": units}
     found = fit(problem_of(tmp_path), network)

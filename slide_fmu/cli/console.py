@@ -68,8 +68,19 @@ def show_validation(figures: dict[str, Any], title: str) -> None:
             *([f"{100 * output['plain_relative_rmse']:.3g} %"] if moving else []),
         )
     console.print(table)
+    for output in figures["outputs"]:
+        if "relative_noise_floor" in output:
+            console.print(_told_noise(output))
     if figures["error_estimate"] is not None:
         console.print(f"error estimate: {_told_estimate(figures['error_estimate'])}")
+
+
+def _told_noise(output: dict[str, Any]) -> str:
+    """Say how much of an error beside a record is noise, and what the window costs."""
+    noise = f"{output['name']}: {100 * output['relative_noise_floor']:.3g} % is noise"
+    if "free_relative_rmse" not in output:
+        return noise
+    return f"{noise}; free of the window the error is {100 * output['free_relative_rmse']:.3g} %"
 
 
 def _told_estimate(figures: dict[str, Any]) -> str:

@@ -10,9 +10,10 @@ from slide_fmu.validation.tables import curve_rows, size_rows
 
 if TYPE_CHECKING:
     from slide_fmu.pipeline.proposal import Proposal
+    from slide_fmu.pipeline.record_proposal import RecordProposal
 
 
-def show_draft(proposal: Proposal) -> None:
+def show_draft(proposal: Proposal | RecordProposal) -> None:
     """Print the signals of a proposed recipe, and what was assumed."""
     draft = proposal.draft
     table = table_of("signal", "unit", "range", "acts", "where the range comes from")
@@ -62,12 +63,32 @@ def show_trial(figures: dict[str, Any], refused: str | None = None) -> None:
             table.add_row(name, signal["unit"], limits, moves if what == "input" else "")
     console.print(table)
     offers = [name for name, offered in system["offers"].items() if offered]
-    console.print(f"the system offers beside its outputs: {', '.join(offers) or 'nothing'}")
+    measured = data["wall_time_per_simulated_second_s"] is None
+    if not measured:
+        console.print(f"the system offers beside its outputs: {', '.join(offers) or 'nothing'}")
     show_sizing(figures["window"])
     console.print(
         f"window  {window['n_in']} inputs to {window['n_out']} outputs, {window['step_s']:g} s "
         f"apart; {window['truncation_time_s']:.4g} s are there to forget in"
     )
+    if measured:
+        _show_parts(data)
+    else:
+        _show_costs(data)
+    for remark in figures["remarks"]:
+        show_remark(None if remark == refused else remark)
+
+
+def _show_parts(data: dict[str, Any]) -> None:
+    """Print how records are divided."""
+    parts = [f"{count} for {part}" for part, count in data["trajectories"].items() if count]
+    console.print(
+        f"data    stretches of {data['duration_s']:g} s that overlap: {', '.join(parts)}"
+    )
+
+
+def _show_costs(data: dict[str, Any]) -> None:
+    """Print what the data will cost."""
     speed = 1.0 / data["wall_time_per_simulated_second_s"]
     least = "at least " if data["at_least"] else ""  # a learning curve may ask for more
     count = sum(data["trajectories"].values())
@@ -76,8 +97,6 @@ def show_trial(figures: dict[str, Any], refused: str | None = None) -> None:
         f"and {data['burn_in_s']:g} s to lead in; {speed:.3g} simulated seconds per second and "
         f"process: {least or 'about '}{data['expected_wall_time_s'] / 60:.2g} minutes"
     )
-    for remark in figures["remarks"]:
-        show_remark(None if remark == refused else remark)
 
 
 def show_search(figures: dict[str, Any]) -> None:

@@ -42,11 +42,13 @@ from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
 
 def init(
-    model: Annotated[
-        str,
+    models: Annotated[
+        list[str],
         typer.Argument(
-            help="Take this model: an FMU, a Python file, or package.module:Class; with --kind, "
-            "a new model of this name is written where there is none."
+            metavar="MODEL...",
+            help="Take this model: an FMU, a Python file, package.module:Class, or a record (CSV, "
+            "Parquet, HDF5, MAT), of which there may be several; with --kind, a new model of "
+            "this name is written where there is none.",
         ),
     ],
     output: Annotated[
@@ -59,7 +61,8 @@ def init(
             "--input",
             metavar="NAME=LOW..HIGH",
             help="Give this input this range; once for each. Of an FMU the surrogate has these "
-            "inputs alone if any are named, and the others keep their start values.",
+            "inputs alone if any are named, and the others keep their start values. Of a record "
+            "the name of each column that is an input is needed, and its range may be left out.",
         ),
     ] = None,
     outputs: Annotated[
@@ -74,7 +77,15 @@ def init(
         str | None, typer.Option(help="Take the model as this kind: class, exudyn, fmu, function.")
     ] = None,
     step: Annotated[
-        float | None, typer.Option(help="Sample step in s; found by simulation if not given.")
+        float | None,
+        typer.Option(
+            help="Sample step in s; found by simulation if not given, or that of the record. It "
+            "is needed for a record without times."
+        ),
+    ] = None,
+    time: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Take this column of a record as its times."),
     ] = None,
     chain: Annotated[
         Path | None,
@@ -90,25 +101,46 @@ def init(
     """Write a first recipe for a model of your own, and say what was found and assumed."""
     from slide_fmu.core.files import write_whole
     from slide_fmu.pipeline.draft_signals import parse_range
-    from slide_fmu.pipeline.proposal import Wish, propose
+    from slide_fmu.pipeline.proposal import Proposal, Wish, propose
+    from slide_fmu.pipeline.record_proposal import (
+        RecordProposal,
+        RecordWish,
+        are_records,
+        propose_record,
+    )
     from slide_fmu.pipeline.template import write_template
 
     with progress_bars() as bar:
         if output is not None and not force:
             _require_free(output)  # before the model is simulated
-        written = write_template(model, kind)
-        if written is not None:
-            console.print(f"model   {written}")
         chosen = parse_range(inputs or []), tuple(outputs or ())
         folder = output.parent if output is not None else Path()
-        wish = Wish(written or model, *chosen, kind, step, name, folder, chain)
-        proposal = propose(wish, bar("motions"))
+        proposal: Proposal | RecordProposal
+        if are_records(models, kind):
+            proposal = propose_record(RecordWish(tuple(models), *chosen, step, time, name, folder))
+        else:
+            model = _only(models, time)
+            written = write_template(model, kind)
+            if written is not None:
+                console.print(f"model   {written}")
+            wish = Wish(written or model, *chosen, kind, step, name, folder, chain)
+            proposal = propose(wish, bar("motions"))
         place = output or Path(f"{proposal.draft.name}.toml")
         if not force:
             _require_free(place)
         write_whole(place, proposal.text.encode("utf-8"))
     show_draft(proposal)
     console.print(f"recipe  {place}\nnext    slide-fmu try {quote(str(place))}")
+
+
+def _only(models: list[str], time: str | None) -> str:
+    """Return the only model; records alone may be several, and have times."""
+    if len(models) > 1 or time is not None:
+        raise ValueError(
+            f"models {models}, --time {time}; expected one model without --time, or records "
+            "(.csv, .parquet, .h5, .mat) alone"
+        )
+    return models[0]
 
 
 def _require_free(place: Path) -> None:
@@ -161,6 +193,8 @@ def run(
     show_search(finished.figures)
     for name, validation in finished.figures["validation"].items():
         show_validation(validation, name)
+    for remark in finished.figures.get("record_remarks", ()):
+        show_remark(remark)
     write_json(json_path, finished.figures)
     console.print(f"FMU     {finished.fmu}\nreport  {finished.page}")
 

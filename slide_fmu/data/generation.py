@@ -12,28 +12,31 @@ from pathlib import Path
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.data.apart import ended_process
-from slide_fmu.data.draws import draw, probe, simulate_draw, split_stream
+from slide_fmu.data.draws import draw, simulate_draw, split_stream
 from slide_fmu.data.failures import (
     Failure,
     allowed_failures,
     keep_failure,
     too_many_failures,
 )
+from slide_fmu.data.identity import identity
 from slide_fmu.data.pool import in_parallel
+from slide_fmu.data.recorded import stretches
 from slide_fmu.data.store import missing_trajectories, open_store, write_trajectory
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.recipe.systems import recipe_source, recipe_system
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.record.model import MeasuredRecords
 
 
 def generate(recipe: Recipe, path: Path, executor: Executor | None, progress: Progress) -> int:
     """Make all trajectories of a recipe that its store does not hold yet, and return their number.
 
-    The store is created where there is none. Without an executor this process makes them. The
-    progress is called at the start and after every trajectory. A trajectory that cannot be
-    simulated is kept beside the store (``slide_fmu.data.failures``), and another draw takes its
-    place.
+    Those of records are cut out of them. The store is created where there is none. Without an
+    executor this process makes them. The progress is called at the start and after every
+    trajectory. A trajectory that cannot be simulated is kept beside the store
+    (``slide_fmu.data.failures``), and another draw takes its place.
 
     Raises:
         RecipeError: the recipe leaves something to be found.
@@ -42,10 +45,12 @@ def generate(recipe: Recipe, path: Path, executor: Executor | None, progress: Pr
             process that simulated it; trajectories in the store stay there.
     """
     recipe.require_resolved()
-    system = recipe_system(recipe)
+    source = recipe_source(recipe)
     count = round(recipe.data.duration / recipe.window.step)
-    shapes = {"inputs": (count, len(system.inputs)), "outputs": (count + 1, len(system.outputs))}
-    open_store(path, recipe, shapes, probe(recipe, system))
+    shapes = {"inputs": (count, len(source.inputs)), "outputs": (count + 1, len(source.outputs))}
+    open_store(path, recipe, shapes, identity(recipe, source))
+    if isinstance(source, MeasuredRecords):
+        return _keep_stretches(recipe, source, path, progress)
     counts = {split: recipe.count(split) for split in SPLITS}
     text = recipe_json(recipe)
     jobs = [
@@ -70,6 +75,25 @@ def generate(recipe: Recipe, path: Path, executor: Executor | None, progress: Pr
         named = recipe.system.model, recipe.system.kind
         raise SimulationError(ended_process(*named)) from error
     return len(jobs)
+
+
+def _keep_stretches(
+    recipe: Recipe, source: MeasuredRecords, path: Path, progress: Progress
+) -> int:
+    """Cut the stretches of all parts that the store does not hold yet; return their number."""
+    missing = {split: missing_trajectories(path, split, recipe.count(split)) for split in SPLITS}
+    total = sum(recipe.count(split) for split in SPLITS)
+    done = total - sum(map(len, missing.values()))
+    made = 0
+    progress(done, total)
+    for split, indices in missing.items():
+        found = stretches(recipe, source, split) if indices else []
+        for index in indices:
+            stretch = found[index]
+            write_trajectory(path, split, index, stretch.trajectory, stretch.file)
+            made += 1
+            progress(done + made, total)
+    return made
 
 
 def recipe_json(recipe: Recipe) -> str:

@@ -23,6 +23,7 @@ import zarr
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray, Trajectory
+from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 
 SAME = 1e-6
@@ -41,14 +42,18 @@ class Split:
     Attributes:
         inputs: inputs in their units, shape (n_trajectories, N, n_inputs).
         outputs: outputs in their units, shape (n_trajectories, N + 1, n_outputs).
-        kinds: index of each trajectory's excitation in the recipe's mix, shape
-            (n_trajectories,).
+        kinds: index of each trajectory's excitation in the recipe's mix, or of its file among
+            those of records, shape (n_trajectories,).
     """
 
     inputs: FloatArray
     outputs: FloatArray
     kinds: NDArray[np.int64]
 
+
+_DO_NOT_MATTER = "budget_minutes", "most_failures"
+_OF_RECORDS = "shares", "by"
+"""Keys of the table ``data``; stores of models that earlier versions made have not the latter."""
 
 Shapes = dict[str, tuple[int, int]]
 """Shapes of a trajectory's ``inputs``, (N, n_inputs), and ``outputs``, (N + 1, n_outputs)."""
@@ -63,6 +68,9 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     system = recipe.system.model_dump(
         mode="json", exclude={"reference", "picture", "chain", "drive"}
     )
+    measured = recipe.system.kind == KIND
+    if not measured:
+        del system["further"]
     if system["kind"] == "class":  # stores of earlier versions know no other
         for key in ("kind", "inputs", "outputs"):
             del system[key]
@@ -70,7 +78,7 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
         "system": system,
         "step": recipe.window.step,
         "data": recipe.data.model_dump(
-            mode="json", exclude={*SPLITS, "budget_minutes", "most_failures"}
+            mode="json", exclude={*SPLITS, *_DO_NOT_MATTER, *(() if measured else _OF_RECORDS)}
         ),
     }
     if recipe.estimator is not None:
@@ -199,7 +207,7 @@ def write_trajectory(
 ) -> None:
     """Write one trajectory, its flag last; others may be written at the same time.
 
-    The index counts from 0 in the split; ``kind`` is that of the excitation in the recipe's mix.
+    The index counts from 0 in the split; ``kind`` is as of ``Split.kinds``.
     """
     group = _group(path, "r+")
     group[f"{split}/inputs"][index] = trajectory.inputs

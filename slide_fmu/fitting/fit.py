@@ -14,7 +14,7 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.window import Window
-from slide_fmu.data.draws import probe
+from slide_fmu.data.identity import identity
 from slide_fmu.data.store import Split, read_split, require_origin
 from slide_fmu.features.base import Offered
 from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of, machine_of
@@ -24,12 +24,14 @@ from slide_fmu.fitting.feature_choice import choose_features, require_odd
 from slide_fmu.fitting.feature_search import Trials, search_features
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.input_forecast import fit_forecast
+from slide_fmu.fitting.known_start import known_start
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.memory.modes import spectrum
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import Linearizable, System
+from slide_fmu.systems.base import Linearizable, Source
 
 STILL = 1e-9
 """A standard deviation below this part of the range is rounding, not motion."""
@@ -44,7 +46,7 @@ class Fit:
 
 
 def fit_surrogate(
-    recipe: Recipe, system: System, store: Path, checkpoints: Path, progress: Stages
+    recipe: Recipe, system: Source, store: Path, checkpoints: Path, progress: Stages
 ) -> Fit:
     """Train the surrogate of a recipe, then its error estimator.
 
@@ -61,11 +63,13 @@ def fit_surrogate(
             moves in the training data.
     """
     recipe.require_resolved()
-    require_origin(store, recipe, probe(recipe, system))
+    require_origin(store, recipe, identity(recipe, system))
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-    offered = offered_features(recipe, system, range_scaling(system.inputs))
+    known = known_start(recipe, system)
+    scaling = range_scaling(system.inputs) if known is None else known.input_scaling
+    offered = offered_features(recipe, system, scaling)
     surrogate, histories = _fit_network(
-        recipe, (system, offered), (store, checkpoints), device, progress
+        recipe, (system, offered, known), (store, checkpoints), device, progress
     )
     if recipe.estimator is None:
         return Fit(surrogate, histories)
@@ -89,13 +93,17 @@ def fit_surrogate(
 
 def _fit_network(
     recipe: Recipe,
-    machine: tuple[System, Offered],
+    machine: tuple[Source, Offered, Surrogate | None],
     places: tuple[Path, Path],
     device: torch.device,
     progress: Stages,
 ) -> tuple[Surrogate, dict[str, History]]:
-    """Fit the surrogate without its error estimator; places are the store and the checkpoints."""
-    system, offered = machine
+    """Fit the surrogate without its error estimator; places are the store and the checkpoints.
+
+    The machine is where the data come from, what features are formed of, and the surrogate that
+    the training begins with, if there is one.
+    """
+    system, offered, known = machine
     store, checkpoints = places
     kinds = ("train", "validation", *(["beyond"] if recipe.data.beyond else []))
     splits = [read_split(store, kind, recipe.count(kind)) for kind in kinds]
@@ -104,6 +112,8 @@ def _fit_network(
     require_motion(system.inputs, splits[0].inputs)
     input_scaling = offered.scaling
     output_scaling = standard_deviation_scaling(system.outputs, splits[0])
+    if known is not None:
+        output_scaling = known.output_scaling
     family = FITS[type(recipe.network)]
     eigenvalues = eigenvalues_at_rest(system) if family.linearized else None
     dtype = torch.float64 if family.linearized else getattr(torch, recipe.training.precision)
@@ -114,6 +124,7 @@ def _fit_network(
         machine_of(offered),
         *(values.tolist() for s in (input_scaling, output_scaling) for values in vars(s).values()),
         recipe.model_dump(mode="json", include={"window", "network", "training"}),
+        *([] if known is None else [known.to_bytes().hex()]),
     )
     checkpoint = checkpoints / f"surrogate-{key}.pt"
     values = [
@@ -121,8 +132,13 @@ def _fit_network(
         for split in splits
     ]
     trials = Trials(offered, window, (splits[0], splits[1]), eigenvalues, checkpoints)
-    table, tried = search_features(recipe.network, recipe.training, trials, progress)
-    features = choose_features(table.feature_names(), offered, values[0][0])
+    table, tried = recipe.network, dict[str, History]()
+    start = None if known is None else known.network
+    if isinstance(start, StateSpace):
+        features = start.features
+    else:
+        table, tried = search_features(recipe.network, recipe.training, trials, progress)
+        features = choose_features(table.feature_names(), offered, values[0][0])
     if recipe.training.flip_signs:
         require_odd(features)
 
@@ -134,6 +150,8 @@ def _fit_network(
     training, validation, *beyond = (seen(*pair) for pair in values)
     more = beyond[0] if beyond else None
     problem = Problem(window, features, training, validation, checkpoint, eigenvalues, more)
+    if isinstance(start, StateSpace):
+        problem = dataclasses.replace(problem, start=start)
     network, history = family.fit(problem, table, recipe.training, progress("surrogate"))
     signals = system.inputs, system.outputs
     surrogate = Surrogate(recipe.name, window, *signals, input_scaling, output_scaling, network)
@@ -143,7 +161,7 @@ def _fit_network(
     return surrogate, {**tried, "surrogate": history}
 
 
-def eigenvalues_at_rest(system: System) -> NDArray[np.complex128] | None:
+def eigenvalues_at_rest(system: Source) -> NDArray[np.complex128] | None:
     """Return the eigenvalues in 1/s of the system linearized at rest under its start inputs.
 
     There is one of each conjugate pair, and none of rigid-body modes; None of a system that does

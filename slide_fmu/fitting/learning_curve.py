@@ -36,7 +36,7 @@ from slide_fmu.fitting.state_space.sizes import FIRST_UNITS
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.systems.base import System
+from slide_fmu.systems.base import Source
 
 FIRST_ITERATIONS, ITERATIONS = 20, 10
 """The first point of the curve takes at most so many iterations, each further one so many."""
@@ -63,7 +63,7 @@ class LearningCurve:
     from its checkpoint in the folder ``checkpoints``.
     """
 
-    def __init__(self, recipe: Recipe, system: System, store: Path, checkpoints: Path) -> None:
+    def __init__(self, recipe: Recipe, system: Source, store: Path, checkpoints: Path) -> None:
         assert isinstance(recipe.network, StateSpaceRecipe)
         assert isinstance(recipe.training, LeastSquaresRecipe)
         self._recipe, self._system, self._store = recipe, system, store

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.window import Window
 from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.network.state_space.network import StateSpace
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +28,7 @@ class Problem:
         eigenvalues: eigenvalues in 1/s of the system linearized at rest, one of each conjugate
             pair, without those of rigid-body modes; None where they are not known, as for
             measured records.
+        start: network that the fit begins with; None if it searches for one.
         beyond: features and outputs of the same kind beyond the range of the inputs, learnt with
             a low weight; None if there are none.
     """
@@ -38,3 +40,4 @@ class Problem:
     checkpoint: Path
     eigenvalues: NDArray[np.complex128] | None = None
     beyond: tuple[torch.Tensor, torch.Tensor] | None = None
+    start: StateSpace | None = None

@@ -13,8 +13,15 @@ def decay_rows(figures: dict[str, Any]) -> list[tuple[str, str, str, str]]:
     """Return the decay times of ``sizing.Sizing.figures`` as rows of a table, the headings first.
 
     Measured times are those of whole motions, so their last column is empty. Linearized ones are
-    not there where the system does not offer them, which the row says.
+    not there where the system does not offer them, which the row says. Those of records are of a
+    linear fit, with their 95 % interval.
     """
+    if "fitted_decay_time_s" in figures:
+        fitted = figures["fitted_decay_time_s"]
+        return [
+            ("decay time", "slowest pole", "95 % interval from", "to"),
+            ("fitted", seconds(fitted["value"]), seconds(fitted["low"]), seconds(fitted["high"])),
+        ]
     linearized, measured = figures["decay_time_s"], figures["measured_decay_time_s"]
     mean, worst, local = "not offered", "", ""
     if linearized is not None:

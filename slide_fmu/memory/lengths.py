@@ -13,13 +13,16 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.window import Window
+from slide_fmu.data.recorded import longest_stretch
 from slide_fmu.memory.motions import LEAST_MEASURED
 from slide_fmu.memory.patience import Patience
-from slide_fmu.memory.sizing import NotForgettingError, Sizing, size_window
+from slide_fmu.memory.record_sizing import size_records, wanted_samples
+from slide_fmu.memory.sizing import AnySizing, NotForgettingError, Sizing, size_window
 from slide_fmu.recipe.automatic import LENGTHS, nested
 from slide_fmu.recipe.reading import with_resolved
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.systems.base import System
+from slide_fmu.systems.base import Source, System
+from slide_fmu.systems.record.model import MeasuredRecords
 
 MARGIN = 1.25
 """The window truncates this many times the longest decay time that was found, so that it holds all
@@ -49,10 +52,10 @@ class Lengths:
 
     recipe: Recipe
     values: dict[str, dict[str, Any]]
-    sizing: Sizing | None
+    sizing: AnySizing | None
 
 
-def find_lengths(recipe: Recipe, system: System, patience: Patience | None = None) -> Lengths:
+def find_lengths(recipe: Recipe, system: Source, patience: Patience | None = None) -> Lengths:
     """Find the lengths that a recipe leaves open; when the patience is gone, by what is known.
 
     A window that turns out to be much too long, since a few motions had a rare one among them, is
@@ -63,6 +66,9 @@ def find_lengths(recipe: Recipe, system: System, patience: Patience | None = Non
         RecipeError: what the recipe gives does not fit the window that its system needs.
         UnstableModeError, SimulationError, ValueError: as of ``size_window``.
     """
+    if isinstance(system, MeasuredRecords):
+        return _of_records(recipe, system)
+    assert isinstance(system, System)
     if "window.n_in" not in recipe.automatic:
         return _with_window(recipe, recipe.window.n_in, None)
     patience = patience or Patience()
@@ -85,6 +91,32 @@ def find_lengths(recipe: Recipe, system: System, patience: Patience | None = Non
         else:
             truncated = max(truncated, asked)
     return Lengths(found.recipe, found.values, sizing)
+
+
+def _of_records(recipe: Recipe, source: MeasuredRecords) -> Lengths:
+    """Find the lengths of a recipe of records; stretches of them are no longer than its parts."""
+    sizing = None
+    n_in: int = recipe.window.n_in
+    n_out: int | None = None
+    if "window.n_in" in recipe.automatic:
+        sizing = size_records(recipe, source)
+        if not sizing.forgets:
+            raise NotForgettingError(f"recipe {recipe.name!r}: {sizing.problem}")
+        n_in, n_out = _both(recipe, tidy(wanted_samples(sizing)))
+    found = _with_window(recipe, n_in, n_out)
+    if sizing is not None:
+        window = found.recipe.window
+        sizing = replace(sizing, window=Window(window.step, window.n_in, window.n_out))
+    if "data.duration" not in recipe.automatic:
+        return replace(found, sizing=sizing)
+    window = found.recipe.window
+    scored = found.recipe.data.duration / window.step - (window.n_in - window.n_out)
+    most = longest_stretch(found.recipe, source)
+    duration = round((min(round(scored), most) + window.n_in - window.n_out) * window.step, 12)
+    data = {**found.values.get("data", {}), "duration": duration}
+    values = {**found.values, "data": data}
+    source_name = f"recipe {recipe.name!r} with the lengths that its records need"
+    return Lengths(with_resolved(recipe, values, source_name), values, sizing)
 
 
 def _both(recipe: Recipe, truncated: int) -> tuple[int, int]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from slide_fmu.core.window import Window
 from slide_fmu.memory.contradiction import contradiction
@@ -27,6 +27,37 @@ from slide_fmu.memory.motions import (
 from slide_fmu.memory.patience import Patience
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import Linearizable, System
+
+
+class AnySizing(Protocol):
+    """What a sizing can be asked, whether a system was simulated for it or a record fitted."""
+
+    @property
+    def window(self) -> Window:
+        """The recipe's window."""
+
+    @property
+    def remaining_amplitude(self) -> float:
+        """The fraction A_rel to which initial effects shall decay."""
+
+    @property
+    def forgets(self) -> bool:
+        """Whether there is a window that can hold the system."""
+
+    @property
+    def problem(self) -> str | None:
+        """The text says why the window is too short; None if it is long enough."""
+
+    @property
+    def remark(self) -> str | None:
+        """The text says what one should know; None if there is nothing."""
+
+    @property
+    def left_out(self) -> str | None:
+        """The text says what there was no time for; None if nothing was left out."""
+
+    def figures(self) -> dict[str, Any]:
+        """Return the figures as plain values, as written to JSON."""
 
 
 class ShortWindowError(ValueError):
@@ -192,7 +223,7 @@ def _linearized(recipe: Recipe, motions: Motions) -> Linearized:
         raise NotForgettingError(f"recipe {recipe.name!r}: {found}") from error
 
 
-def require_window(recipe: Recipe, sizing: Sizing) -> None:
+def require_window(recipe: Recipe, sizing: AnySizing) -> None:
     """Refuse a recipe whose window is too short, unless it says ``allow_short``.
 
     Raises:

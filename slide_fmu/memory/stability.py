@@ -15,12 +15,15 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import STABILITY, Stream, draw
+from slide_fmu.data.recorded import inputs_beyond
 from slide_fmu.memory.decay_figures import finite
 from slide_fmu.network.base import Float32Array
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import System
+from slide_fmu.systems.base import Source, System
+from slide_fmu.systems.record.model import MeasuredRecords
 
 RECORDS = 32
 """The test uses this many records of inputs at every amplitude."""
@@ -29,6 +32,13 @@ WINDOWS = 3
 two runs must meet, and in the third the run goes on."""
 NEWEST = 8
 """A difference is the RMS over this many last samples: a single one may be zero by chance."""
+
+
+HYSTERESIS = (
+    ". A system with hysteresis, or with a drift, never forgets what happened to it: its records "
+    "end here, whatever the network"
+)
+"""What is said of records, of which no motion at rest can be simulated."""
 
 
 class UnstableSurrogateError(ValueError):
@@ -60,7 +70,7 @@ class AmplitudeTest:
 
 
 def check_stability(
-    surrogate: Surrogate, recipe: Recipe, system: System
+    surrogate: Surrogate, recipe: Recipe, system: Source
 ) -> tuple[AmplitudeTest, ...]:
     """Test a state-space surrogate at all amplitudes of its recipe, one test each.
 
@@ -91,7 +101,7 @@ def require_stability(tests: tuple[AmplitudeTest, ...], recipe: Recipe, picture:
             f"surrogate {recipe.name!r} is not exported: {'; '.join(problems)}; see {picture}. "
             "Train with another training.seed, fewer units, tanh units (network.units), "
             "trajectories beyond the range (data.beyond) or a longer window, or set "
-            "stability.allow_unstable = true"
+            "stability.allow_unstable = true" + (HYSTERESIS if recipe.system.kind == KIND else "")
         )
 
 
@@ -168,11 +178,18 @@ def _problem(factor: float, growth: float, gaps: FloatArray, recipe: Recipe) -> 
     return None
 
 
-def _records(surrogate: Surrogate, recipe: Recipe, system: System, factor: float) -> Float32Array:
+def _records(surrogate: Surrogate, recipe: Recipe, system: Source, factor: float) -> Float32Array:
     """Draw records of the recipe's excitation as features, (RECORDS, WINDOWS n_in, n_features)."""
     assert isinstance(surrogate.network, StateSpace)
     count = WINDOWS * surrogate.window.n_in
-    duration = count * surrogate.window.step
-    stream = Stream(STABILITY, recipe.data.seed, (factor, factor), duration)
-    drawn = [draw(recipe, system, stream, index).inputs[-count:] for index in range(RECORDS)]
-    return surrogate.network.features.along(surrogate.input_scaling.apply(np.array(drawn)))
+    inputs = _inputs(recipe, system, count, factor)
+    return surrogate.network.features.along(surrogate.input_scaling.apply(inputs))
+
+
+def _inputs(recipe: Recipe, source: Source, count: int, factor: float) -> FloatArray:
+    """Draw inputs, or cut them out of measured records, shape (RECORDS, count, n_inputs)."""
+    if isinstance(source, MeasuredRecords):
+        return inputs_beyond(recipe, source, count, RECORDS, factor)
+    assert isinstance(source, System)
+    stream = Stream(STABILITY, recipe.data.seed, (factor, factor), count * recipe.window.step)
+    return np.array([draw(recipe, source, stream, i).inputs[-count:] for i in range(RECORDS)])

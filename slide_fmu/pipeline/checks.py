@@ -9,7 +9,12 @@ from slide_fmu.data.apart import guarded
 from slide_fmu.data.draws import probe_draws
 from slide_fmu.memory.modes import UnstableModeError
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system, reference_system, require_features
+from slide_fmu.recipe.systems import (
+    recipe_source,
+    recipe_system,
+    reference_system,
+    require_features,
+)
 from slide_fmu.systems import given
 from slide_fmu.systems.base import System
 from slide_fmu.systems.contract import check_system
@@ -22,14 +27,16 @@ def check_recipe(recipe: Recipe) -> None:
     """Refuse what can be found wrong without data, before any are made.
 
     Raises:
-        LoadError: one of the recipe's systems cannot be made.
+        LoadError: one of the recipe's systems cannot be made, or records cannot be used.
         RecipeError: they do not fit each other or the excitation, or a network sees what the
             system has not.
         ContractError: the system that makes the data does not keep its word.
         SimulationError: it could not be simulated on a short record, or its library crashes.
     """
+    system = recipe_source(recipe)
+    if not isinstance(system, System):
+        return require_features(recipe, system)
     reference_system(recipe)
-    system = recipe_system(recipe)
     require_features(recipe, system)
     if system.may_crash and recipe in _survived:
         return

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from slide_fmu.pipeline.first_look import FirstLook
-from slide_fmu.recipe.recipe import RecipeError
-from slide_fmu.recipe.writing import DraftSignal
+from slide_fmu.recipe.recipe import NAME, RecipeError
+from slide_fmu.recipe.writing import DraftSignal, recipe_name
 from slide_fmu.systems.found import Found
 from slide_fmu.systems.specification import SignalChoice
 
@@ -95,6 +96,19 @@ def ranged_outputs(
             ends = float(seen.low[index]), float(seen.high[index])
             kept.append(_with_range(draft, ends, seen.motions))
     return kept, remarks
+
+
+def require_name(name: str | None) -> None:
+    """Refuse a name that no recipe can have, before anything is simulated or read.
+
+    Raises:
+        RecipeError: the name is no C identifier.
+    """
+    if name is not None and not re.match(NAME, name):
+        raise RecipeError(
+            f"--name {name!r}; expected a letter, then letters, digits or underscores, as in "
+            f"--name {recipe_name(name)}"
+        )
 
 
 def names_of(signals: Iterable[DraftSignal]) -> str:
@@ -190,13 +204,13 @@ def _with_range(draft: DraftSignal, seen: tuple[float, float], motions: int) -> 
     choice = draft.choice
     if choice.low is not None and choice.high is not None:
         return replace(draft, origin="The model declares the range.")
-    low, high = _widened(*seen)
+    low, high = widened(*seen)
     count = "one motion" if motions == 1 else f"{motions} motions"
     origin = f"Seen in {count}, and widened by {100 * MARGIN:.0f} % at both ends."
     return DraftSignal(replace(choice, low=low, high=high), origin)
 
 
-def _widened(low: float, high: float) -> tuple[float, float]:
+def widened(low: float, high: float) -> tuple[float, float]:
     """Return a range a little wider, its ends with two digits that count."""
     margin = MARGIN * (high - low) or max(1.0, abs(high))
     digits = 1 - math.floor(math.log10(high - low + 2 * margin))

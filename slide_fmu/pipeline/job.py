@@ -10,7 +10,7 @@ from importlib import metadata
 from pathlib import Path
 
 from slide_fmu.core.progress import Stages
-from slide_fmu.memory.sizing import Sizing
+from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.numbers import known_numbers
 from slide_fmu.pipeline.resolved import Resolved, resolved_lengths
 from slide_fmu.pipeline.run_folder import RunFolder
@@ -38,7 +38,7 @@ class Job:
     folder: RunFolder
     bar: Stages = field(repr=False)
     resolved: Resolved = field(default_factory=dict)
-    sizing: Sizing | None = field(default=None, repr=False)
+    sizing: AnySizing | None = field(default=None, repr=False)
 
 
 def open_job(

@@ -17,14 +17,17 @@ import numpy as np
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.draws import probe
+from slide_fmu.data.identity import identity
+from slide_fmu.data.recorded import stretches
 from slide_fmu.data.store import same_motion
 from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.pipeline.resolved import Resolved
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.automatic import NUMBERS, nested
-from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.recipe.measured import KIND
+from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
+from slide_fmu.recipe.systems import recipe_source
+from slide_fmu.systems.record.model import MeasuredRecords
 
 FIRST, MOST = 32, 256
 """A learning curve begins with the first number of trajectories, and ends with the second."""
@@ -49,7 +52,7 @@ def find_numbers(recipe: Recipe, folder: RunFolder, bar: Stages, workers: int | 
         StoreError: the store was made from other values.
         TrainingError: the checkpoint of the curve cannot be read.
     """
-    if "data.train" in recipe.automatic:
+    if "data.train" in recipe.automatic and recipe.system.kind != KIND:
         _extend_curve(recipe, folder, bar, workers)
     found = known_numbers(recipe, folder)
     assert found is not None
@@ -57,7 +60,15 @@ def find_numbers(recipe: Recipe, folder: RunFolder, bar: Stages, workers: int | 
 
 
 def known_numbers(recipe: Recipe, folder: RunFolder) -> Resolved | None:
-    """Return the numbers that a recipe leaves open; None if its curve has not ended yet."""
+    """Return the numbers that a recipe leaves open; None if its curve has not ended yet.
+
+    Those of records follow from their samples.
+
+    Raises:
+        RecipeError: a part of records has no stretch.
+    """
+    if recipe.system.kind == KIND:
+        return _numbers_of_records(recipe)
     train = recipe.data.train
     if "data.train" in recipe.automatic:
         curve = kept_curve(recipe, folder)
@@ -69,6 +80,8 @@ def known_numbers(recipe: Recipe, folder: RunFolder) -> Resolved | None:
 
 def least_numbers(recipe: Recipe) -> Resolved:
     """Return the numbers that a recipe leaves open, if its curve ends as soon as it can."""
+    if recipe.system.kind == KIND:
+        return _numbers_of_records(recipe)
     open_curve = "data.train" in recipe.automatic
     return _numbers_with(recipe, FIRST if open_curve else recipe.data.train)
 
@@ -83,9 +96,23 @@ def _numbers_with(recipe: Recipe, train: int) -> Resolved:
     return nested({key: n for key, n in all_numbers.items() if key in recipe.automatic})
 
 
+def _numbers_of_records(recipe: Recipe) -> Resolved:
+    source = recipe_source(recipe)
+    assert isinstance(source, MeasuredRecords)
+    wanted = [key for key in NUMBERS if key in recipe.automatic]
+    counts = {key: len(stretches(recipe, source, key.partition(".")[2])) for key in wanted}
+    empty = [key for key, count in counts.items() if not count]
+    if empty:
+        raise RecipeError(
+            f"recipe {recipe.name!r}: no block of the part {empty[0]!r} has data.duration = "
+            f"{recipe.data.duration:g} s; expected at least one: shorten it, or leave it out"
+        )
+    return nested(counts)
+
+
 def kept_curve(recipe: Recipe, folder: RunFolder) -> Curve:
     """Return the learning curve of a recipe and its model, as far as it was found."""
-    if not folder.numbers.exists():
+    if not folder.numbers.exists() or recipe.system.kind == KIND:
         return Curve()
     record = json.loads(folder.numbers.read_text(encoding="utf-8"))
     about, motion = _identity(recipe)
@@ -101,7 +128,7 @@ def _identity(recipe: Recipe) -> tuple[dict[str, Any], FloatArray]:
     del tables["training"]["seed"]
     of_seed_0 = recipe.model_copy(update={"data": recipe.data.model_copy(update={"seed": 0})})
     about = json.loads(json.dumps({**tables, "data": data}))
-    return about, probe(of_seed_0, recipe_system(recipe))
+    return about, identity(of_seed_0, recipe_source(recipe))
 
 
 def _extend_curve(recipe: Recipe, folder: RunFolder, bar: Stages, workers: int | None) -> None:
@@ -117,7 +144,7 @@ def _extend_curve(recipe: Recipe, folder: RunFolder, bar: Stages, workers: int |
     curve, (about, motion) = kept_curve(recipe, folder), _identity(recipe)
     known = {point.trajectories: point.seconds for point in curve.points}
     staged = _Staged(recipe, folder, bar, workers)
-    learning = LearningCurve(recipe, recipe_system(recipe), folder.store, folder.checkpoints)
+    learning = LearningCurve(recipe, recipe_source(recipe), folder.store, folder.checkpoints)
     points: list[CurvePoint] = []
     while curve.reason is None:
         train, begin = FIRST * 2 ** len(points), time.monotonic()

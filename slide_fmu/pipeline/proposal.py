@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -17,13 +16,13 @@ from slide_fmu.pipeline.draft_signals import (
     draft_outputs,
     names_of,
     ranged_outputs,
+    require_name,
 )
 from slide_fmu.pipeline.first_look import FirstLook, Looking, MakeTables, look, quiet
 from slide_fmu.pipeline.job import make_importable
 from slide_fmu.pipeline.proposed_chain import ProposedChain, are_angles, proposed_chain
 from slide_fmu.pipeline.surrogate_model import as_surrogate
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation
-from slide_fmu.recipe.recipe import NAME, RecipeError
 from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_name, recipe_text
 from slide_fmu.systems.base import System, chain_of
 from slide_fmu.systems.found import Found
@@ -119,7 +118,7 @@ def propose(wish: Wish, progress: Progress) -> Proposal:
         FmuError: an FMU of slide-fmu is damaged.
         SimulationError: the model could not be simulated, or crashed.
     """
-    _require_name(wish.name)
+    require_name(wish.name)
     make_importable(Path(wish.model).parent)
     begun = _begin(wish)
     seen = _look(begun, wish, progress)
@@ -128,15 +127,6 @@ def propose(wish: Wish, progress: Progress) -> Proposal:
     told = [] if begun.chain.remark is None else [begun.chain.remark]
     remarks = (*begun.found.remarks, *told, *seen.remarks, *left_out)
     return Proposal(recipe_text(draft), draft, remarks)
-
-
-def _require_name(name: str | None) -> None:
-    """Refuse a name that no recipe can have, before the model is simulated."""
-    if name is not None and not re.match(NAME, name):
-        raise RecipeError(
-            f"--name {name!r}; expected a letter, then letters, digits or underscores, as in "
-            f"--name {recipe_name(name)}"
-        )
 
 
 def _begin(wish: Wish) -> _Begun:

@@ -11,15 +11,16 @@ import numpy as np
 
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.draws import probe
+from slide_fmu.data.identity import identity
 from slide_fmu.data.store import same_motion
 from slide_fmu.memory.lengths import Lengths, find_lengths
 from slide_fmu.memory.patience import Patience
-from slide_fmu.memory.sizing import Sizing
+from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.checks import check_recipe, guarded_recipe
 from slide_fmu.recipe.automatic import LENGTHS
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.recipe.systems import recipe_source
+from slide_fmu.systems.base import System
 
 Resolved = dict[str, dict[str, Any]]
 """Values by table and key of a recipe, as ``{"window": {"n_in": 96}}``."""
@@ -30,7 +31,7 @@ DECIDES = {"system", "window", "data", "estimator", "automatic"}
 
 def resolved_lengths(
     recipe: Recipe, place: Path, patience: float = math.inf
-) -> tuple[Resolved, Sizing | None]:
+) -> tuple[Resolved, AnySizing | None]:
     """Return the lengths that a recipe leaves open, and how the window was sized, if it was now.
 
     There are none if it leaves none open. They are those that the file at ``place`` keeps, if it
@@ -47,12 +48,15 @@ def resolved_lengths(
     if not any(key in LENGTHS for key in recipe.automatic):
         return {}, None
     check_recipe(recipe)
-    system = recipe_system(recipe)
-    asked, motion = recipe.model_dump(mode="json", include=DECIDES), probe(recipe, system)
+    system = recipe_source(recipe)
+    asked, motion = recipe.model_dump(mode="json", include=DECIDES), identity(recipe, system)
     kept = _kept(place, asked, motion)
     if kept is not None:
         return kept, None
-    found = guarded_recipe(recipe, system, _lengths, patience)
+    if isinstance(system, System):
+        found = guarded_recipe(recipe, system, _lengths, patience)
+    else:
+        found = _lengths(recipe, patience)
     if found.sizing is not None and found.sizing.left_out is not None:
         return found.values, found.sizing
     place.parent.mkdir(parents=True, exist_ok=True)
@@ -62,7 +66,7 @@ def resolved_lengths(
 
 
 def _lengths(recipe: Recipe, patience: float) -> Lengths:
-    return find_lengths(recipe, recipe_system(recipe), Patience(patience))
+    return find_lengths(recipe, recipe_source(recipe), Patience(patience))
 
 
 def _kept(place: Path, asked: dict[str, Any], motion: FloatArray) -> Resolved | None:

@@ -8,7 +8,7 @@ from typing import Any
 
 from slide_fmu.fitting.history import Curve
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.memory.sizing import Sizing
+from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.memory.stability import AmplitudeTest, stability_figures
 from slide_fmu.pipeline.job import Job, provenance
 from slide_fmu.pipeline.measurement import IN_RANGE, tasks, validate_fmu_file
@@ -21,6 +21,7 @@ from slide_fmu.pipeline.stages import (
     generate_data,
     train_surrogate,
 )
+from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system, reference_system
 from slide_fmu.systems.loading import load_picture
@@ -28,6 +29,7 @@ from slide_fmu.validation import report as reports
 from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.figures import side_by_side
 from slide_fmu.validation.model_card import model_card
+from slide_fmu.validation.record_remarks import remarks_on_records
 from slide_fmu.validation.report import Report, Section
 from slide_fmu.validation.response import is_affine
 
@@ -118,7 +120,7 @@ def draw_mechanism(job: Job) -> str | None:
 def _full_report(
     trained: Trained,
     recipe: Recipe,
-    sizing: Sizing,
+    sizing: AnySizing,
     validations: dict[str, Validation],
     tests: tuple[AmplitudeTest, ...],
     curve: Curve,
@@ -142,6 +144,9 @@ def _full_report(
         sections.append(reports.stability_section(tests, surrogate.window.step))
     sections += [reports.sizing_section(sizing), reports.training_section(trained.histories)]
     sections += _search_sections(trained, curve, data)
+    if recipe.system.kind == KIND:
+        data["record_remarks"] = remarks_on_records(validations[IN_RANGE])
+        sections += reports.remark_sections(data["record_remarks"])
     return Report(f"{recipe.name}: surrogate FMU", recipe.description, data, sections)
 
 

@@ -8,21 +8,26 @@ from dataclasses import asdict
 from typing import Any
 
 from slide_fmu.memory.patience import Patience
-from slide_fmu.memory.sizing import Sizing, require_window, size_window
+from slide_fmu.memory.record_sizing import size_records
+from slide_fmu.memory.sizing import AnySizing, Sizing, require_window, size_window
 from slide_fmu.memory.stability import AmplitudeTest, check_stability, require_stability
 from slide_fmu.memory.step_remark import step_remark
 from slide_fmu.pipeline.checks import check_recipe, guarded_recipe
 from slide_fmu.pipeline.job import Job, versions, with_values
 from slide_fmu.pipeline.numbers import find_numbers, kept_curve
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.recipe.systems import recipe_source, recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import System
+from slide_fmu.systems.record.model import MeasuredRecords
 
 STABILITY_PICTURE = "stability.png"
 
 
-def size_recipe(job: Job, seed: int | None = None, patience: float = math.inf) -> Sizing:
+def size_recipe(job: Job, seed: int | None = None, patience: float = math.inf) -> AnySizing:
     """Return the decay times of the recipe's system along its motions, of a seed or the data's.
+
+    Those of records are of a linear fit.
 
     When the patience, in s, is gone, the rest of the motions is left out.
 
@@ -30,7 +35,11 @@ def size_recipe(job: Job, seed: int | None = None, patience: float = math.inf) -
         LoadError, RecipeError: as of ``check_recipe``.
     """
     check_recipe(job.recipe)
-    return guarded_recipe(job.recipe, recipe_system(job.recipe), _sizing, seed, patience)
+    source = recipe_source(job.recipe)
+    if isinstance(source, MeasuredRecords):
+        return size_records(job.recipe, source)
+    assert isinstance(source, System)
+    return guarded_recipe(job.recipe, source, _sizing, seed, patience)
 
 
 def _sizing(recipe: Recipe, seed: int | None, patience: float) -> Sizing:
@@ -40,13 +49,18 @@ def _sizing(recipe: Recipe, seed: int | None, patience: float) -> Sizing:
 def remark_on_step(recipe: Recipe) -> str | None:
     """Say that a recipe's step is too coarse or wastes samples; None if it does neither.
 
+    What is between the samples of records, nobody knows.
+
     Raises:
         SimulationError: the system could not be simulated.
     """
-    return guarded_recipe(recipe, recipe_system(recipe), step_remark)
+    source = recipe_source(recipe)
+    if not isinstance(source, System):
+        return None
+    return guarded_recipe(recipe, source, step_remark)
 
 
-def check_window(job: Job) -> Sizing:
+def check_window(job: Job) -> AnySizing:
     """Check the recipe, compute the decay times, and refuse a window that is too short.
 
     Raises:
@@ -134,7 +148,7 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
     from slide_fmu.fitting.fit import fit_surrogate
 
     recipe, folder = job.recipe, job.folder
-    system = recipe_system(recipe)
+    system = recipe_source(recipe)
     torch.set_num_threads(threads)
     fit = fit_surrogate(recipe, system, folder.store, folder.checkpoints, job.bar)
     folder.save_surrogate(fit.surrogate, recipe, fit.histories, versions())
@@ -153,7 +167,7 @@ def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ..
     Raises:
         UnstableSurrogateError: it failed, and the recipe does not allow that.
     """
-    tests = check_stability(surrogate, job.recipe, recipe_system(job.recipe))
+    tests = check_stability(surrogate, job.recipe, recipe_source(job.recipe))
     picture = job.folder.path / STABILITY_PICTURE
     picture.unlink(missing_ok=True)
     if any(test.problem is not None for test in tests):

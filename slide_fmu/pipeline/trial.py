@@ -11,15 +11,15 @@ from typing import Any
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.draws import PROBE, Stream, draw, simulate_draw
 from slide_fmu.memory.failing import Tolerance
-from slide_fmu.memory.sizing import Sizing
+from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.checks import guarded_recipe
 from slide_fmu.pipeline.job import Job, open_job
 from slide_fmu.pipeline.numbers import least_numbers
 from slide_fmu.pipeline.stages import remark_on_step, size_recipe
 from slide_fmu.recipe.reading import with_resolved
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.recipe.systems import recipe_system
-from slide_fmu.systems.base import OFFERS, System
+from slide_fmu.recipe.systems import recipe_source, recipe_system
+from slide_fmu.systems.base import OFFERS, Source, System
 from slide_fmu.systems.errors import SimulationError
 
 TIMED, TIMED_SAMPLES = 2.0, 100
@@ -37,16 +37,16 @@ class Trial:
 
     Attributes:
         recipe: the recipe, with the lengths that it left to be found.
-        system: the system that makes its data.
+        system: the system that makes its data, or the records of one.
         sizing: how long the system remembers, and whether the window holds that.
-        seconds: wall time in s that a simulated second takes in one process.
+        seconds: wall time in s that a simulated second takes in one process; None of records.
         remarks: what the user should know, one sentence each.
     """
 
     recipe: Recipe
-    system: System
-    sizing: Sizing
-    seconds: float
+    system: Source
+    sizing: AnySizing
+    seconds: float | None
     remarks: tuple[str, ...]
 
     def figures(self) -> dict[str, Any]:
@@ -75,7 +75,7 @@ class Trial:
                 "simulated_time_s": simulated,
                 "wall_time_per_simulated_second_s": self.seconds,
                 "workers": workers,
-                "expected_wall_time_s": simulated * self.seconds / workers,
+                "expected_wall_time_s": simulated * (self.seconds or 0.0) / workers,
             },
             "remarks": list(self.remarks),
         }
@@ -106,8 +106,10 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
     known = job.sizing if seed is None else None  # from finding what the recipe leaves open
     sizing = known or size_recipe(job, seed, PATIENCE)
     progress(2, STEPS)
-    system = recipe_system(job.recipe)
-    seconds, failed, said = guarded_recipe(job.recipe, system, _seconds)
+    system, seconds, failed = recipe_source(job.recipe), None, None
+    said = system.remarks
+    if isinstance(system, System):
+        seconds, failed, said = guarded_recipe(job.recipe, system, _seconds)
     progress(3, STEPS)
     remarks = sizing.problem, sizing.remark, failed, remark_on_step(job.recipe), *said
     progress(STEPS, STEPS)

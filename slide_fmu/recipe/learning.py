@@ -221,6 +221,9 @@ class LeastSquaresRecipe(Table):
             -y.
         even_out: whether segments that move more than usual get lower weights.
         precision: floating point format of the training.
+        start: path of an FMU of slide-fmu whose network the training begins with, as one that was
+            learnt from a simulation and is refined on a record: then there is no search and no
+            other start, and the tables ``network`` and ``estimator.network`` are those of the FMU.
     """
 
     method: Literal["levenberg_marquardt"] = "levenberg_marquardt"
@@ -238,6 +241,7 @@ class LeastSquaresRecipe(Table):
     flip_signs: bool = False
     even_out: bool = False
     precision: Literal["float32", "float64"] = "float64"
+    start: str | None = None
 
 
 class TrainingRecipe(Table):

@@ -11,10 +11,10 @@ from slide_fmu.features.base import Offered
 from slide_fmu.features.placed_chain import PlacedChain
 from slide_fmu.features.urdf import UrdfError, read_urdf
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.systems.base import System, chain_of
+from slide_fmu.systems.base import Source, chain_of
 
 
-def offered_features(recipe: Recipe, system: System, scaling: Affine) -> Offered:
+def offered_features(recipe: Recipe, system: Source, scaling: Affine) -> Offered:
     """Return what features can be formed of; the scaling is that of the system's inputs.
 
     The serial chain is the recipe's, else the system's own; its drive law is the recipe's.

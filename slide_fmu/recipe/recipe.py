@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
-from slide_fmu.core.signals import Angle, Hold
 from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
-from slide_fmu.features.drive_law import DEFAULT_LAW
 from slide_fmu.recipe.automatic import LENGTHS, with_guesses
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation
 from slide_fmu.recipe.estimator import EstimatorRecipe
@@ -24,8 +22,14 @@ from slide_fmu.recipe.learning import (
     Table,
     TrainingTable,
 )
-from slide_fmu.recipe.machine import ChainRecipe, DriveRecipe
-from slide_fmu.systems.specification import SignalChoice
+from slide_fmu.recipe.measured import (
+    KIND,
+    Part,
+    is_measured,
+    require_fitting_tables,
+    require_no_numbers,
+)
+from slide_fmu.recipe.system import SystemRecipe
 
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond")
 """Trajectories that are kept. Test trajectories are drawn anew for every validation."""
@@ -36,71 +40,6 @@ NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
 
 class RecipeError(ValueError):
     """A recipe cannot be used; the message holds one line per mistake."""
-
-
-class SignalRecipe(Table):
-    """A table ``system.inputs.NAME`` or ``system.outputs.NAME`` says what a model leaves open.
-
-    Attributes:
-        range: lowest and highest value of the intended range, in ``unit``.
-        unit, description, start, hold, angle, period: as of ``slide_fmu.core.signals.Signal``;
-            those of the model if not given.
-    """
-
-    range: tuple[float, float] | None = None
-    unit: str | None = None
-    description: str | None = None
-    start: float | None = None
-    hold: Hold | None = None
-    angle: Angle | None = None
-    period: float | None = None
-
-    def choice(self, name: str) -> SignalChoice:
-        """Return the choice that this table makes about the signal of a name."""
-        low, high = self.range or (None, None)
-        given = {key: value for key, value in self if key != "range"}
-        return SignalChoice(name, low=low, high=high, **given)
-
-
-class SystemRecipe(Table):
-    """The table ``system`` names the reference system.
-
-    Attributes:
-        kind: one of ``slide_fmu.systems.loading.KINDS``, which says what ``model`` is.
-        model: of a class, ``"module:Class"`` of a ``slide_fmu.systems.base.System``.
-        parameters: those of the system beside ``step``; of a class, its keyword arguments.
-        inputs, outputs: what the model leaves open about its signals, by their names; empty of a
-            class, which declares its own.
-        reference: those that are other when an FMU is measured: a finer model may be the reference
-            of what a faster one has taught. Empty: the same model.
-        picture: ``"module:function"`` that draws the reference system in motion, for the model
-            card: it takes the system and gives the bytes of a PNG file. None: no picture.
-        chain: serial chain whose joints' set points the inputs are, in the order of the joints;
-            the path of its URDF alone is short for its table. None: that of the model, if it has
-            one.
-        drive: how the joints follow the set points: a name in ``DRIVE_LAWS`` is short for
-            the table of its weights.
-    """
-
-    kind: str = "class"
-    model: str
-    parameters: dict[str, float | int | str | bool] = Field(default={})
-    inputs: dict[str, SignalRecipe] = Field(default={})
-    outputs: dict[str, SignalRecipe] = Field(default={})
-    reference: dict[str, float | int | str | bool] = Field(default={})
-    picture: str | None = Field(default=None, pattern=r"^[\w.]+:\w+$")
-    chain: ChainRecipe | None = None
-    drive: DriveRecipe = DriveRecipe.named(DEFAULT_LAW)
-
-    @field_validator("chain", mode="before")
-    @classmethod
-    def _path_is_short_for_the_table(cls, value: Any) -> Any:
-        return {"urdf": value} if isinstance(value, str) else value
-
-    @field_validator("drive", mode="before")
-    @classmethod
-    def _name_is_short_for_the_law(cls, value: Any) -> Any:
-        return DriveRecipe.named(value) if isinstance(value, str) else value
 
 
 class WindowRecipe(Table):
@@ -152,7 +91,11 @@ class DataRecipe(Table):
         most_failures: part of all trajectories that may fail to be simulated; another draw takes
             the place of each. One is always allowed.
         excitation: kinds of excitation with their weights; a mix that follows from the step if
-            not given.
+            not given. There are none of records.
+        shares: of records, what part of all samples each of ``slide_fmu.recipe.measured.PARTS``
+            has; defaults if not given.
+        by: of records, whether they are divided by contiguous ``"block"`` in the order of time,
+            by whole ``"record"``, or by whole ``"period"`` of inputs that repeat.
     """
 
     seed: int = Field(default=0, ge=0)
@@ -166,7 +109,9 @@ class DataRecipe(Table):
     beyond: int = Field(default=0, ge=0)
     beyond_factor: PositiveRange = (1.0, 3.0)
     most_failures: float = Field(default=0.02, ge=0, le=1)
-    excitation: tuple[Excitation, ...] = Field(min_length=1)
+    excitation: tuple[Excitation, ...] = ()
+    shares: dict[Part, Annotated[float, Field(ge=0, le=1)]] = Field(default={})
+    by: Literal["block", "record", "period"] = "block"
 
 
 class ValidationRecipe(Table):
@@ -264,12 +209,25 @@ class Recipe(Table):
             return values
         data, window = values.get("data", {}), values.get("window", {})
         step = window.get("step") if isinstance(window, dict) else None
-        if not isinstance(data, dict) or "excitation" in data:
+        if not isinstance(data, dict) or "excitation" in data or is_measured(values):
             return values
         if not (isinstance(step, int | float) and math.isfinite(step) and step > 0):
             return values  # the mistake in the step is told by its own check
         mix = default_excitation(float(step), _inputs_of(values.get("system")))
         return {**values, "data": {**data, "excitation": mix}}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _records_have_their_numbers(cls, values: Any) -> Any:
+        if isinstance(values, dict) and is_measured(values) and "automatic" not in values:
+            require_no_numbers(values)
+            return {"data": {}, **values}
+        return values
+
+    @model_validator(mode="after")
+    def _tables_fit_the_kind(self) -> Recipe:
+        require_fitting_tables(self)
+        return self
 
     @model_validator(mode="after")
     def _beyond_is_learnt(self) -> Recipe:
@@ -306,7 +264,10 @@ class Recipe(Table):
 
     @model_validator(mode="after")
     def _numbers_can_be_found(self) -> Recipe:
-        if "data.train" in self.automatic and self.network.family != "state_space":
+        measured = self.system.kind == KIND
+        if "data.train" in self.automatic and not (
+            measured or self.network.family == "state_space"
+        ):
             raise ValueError(
                 f'data.train is left out, or "auto"; expected a number for network.family = '
                 f"{self.network.family!r}: the learning curve is that of a state-space network"

@@ -6,15 +6,18 @@ What the recipe's networks see of their inputs is found here too, without data.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TypeVar
 
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.features.sets import feature_set
 from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.systems.base import System, chain_of
-from slide_fmu.systems.loading import load_system
+from slide_fmu.systems.base import Source, System, chain_of
+from slide_fmu.systems.loading import load_source, load_system
 from slide_fmu.systems.specification import Specification
+
+Driven = TypeVar("Driven", bound=Source)
 
 GEOMETRY = ("prismatic", "theta", "steps", "alpha", "tool")
 """Parts of a serial chain that are no masses."""
@@ -24,18 +27,27 @@ def recipe_system(recipe: Recipe) -> System:
     """Return the system that makes the data of a recipe.
 
     Raises:
-        LoadError: model, class or parameters are not there.
+        LoadError: model, class or parameters are not there, or there are only records.
         RecipeError: an excitation of the recipe cannot drive the system's inputs, or the recipe
             gives the step as a parameter.
     """
     return _drivable(load_system(data_specification(recipe)), recipe)
 
 
+def recipe_source(recipe: Recipe) -> Source:
+    """Return what the data of a recipe come from: a system that makes them, or its records.
+
+    Raises:
+        LoadError, RecipeError: as of ``recipe_system``; or the records cannot be used.
+    """
+    return _drivable(load_source(data_specification(recipe)), recipe)
+
+
 def reference_system(recipe: Recipe) -> System:
     """Return the system that the FMU of a recipe is measured against.
 
     Raises:
-        LoadError: model, class or parameters are not there.
+        LoadError: model, class or parameters are not there, or there are only records.
         RecipeError: as of ``recipe_system``; or signals or geometry are not those of the system
             that makes the data.
     """
@@ -45,7 +57,7 @@ def reference_system(recipe: Recipe) -> System:
     return system
 
 
-def _drivable(system: System, recipe: Recipe) -> System:
+def _drivable(system: Driven, recipe: Recipe) -> Driven:
     """Return the system, if all excitations of the recipe can drive it."""
     for index, kind in enumerate(recipe.data.excitation):
         try:
@@ -101,7 +113,9 @@ def data_specification(recipe: Recipe) -> Specification:
         for tables in (system.inputs, system.outputs)
     )
     step, kind = recipe.window.step, system.kind
-    return Specification(system.model, system.parameters, step, kind, inputs, outputs)
+    return Specification(
+        system.model, system.parameters, step, kind, inputs, outputs, system.further
+    )
 
 
 def reference_specification(recipe: Recipe) -> Specification:
@@ -114,7 +128,7 @@ def reference_specification(recipe: Recipe) -> Specification:
     return replace(made, parameters={**made.parameters, **recipe.system.reference})
 
 
-def require_features(recipe: Recipe, system: System) -> None:
+def require_features(recipe: Recipe, system: Source) -> None:
     """Refuse networks that see what the system has not, or turn more states than they have.
 
     Raises:

@@ -64,16 +64,16 @@ def recipe_text(draft: Draft) -> str:
     """Write a recipe as TOML; ``slide_fmu.recipe.reading.parse_recipe`` reads it."""
     found = draft.found
     lines = [
-        *_comment(
+        *comment_lines(
             "This recipe was proposed by slide-fmu init. Every line may be changed; what is not "
             "here has a default. Try it with: slide-fmu try, then run it with: slide-fmu run."
         ),
-        f"name = {_value(draft.name)}",
-        f"description = {_value(draft.description)}",
+        f"name = {value_text(draft.name)}",
+        f"description = {value_text(draft.description)}",
         "",
         "[system]",
-        f"kind = {_value(found.kind)}",
-        f"model = {_value(found.model)}",
+        f"kind = {value_text(found.kind)}",
+        f"model = {value_text(found.model)}",
         *_chain_lines(draft.chain),
         *_parameter_lines(found.parameters),
         "",
@@ -81,19 +81,19 @@ def recipe_text(draft: Draft) -> str:
     if not draft.declares_signals:
         for what, signals in (("inputs", draft.inputs), ("outputs", draft.outputs)):
             for signal in signals:
-                lines += _signal_lines(what, signal)
+                lines += signal_lines(what, signal)
     lines += [
         "[window]",
-        *_comment(draft.step_origin),
-        f"step = {_value(draft.step)}",
-        *_comment(
+        *comment_lines(draft.step_origin),
+        f"step = {value_text(draft.step)}",
+        *comment_lines(
             "The lengths n_in and n_out follow from how long the system remembers: until this "
             "part of what happened before is left."
         ),
         "remaining_amplitude = 0.001",
         "",
         *_excitation_lines(draft),
-        *_comment("The FMU estimates its own error; without this table it does not."),
+        *comment_lines("The FMU estimates its own error; without this table it does not."),
         "[estimator]",
         "",
         *(_STABILITY if draft.kind_of_inputs in ("set_points", "angle") else ()),
@@ -124,7 +124,7 @@ def tables_text(tables: Mapping[str, Any]) -> str:
 
 def _lines(table: Mapping[str, Any], name: str) -> list[str]:
     try:
-        return [f"{_key(k)} = {_value(v)}" for k, v in table.items() if v is not None]
+        return [f"{_key(k)} = {value_text(v)}" for k, v in table.items() if v is not None]
     except TypeError as error:
         raise RecipeError(
             f"{name}: {dict(table)} ({error}); expected numbers, texts, lists and dictionaries"
@@ -160,16 +160,16 @@ def _chain_lines(chain: str | None) -> list[str]:
     if chain is None:
         return []
     return [
-        *_comment(
+        *comment_lines(
             "The inputs are the set points of this robot's joints; features follow from its "
             "geometry and masses."
         ),
-        f"chain = {_value(chain)}",
-        *_comment(
+        f"chain = {value_text(chain)}",
+        *comment_lines(
             f"How the joints follow their set points, one of {', '.join(DRIVE_LAWS)}, or weights "
             "(docs/robots.md)."
         ),
-        f"drive = {_value(DEFAULT_LAW)}",
+        f"drive = {value_text(DEFAULT_LAW)}",
     ]
 
 
@@ -184,38 +184,40 @@ def _parameter_lines(parameters: Sequence[FoundParameter]) -> list[str]:
     for parameter in parameters:
         said = " ".join(part for part in (parameter.unit, parameter.description) if part)
         remark = f"  # {_plain(said)}" if said else ""
-        lines.append(f"# {_key(parameter.name)} = {_value(parameter.value)}{remark}")
+        lines.append(f"# {_key(parameter.name)} = {value_text(parameter.value)}{remark}")
     return lines
 
 
-def _signal_lines(what: str, signal: DraftSignal) -> list[str]:
+def signal_lines(what: str, signal: DraftSignal) -> list[str]:
+    """Write the table of an input or output; ``what`` is ``"inputs"`` or ``"outputs"``."""
     choice, lines = signal.choice, []
     lines.append(f"[system.{what}.{_key(choice.name)}]")
-    lines += _comment(signal.origin)
-    lines.append(f"range = {_value([choice.low, choice.high])}")
-    kept = ("unit", "start", "hold", "angle", "description")
+    lines += comment_lines(signal.origin)
+    lines.append(f"range = {value_text([choice.low, choice.high])}")
+    kept = ("column", "unit", "start", "hold", "angle", "description")
     for key in kept:
         value = getattr(choice, key)
         if value is not None:
-            lines.append(f"{key} = {_value(value)}")
+            lines.append(f"{key} = {value_text(value)}")
     return [*lines, ""]
 
 
 def _excitation_lines(draft: Draft) -> list[str]:
-    lines = _comment(
+    lines = comment_lines(
         "The inputs of the training: weights say how often a kind is drawn, amplitudes are parts "
         'of an input\'s range, angular frequencies are in rad/s, durations in s. A kind "file" '
         "with a path takes inputs of your own, recorded as CSV."
     )
-    lines += _comment(_LIMITS.get(draft.kind_of_inputs, ""))
+    lines += comment_lines(_LIMITS.get(draft.kind_of_inputs, ""))
     for table in draft.excitation:
         lines.append("[[data.excitation]]")
-        lines += [f"{key} = {_value(value)}" for key, value in table.items()]
+        lines += [f"{key} = {value_text(value)}" for key, value in table.items()]
         lines.append("")
     return lines
 
 
-def _comment(text: str) -> list[str]:
+def comment_lines(text: str) -> list[str]:
+    """Wrap a text into lines of comment."""
     return [f"# {line}" for line in textwrap.wrap(_plain(text), WIDTH)]
 
 
@@ -228,15 +230,15 @@ def _key(name: str) -> str:
     return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name)
 
 
-def _value(value: Any) -> str:
+def value_text(value: Any) -> str:
     """Write a value as TOML, in which texts, numbers and lists are as in JSON."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float):
         return repr(value)
     if isinstance(value, list | tuple):
-        return f"[{', '.join(_value(item) for item in value)}]"
+        return f"[{', '.join(value_text(item) for item in value)}]"
     if isinstance(value, Mapping):
-        inner = (f"{_key(k)} = {_value(v)}" for k, v in value.items() if v is not None)
+        inner = (f"{_key(k)} = {value_text(v)}" for k, v in value.items() if v is not None)
         return f"{{ {', '.join(inner)} }}"
     return json.dumps(value, ensure_ascii=False)

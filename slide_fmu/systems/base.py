@@ -1,6 +1,7 @@
 """What a reference system is: it takes inputs and gives outputs; everything else is an offer.
 
-``System`` is the least interface. The classes behind it are offers: a system inherits those that
+``System`` is the least interface; records of a system, which cannot be simulated, are another
+``Source`` of trajectories. The classes behind ``System`` are offers: a system inherits those that
 it can keep, and whoever needs one asks with ``isinstance``. What is not offered is measured
 instead, or left out, and the report says so.
 """
@@ -71,17 +72,16 @@ class State:
     last_input: FloatArray
 
 
-class System(abc.ABC):
-    """A System is a reference system, sampled with the step h. Interface: never instantiated.
+class Source(abc.ABC):
+    """A Source is where trajectories come from: a system that is simulated, or records of one.
 
-    Implementations are final, cheap to construct (heavy work on first use) and are made again
-    in every worker process from what the recipe says about them.
+    Interface: never instantiated.
 
     Attributes:
         step: sample step h in s.
         inputs, outputs: signals in channel order; inputs say how they act between samples and
             which of them are an angle (``check_inputs``).
-        remarks: one sentence each on what the system had to assume so far, for people.
+        remarks: one sentence each on what had to be assumed so far, for people.
         may_crash: whether it runs a library of somebody else, which may end the process.
     """
 
@@ -90,6 +90,14 @@ class System(abc.ABC):
     outputs: tuple[Signal, ...]
     remarks: tuple[str, ...] = ()
     may_crash: bool = False
+
+
+class System(Source):
+    """A System is a reference system, sampled with the step h. Interface: never instantiated.
+
+    Implementations are final, cheap to construct (heavy work on first use) and are made again
+    in every worker process from what the recipe says about them.
+    """
 
     @abc.abstractmethod
     def simulate(self, inputs: FloatArray) -> FloatArray:
@@ -206,7 +214,7 @@ OFFERS: dict[str, type] = {
 """What a system may offer beside its outputs, by its name for people."""
 
 
-def chain_of(system: System) -> SerialChain | None:
+def chain_of(system: Source) -> SerialChain | None:
     """Give the serial chain of a system that has one, else None."""
     return system.chain if isinstance(system, Chained) else None
 

@@ -9,7 +9,7 @@ from typing import cast
 
 from slide_fmu.core.signals import check_inputs
 from slide_fmu.core.units import require_unit
-from slide_fmu.systems.base import System
+from slide_fmu.systems.base import Source, System
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.found import Found
 from slide_fmu.systems.specification import Specification
@@ -21,21 +21,38 @@ KINDS: dict[str, str] = {
     "function": "slide_fmu.systems.function.model",
     "object": "slide_fmu.systems.given",
     "exudyn": "slide_fmu.systems.exudyn.model",
+    "record": "slide_fmu.systems.record.model",
 }
 """Every kind of reference system by its name in recipes: one module and one entry here.
 
 The module is imported when it is needed: exudyn is, for models of exudyn alone. Its ``make`` takes
-a ``Specification`` and gives the system; its ``describe`` takes a model's name and gives what is
-``Found`` about it; both raise ``LoadError``. Its ``recognises`` says whether a model is of the
-kind, without running it where that can be seen from its name. A kind whose models are no files has
-neither of the last two.
+a ``Specification`` and gives the system, or the records of one; its ``describe`` takes a model's
+name and gives what is ``Found`` about it; both raise ``LoadError``. Its ``recognises`` says
+whether a model is of the kind, without running it where that can be seen from its name. A kind
+whose models are no files has neither of the last two, and records have no ``describe``: any column
+may be an input or an output.
 """
 NAMED = sorted(set(KINDS) - {"object"})
 """Kinds that a recipe can name: an object is one of a Python session (``slide.learn``)."""
 
 
 def load_system(specification: Specification) -> System:
-    """Make a system.
+    """Make a system that is simulated.
+
+    Raises:
+        LoadError: as of ``load_source``; or there are only records of the system.
+    """
+    source = load_source(specification)
+    if not isinstance(source, System):
+        raise LoadError(
+            f"record {specification.model!r} cannot be simulated; expected a model of the system "
+            "here: a record tells what happened, not what would happen under other inputs"
+        )
+    return source
+
+
+def load_source(specification: Specification) -> Source:
+    """Make a system, or read the records of one.
 
     Raises:
         LoadError: there is no such kind or model, the parameters do not fit, the inputs do not
@@ -44,7 +61,7 @@ def load_system(specification: Specification) -> System:
     kind, model = specification.kind, specification.model
     if kind not in KINDS:
         raise LoadError(f"kind of system {kind!r}; expected one of {NAMED}")
-    make = cast(Callable[[Specification], System], kind_module(kind).make)
+    make = cast(Callable[[Specification], Source], kind_module(kind).make)
     system = make(specification)
     try:
         check_inputs(system.inputs)

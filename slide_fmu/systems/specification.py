@@ -20,6 +20,7 @@ class SignalChoice:
         name: name of the signal in the model.
         unit, low, high, description, start, hold, angle, period: as of
             ``slide_fmu.core.signals.Signal``.
+        column: of records, the name of its column; that of the signal if None.
     """
 
     name: str
@@ -31,6 +32,7 @@ class SignalChoice:
     hold: Hold | None = None
     angle: Angle | None = None
     period: float | None = None
+    column: str | None = None
 
     def over(self, other: SignalChoice) -> SignalChoice:
         """Give the choice that says what this one says, and elsewhere what the other one says."""
@@ -50,6 +52,7 @@ class SignalChoice:
                 f"system.{what}s.{self.name}.range = [LOW, HIGH]"
             )
         given = {key: value for key, value in asdict(self).items() if value is not None}
+        given.pop("column", None)
         try:
             return Signal(**{"unit": "1", **given})
         except ValueError as error:
@@ -66,6 +69,7 @@ class Specification:
         step: sample step h in s; that of the model if None, where it has one.
         kind: one of ``slide_fmu.systems.loading.KINDS``.
         inputs, outputs: what the recipe says about signals, in its order.
+        further: of records, further files beside ``model``.
     """
 
     model: str
@@ -74,6 +78,7 @@ class Specification:
     kind: str = "class"
     inputs: tuple[SignalChoice, ...] = ()
     outputs: tuple[SignalChoice, ...] = ()
+    further: tuple[str, ...] = ()
 
     def to_json(self) -> str:
         """Write the specification as one line of JSON, the same for the same values."""
@@ -87,7 +92,7 @@ class Specification:
             name: tuple(SignalChoice(**choice) for choice in values[name])
             for name in ("inputs", "outputs")
         }
-        return Specification(**{**values, **signals})
+        return Specification(**{**values, **signals, "further": tuple(values["further"])})
 
     def sample_step(self) -> float:
         """Give the sample step h in s, which models of most kinds have not themselves.

@@ -11,9 +11,11 @@ import numpy as np
 
 from slide_fmu.core.measures import relative_deviation, rms
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.excitation.mix import names_of
+from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.motions import motions_of
+from slide_fmu.validation.noise_floor import SHORTEST_PIECE, noise_of_residuals
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ class Comparison:
     """A comparison is one trajectory of both FMUs.
 
     Attributes:
-        kind: index of the excitation in the recipe.
+        kind: index of the excitation in the recipe, or of the file of records.
         time: times in s of the samples that are scored, shape (N,).
         inputs: inputs that led to them, shape (N, n_inputs).
         reference: outputs of the reference FMU, shape (N, n_outputs).
@@ -59,7 +61,8 @@ class Comparison:
         estimate: its error estimates, same shape, or None.
         true_error: RMSE over the samples up to each one that the estimate is about, same shape;
             NaN where they go back before the first scored sample.
-        step_seconds: wall time per step of surrogate and reference, shapes (steps,).
+        step_seconds: wall time per step of surrogate and reference, shapes (steps,); the second
+            is empty where the reference was measured.
         model: outputs of the model that made the data, shape (N, n_outputs), or None where the
             reference is the same model.
         failed: number of draws before this one that the system could not simulate.
@@ -67,6 +70,9 @@ class Comparison:
             u(t) before the step from t, which is all that it knows; None with a zero-order hold.
             In ``surrogate``, inputs with a first-order hold are set to what they reach by the
             step's end, as in the reference.
+        free: outputs of the network run freely from the state with which a record begins, shape
+            (N, n_outputs): they have no error of the truncated window. None of simulated
+            trajectories, and of networks without a state.
     """
 
     kind: int
@@ -80,6 +86,7 @@ class Comparison:
     model: FloatArray | None
     failed: int = 0
     plain: FloatArray | None = None
+    free: FloatArray | None = None
 
     @property
     def error(self) -> FloatArray:
@@ -151,17 +158,33 @@ class Validation:
         if plain:
             of_plain = relative_rmse(np.concatenate(plain), reference)
             figures["plain_relative_rmse"] = float(of_plain[index])
-        return figures
+        return {**figures, **self._of_records(index)}
+
+    def _of_records(self, index: int) -> dict[str, float]:
+        """Return the noise floor of records, and the error of free runs along them."""
+        if self.recipe.system.kind != KIND:
+            return {}
+        found: dict[str, float] = {}
+        reference, _ = _joined(self.comparisons)
+        scale = max(float(rms(reference)[index]), np.finfo(np.float64).tiny)
+        long_enough = [c.error for c in self.comparisons if len(c.error) >= SHORTEST_PIECE]
+        if long_enough:
+            floor = noise_of_residuals(long_enough).floor[index]
+            found["relative_noise_floor"] = float(floor) / scale
+        free = [c.free - c.reference for c in self.comparisons if c.free is not None]
+        if free:
+            found["free_relative_rmse"] = float(rms(np.concatenate(free))[index]) / scale
+        return found
 
     def _excitations(self) -> list[dict[str, Any]]:
         rows = []
-        for index, name in enumerate(names_of(self.recipe.data.excitation)):
+        for index, motion in enumerate(motions_of(self.recipe)):
             chosen = [c for c in self.comparisons if c.kind == index]
             if chosen:
                 reference, error = _joined(chosen)
                 row = {
-                    "name": name,
-                    "kind": self.recipe.data.excitation[index].kind,
+                    "name": motion.name,
+                    "kind": motion.kind,
                     "trajectories": len(chosen),
                     "relative_rmse": relative_rmse(error, reference).tolist(),
                 }
@@ -181,10 +204,12 @@ class Validation:
         return found
 
     def _timing(self) -> dict[str, float]:
-        fmu, reference = (
-            float(np.median(np.concatenate([c.step_seconds[i] for c in self.comparisons])))
-            for i in (0, 1)
-        )
+        """Return median times per step; records have none beside that of the FMU."""
+        times = [np.concatenate([c.step_seconds[i] for c in self.comparisons]) for i in (0, 1)]
+        fmu = float(np.median(times[0]))
+        if not len(times[1]):
+            return {"fmu_step_us": 1e6 * fmu}
+        reference = float(np.median(times[1]))
         return {
             "fmu_step_us": 1e6 * fmu,
             "reference_step_us": 1e6 * reference,

@@ -10,15 +10,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.excitation.mix import names_of
 from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.stability import AmplitudeTest
 from slide_fmu.validation.comparison import Comparison, Validation, relative_rmse
+from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.pictures import with_palette
 
 REFERENCE, SURROGATE, ERROR, ESTIMATE = "#222222", "#1f77b4", "#d62728", "#ff7f0e"
 SHOWN_SECONDS = 6.0
 """Length of the cut-out of a trajectory that a figure shows."""
+SHOWN_SAMPLES = 8000
+"""The cut-out has no more samples than these, since more of them are a black bar."""
 SCATTER_POINTS = 4000
 DPI = 96
 """Pixels per inch: the widest picture is as wide as the report's page."""
@@ -36,7 +38,7 @@ def side_by_side(validation: Validation, output: int) -> bytes:
     axes = figure.subplots(3, 2, sharex="col", height_ratios=(1, 2, 1.3))
     signal = validation.surrogate.outputs[output]
     for column, (title, comparison) in enumerate(chosen.items()):
-        kind = names_of(validation.recipe.data.excitation)[comparison.kind]
+        kind = motions_of(validation.recipe)[comparison.kind].name
         shown = _worst_part(comparison, output)
         time = comparison.time[shown]
         upper, middle, lower = axes[:, column]
@@ -215,7 +217,7 @@ def _draw_inputs(
 def _worst_part(comparison: Comparison, output: int) -> slice:
     """Return the samples around the largest error."""
     step = comparison.time[1] - comparison.time[0] if len(comparison.time) > 1 else 1.0
-    count = min(len(comparison.time), round(SHOWN_SECONDS / step))
+    count = min(len(comparison.time), round(SHOWN_SECONDS / step), SHOWN_SAMPLES)
     worst = int(np.argmax(np.abs(comparison.error[:, output])))
     first = min(max(0, worst - count // 2), len(comparison.time) - count)
     return slice(first, first + count)

@@ -6,12 +6,12 @@ from typing import Any
 
 import jinja2
 
-from slide_fmu.excitation.mix import names_of
 from slide_fmu.fmu.description.surrogate_variables import Variable, fmu_variables
 from slide_fmu.memory.decay_figures import seconds
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import meaning_of
+from slide_fmu.validation.motions import motions_of
 
 UNUSABLE = 0.2
 """Relative RMSE beyond the range from which on the card warns."""
@@ -49,7 +49,7 @@ def model_card(
         surrogate=surrogate,
         recipe=recipe,
         measured={**measured, "validation": dict(validations)},
-        names=names_of(recipe.data.excitation),
+        names=[motion.name for motion in motions_of(recipe)],
         moving=all("plain_relative_rmse" in o for _, v in validations for o in v["outputs"]),
         now_text=meaning_of(surrogate),
         useless=[v for _, v in validations if _is_useless(v)],

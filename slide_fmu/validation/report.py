@@ -12,8 +12,9 @@ import jinja2
 import numpy as np
 
 from slide_fmu.memory.decay_figures import decay_rows
-from slide_fmu.memory.sizing import Sizing
+from slide_fmu.memory.sizing import AnySizing, Sizing
 from slide_fmu.memory.stability import AmplitudeTest
+from slide_fmu.recipe.measured import KIND
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.validation import figures
@@ -21,6 +22,9 @@ from slide_fmu.validation.comparison import Validation, meaning_of
 from slide_fmu.validation.pictures import in_page
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_figures
 from slide_fmu.validation.tables import curve_rows, size_rows
+
+OF_RECORDS = "relative_noise_floor", "free_relative_rmse"
+"""Figures of outputs that were measured: the noise, and the error of the network run freely."""
 
 MODEL_TEXT = (
     " The reference is a finer model than the one that made the data; what that one errs on the "
@@ -93,15 +97,14 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
     sections = [
         Section(
             "Side by side with the reference",
-            f"{len(main.comparisons)} trajectories that no training saw (seed "
-            f"{main.task.seed}), the FMU and the reference FMU run by the same importer."
+            _compared(main)
             + (MODEL_TEXT if main.recipe.system.reference else "")
             + moving_text(main.surrogate),
             _accuracy_rows(validations),
             pictures,
         ),
         Section(
-            "By kind of excitation",
+            "By file" if main.recipe.system.kind == KIND else "By kind of excitation",
             "Relative RMSE: RMSE of the FMU over the RMS of the reference.",
             (),
             [figures.excitation_bars(main)],
@@ -111,6 +114,23 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
         sections.append(_estimate_section(validations))
     sections.append(_timing_section(main))
     return sections
+
+
+def _compared(validation: Validation) -> str:
+    """Say what was compared with what."""
+    count = len(validation.comparisons)
+    if validation.recipe.system.kind == KIND:
+        return (
+            f"{count} blocks of the records that nothing was learnt or chosen from, and the FMU "
+            "run on their inputs. What was measured has noise of its own, which no surrogate can "
+            "predict: its RMS is estimated from the flat bottom of the residuals' spectrum. Run "
+            "freely, never handed over from window to window, the network begins with the state "
+            "that the lead of a block shows."
+        )
+    return (
+        f"{count} trajectories that no training saw (seed {validation.task.seed}), the FMU and "
+        "the reference FMU run by the same importer."
+    )
 
 
 EIGENVALUES = (
@@ -126,16 +146,29 @@ MEASURED_ALONE = (
 """How decay times were found, as the report says it."""
 
 
-def sizing_section(sizing: Sizing) -> Section:
+FITTED = (
+    "from the slowest pole of a linear model that was fitted to the records, with the 95 % "
+    "interval of that fit. How long the fitted network itself remembers is tested below."
+)
+
+
+def sizing_section(sizing: AnySizing) -> Section:
     """Show how long the system remembers its initial state, and what the window truncates."""
     window = sizing.window
+    found = MEASURED_ALONE
+    if not isinstance(sizing, Sizing):
+        found = FITTED
+    elif sizing.linearized:
+        found = EIGENVALUES
     text = (
         f"Time until initial effects have decayed to {sizing.remaining_amplitude:g} of their "
-        f"amplitude: {EIGENVALUES if sizing.linearized else MEASURED_ALONE} The window truncates "
+        f"amplitude: {found} The window truncates "
         f"{window.n_in} - {window.n_out} samples, {window.truncation_time:.4g} s."
     )
     if sizing.remark is not None:
         text += f" Remark: {sizing.remark}."
+    if not isinstance(sizing, Sizing):
+        return Section("Window", text, decay_rows(sizing.figures()))
     linearized = None if sizing.linearized is None else sizing.linearized.decay
     picture = figures.decay_times(linearized, sizing.measured, window.truncation_time)
     return Section("Window", text, decay_rows(sizing.figures()), [picture])
@@ -175,6 +208,15 @@ def training_section(histories: Mapping[str, Mapping[str, Sequence[float]]]) -> 
         rows,
         [figures.training_history(histories)],
     )
+
+
+def remark_sections(remarks: Sequence[str]) -> list[Section]:
+    """Show remarks in a section of their own, if there are any."""
+    if not remarks:
+        return []
+    return [
+        Section("Remarks", " ".join(f"{remark[0].upper()}{remark[1:]}." for remark in remarks))
+    ]
 
 
 def sizes_section(sizes: Sequence[Mapping[str, Any]], remark: str | None) -> Section:
@@ -225,6 +267,7 @@ def response_section(surrogate: Surrogate, system: System) -> tuple[Section, dic
 def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]:
     with_model = any(validation.recipe.system.reference for validation in validations.values())
     moving = any(v.surrogate.hold == "first_order" for v in validations.values())
+    measured = any(v.recipe.system.kind == KIND for v in validations.values())
     rows: list[Sequence[str]] = [
         (
             "inputs",
@@ -236,6 +279,7 @@ def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]
             "largest error",
             *(["relative RMSE, inputs set to what they are now"] if moving else []),
             *(["relative RMSE of the data's model"] if with_model else []),
+            *(["noise of what was measured", "run freely"] if measured else []),
         )
     ]
     for name, validation in validations.items():
@@ -253,6 +297,7 @@ def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]
                     f"{output['max_error']:.4g} {unit}",
                     *([_percent(output["plain_relative_rmse"])] if moving else []),
                     *([_percent(output["model_relative_rmse"])] if with_model else []),
+                    *([_known(output, key) for key in OF_RECORDS] if measured else []),
                 )
             )
     return rows
@@ -284,10 +329,15 @@ def _timing_section(validation: Validation) -> Section:
     rows = [
         ("set, doStep and get through fmpy, median", "per step"),
         ("FMU", f"{data['fmu_step_us']:.3g} us"),
-        ("reference FMU", f"{data['reference_step_us']:.3g} us"),
-        ("ratio", f"{data['speedup']:.3g}"),
     ]
+    if "speedup" in data:
+        rows.append(("reference FMU", f"{data['reference_step_us']:.3g} us"))
+        rows.append(("ratio", f"{data['speedup']:.3g}"))
     return Section("Time per step", "Both measured in one run on one machine.", rows)
+
+
+def _known(output: Mapping[str, Any], key: str) -> str:
+    return _percent(output[key]) if key in output else ""
 
 
 def _percent(value: float) -> str:

@@ -11,21 +11,26 @@ from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.core.measures import moving_rms
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.data.pool import in_parallel, process_pool
-from slide_fmu.fmu.description.variables import AT_STEP_END
 from slide_fmu.python_fmu.reference_slave import FROM_STATE, write_reference_fmu
+from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system, reference_specification, reference_system
+from slide_fmu.recipe.systems import (
+    recipe_system,
+    reference_specification,
+    reference_system,
+)
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import RandomStates, State, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
+from slide_fmu.validation.beside import beside
 from slide_fmu.validation.comparison import Comparison, Task, Validation
+from slide_fmu.validation.measured import validate_records
 
 WORTH_PROCESSES = 20.0
 """Work in s from which on worker processes, which take seconds to start, do the rest."""
@@ -67,6 +72,8 @@ def validate(
 ) -> Validation:
     """Run an FMU and the reference FMU of its recipe side by side on unseen trajectories.
 
+    Of records, the FMU runs on the blocks of the part "test", beside what was measured there.
+
     A reference system whose states cannot be set is no FMU: it simulates each record by itself.
 
     Samples are scored from the end of the burn-in on, and not before the input window is filled
@@ -83,6 +90,8 @@ def validate(
             nor on other draws.
         ValueError: the trajectories are too short to score anything.
     """
+    if recipe.system.kind == KIND:
+        return validate_records(fmu, surrogate, recipe, task, progress)
     models = _Models(recipe)
     count = task.trajectories or recipe.validation.trajectories
     duration = task.duration or recipe.validation.duration or recipe.data.duration
@@ -192,43 +201,7 @@ def compare(
         CoSimulationError: an FMU reports an error.
         SimulationError: the system could not be simulated.
     """
-    names = [signal.name for signal in surrogate.outputs]
-    inputs = {s.name: drawn.inputs[:, i] for i, s in enumerate(surrogate.inputs)}
-    step, span = surrogate.window.step, surrogate.estimated_samples
-    truth, true_seconds = _true_outputs(reference, system, drawn)
-    estimates = [] if surrogate.estimator is None else [f"{n}_error_estimate" for n in names]
-    known = {AT_STEP_END: 1.0} if AT_STEP_END in fmu.references else {}
-    own = run_fmu(fmu, inputs, [*names, *estimates], known, step)
-    first = max(drawn.burn_in + 1, surrogate.network.memory_length)
-    error = own.values[first:, : len(names)] - truth[first:]
-    true_error = np.full_like(error, np.nan)
-    if len(error) >= span:
-        true_error[span - 1 :] = moving_rms(error, span)
-    return Comparison(
-        drawn.kind,
-        step * np.arange(first, len(truth), dtype=np.float64),
-        drawn.inputs[first - 1 :],
-        truth[first:],
-        own.values[first:, : len(names)],
-        own.values[first:, len(names) :] if estimates else None,
-        true_error,
-        (own.seconds, true_seconds),
-        None,
-        plain=_plain(fmu, surrogate, drawn, first),
-    )
-
-
-def _plain(fmu: UnpackedFmu, surrogate: Surrogate, drawn: Draw, first: int) -> FloatArray | None:
-    """Return the outputs from a sample on of an FMU that is told what its inputs are now.
-
-    ``drawn.inputs[k]`` is reached at t_k+1: so it is set before the step from there.
-    """
-    if surrogate.hold == "zero_order":
-        return None
-    now = np.concatenate([drawn.inputs[:1], drawn.inputs[:-1]])
-    inputs = {signal.name: now[:, i] for i, signal in enumerate(surrogate.inputs)}
-    names = [signal.name for signal in surrogate.outputs]
-    return run_fmu(fmu, inputs, names, step=surrogate.window.step).values[first:]
+    return beside(fmu, surrogate, drawn, *_true_outputs(reference, system, drawn))
 
 
 def _initial_parameters(system: System, initial: State) -> dict[str, float | bool]:

@@ -73,7 +73,7 @@ def test_recipes_of_the_project_are_found() -> None:
         (
             '[[data.excitation]]\nkind = "held_random"\nweight = 1.0',
             "excitation = []",
-            "data.excitation = []: ",
+            "recipe: data.excitation is empty; ",
         ),
     ],
 )

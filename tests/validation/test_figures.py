@@ -21,6 +21,7 @@ from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation import figures
 from slide_fmu.validation.comparison import Comparison, Task, Validation
+from slide_fmu.validation.motions import Motion
 from tests.fmu.samples import sum_surrogate
 from tests.recipes import ESTIMATOR, tiny_recipe
 
@@ -207,8 +208,8 @@ def test_task_at_the_ends_of_what_is_allowed_is_accepted() -> None:
 
 def test_titles_of_the_picture_side_by_side_are_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     drawn: list[Figure] = []
-    names = {0: "point_to_point 1", 1: "point_to_point 2"}
-    monkeypatch.setattr(figures, "names_of", lambda kinds: names)
+    kinds = [Motion(f"point_to_point {number}", "point_to_point") for number in (1, 2)]
+    monkeypatch.setattr(figures, "motions_of", lambda recipe: kinds)
     monkeypatch.setattr(figures, "_png", drawn.append)
     figures.side_by_side(validation(ONE, TWO), 0)
     (figure,) = drawn

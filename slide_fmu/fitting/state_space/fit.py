@@ -13,6 +13,7 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.fitting.feature_choice import roles_of
 from slide_fmu.fitting.history import History, TriedUnits
 from slide_fmu.fitting.problem import Problem
+from slide_fmu.fitting.state_space.cell import CellShape
 from slide_fmu.fitting.state_space.multi_start import (
     LINEAR_ITERATIONS,
     Candidate,
@@ -24,6 +25,7 @@ from slide_fmu.fitting.state_space.segments import Segments, cut_segments
 from slide_fmu.fitting.state_space.sizes import POOR, Chosen, choose_sizes, still_learnable
 from slide_fmu.fitting.state_space.unit_choice import choose_units
 from slide_fmu.fitting.training import TrainingError
+from slide_fmu.network.state_space.cell import GATED
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
@@ -56,6 +58,10 @@ def fit_state_space(
     if network.units == "auto":
         network, kinds = choose_units(problem, network, training, data, progress)
     multi_start = MultiStart(problem, network, training, data, progress)
+    if problem.start is not None:
+        multi_start.plan(training.iterations)
+        winner = multi_start.refine(begun_with(problem.start, multi_start))
+        return freeze(winner, problem), _history(winner, data)
     multi_start.plan(2 * LINEAR_ITERATIONS + _iterations(training, training.iterations))
     chosen = choose_sizes(multi_start)
     winner = compete(multi_start, chosen)
@@ -69,6 +75,18 @@ def fit_state_space(
     return freeze(winner, problem), replace(
         history, sizes=chosen.tried, units=kinds, remark=remark
     )
+
+
+def begun_with(start: StateSpace, multi_start: MultiStart) -> Candidate:
+    """Return the candidate that is a known network."""
+    cell = start.cell
+    units = GATED if cell.gated else cell.activation
+    sizes = len(cell.a), len(cell.w), start.n_values
+    shape = CellShape(*sizes, start.roles, units, True, start.turned)
+    arrays: dict[str, Any] = {
+        name: torch.from_numpy(part.astype(np.float64)) for name, part in cell.arrays().items()
+    }
+    return multi_start.known(shape, shape.join(replace(cell, **arrays)))
 
 
 def _remark(error: float, learnable: float) -> str | None:
@@ -118,7 +136,8 @@ def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresR
     searched = "auto" in (network.order, network.hidden)
     fewest = max(FEWEST, math.ceil(ENOUGH / len(whole.targets))) if searched else FEWEST
     part = whole.every(_stride(training.part, pieces, whole.count, fewest))
-    roles = roles_of(network, problem.features)
+    start = problem.start
+    roles = roles_of(network, problem.features) if start is None else start.roles
     return FitData(whole, part, segments(problem.validation), features, roles)
 
 

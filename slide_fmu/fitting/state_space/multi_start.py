@@ -262,6 +262,11 @@ class MultiStart:
         theta = candidate.state.best
         return self._descend(name, candidate.shape, theta, self.data.whole, iterations)
 
+    def known(self, shape: CellShape, theta: torch.Tensor) -> Candidate:
+        """Return the candidate that a known network is, with its parameters theta, shape (P,)."""
+        theta = theta.to(self.data.whole.features)
+        return Candidate(shape, Iterate.begin(theta, self._least_squares(shape, self.data.part)))
+
     def refine(self, candidate: Candidate) -> Candidate:
         """Run the winner on all data."""
         theta, iterations = candidate.state.best, self.training.iterations

@@ -1,14 +1,17 @@
-"""What divides prepared pieces, and into what: blocks of training, validation and test."""
+"""What divides prepared pieces, and into what: blocks of each part, as training and test."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Literal
 
 from slide_fmu.core.signals import Trajectory
 from slide_fmu.systems.record.measured import RecordError
 from slide_fmu.systems.record.preparation import Piece
+
+SHARES = {"train": 0.7, "validation": 0.15, "test": 0.15}
+"""The parts where nothing is said."""
 
 By = Literal["block", "record", "period"]
 
@@ -22,7 +25,8 @@ class Splitting:
             window or to burn in; they may lie in the part before.
         by: by contiguous ``"block"`` in the order of time, whole ``"record"``, or whole
             ``"period"``, of which those that are alike stay together.
-        shares: parts of all samples for training, validation and test; 0 for none.
+        shares: what part of all samples each part has, by its name, in the order of time; 0 for
+            none.
         period: length of the period in samples, where the split is by periods.
 
     Raises:
@@ -31,13 +35,14 @@ class Splitting:
 
     lead: int
     by: By = "block"
-    shares: tuple[float, float, float] = (0.7, 0.15, 0.15)
+    shares: Mapping[str, float] = field(default_factory=lambda: dict(SHARES))
     period: int | None = None
 
     def __post_init__(self) -> None:
-        if min(self.shares) < 0 or abs(sum(self.shares) - 1) > 1e-9 or not self.shares[0]:
+        shares = list(self.shares.values())
+        if not shares or min(shares) < 0 or abs(sum(shares) - 1) > 1e-6 or not shares[0]:
             raise RecordError(
-                f"shares = {self.shares}; expected three numbers that are not negative and add to "
+                f"shares = {dict(self.shares)}; expected numbers that are not negative and add to "
                 "1, the first of them positive"
             )
         wrong = self.period is not None and self.period < 1
@@ -76,10 +81,5 @@ class Block:
         )
 
 
-@dataclass(frozen=True)
-class Split:
-    """A Split has the blocks of each part, in the order of pieces. No sample is scored twice."""
-
-    train: tuple[Block, ...]
-    validation: tuple[Block, ...]
-    test: tuple[Block, ...]
+Split = dict[str, tuple[Block, ...]]
+"""The blocks of each part by its name, in the order of pieces. No sample is scored twice."""

@@ -13,6 +13,10 @@ class RecordError(ValueError):
     """A record cannot be read, or cannot be used as it is."""
 
 
+class NoTimesError(RecordError):
+    """A file has no column of times, and no step was given."""
+
+
 @dataclass(frozen=True)
 class Text:
     """A Text is what stood in a column where a number was expected.

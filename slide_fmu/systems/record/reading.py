@@ -14,7 +14,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.record.csv_file import read_csv
 from slide_fmu.systems.record.hdf5_file import read_hdf5
 from slide_fmu.systems.record.mat_file import read_mat
-from slide_fmu.systems.record.measured import Record, RecordError
+from slide_fmu.systems.record.measured import NoTimesError, Record, RecordError
 from slide_fmu.systems.record.parquet_file import read_parquet
 from slide_fmu.systems.record.table import MOST_NUMBERS, Choice, Table, shortened
 from slide_fmu.systems.record.time_column import SECONDS, in_seconds, is_time
@@ -123,7 +123,7 @@ def _with_time(table: Table, choice: Choice, step: float | None, digest: str) ->
                     name, _unit(units[name], name, choice), columns.pop(name)
                 )
         if not clocks:
-            raise RecordError(
+            raise NoTimesError(
                 f"{choice.path} has no column of times among {shortened(columns)}; expected one "
                 "named time, t or the like: name it with time, or give the step"
             )

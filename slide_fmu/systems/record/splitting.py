@@ -12,17 +12,15 @@ from slide_fmu.systems.record.measured import RecordError
 from slide_fmu.systems.record.periods import groups_of_periods
 from slide_fmu.systems.record.preparation import Piece
 
-PARTS = ("training", "validation", "test")
-
 Range = tuple[int, int, int]
 """Piece, begin, end (excluded)."""
 
 
 def split_pieces(pieces: Sequence[Piece], splitting: Splitting) -> Split:
-    """Divide pieces into training, validation and test.
+    """Divide pieces into parts, as training, validation and test.
 
-    Blocks are cut in the order of time: training first, test last. Every part must score as many
-    samples as its lead has, since a shorter one shows no error that is older than it.
+    Blocks are cut in the order of time, each part behind the one before. Every part must score as
+    many samples as its lead has, since a shorter one shows no error that is older than it.
 
     Raises:
         RecordError: a part has too few samples, or there are fewer records or different periods
@@ -31,7 +29,7 @@ def split_pieces(pieces: Sequence[Piece], splitting: Splitting) -> Split:
     ways = {"block": _by_block, "record": _by_record, "period": _by_period}
     parts = ways[splitting.by](pieces, splitting)
     blocks = [_blocks(ranges, splitting.lead) for ranges in parts]
-    for name, share, found in zip(PARTS, splitting.shares, blocks, strict=True):
+    for (name, share), found in zip(splitting.shares.items(), blocks, strict=True):
         scored = sum(block.stop - block.scored for block in found)
         if share and scored < max(1, splitting.lead):
             total = sum(len(piece.trajectory.inputs) for piece in pieces)
@@ -41,7 +39,8 @@ def split_pieces(pieces: Sequence[Piece], splitting: Splitting) -> Split:
                 f"{max(1, splitting.lead)}: record more, shorten the window, or give this part "
                 "a larger share"
             )
-    return Split(*(tuple(found) for found in blocks))
+    named = zip(splitting.shares, blocks, strict=True)
+    return {name: tuple(found) for name, found in named}
 
 
 def _blocks(ranges: list[Range], lead: int) -> list[Block]:
@@ -56,7 +55,8 @@ def _by_block(pieces: Sequence[Piece], splitting: Splitting) -> list[list[Range]
     """Cut all pieces, laid end to end, at the shares."""
     lengths = [len(piece.trajectory.inputs) for piece in pieces]
     begins = np.concatenate([[0], np.cumsum(lengths)])
-    cuts = np.round(begins[-1] * np.concatenate([[0.0], np.cumsum(splitting.shares)])).astype(int)
+    shares = [0.0, *splitting.shares.values()]
+    cuts = np.round(begins[-1] * np.cumsum(shares)).astype(int)
     parts: list[list[Range]] = []
     for low, high in pairwise(cuts):
         ranges = [
@@ -84,7 +84,7 @@ def _by_period(pieces: Sequence[Piece], splitting: Splitting) -> list[list[Range
         for begin in range(0, len(piece.trajectory.inputs) - period + 1, period)
     ]
     if not ranges:
-        return [[], [], []]
+        return [[] for _ in splitting.shares]
     inputs = [pieces[piece].trajectory.inputs[begin:end] for piece, begin, end in ranges]
     members: dict[int, list[Range]] = {}
     for one, number in zip(ranges, groups_of_periods(np.concatenate(inputs), period), strict=True):
@@ -97,7 +97,8 @@ def _by_period(pieces: Sequence[Piece], splitting: Splitting) -> list[list[Range
 
 def _shared_out(groups: list[list[Range]], splitting: Splitting, what: str) -> list[list[Range]]:
     """Give each part the next groups, at least one, until it has about its share of samples."""
-    wanted = sum(share > 0 for share in splitting.shares)
+    shares = list(splitting.shares.values())
+    wanted = sum(share > 0 for share in shares)
     if len(groups) < wanted:
         raise RecordError(
             f"there are {len(groups)} {what} for {wanted} parts; expected at least one for each: "
@@ -107,11 +108,11 @@ def _shared_out(groups: list[list[Range]], splitting: Splitting, what: str) -> l
     ends = np.cumsum(sizes)
     parts: list[list[Range]] = []
     first = 0
-    for index, share in enumerate(splitting.shares):
-        later = sum(s > 0 for s in splitting.shares[index + 1 :])
+    for index, share in enumerate(shares):
+        later = sum(s > 0 for s in shares[index + 1 :])
         last = first
         if share:
-            target = sum(splitting.shares[: index + 1]) * ends[-1]
+            target = sum(shares[: index + 1]) * ends[-1]
             allowed = np.arange(first + 1, len(groups) - later + 1)
             last = int(allowed[np.argmin(np.abs(ends[allowed - 1] - target))])
         if share and not later:

@@ -14,6 +14,8 @@ from slide_fmu.systems.record.preparation import Piece
 from slide_fmu.systems.record.splitting import split_pieces
 from tests.systems.record.samples import multisine
 
+PARTS = ("train", "validation", "test")
+
 
 def piece(inputs: np.ndarray, record: int = 0) -> Piece:
     outputs = np.arange(len(inputs) + 1.0)[:, None]
@@ -26,7 +28,7 @@ def noise(*lengths: int) -> list[Piece]:
 
 
 def parts_of(split: Split) -> tuple[tuple[Block, ...], ...]:
-    return split.train, split.validation, split.test
+    return tuple(split.values())
 
 
 def scored(blocks: tuple[Block, ...]) -> set[tuple[int, int]]:
@@ -35,9 +37,9 @@ def scored(blocks: tuple[Block, ...]) -> set[tuple[int, int]]:
 
 def test_blocks_of_one_record_follow_each_other_with_their_lead_in_the_part_before() -> None:
     split = split_pieces(noise(1000), Splitting(lead=50))
-    assert split.train == (Block(0, 0, 50, 700),)
-    assert split.validation == (Block(0, 650, 700, 850),)
-    assert split.test == (Block(0, 800, 850, 1000),)
+    assert split["train"] == (Block(0, 0, 50, 700),)
+    assert split["validation"] == (Block(0, 650, 700, 850),)
+    assert split["test"] == (Block(0, 800, 850, 1000),)
 
 
 @given(
@@ -49,7 +51,9 @@ def test_blocks_score_every_sample_once_at_most(
     lengths: list[int], lead: int, shares: tuple[float, float, float]
 ) -> None:
     try:
-        split = split_pieces(noise(*lengths), Splitting(lead, shares=shares))
+        split = split_pieces(
+            noise(*lengths), Splitting(lead, shares=dict(zip(PARTS, shares, strict=True)))
+        )
     except RecordError:
         assume(False)
     parts = [scored(blocks) for blocks in parts_of(split)]
@@ -76,7 +80,7 @@ def test_part_that_is_shorter_than_its_lead_is_refused_with_the_figures() -> Non
         r"expected at least 151",
     ):
         split_pieces(noise(1000), Splitting(lead=151))
-    with pytest.raises(RecordError, match="training has 0 samples to score, of 10"):
+    with pytest.raises(RecordError, match="train has 0 samples to score, of 10"):
         split_pieces(noise(10), Splitting(lead=10))
 
 
@@ -89,7 +93,7 @@ def test_whole_records_are_shared_out_with_all_their_pieces() -> None:
         {7},
         {8, 9},
     ]
-    assert all((b.start, b.scored, b.stop) == (0, 10, 100) for b in split.train)
+    assert all((b.start, b.scored, b.stop) == (0, 10, 100) for b in split["train"])
 
 
 @given(st.lists(st.integers(30, 3000), min_size=3, max_size=8))
@@ -103,9 +107,15 @@ def test_every_part_has_a_record_and_every_record_a_part(lengths: list[int]) -> 
 def test_fewer_records_than_parts_are_refused() -> None:
     with pytest.raises(RecordError, match="2 records for 3 parts; expected at least one for each"):
         split_pieces(noise(500, 500), Splitting(lead=10, by="record"))
-    split = split_pieces(noise(500, 500), Splitting(lead=10, by="record", shares=(0.5, 0.5, 0.0)))
+    split = split_pieces(
+        noise(500, 500),
+        Splitting(lead=10, by="record", shares={"train": 0.5, "validation": 0.5, "test": 0.0}),
+    )
     assert [len(blocks) for blocks in parts_of(split)] == [1, 1, 0]
-    split = split_pieces(noise(500, 500), Splitting(lead=10, by="record", shares=(0.5, 0.0, 0.5)))
+    split = split_pieces(
+        noise(500, 500),
+        Splitting(lead=10, by="record", shares={"train": 0.5, "validation": 0.0, "test": 0.5}),
+    )
     assert [len(blocks) for blocks in parts_of(split)] == [1, 0, 1]
 
 
@@ -125,17 +135,17 @@ def test_periods_that_are_alike_stay_in_one_part() -> None:
         for blocks in parts_of(split)
     ]
     assert found == [{0, 1}, {2}, {3}]
-    assert all(b.scored % 200 in (0, 20) and b.stop % 200 == 0 for b in split.train)
-    assert split.train[0].scored == 20
+    assert all(b.scored % 200 in (0, 20) and b.stop % 200 == 0 for b in split["train"])
+    assert split["train"][0].scored == 20
 
 
 def test_period_that_begins_elsewhere_in_another_piece_is_known_again() -> None:
     values = periods([0, 0, 1, 1, 2, 2, 0])
     pieces = [piece(values[:1200]), piece(np.roll(values[1200:], 70), 1)]
     split = split_pieces(pieces, Splitting(lead=20, by="period", period=200))
-    assert [(b.piece, b.scored, b.stop) for b in split.train] == [(0, 20, 400), (1, 20, 200)]
-    assert [(b.piece, b.scored, b.stop) for b in split.validation] == [(0, 400, 800)]
-    assert [(b.piece, b.scored, b.stop) for b in split.test] == [(0, 800, 1200)]
+    assert [(b.piece, b.scored, b.stop) for b in split["train"]] == [(0, 20, 400), (1, 20, 200)]
+    assert [(b.piece, b.scored, b.stop) for b in split["validation"]] == [(0, 400, 800)]
+    assert [(b.piece, b.scored, b.stop) for b in split["test"]] == [(0, 800, 1200)]
 
 
 def test_one_period_that_comes_again_and_again_is_refused() -> None:
@@ -145,15 +155,15 @@ def test_one_period_that_comes_again_and_again_is_refused() -> None:
 
 
 def test_record_shorter_than_a_period_is_refused() -> None:
-    with pytest.raises(RecordError, match="training has 0 samples"):
+    with pytest.raises(RecordError, match="train has 0 samples"):
         split_pieces(noise(100), Splitting(lead=10, by="period", period=200))
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"shares": (0.5, 0.2, 0.2)}, "add to 1"),
-        ({"shares": (0.0, 0.5, 0.5)}, "the first of them positive"),
+        ({"shares": {"train": 0.5, "validation": 0.2, "test": 0.2}}, "add to 1"),
+        ({"shares": {"train": 0.0, "validation": 0.5, "test": 0.5}}, "the first of them positive"),
         ({"lead": -1}, "a lead of at least 0"),
         ({"by": "period"}, "a period of at least 1 sample"),
         ({"period": 10}, "with by = 'period' only"),

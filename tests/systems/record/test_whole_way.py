@@ -42,7 +42,7 @@ def test_records_with_troubles_become_blocks_of_what_was_measured(tmp_path: Path
     done = prepared(records, Preparation(("Weg",), ("Federweg",), least=150))
     assert [len(piece.trajectory.outputs) for piece in done.pieces] == [300, 199, 690, 689]
     split = split_pieces(done.pieces, Splitting(lead=40))
-    for block in (*split.train, *split.validation, *split.test):
+    for block in (*split["train"], *split["validation"], *split["test"]):
         piece = done.pieces[block.piece]
         whole = (first, second)[piece.record]
         begin = round(piece.start / 0.005) + block.start

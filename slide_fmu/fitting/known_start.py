@@ -1,0 +1,51 @@
+"""A training may begin with the network of an FMU: learnt from a simulation, refined on a record.
+
+The network keeps its features, scalings and sizes; its window is that of the recipe.
+"""
+
+from __future__ import annotations
+
+from slide_fmu.core.files import find_file
+from slide_fmu.fmu.export import FmuError, read_fmu
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.learning import LeastSquaresRecipe
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import Source
+
+
+def known_start(recipe: Recipe, source: Source) -> Surrogate | None:
+    """Return the surrogate that a recipe's training begins with; None if it names none.
+
+    Raises:
+        RecipeError: there is no such FMU, or its step, inputs, outputs or network do not fit.
+    """
+    training = recipe.training
+    if not isinstance(training, LeastSquaresRecipe) or training.start is None:
+        return None
+    place = f"recipe {recipe.name!r}: training.start = {training.start!r}"
+    try:
+        surrogate, _ = read_fmu(find_file(training.start))
+    except (OSError, FmuError) as error:
+        raise RecipeError(f"{place}: {error}") from error
+    if not isinstance(surrogate.network, StateSpace):
+        raise RecipeError(
+            f"{place} has a network of another family; expected a state-space network"
+        )
+    found, wanted = _meaning(surrogate, surrogate.window.step), _meaning(source, source.step)
+    for what, value in wanted.items():
+        if found[what] != value:
+            raise RecipeError(
+                f"{place} has the {what} {found[what]}; expected {value}, as the recipe: name "
+                "signals and choose step and units alike in both"
+            )
+    return surrogate
+
+
+def _meaning(about: Surrogate | Source, step: float) -> dict[str, object]:
+    """Return what must be the same, by its name in messages."""
+    return {
+        "step": step,
+        "inputs": [(s.name, s.unit, s.hold, s.angle) for s in about.inputs],
+        "outputs": [(s.name, s.unit) for s in about.outputs],
+    }

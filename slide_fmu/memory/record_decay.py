@@ -1,0 +1,263 @@
+"""How fast the system behind a record forgets, by the poles of a linear model fitted to it.
+
+A model of high order, y[k] = sum A_i y[k-i] + sum B_j u[k-j] (ARX), is consistent whatever the
+noise is, if its order is high enough (Ljung, 1999, section 10.4). It is reduced to the states that
+show (balanced truncation), of which the slowest pole counts whose frequency the inputs excite.
+Its uncertainty comes from leaving out one stretch of the record after another (jackknife).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+import scipy.signal
+
+from slide_fmu.core.signals import FloatArray, Trajectory
+from slide_fmu.memory.modes import time_to_decay
+
+ORDERS = (2, 4, 8, 16, 32, 64)
+"""Orders that are tried; Schwarz's criterion chooses."""
+SAMPLES_PER_COEFFICIENT = 8
+"""A model has at most one coefficient for so many samples."""
+STRETCHES = 8
+"""So many stretches are left out, one after the other."""
+SHOWN = 0.02
+"""States whose Hankel singular value is below this part of the largest do not show."""
+RIDGE = 1e-9
+"""The regression is regularised by this part of the mean power of its columns: a record without
+noise has no unique model of a high order."""
+EXCITED = 0.999
+"""The excited band holds this part of the inputs' power; poles beyond it are of the noise."""
+SURE = 2.0
+"""A rate is above zero for sure if it is so many times its standard deviation."""
+ENDLESS = 3.0
+"""A pole decays within a record if it falls to exp(-ENDLESS) along its longest piece."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordDecay:
+    """A RecordDecay is what a linear fit says about how fast a system forgets.
+
+    Attributes:
+        rate: real part of the slowest pole in 1/s; not negative where nothing decays.
+        deviation: its standard deviation in 1/s, by the jackknife.
+        frequency: its angular frequency in rad/s; 0 of a real pole.
+        remaining_amplitude: fraction A_rel to which initial effects decay.
+        order: order of the model of high order.
+        states: number of states that show.
+        longest: duration of the longest piece of the record in s.
+    """
+
+    rate: float
+    deviation: float
+    frequency: float
+    remaining_amplitude: float
+    order: int
+    states: int
+    longest: float
+
+    @property
+    def time(self) -> float:
+        """The decay time in s; infinite where nothing decays."""
+        return time_to_decay(self.rate, self.remaining_amplitude)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The decay times in s at both ends of the 95 % interval of the rate."""
+        ends = (self.rate - SURE * self.deviation, self.rate + SURE * self.deviation)
+        first, last = (time_to_decay(end, self.remaining_amplitude) for end in ends)
+        return first, last
+
+    @property
+    def lasts(self) -> bool:
+        """Whether the slowest pole is not told from one that never decays."""
+        slow = -self.rate * self.longest < ENDLESS
+        return slow or self.rate + SURE * self.deviation >= 0.0
+
+
+def decay_of_records(
+    trajectories: Sequence[Trajectory], remaining_amplitude: float
+) -> RecordDecay:
+    """Fit a linear model to pieces of records, and find its slowest pole.
+
+    Raises:
+        ValueError: there are too few samples for a model of the lowest order.
+    """
+    sums = _Sums(_scaled(trajectories))
+    order, poles = sums.chosen()
+    edge = _band_edge(trajectories)
+    rates = np.array([_slowest(sums.poles(order, out), edge).real for out in sums.stretches])
+    count = len(rates)
+    deviation = math.sqrt((count - 1) / count * float(np.sum((rates - rates.mean()) ** 2)))
+    step = trajectories[0].step
+    pole = _slowest(poles, edge)
+    return RecordDecay(
+        pole.real / step,
+        deviation / step,
+        abs(pole.imag) / step,
+        remaining_amplitude,
+        order,
+        len(poles),
+        step * max(len(one.inputs) for one in trajectories),
+    )
+
+
+def _scaled(trajectories: Sequence[Trajectory]) -> list[tuple[FloatArray, FloatArray]]:
+    """Return inputs and outputs about their means, over their standard deviations."""
+    inputs = np.concatenate([one.inputs for one in trajectories])
+    outputs = np.concatenate([one.outputs for one in trajectories])
+    tiny = np.finfo(np.float64).tiny
+    return [
+        (
+            (one.inputs - inputs.mean(axis=0)) / np.maximum(inputs.std(axis=0), tiny),
+            (one.outputs - outputs.mean(axis=0)) / np.maximum(outputs.std(axis=0), tiny),
+        )
+        for one in trajectories
+    ]
+
+
+def _band_edge(trajectories: Sequence[Trajectory]) -> float:
+    """Return the angle per sample, up to pi, below which nearly all power of the inputs lies."""
+    longest = max(trajectories, key=lambda one: len(one.inputs)).inputs
+    length = min(len(longest), 4096)
+    _, power = scipy.signal.welch(longest, nperseg=length, axis=0, detrend="constant")
+    share = np.cumsum(power.sum(axis=1)) / max(power.sum(), np.finfo(np.float64).tiny)
+    return math.pi * (int(np.searchsorted(share, EXCITED)) + 1) / (len(share) - 1)
+
+
+def _slowest(poles: np.ndarray, edge: float) -> complex:
+    """Return the logarithm, per sample, of the excited pole that is nearest to the circle.
+
+    It may lie beyond the circle. The one of the lowest frequency counts if none is excited.
+    """
+    angles = np.abs(np.angle(poles))
+    excited = poles[angles <= max(edge, float(angles.min()))]
+    pole = complex(excited[np.argmax(np.abs(excited))])
+    return complex(np.log(max(abs(pole), 1e-300)), np.angle(pole))
+
+
+class _Sums:
+    """Sums of products over stretches of records, from which models of all orders follow. Final.
+
+    Attributes:
+        stretches: numbers of the stretches.
+    """
+
+    def __init__(self, parts: Sequence[tuple[FloatArray, FloatArray]]) -> None:
+        self._n_outputs, self._n_inputs = parts[0][1].shape[1], parts[0][0].shape[1]
+        total = sum(len(inputs) for inputs, _ in parts)
+        self._length = max(len(inputs) for inputs, _ in parts)
+        width = self._n_outputs + self._n_inputs
+        most = total // (SAMPLES_PER_COEFFICIENT * width)
+        self._orders = [order for order in ORDERS if order <= most]
+        if not self._orders:
+            raise ValueError(
+                f"records of {total} samples with {width} signals; expected at least "
+                f"{ORDERS[0] * SAMPLES_PER_COEFFICIENT * width} for a linear fit: record more"
+            )
+        self._most = self._orders[-1]
+        self._products = _stretch_products(parts, self._most)
+        self.stretches = tuple(range(len(self._products)))
+
+    def chosen(self) -> tuple[int, np.ndarray]:
+        """Return the best order, and the poles of its model."""
+        best = min(self._orders, key=self._criterion)
+        return best, self.poles(best)
+
+    def poles(self, order: int, left_out: int | None = None) -> np.ndarray:
+        """Return the poles that show of the model of an order, shape (n,), the slowest among them.
+
+        They may lie outside of the unit circle.
+        """
+        coefficients, _, _ = self._fit(order, left_out)
+        return _shown_poles(self._state_space(coefficients, order), 1.0 - 1.0 / self._length)
+
+    def _criterion(self, order: int) -> float:
+        """Return Schwarz's criterion of an order."""
+        coefficients, covariance, count = self._fit(order, None)
+        sign, logarithm = np.linalg.slogdet(covariance)
+        return count * (logarithm if sign > 0 else -1e3) + math.log(count) * coefficients.size
+
+    def _fit(self, order: int, left_out: int | None) -> tuple[FloatArray, FloatArray, int]:
+        """Return coefficients, covariance of the residual, and the number of samples."""
+        kept = [p for index, p in enumerate(self._products) if index != left_out]
+        products = np.sum([p for p, _ in kept], axis=0)
+        count = sum(n for _, n in kept)
+        first = self._most * self._n_outputs
+        chosen = np.concatenate(
+            [np.arange(order * self._n_outputs), first + np.arange(order * self._n_inputs)]
+        )
+        matrix = products[np.ix_(chosen, chosen)]
+        right = products[chosen][:, -self._n_outputs :]
+        ridge = RIDGE * np.trace(matrix) / len(matrix) * np.eye(len(matrix))
+        found = scipy.linalg.solve(matrix + ridge, right, assume_a="pos")
+        power = products[-self._n_outputs :, -self._n_outputs :]
+        cross = found.T @ right
+        return found, (power - cross - cross.T + found.T @ matrix @ found) / count, count
+
+    def _state_space(
+        self, coefficients: FloatArray, order: int
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return A, B, C of the model whose states are the outputs and inputs of the past."""
+        p, q = self._n_outputs, self._n_inputs
+        size, first = order * (p + q), order * p
+        a, b = np.zeros((size, size)), np.zeros((size, q))
+        a[:p] = coefficients.T
+        a[p:first, : first - p] = np.eye(first - p)
+        a[first + q :, first : size - q] = np.eye(size - first - q)
+        b[first : first + q] = np.eye(q)
+        return a, b, coefficients.T
+
+
+def _stretch_products(
+    parts: Sequence[tuple[FloatArray, FloatArray]], order: int
+) -> list[tuple[FloatArray, int]]:
+    """Return sums of products of regressors and outputs, and their number, of all stretches.
+
+    The columns are outputs of the past, the newest first, then inputs, then the outputs now.
+    """
+    total = sum(len(inputs) for inputs, _ in parts)
+    size = max(order + 1, -(-total // STRETCHES))
+    width = order * (parts[0][0].shape[1] + parts[0][1].shape[1]) + parts[0][1].shape[1]
+    found = [(np.zeros((width, width)), 0) for _ in range(STRETCHES)]
+    passed = 0
+    for inputs, outputs in parts:
+        for begin in range(order, len(outputs), size):
+            rows = np.arange(begin, min(begin + size, len(outputs)))
+            index = min(STRETCHES - 1, (passed + begin) // size)
+            columns = [outputs[rows - lag] for lag in range(1, order + 1)]
+            columns += [inputs[rows - lag] for lag in range(1, order + 1)]
+            table = np.concatenate([*columns, outputs[rows]], axis=1)
+            before, count = found[index]
+            found[index] = before + table.T @ table, count + len(rows)
+        passed += len(inputs)
+    return [products for products in found if products[1]]
+
+
+def _shown_poles(model: tuple[FloatArray, FloatArray, FloatArray], inside: float) -> np.ndarray:
+    """Return the poles of a model after balanced truncation to the states that show.
+
+    All poles are drawn inwards by a factor first, so that a lasting one can be truncated too; what
+    still lies outside then is returned alone.
+    """
+    a, b, c = model[0] * inside, model[1], model[2]
+    poles = np.linalg.eigvals(a)
+    if np.max(np.abs(poles)) >= 1.0:
+        return np.asarray(poles[[np.argmax(np.abs(poles))]] / inside)
+    reached = _root(scipy.linalg.solve_discrete_lyapunov(a, b @ b.T))
+    seen = _root(scipy.linalg.solve_discrete_lyapunov(a.T, c.T @ c))
+    left, singular, right = np.linalg.svd(seen.T @ reached)
+    count = int(np.sum(singular > SHOWN * singular[0]))
+    scale = 1.0 / np.sqrt(singular[:count])
+    small = (seen @ left[:, :count] * scale).T @ a @ (reached @ right[:count].T * scale)
+    return np.asarray(np.linalg.eigvals(small) / inside)
+
+
+def _root(matrix: FloatArray) -> FloatArray:
+    """Return a factor R of a Gramian R R'; what rounding makes negative counts as zero."""
+    values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

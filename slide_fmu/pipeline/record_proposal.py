@@ -1,0 +1,273 @@
+"""A first recipe is proposed for measured records: what they show is found, the rest assumed."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray, Hold
+from slide_fmu.core.units import require_unit
+from slide_fmu.pipeline.draft_signals import Ranges, names_of, require_name, widened
+from slide_fmu.recipe.measured import KIND, PARTS
+from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.recipe.writing import DraftSignal, recipe_name
+from slide_fmu.recipe.writing_records import RecordDraft, record_recipe_text
+from slide_fmu.systems.record.clock import clock_of, neat_step
+from slide_fmu.systems.record.examination import examine
+from slide_fmu.systems.record.measured import NoTimesError, Record, RecordError
+from slide_fmu.systems.record.model import PAIRINGS, recognises
+from slide_fmu.systems.record.pairing import answer_of
+from slide_fmu.systems.record.periods import find_period, groups_of_periods
+from slide_fmu.systems.record.preparation import Pairing, Preparation, stretches_of
+from slide_fmu.systems.record.reading import read_records
+from slide_fmu.systems.specification import SignalChoice
+
+HELD = 0.5
+"""Inputs of which more than this part of the samples equals the one before are held."""
+ENOUGH = 20_000
+"""Records of at least so many samples have some to spare for an error estimator."""
+MANY = 10
+"""So many records and more are divided as whole ones."""
+
+
+@dataclass(frozen=True)
+class RecordWish:
+    """A RecordWish is what the user said about the recipe to be.
+
+    Attributes:
+        paths: the files, at least one.
+        inputs: ranges of inputs by the names of their columns, None for what was measured.
+        outputs: columns that are outputs; all others if empty.
+        step: sample step in s: that of files without times, else what they are resampled to.
+        time: column of times; found if None.
+        name: name of the recipe; that of the first file if None.
+        folder: folder of the recipe to be, from which the files are found.
+    """
+
+    paths: tuple[str, ...]
+    inputs: Ranges = field(default_factory=dict)
+    outputs: tuple[str, ...] = ()
+    step: float | None = None
+    time: str | None = None
+    name: str | None = None
+    folder: Path = Path()
+
+
+@dataclass(frozen=True)
+class RecordProposal:
+    """A RecordProposal is a first recipe, and what was found on the way.
+
+    Attributes:
+        text: the recipe as TOML.
+        draft: what it says.
+        remarks: one sentence each on what was found and assumed.
+    """
+
+    text: str
+    draft: RecordDraft
+    remarks: tuple[str, ...]
+
+
+def are_records(models: Sequence[str], kind: str | None) -> bool:
+    """Whether models are records, by the kind that the user names, or else by their names."""
+    return kind == KIND or (kind is None and all(recognises(model) for model in models))
+
+
+def propose_record(wish: RecordWish) -> RecordProposal:
+    """Propose a recipe for records, which are read and examined.
+
+    Raises:
+        RecipeError: a file cannot be read or used, inputs or outputs are no columns of it, or a
+            recipe cannot have the name that is wished.
+    """
+    require_name(wish.name)
+    try:
+        return _proposed(wish)
+    except RecordError as error:
+        raise RecipeError(str(error)) from error
+
+
+def _proposed(wish: RecordWish) -> RecordProposal:
+    records, parameters = _read(wish)
+    names = _columns(wish, records[0])
+    findings = examine(records, *names)
+    refused = [finding.message for finding in findings if finding.severity == "refused"]
+    if refused:
+        raise RecordError("\n".join(refused))
+    step, step_origin = _step(wish, records[0])
+    acts = _acts(records, names)
+    if acts.pairing != PAIRINGS[acts.hold]:
+        parameters["pairing"] = acts.pairing
+    remarks = [finding.message for finding in findings]
+    inputs = tuple(_signal(records, n, wish.inputs.get(n), acts, remarks) for n in names[0])
+    outputs = tuple(_signal(records, n, None, None, remarks) for n in names[1])
+    by, by_origin = _division(records, names[0])
+    name = wish.name or recipe_name(Path(wish.paths[0]).stem)
+    draft = RecordDraft(
+        name,
+        f"{name}: inputs {names_of(inputs)}, outputs {names_of(outputs)}, from measured records",
+        tuple(Path(os.path.relpath(path, wish.folder)).as_posix() for path in wish.paths),
+        inputs,
+        outputs,
+        step,
+        step_origin,
+        by,
+        by_origin,
+        sum(len(record.time) for record in records) >= ENOUGH,
+        parameters,
+    )
+    return RecordProposal(record_recipe_text(draft), draft, tuple(remarks))
+
+
+def _read(wish: RecordWish) -> tuple[tuple[Record, ...], dict[str, Any]]:
+    """Read the files, and return what the recipe must say to read them again."""
+    parameters = {} if wish.time is None else {"time": wish.time}
+    try:
+        return read_records(wish.paths, time=wish.time), dict(parameters)
+    except NoTimesError as error:
+        if wish.step is None:
+            raise RecordError(
+                f"{error}; with slide-fmu init: --time NAME, or --step SECONDS"
+            ) from error
+        return read_records(wish.paths, step=wish.step), {"sample_step": wish.step}
+
+
+def _columns(wish: RecordWish, record: Record) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the columns that are inputs, and those that are outputs."""
+    inputs, found = tuple(wish.inputs), list(record.columns)
+    outputs = wish.outputs or tuple(name for name in found if name not in inputs)
+    for what, names in (("input", inputs), ("output", outputs)):
+        unknown = [name for name in names if name not in found]
+        if unknown:
+            raise RecipeError(
+                f"--{what} {unknown[0]}: {record.path} has no such column; expected some of "
+                f"{found}"
+            )
+    both = [name for name in inputs if name in outputs]
+    if both:
+        raise RecipeError(f"--input {both[0]} is an output too; expected one of both: remove one")
+    if not inputs or not outputs:
+        raise RecipeError(
+            f"{record.path} has the columns {found}; expected which of them are inputs, and at "
+            "least one that is an output: give --input NAME, and --output NAME for those that the "
+            "surrogate shall have"
+        )
+    return inputs, outputs
+
+
+def _step(wish: RecordWish, record: Record) -> tuple[float, str]:
+    if wish.step is not None:
+        return wish.step, "The sample step in s that was given."
+    clock = clock_of(record.time)
+    longest = max(end - begin for begin, end in clock.stretches(len(record.time)))
+    return neat_step(clock, longest), "The sample step in s of the first file."
+
+
+class _Acts(NamedTuple):
+    """How inputs act: what they do between samples, which output answers them, and why so."""
+
+    hold: Hold
+    pairing: Pairing
+    origin: str
+
+
+def _acts(records: Sequence[Record], names: tuple[tuple[str, ...], ...]) -> _Acts:
+    """Find out how inputs act, by a linear fit of the first record's longest stretch."""
+    record, preparation = records[0], Preparation(names[0], names[1])
+    stretches = stretches_of(record, clock_of(record.time), preparation)
+    begin, end = max(stretches, key=lambda s: s[1] - s[0], default=(0, 0))
+    inputs = record.chosen(names[0])[begin:end]
+    answer = answer_of(inputs, record.chosen(names[1])[begin:end])
+    pairing = None if answer is None else answer.pairing
+    still = len(inputs) > 1 and bool(np.all(np.mean(np.diff(inputs, axis=0) == 0, axis=0) > HELD))
+    if pairing == "later" or (pairing is None and still):
+        return _Acts(
+            "zero_order",
+            "later",
+            "The input is held between samples, since outputs answer one sample later."
+            if pairing
+            else "The input is held between samples, since most of them equal the one before.",
+        )
+    return _Acts(
+        "first_order",
+        "same",
+        "The input moves between samples, as measured ones do"
+        + (", and outputs answer it at once." if pairing else "."),
+    )
+
+
+def _signal(
+    records: Sequence[Record],
+    column: str,
+    given: tuple[float, float] | None,
+    acts: _Acts | None,
+    remarks: list[str],
+) -> DraftSignal:
+    """Return a signal with its range: given, or what was measured, a little wider of outputs."""
+    low, high = _measured(records, column)
+    origin = "What was measured."
+    if given is not None:
+        (low, high), origin = given, "The range was given."
+    elif acts is None:
+        low, high = widened(low, high)
+        origin = "What was measured, and a little more at both ends."
+    name = re.sub(r"[^\w.\[\]]+", "_", column).strip("_") or "signal"
+    unit = records[0].units[column] or None
+    try:
+        require_unit(name, unit or "1")
+    except ValueError:
+        remarks.append(
+            f"column {column!r} has the unit {unit!r}, which FMI does not know: the recipe says "
+            '"1"; give another one there, such as "mm" or "kN"'
+        )
+        unit = "1"
+    start = min(max(_start(records[0], column), low), high)
+    choice = SignalChoice(
+        name,
+        unit,
+        low,
+        high,
+        start=start,
+        hold=None if acts is None else acts.hold,
+        column=None if name == column else column,
+    )
+    return DraftSignal(choice, origin if acts is None else f"{origin} {acts.origin}")
+
+
+def _start(record: Record, column: str) -> float:
+    """Return the value before anybody sets one: the middle one of all that were measured."""
+    return float(f"{np.nanmedian(record.columns[column]):.3g}")
+
+
+def _measured(records: Sequence[Record], column: str) -> tuple[float, float]:
+    """Return the least and largest value of a column, rounded outwards to three digits."""
+    values = [record.columns[column] for record in records]
+    low, high = min(map(np.nanmin, values)), max(map(np.nanmax, values))
+    unit = 10.0 ** (math.floor(math.log10(high - low)) - 2)
+    return _neat(math.floor(low / unit) * unit), _neat(math.ceil(high / unit) * unit)
+
+
+def _neat(value: float) -> float:
+    return float(f"{value:.12g}")
+
+
+def _division(
+    records: Sequence[Record], inputs: tuple[str, ...]
+) -> tuple[Literal["block", "record", "period"], str]:
+    """Return how records are divided into parts, and why."""
+    moved: FloatArray = records[0].chosen(inputs)
+    found = find_period(moved) if len(records) == 1 and np.isfinite(moved).all() else None
+    if found is not None:
+        whole = len(moved) // found.samples * found.samples
+        if len(set(groups_of_periods(moved[:whole], found.samples).tolist())) >= len(PARTS):
+            return "period", "The inputs repeat periods: no part has one that another part has."
+    if len(records) >= MANY:
+        return "record", "There are many records: each of them is in one part as a whole."
+    return "block", "The records are cut in the order of time: training first, test last."

@@ -1,0 +1,99 @@
+"""A first recipe of measured records is written here, with a comment on what was assumed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from slide_fmu.recipe.writing import DraftSignal, comment_lines, signal_lines, value_text
+
+
+@dataclass(frozen=True)
+class RecordDraft:
+    """A RecordDraft is what a first recipe of records says.
+
+    Attributes:
+        name: name of the recipe, a C identifier.
+        description: one line for people.
+        paths: the files, at least one.
+        parameters: what the recipe says about the files as ``system.parameters``.
+        inputs, outputs: signals of the surrogate, in its order.
+        step: sample step h in s.
+        step_origin: where the step comes from.
+        by: how the records are divided.
+        by_origin: why.
+        estimates: whether the recipe has an error estimator.
+    """
+
+    name: str
+    description: str
+    paths: Sequence[str]
+    inputs: tuple[DraftSignal, ...]
+    outputs: tuple[DraftSignal, ...]
+    step: float
+    step_origin: str
+    by: Literal["block", "record", "period"]
+    by_origin: str
+    estimates: bool
+    parameters: dict[str, Any] = field(default_factory=dict)
+
+
+def record_recipe_text(draft: RecordDraft) -> str:
+    """Write a recipe as TOML; ``slide_fmu.recipe.reading.parse_recipe`` reads it."""
+    model, *further = draft.paths
+    lines = [
+        *comment_lines(
+            "This recipe was proposed by slide-fmu init. Every line may be changed; what is not "
+            "here has a default. Try it with: slide-fmu try, then run it with: slide-fmu run."
+        ),
+        f"name = {value_text(draft.name)}",
+        f"description = {value_text(draft.description)}",
+        "",
+        "[system]",
+        'kind = "record"',
+        f"model = {value_text(model)}",
+        *([f"further = {value_text(further)}"] if further else []),
+        *([f"parameters = {value_text(draft.parameters)}"] if draft.parameters else []),
+        "",
+    ]
+    for what, signals in (("inputs", draft.inputs), ("outputs", draft.outputs)):
+        for signal in signals:
+            lines += signal_lines(what, signal)
+    lines += [
+        "[window]",
+        *comment_lines(draft.step_origin),
+        f"step = {value_text(draft.step)}",
+        *comment_lines(
+            "The lengths n_in and n_out follow from the poles of a linear fit: until this part of "
+            "what happened before is left."
+        ),
+        "remaining_amplitude = 0.001",
+        "",
+        "[data]",
+        *comment_lines(draft.by_origin),
+        f"by = {value_text(draft.by)}",
+        *comment_lines(
+            "Parts of all samples may be given here as shares = { train = 0.7, validation = 0.15, "
+            "test = 0.15 }, with an error estimator also estimator and estimator_validation."
+        ),
+        "",
+        *_estimator_lines(draft.estimates),
+    ]
+    return "\n".join(lines)
+
+
+def _estimator_lines(estimates: bool) -> list[str]:
+    if estimates:
+        return [
+            *comment_lines("The FMU estimates its own error; without this table it does not."),
+            "[estimator]",
+            "",
+        ]
+    return [
+        *comment_lines(
+            "An error estimator needs samples of its own, of which there are few here; the table "
+            "[estimator] brings one all the same."
+        ),
+        "",
+    ]

@@ -1,0 +1,64 @@
+"""An FMU runs on inputs whose true outputs are known, and both are compared."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slide_fmu.core.measures import moving_rms
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.run import UnpackedFmu, run_fmu
+from slide_fmu.data.draws import Draw
+from slide_fmu.fmu.description.variables import AT_STEP_END
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.comparison import Comparison
+
+
+def beside(
+    fmu: UnpackedFmu, surrogate: Surrogate, drawn: Draw, truth: FloatArray, seconds: FloatArray
+) -> Comparison:
+    """Run an FMU on inputs whose true outputs are known.
+
+    Args:
+        drawn: the inputs, (N, n_inputs), of which the burn-in is not scored.
+        truth: outputs, (N + 1, n_outputs).
+        seconds: wall time in s of each step that made them; empty where they were measured.
+
+    Raises:
+        CoSimulationError: the FMU reports an error.
+    """
+    names = [signal.name for signal in surrogate.outputs]
+    inputs = {s.name: drawn.inputs[:, i] for i, s in enumerate(surrogate.inputs)}
+    step, span = surrogate.window.step, surrogate.estimated_samples
+    estimates = [] if surrogate.estimator is None else [f"{n}_error_estimate" for n in names]
+    known = {AT_STEP_END: 1.0} if AT_STEP_END in fmu.references else {}
+    own = run_fmu(fmu, inputs, [*names, *estimates], known, step)
+    first = max(drawn.burn_in + 1, surrogate.network.memory_length)
+    error = own.values[first:, : len(names)] - truth[first:]
+    true_error = np.full_like(error, np.nan)
+    if len(error) >= span:
+        true_error[span - 1 :] = moving_rms(error, span)
+    return Comparison(
+        drawn.kind,
+        step * np.arange(first, len(truth), dtype=np.float64),
+        drawn.inputs[first - 1 :],
+        truth[first:],
+        own.values[first:, : len(names)],
+        own.values[first:, len(names) :] if estimates else None,
+        true_error,
+        (own.seconds, seconds),
+        None,
+        plain=_plain(fmu, surrogate, drawn, first),
+    )
+
+
+def _plain(fmu: UnpackedFmu, surrogate: Surrogate, drawn: Draw, first: int) -> FloatArray | None:
+    """Return the outputs from a sample on of an FMU that is told what its inputs are now.
+
+    ``drawn.inputs[k]`` is reached at t_k+1: so it is set before the step from there.
+    """
+    if surrogate.hold == "zero_order":
+        return None
+    now = np.concatenate([drawn.inputs[:1], drawn.inputs[:-1]])
+    inputs = {signal.name: now[:, i] for i, signal in enumerate(surrogate.inputs)}
+    names = [signal.name for signal in surrogate.outputs]
+    return run_fmu(fmu, inputs, names, step=surrogate.window.step).values[first:]

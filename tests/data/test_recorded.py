@@ -1,0 +1,143 @@
+"""Trajectories of records: no sample is tested that was learnt from, and none is lost."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.progress import Progress
+from slide_fmu.data.generation import generate
+from slide_fmu.data.recorded import (
+    divided,
+    inputs_beyond,
+    learnt_pieces,
+    stretches,
+    unseen_stretches,
+)
+from slide_fmu.data.store import StoreError, read_split
+from slide_fmu.recipe.reading import parse_recipe, with_resolved
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.recipe.systems import recipe_source
+from slide_fmu.systems.record.model import MeasuredRecords
+from tests.own_records import RECIPE, write_record
+from tests.progress import silent
+
+LEAD = 160
+
+
+def recipe_of(path: Path, **values: object) -> Recipe:
+    text = RECIPE.replace('"bench.csv"', f'"{path}"')
+    for key, value in values.items():
+        text += f"\n[data]\n{key} = {value}\n"
+    recipe = parse_recipe(text, "bench.toml")
+    lengths = {"data": {"duration": 4.0, "burn_in": 2.4}}
+    given = {key for key in ("duration",) if key in values}
+    lengths["data"] = {k: v for k, v in lengths["data"].items() if k not in given}
+    return with_resolved(recipe, lengths, "bench.toml")
+
+
+def source_of(recipe: Recipe) -> MeasuredRecords:
+    source = recipe_source(recipe)
+    assert isinstance(source, MeasuredRecords)
+    return source
+
+
+def starts(recipe: Recipe, part: str) -> list[int]:
+    """Numbers of the first inputs of all stretches of a part; inputs of the record are unlike."""
+    source = source_of(recipe)
+    inputs = source.pieces[0].trajectory.inputs[:, 0]
+    found = stretches(recipe, source, part)
+    return [int(np.flatnonzero(inputs == one.trajectory.inputs[0, 0])[0]) for one in found]
+
+
+def test_stretches_score_every_sample_of_their_part_behind_the_first_lead(tmp_path: Path) -> None:
+    recipe = recipe_of(write_record(tmp_path / "a.csv"))
+    scored = 400 - LEAD
+    for part, begin, end in (("train", 0, 2799), ("validation", 2799, 3399)):
+        firsts = starts(recipe, part)
+        covered = set().union(*(range(s + LEAD, s + LEAD + scored) for s in firsts))
+        assert covered == set(range(max(begin, LEAD), end))
+
+
+def test_stretches_have_one_length_and_outputs_that_belong_to_their_inputs(tmp_path: Path) -> None:
+    recipe = recipe_of(write_record(tmp_path / "a.csv"))
+    source = source_of(recipe)
+    whole = source.pieces[0].trajectory
+    for stretch, first in zip(
+        stretches(recipe, source, "train"), starts(recipe, "train"), strict=True
+    ):
+        assert stretch.lead == LEAD
+        np.testing.assert_array_equal(stretch.trajectory.inputs, whole.inputs[first : first + 400])
+        np.testing.assert_array_equal(
+            stretch.trajectory.outputs, whole.outputs[first : first + 401]
+        )
+
+
+def test_tested_block_is_led_in_by_a_window_and_was_not_learnt_from(tmp_path: Path) -> None:
+    recipe = recipe_of(write_record(tmp_path / "a.csv"))
+    source = source_of(recipe)
+    [block] = unseen_stretches(recipe, source)
+    assert block.lead == recipe.window.n_in
+    scored = set(block.trajectory.outputs[block.lead + 1 :, 0].tolist())
+    for part in ("train", "validation"):
+        for stretch in stretches(recipe, source, part):
+            assert scored.isdisjoint(stretch.trajectory.outputs[:, 0].tolist())
+
+
+def test_blocks_that_are_shorter_than_a_stretch_are_left_out(tmp_path: Path) -> None:
+    recipe = recipe_of(write_record(tmp_path / "a.csv"), duration=30.0)
+    assert stretches(recipe, source_of(recipe), "validation") == []
+
+
+def test_part_that_is_too_short_is_refused_with_the_recipe(tmp_path: Path) -> None:
+    recipe = recipe_of(write_record(tmp_path / "a.csv", 500))
+    with pytest.raises(RecipeError, match="recipe 'bench': validation has 75 samples to score"):
+        divided(recipe, source_of(recipe))
+
+
+def test_division_by_periods_of_inputs_that_repeat_none_is_refused(tmp_path: Path) -> None:
+    recipe = recipe_of(write_record(tmp_path / "a.csv"), by='"period"')
+    with pytest.raises(RecipeError, match="the inputs repeat no period"):
+        divided(recipe, source_of(recipe))
+
+
+def test_inputs_beyond_are_those_of_the_training_with_a_larger_amplitude(tmp_path: Path) -> None:
+    recipe = recipe_of(write_record(tmp_path / "a.csv"))
+    source = source_of(recipe)
+    one, two = (inputs_beyond(recipe, source, 300, 5, factor) for factor in (1.0, 2.0))
+    learnt = learnt_pieces(recipe, source)[0].inputs
+    mean = learnt.mean(axis=0)
+    np.testing.assert_allclose(two - mean, 2 * (one - mean))
+    assert one.shape == (5, 300, 1)
+    assert set(one.ravel().round(9).tolist()) <= set(learnt.ravel().round(9).tolist())
+    assert len({row[0, 0] for row in one}) == 5
+
+
+def test_inputs_run_to_and_fro_where_the_record_is_shorter_than_asked(tmp_path: Path) -> None:
+    recipe = recipe_of(write_record(tmp_path / "a.csv"))
+    found = inputs_beyond(recipe, source_of(recipe), 9000, 2, 1.0)
+    jumps = np.abs(np.diff(found[0, :, 0])).max()
+    assert found.shape == (2, 9000, 1)
+    assert jumps <= np.abs(np.diff(found[0, :2700, 0])).max()
+
+
+def made(recipe: Recipe, store: Path, progress: Progress = silent) -> int:
+    return generate(recipe, store, None, progress)
+
+
+def test_store_holds_the_stretches_and_is_refused_after_a_change_of_the_file(
+    tmp_path: Path,
+) -> None:
+    path, store = write_record(tmp_path / "a.csv"), tmp_path / "data"
+    recipe = with_resolved(recipe_of(path), {"data": {"train": 11, "validation": 3}}, "bench.toml")
+    assert made(recipe, store) == 14
+    assert made(recipe, store) == 0
+    split = read_split(store, "train")
+    source = source_of(recipe)
+    expected = np.stack([s.trajectory.outputs for s in stretches(recipe, source, "train")])
+    np.testing.assert_array_equal(split.outputs, expected)
+    write_record(path, seed=3)
+    with pytest.raises(StoreError, match="has changed since"):
+        made(recipe, store)

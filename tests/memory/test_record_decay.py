@@ -1,0 +1,85 @@
+"""The poles of a linear fit tell how fast the system behind a record forgets."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.signals import Trajectory
+from slide_fmu.memory.record_decay import RecordDecay, decay_of_records
+from tests.own_records import BEND, FREQUENCY, RATE, STEP, force_and_travel
+
+
+def pieces(
+    samples: int, noise: float = 0.0, seed: int = 0, bend: float = BEND
+) -> list[Trajectory]:
+    force, travel = force_and_travel(samples, seed, bend)
+    travel = travel + noise * travel.std() * np.random.default_rng(5 + seed).normal(size=samples)
+    return [Trajectory(STEP, force[1:, None], travel[:, None])]
+
+
+def integrated(samples: int) -> list[Trajectory]:
+    [piece] = pieces(samples)
+    return [Trajectory(STEP, piece.inputs, np.cumsum(piece.outputs, axis=0))]
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.003, 0.05])
+def test_rate_and_frequency_of_an_oscillator_are_found_beside_noise(noise: float) -> None:
+    found = decay_of_records(pieces(20_000, noise), 0.01)
+    assert found.rate == pytest.approx(-RATE, rel=0.08)
+    assert found.frequency == pytest.approx(FREQUENCY, rel=0.05)
+    assert not found.lasts
+    assert found.time == pytest.approx(np.log(100) / RATE, rel=0.08)
+
+
+def test_interval_of_a_linear_system_mostly_holds_the_true_time_and_shrinks_with_length() -> None:
+    true = np.log(100) / RATE
+    found = [decay_of_records(pieces(3000, 0.02, seed, 0.0), 0.01) for seed in range(20)]
+    intervals = [one.interval for one in found]
+    assert sum(low < true < high for low, high in intervals) >= 16
+    widths = [decay_of_records(pieces(count, 0.02), 0.01).deviation for count in (2000, 40_000)]
+    assert widths[1] < widths[0]
+
+
+def test_several_pieces_tell_what_one_tells() -> None:
+    [whole] = pieces(12_000, 0.01)
+    cut = [
+        Trajectory(STEP, whole.inputs[a : a + 3000], whole.outputs[a : a + 3001])
+        for a in range(0, 11_000, 3000)
+        if a + 3001 <= len(whole.outputs)
+    ]
+    assert len(cut) == 3
+    one, several = (decay_of_records(parts, 0.01) for parts in ([whole], cut))
+    assert several.rate == pytest.approx(one.rate, rel=0.1)
+
+
+def test_integral_of_an_output_lasts() -> None:
+    found = decay_of_records(integrated(10_000), 0.01)
+    assert found.lasts
+    assert found.frequency == 0.0
+
+
+def test_pole_beyond_the_excited_band_does_not_count() -> None:
+    """Noise of a narrow band lies in the outputs alone, far above what the inputs excite."""
+    force, travel = force_and_travel(20_000)
+    t = np.arange(20_000)
+    hum = (
+        0.3
+        * travel.std()
+        * np.cos(2.6 * t + np.cumsum(np.random.default_rng(0).normal(0, 0.01, len(t))))
+    )
+    found = decay_of_records([Trajectory(STEP, force[1:, None], (travel + hum)[:, None])], 0.01)
+    assert found.rate == pytest.approx(-RATE, rel=0.15)
+
+
+def test_too_few_samples_are_refused_with_their_number() -> None:
+    with pytest.raises(
+        ValueError, match="records of 20 samples with 2 signals; expected at least"
+    ):
+        decay_of_records(pieces(21), 0.01)
+
+
+def test_decay_that_does_not_end_has_no_time() -> None:
+    found = RecordDecay(0.1, 0.01, 0.0, 0.01, 4, 2, 10.0)
+    assert found.time == np.inf
+    assert found.lasts

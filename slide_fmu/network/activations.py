@@ -53,7 +53,8 @@ def _is_cubic(z: Array, xp: Namespace) -> Array:
 
 
 def _mixed(z: Array, xp: Namespace) -> Array:
-    return xp.where(_is_cubic(z, xp), xp.clip(z, -CLIPPED, CLIPPED) ** 3, xp.tanh(z))
+    clipped = xp.clip(z, -CLIPPED, CLIPPED)
+    return xp.where(_is_cubic(z, xp), clipped * clipped * clipped, xp.tanh(z))
 
 
 def _mixed_slope(z: Array, value: Array, xp: Namespace) -> Array:

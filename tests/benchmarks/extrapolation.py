@@ -5,8 +5,9 @@
 The Duffing oscillator under forces that are held for random times. Forces of up to 0.5 of the
 range are learnt from; errors are those of the newest outputs of every step, as an FMU gives them,
 below 0.5 and from 0.5 to 1 of the range, relative to the RMS of the outputs there. Kinds of units
-beside each other: ``tanh``, and what ``auto`` chooses. Each training has a seed of its own; medians
-are over the seeds.
+beside each other: ``tanh``, and what ``auto`` chooses. What is learnt from has white noise, as
+records have; errors are beside the truth without noise. Each training has a seed of its own;
+medians are over the seeds.
 """
 
 from __future__ import annotations
@@ -57,6 +58,12 @@ class Records:
 
     forces: FloatArray
     positions: FloatArray
+
+    def noisy(self, decibels: float, seed: int) -> Records:
+        """The same with white noise on the positions, so far below their RMS."""
+        size = 10 ** (-decibels / 20) * self.positions.std()
+        noise = np.random.default_rng(seed).normal(0, size, self.positions.shape)
+        return Records(self.forces, self.positions + noise)
 
     def tensors(self) -> tuple[torch.Tensor, torch.Tensor]:
         """What a fit learns from."""
@@ -113,6 +120,9 @@ def study(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     learnt, validation = (records(seed, n, 600, LEARNT) for seed, n in ((1, 40), (2, 12)))
     within, beyond = (records(seed, 20, 1600, a) for seed, a in ((3, LEARNT), (4, BEYOND)))
     scale = learnt.positions.std()
+    learnt, validation = (
+        part.noisy(arguments.noise, 10 + k) for k, part in enumerate((learnt, validation))
+    )
     parts = [Records(r.forces, r.positions / scale) for r in (learnt, validation, within, beyond)]
     kinds = {}
     for units in KINDS:
@@ -150,6 +160,7 @@ def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, choices=range(1, 100), default=3, metavar="N")
+    parser.add_argument("--noise", type=float, default=50.0, help="in dB below the outputs")
     measure_and_write(parser, study)
 
 

@@ -17,6 +17,7 @@ from slide_fmu.pipeline.display import messages, shown
 from slide_fmu.pipeline.export import export_again
 from slide_fmu.pipeline.script import unguarded_place
 from slide_fmu.recipe.default_excitation import default_excitation
+from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import tables_text
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -189,6 +190,8 @@ def _workers(
     Raises:
         ValueError: there shall be some, which would run the user's script again.
     """
+    if isinstance(system, Mapping) and system.get("kind") == KIND:
+        return 0, None  # records are not simulated
     if isinstance(system, System) and not given.crosses(system):
         return 0, None if workers == 0 else NOT_DEFINED_HERE
     place = unguarded_place()

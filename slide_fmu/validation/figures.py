@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.stability import AmplitudeTest
+from slide_fmu.recipe.measured import KIND
 from slide_fmu.validation.comparison import Comparison, Validation, relative_rmse
 from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.pictures import with_palette
@@ -34,8 +35,11 @@ def side_by_side(validation: Validation, output: int) -> bytes:
         validation.comparisons, key=lambda c: relative_rmse(c.error, c.reference)[output]
     )
     chosen = {"median trajectory": ranked[len(ranked) // 2], "worst trajectory": ranked[-1]}
+    if len(ranked) == 1:  # of a record there is often but one block
+        chosen = {"the only trajectory": ranked[0]}
+    measured = validation.recipe.system.kind == KIND
     figure = Figure(figsize=(11, 7.2), layout="constrained")
-    axes = figure.subplots(3, 2, sharex="col", height_ratios=(1, 2, 1.3))
+    axes = figure.subplots(3, len(chosen), sharex="col", height_ratios=(1, 2, 1.3), squeeze=False)
     signal = validation.surrogate.outputs[output]
     for column, (title, comparison) in enumerate(chosen.items()):
         kind = motions_of(validation.recipe)[comparison.kind].name
@@ -44,7 +48,8 @@ def side_by_side(validation: Validation, output: int) -> bytes:
         upper, middle, lower = axes[:, column]
         upper.set_title(f"{title} ({kind}),\naround its largest error", fontsize=11)
         _draw_inputs(upper, validation.surrogate.inputs, time, comparison.inputs[shown])
-        middle.plot(time, comparison.reference[shown, output], color=REFERENCE, label="reference")
+        label = "measured" if measured else "reference"
+        middle.plot(time, comparison.reference[shown, output], color=REFERENCE, label=label)
         middle.plot(
             time, comparison.surrogate[shown, output], "--", color=SURROGATE, label="surrogate FMU"
         )

@@ -180,7 +180,7 @@ def go_through(name: str, case: Case, folder: Path, seed: int) -> dict[str, Any]
     """Type the commands in a folder, and return what they said and what came out."""
     recipe = f"{name}.toml"
     commands = (
-        ("init", case.file, *case.options, "-o", recipe, "--force"),
+        ("init", case.file, *case.options, "-o", recipe, "--name", name, "--force"),
         ("run", recipe, "--json", "report.json", "--seed", str(seed)),
     )
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime

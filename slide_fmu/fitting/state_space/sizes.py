@@ -39,7 +39,7 @@ AS_GOOD = 1.01
 """A linear model of few states counts as good as one of more when its error is at most this many
 times the other's. Most of a linear model's error may be what units will learn: a small rise of the
 whole is a large one of the rest."""
-USED = 0.95
+USED = 0.98
 """Units make use of more states where the error falls below this part. Linear models, most of
 whose error is due to what only units learn, do not show such states."""
 MORE_SHOWN = 2

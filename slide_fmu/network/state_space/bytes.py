@@ -11,10 +11,17 @@ from dataclasses import fields
 from slide_fmu.core.byte_reader import Reader, indices_bytes
 from slide_fmu.features.sets import decode_features, encode_features
 from slide_fmu.network.activations import ACTIVATIONS
-from slide_fmu.network.state_space.cell import CELL_ACTIVATIONS, GATED, Cell, Roles, cell_shapes
+from slide_fmu.network.state_space.cell import (
+    CELL_ACTIVATIONS,
+    GATED,
+    MIXED_UNITS,
+    Cell,
+    Roles,
+    cell_shapes,
+)
 from slide_fmu.network.state_space.network import StateSpace
 
-UNITS = (*ACTIVATIONS, GATED)
+UNITS = (*ACTIVATIONS, GATED, MIXED_UNITS)
 """Units of cells; their order is their number."""
 
 

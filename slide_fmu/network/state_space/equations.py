@@ -21,8 +21,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from slide_fmu.network.activations import ACTIVATIONS, Array, Namespace
-from slide_fmu.network.state_space.cell import Cell, Roles
+from slide_fmu.network.activations import ACTIVATIONS, MIXED, Activation, Array, Namespace
+from slide_fmu.network.state_space.cell import GATED, MIXED_UNITS, Cell, Roles
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +91,7 @@ class Equations:
 
     def __init__(self, cell: Cell, inputs: ByRole, turned: int, xp: Namespace) -> None:
         self.cell, self.inputs, self.turned, self._xp = cell, inputs, turned, xp
-        self._activation = ACTIVATIONS["tanh" if cell.gated else cell.activation]
+        self._activation = _ACTIVATIONS.get(cell.activation) or ACTIVATIONS[cell.activation]
         self._add_product = getattr(xp, "addmm", _add_product)  # torch has both in one
         n = len(cell.a)
         seen, first = (inputs.schedule, 0) if cell.gated else (inputs.drive, n)
@@ -149,6 +149,10 @@ class Equations:
     def _products(self, k: int, seen: Array) -> Array:
         assert self.v_x is not None
         return self._add_product(self._offered[k], seen, self.v_x.T)
+
+
+_ACTIVATIONS: dict[str, Activation] = {GATED: ACTIVATIONS["tanh"], MIXED_UNITS: MIXED}
+"""What units have that are not called like their activation."""
 
 
 def _add_product(constant: Array, vectors: Array, matrix: Array) -> Array:

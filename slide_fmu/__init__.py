@@ -14,6 +14,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from slide_fmu.core.parameters import Parameter
     from slide_fmu.core.signals import Signal
     from slide_fmu.core.window import Window
     from slide_fmu.cosim.run import CoSimulationError
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from slide_fmu.pipeline.learning import Learnt, learn
     from slide_fmu.recipe.reading import load_recipe
     from slide_fmu.recipe.recipe import Recipe, RecipeError
-    from slide_fmu.surrogate.gradient import gradient, jacobian
+    from slide_fmu.surrogate.gradient import gradient, jacobian, parameter_jacobian
     from slide_fmu.surrogate.surrogate import Surrogate
     from slide_fmu.systems.base import (
         Linearizable,
@@ -50,6 +51,7 @@ __all__ = [
     "Linearizable",
     "Linearization",
     "NativeSurrogate",
+    "Parameter",
     "RandomStates",
     "Recipe",
     "RecipeError",
@@ -71,10 +73,12 @@ __all__ = [
     "learn",
     "load",
     "load_recipe",
+    "parameter_jacobian",
     "simulate",
 ]
 
 _HOMES = {
+    "slide_fmu.core.parameters": ("Parameter",),
     "slide_fmu.core.signals": ("Signal",),
     "slide_fmu.core.window": ("Window",),
     "slide_fmu.cosim.run": ("CoSimulationError",),
@@ -84,7 +88,7 @@ _HOMES = {
     "slide_fmu.pipeline.learning": ("Learnt", "learn"),
     "slide_fmu.recipe.reading": ("load_recipe",),
     "slide_fmu.recipe.recipe": ("Recipe", "RecipeError"),
-    "slide_fmu.surrogate.gradient": ("gradient", "jacobian"),
+    "slide_fmu.surrogate.gradient": ("gradient", "jacobian", "parameter_jacobian"),
     "slide_fmu.surrogate.surrogate": ("Surrogate",),
     "slide_fmu.systems.errors": ("SimulationError",),
     "slide_fmu.systems.base": (

@@ -96,6 +96,7 @@ def cell_shapes(draw: st.DrawFn) -> CellShape:
         roles=draw(st.booleans()),
         turned=draw(st.integers(0, states // 2)) if activation == GATED else 0,
         factors=draw(st.sampled_from([0, 0, 1, 3])),
+        parameters=draw(st.sampled_from([0, 0, 1, 2])),
     )
 
 

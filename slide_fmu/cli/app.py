@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import typer
 
+from slide_fmu.cli.comparison_commands import compare
 from slide_fmu.cli.fmu_commands import bench, check, export, info, ssp, validate
 from slide_fmu.cli.recipe_commands import generate, init, reference, run, train, try_, window
 from slide_fmu.pipeline.display import ENDLESS
@@ -18,6 +19,7 @@ SUBCOMMANDS: tuple[Callable[..., None], ...] = (
     window,
     generate,
     train,
+    compare,
     export,
     reference,
     ssp,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,7 +29,12 @@ WHOLE = 1e-6
 """How far a step may be from a multiple of the FMU's own, in such steps: rounding."""
 
 
-def simulate(fmu: str | Path, t: NDArray[Any], u: NDArray[Any]) -> FloatArray:
+def simulate(
+    fmu: str | Path,
+    t: NDArray[Any],
+    u: NDArray[Any],
+    parameters: Mapping[str, float] | None = None,
+) -> FloatArray:
     """Give the outputs of an FMU of slide-fmu at times, from its inputs at the same times.
 
     All inputs are known here, so that nothing is late and nothing is forecast. Before the first
@@ -50,6 +55,8 @@ def simulate(fmu: str | Path, t: NDArray[Any], u: NDArray[Any]) -> FloatArray:
         t: times in s, rising, shape (N,).
         u: inputs at these times in their units, in the order of the model description, shape
             (N, n_inputs); (N,) will do for one input.
+        parameters: values of the FMU's physical parameters by name, in their units; those that
+            are not given have their start values.
 
     Returns:
         Outputs at these times in their units, shape (N, n_outputs).
@@ -64,7 +71,7 @@ def simulate(fmu: str | Path, t: NDArray[Any], u: NDArray[Any]) -> FloatArray:
         inputs, outputs = _of_kind(files, "INPUT"), _of_kind(files, "OUTPUT")
         meaning = _meaning(path)
         times, values = _checked(t, u, inputs)
-        run = _Run(files, inputs, outputs)
+        run = _Run(files, inputs, outputs, parameters or {})
         if meaning.first_order:
             own, rows, places = refined(times, values, meaning.cosines, files.step)
             lines = meaning.straight
@@ -79,11 +86,12 @@ def simulate(fmu: str | Path, t: NDArray[Any], u: NDArray[Any]) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """An FMU, and the names of the variables that it is run with."""
+    """An FMU, the names of its inputs and outputs, and values of its physical parameters."""
 
     fmu: UnpackedFmu
     inputs: Sequence[str]
     outputs: Sequence[str]
+    parameters: Mapping[str, float]
 
     def moving(self, times: FloatArray, values: FloatArray, kept: FloatArray) -> FloatArray:
         """Set before each step what inputs with a first-order hold reach by its end.
@@ -116,7 +124,7 @@ class _Run:
 
         Rows of the inputs are those that the outputs follow, and those that the FMU keeps.
         """
-        fmu = self.fmu
+        fmu, start = self.fmu, {**self.parameters, **start}
         fmu.require(*start)
         of_inputs = [fmu.references[name] for name in self.inputs]
         read = Reader(

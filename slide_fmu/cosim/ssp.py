@@ -14,6 +14,10 @@ from slide_fmu.fmu.description.fmi2 import document
 STRUCTURE = "SystemStructure.ssd"
 DESCRIPTION = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 COMMON = "http://ssp-standard.org/SSP1/SystemStructureCommon"
+PARAMETERS = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
+OF_PARAMETERS = "application/x-ssp-parameter-set"
+SET = "parameters"
+"""All sets of parameters have this name, by which Ecos is told to use them."""
 
 
 class Connection(NamedTuple):
@@ -24,7 +28,11 @@ class Connection(NamedTuple):
 
 
 def write_ssp(
-    path: Path, name: str, components: Mapping[str, Path], connections: Sequence[Connection]
+    path: Path,
+    name: str,
+    components: Mapping[str, Path],
+    connections: Sequence[Connection],
+    parameters: Mapping[str, Mapping[str, float]] | None = None,
 ) -> Path:
     """Write FMUs and how they are connected; the same arguments give the same bytes.
 
@@ -35,6 +43,8 @@ def write_ssp(
         name: of the system.
         components: FMUs for co-simulation by the names of their instances.
         connections: between them.
+        parameters: values of parameters by name, by the names of components; a file
+            ``resources/COMPONENT.ssv`` has those of each.
 
     Returns:
         The path.
@@ -42,7 +52,8 @@ def write_ssp(
     Raises:
         FmuError: a component is no FMU that can be read.
         OSError: the file cannot be written.
-        ValueError: the path does not end in ``.ssp``, or a connection names no connector.
+        ValueError: the path does not end in ``.ssp``, a connection names no connector, or
+            parameters are those of no component.
     """
     if path.suffix != ".ssp":
         raise ValueError(f"SSP {str(path)!r}; expected a name ending in .ssp")
@@ -50,10 +61,29 @@ def write_ssp(
     for connection in connections:
         _require(kinds, connection.start, "output")
         _require(kinds, connection.end, "input")
+    values = parameters or {}
+    if not set(values) <= set(components):
+        raise ValueError(
+            f"SSP with parameters of {sorted(values)}; expected components out of "
+            f"{sorted(components)}"
+        )
     members = {f"resources/{component}.fmu": fmu for component, fmu in components.items()}
     contents = {member: fmu.read_bytes() for member, fmu in members.items()}
-    write_zip(path, {STRUCTURE: _structure(name, kinds, connections), **contents})
+    files = {f"resources/{component}.ssv": _values(values[component]) for component in values}
+    structure = _structure(name, kinds, connections, sorted(values))
+    write_zip(path, {STRUCTURE: structure, **contents, **files})
     return path
+
+
+def _values(values: Mapping[str, float]) -> bytes:
+    """Write the XML document with the parameters of a component."""
+    ElementTree.register_namespace("ssv", PARAMETERS)
+    root = ElementTree.Element(f"{{{PARAMETERS}}}ParameterSet", version="1.0", name=SET)
+    parent = ElementTree.SubElement(root, f"{{{PARAMETERS}}}Parameters")
+    for name, value in values.items():
+        child = ElementTree.SubElement(parent, f"{{{PARAMETERS}}}Parameter", name=name)
+        ElementTree.SubElement(child, f"{{{PARAMETERS}}}Real", value=repr(float(value)))
+    return document(root)
 
 
 _Connectors = Mapping[str, tuple[str, str]]
@@ -84,9 +114,12 @@ def _require(kinds: Mapping[str, _Connectors], connector: tuple[str, str], kind:
 
 
 def _structure(
-    name: str, kinds: Mapping[str, _Connectors], connections: Sequence[Connection]
+    name: str,
+    kinds: Mapping[str, _Connectors],
+    connections: Sequence[Connection],
+    parametrised: Sequence[str],
 ) -> bytes:
-    """Write the XML document of the structure."""
+    """Write the XML document of the structure; some components have files of parameters."""
     ElementTree.register_namespace("ssd", DESCRIPTION)
     ElementTree.register_namespace("ssc", COMMON)
     root = ElementTree.Element(
@@ -101,7 +134,10 @@ def _structure(
         for connector, (causality, of_type) in connectors.items():
             child = _add(parent, "Connector", name=connector, kind=causality)
             ElementTree.SubElement(child, f"{{{COMMON}}}{of_type}")
-    parent = _add(system, "Connections")
+        if component in parametrised:
+            bindings, place = _add(element, "ParameterBindings"), f"resources/{component}.ssv"
+            _add(bindings, "ParameterBinding", type=OF_PARAMETERS, source=place)
+    parent = _add(system, "Connections") if connections else system  # the schema wants one
     for connection in connections:
         names = ("startElement", "startConnector", "endElement", "endConnector")
         values = (*connection.start, *connection.end)

@@ -20,9 +20,10 @@ from slide_fmu.data.failures import (
     too_many_failures,
 )
 from slide_fmu.data.identity import identity
+from slide_fmu.data.parameter_draws import as_row, drawn_parameters
 from slide_fmu.data.pool import in_parallel
 from slide_fmu.data.recorded import stretches
-from slide_fmu.data.store import missing_trajectories, open_store, write_trajectory
+from slide_fmu.data.store import Shapes, missing_trajectories, open_store, write_trajectory
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_source, recipe_system
 from slide_fmu.systems.base import System
@@ -47,7 +48,12 @@ def generate(recipe: Recipe, path: Path, executor: Executor | None, progress: Pr
     recipe.require_resolved()
     source = recipe_source(recipe)
     count = round(recipe.data.duration / recipe.window.step)
-    shapes = {"inputs": (count, len(source.inputs)), "outputs": (count + 1, len(source.outputs))}
+    shapes: Shapes = {
+        "inputs": (count, len(source.inputs)),
+        "outputs": (count + 1, len(source.outputs)),
+    }
+    if recipe.parameters:
+        shapes["parameters"] = (len(recipe.parameters),)
     open_store(path, recipe, shapes, identity(recipe, source))
     if isinstance(source, MeasuredRecords):
         return _keep_stretches(recipe, source, path, progress)
@@ -122,13 +128,23 @@ def _generate_one(text: str, path: str, split: str, index: int) -> None:
         _worker.made = text, recipe, recipe_system(recipe)
     _, recipe, system = _worker.made
     stream = split_stream(recipe, split, index)
+    parameters = drawn_parameters(recipe, stream, index)
+    if parameters:
+        system = recipe_system(recipe.at(parameters))
     for attempt in range(allowed_failures(recipe) + 1):
         drawn = draw(recipe, system, stream, index, attempt)
         try:
             trajectory = simulate_draw(system, drawn)
         except SimulationError as error:
-            failure = Failure(split, index, attempt, error.time, str(error))
+            failure = Failure(split, index, attempt, error.time, _told(error, parameters))
             keep_failure(Path(path), failure, system, drawn.inputs)
         else:
-            write_trajectory(Path(path), split, index, trajectory, drawn.kind)
+            values = as_row(parameters) if parameters else None
+            write_trajectory(Path(path), split, index, trajectory, drawn.kind, values)
             return
+
+
+def _told(error: SimulationError, parameters: dict[str, float]) -> str:
+    """Return what went wrong, and with which physical parameters."""
+    values = ", ".join(f"{name} = {value:g}" for name, value in parameters.items())
+    return f"{error} (with {values})" if values else str(error)

@@ -44,19 +44,23 @@ class Split:
         outputs: outputs in their units, shape (n_trajectories, N + 1, n_outputs).
         kinds: index of each trajectory's excitation in the recipe's mix, or of its file among
             those of records, shape (n_trajectories,).
+        parameters: values of each trajectory's physical parameters, in their units, shape
+            (n_trajectories, n_parameters); None where the recipe has none.
     """
 
     inputs: FloatArray
     outputs: FloatArray
     kinds: NDArray[np.int64]
+    parameters: FloatArray | None = None
 
 
 _DO_NOT_MATTER = "budget_minutes", "most_failures"
 _OF_RECORDS = "shares", "by"
 """Keys of the table ``data``; stores of models that earlier versions made have not the latter."""
 
-Shapes = dict[str, tuple[int, int]]
-"""Shapes of a trajectory's ``inputs``, (N, n_inputs), and ``outputs``, (N + 1, n_outputs)."""
+Shapes = dict[str, tuple[int, ...]]
+"""Shapes of a trajectory's ``inputs``, (N, n_inputs), ``outputs``, (N + 1, n_outputs), and, where
+there are physical parameters, of these, (n_parameters,)."""
 
 
 def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
@@ -81,6 +85,9 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
             mode="json", exclude={*SPLITS, *_DO_NOT_MATTER, *(() if measured else _OF_RECORDS)}
         ),
     }
+    if recipe.parameters:
+        tables = recipe.model_dump(mode="json", include={"parameters"})
+        fingerprint["parameters"] = tables["parameters"]
     if recipe.estimator is not None:
         keys = {"amplitude_factor", "in_range"}
         fingerprint["estimator"] = recipe.estimator.model_dump(mode="json", include=keys)
@@ -112,7 +119,7 @@ def open_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) ->
         _group(path, "r+").attrs["fingerprint"] = both
     for split in SPLITS:
         with _damage_reported(path, split):
-            for name in ("inputs", "outputs", "kinds", "done"):
+            for name in (*shapes, "kinds", "done"):
                 array = _group(path, "r+")[f"{split}/{name}"]
                 if array.shape[0] < recipe.count(split):
                     array.resize((recipe.count(split), *array.shape[1:]))
@@ -203,16 +210,24 @@ def missing_trajectories(path: Path, split: str, count: int | None = None) -> li
 
 
 def write_trajectory(
-    path: Path, split: str, index: int, trajectory: Trajectory, kind: int
+    path: Path,
+    split: str,
+    index: int,
+    trajectory: Trajectory,
+    kind: int,
+    parameters: FloatArray | None = None,
 ) -> None:
     """Write one trajectory, its flag last; others may be written at the same time.
 
-    The index counts from 0 in the split; ``kind`` is as of ``Split.kinds``.
+    The index counts from 0 in the split; ``kind`` is as of ``Split.kinds``. The parameters,
+    (n_parameters,), are given where the recipe has some.
     """
     group = _group(path, "r+")
     group[f"{split}/inputs"][index] = trajectory.inputs
     group[f"{split}/outputs"][index] = trajectory.outputs
     group[f"{split}/kinds"][index] = kind
+    if parameters is not None:
+        group[f"{split}/parameters"][index] = parameters
     group[f"{split}/done"][index] = 1
 
 
@@ -233,14 +248,19 @@ def read_split(path: Path, split: str, count: int | None = None) -> Split:
             "generate again to complete it (slide-fmu generate RECIPE)"
         )
     with _damage_reported(path, split):
+        has_parameters = f"{split}/parameters" in group
         read = Split(
             np.asarray(group[f"{split}/inputs"][:count]),
             np.asarray(group[f"{split}/outputs"][:count]),
             np.asarray(group[f"{split}/kinds"][:count], dtype=np.int64),
+            np.asarray(group[f"{split}/parameters"][:count]) if has_parameters else None,
         )
         # a chunk whose file is lost reads as the fill value, which is not a number
-        for values in (read.inputs, read.outputs):
-            broken = np.flatnonzero(~np.isfinite(values).all(axis=(1, 2)))
+        for values in (read.inputs, read.outputs, read.parameters):
+            if values is None:
+                continue
+            whole = np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
+            broken = np.flatnonzero(~whole)
             if broken.size:
                 raise ValueError(f"trajectory {broken[0]} is not whole")
         return read

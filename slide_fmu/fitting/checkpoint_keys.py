@@ -31,7 +31,10 @@ def checkpoint_key(*parts: Any) -> str:
 
 def content_of(split: Split) -> str:
     """Return a digest of a split's values: a checkpoint belongs to the data it was trained on."""
-    return hashlib.sha256(split.inputs.tobytes() + split.outputs.tobytes()).hexdigest()
+    total = hashlib.sha256(split.inputs.tobytes() + split.outputs.tobytes())
+    if split.parameters is not None:
+        total.update(split.parameters.tobytes())
+    return total.hexdigest()
 
 
 def machine_of(offered: Offered) -> object:

@@ -293,8 +293,18 @@ def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:
     predicted.
     """
     result = np.zeros_like(split.outputs)
-    result[:, 1:] = surrogate.predict_newest_batch(split.inputs) - split.outputs[:, 1:]
+    result[:, 1:] = _predicted(surrogate, split) - split.outputs[:, 1:]
     return np.asarray(result / surrogate.output_scaling.scale)
+
+
+def _predicted(surrogate: Surrogate, split: Split) -> FloatArray:
+    """Predict all trajectories, (n_trajectories, N, n_outputs), each with its own parameters."""
+    if split.parameters is None:
+        return surrogate.predict_newest_batch(split.inputs)
+    names = [parameter.name for parameter in surrogate.parameters]
+    rows = [dict(zip(names, row, strict=True)) for row in split.parameters.tolist()]
+    pairs = zip(split.inputs, rows, strict=True)
+    return np.stack([surrogate.predict_newest(inputs, given) for inputs, given in pairs])
 
 
 def block_errors(window: Window, errors: FloatArray, span: int) -> FloatArray:

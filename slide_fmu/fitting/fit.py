@@ -10,6 +10,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
@@ -18,6 +19,7 @@ from slide_fmu.data.identity import identity
 from slide_fmu.data.store import Split, read_split, require_origin
 from slide_fmu.features.base import Offered
 from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of, machine_of
+from slide_fmu.fitting.cpu_time import CpuTime
 from slide_fmu.fitting.estimator import fit_estimator
 from slide_fmu.fitting.family import FITS
 from slide_fmu.fitting.feature_choice import choose_features, require_odd
@@ -25,14 +27,18 @@ from slide_fmu.fitting.feature_search import Trials, search_features
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.input_forecast import fit_forecast
 from slide_fmu.fitting.known_start import known_start
+from slide_fmu.fitting.physical import physical_of, require_chosen_features
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_source
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Linearizable, Source
 
+LEARNT_BY = {"window", "network", "training", "parameters"}
+"""Tables of a recipe by which its network is learnt."""
 STILL = 1e-9
 """A standard deviation below this part of the range is rounding, not motion."""
 
@@ -123,7 +129,7 @@ def _fit_network(
         str(eigenvalues),
         machine_of(offered),
         *(values.tolist() for s in (input_scaling, output_scaling) for values in vars(s).values()),
-        recipe.model_dump(mode="json", include={"window", "network", "training"}),
+        recipe.model_dump(mode="json", include=LEARNT_BY),
         *([] if known is None else [known.to_bytes().hex()]),
     )
     checkpoint = checkpoints / f"surrogate-{key}.pt"
@@ -131,7 +137,10 @@ def _fit_network(
         (input_scaling.apply(split.inputs), output_scaling.apply(split.outputs))
         for split in splits
     ]
+    require_chosen_features(recipe, offered, len(system.outputs))
     trials = Trials(offered, window, (splits[0], splits[1]), eigenvalues, checkpoints)
+    spent = CpuTime(checkpoint.with_suffix(".cpu_seconds"))
+    progress = spent.counted(progress)
     table, tried = recipe.network, dict[str, History]()
     start = None if known is None else known.network
     if isinstance(start, StateSpace):
@@ -149,16 +158,28 @@ def _fit_network(
 
     training, validation, *beyond = (seen(*pair) for pair in values)
     more = beyond[0] if beyond else None
-    problem = Problem(window, features, training, validation, checkpoint, eigenvalues, more)
+    corners = [eigenvalues_at_rest(recipe_source(corner)) for corner in _corners(recipe)]
+    physical = physical_of(recipe, splits, corners)
+    problem = Problem(
+        window, features, training, validation, checkpoint, eigenvalues, more, physical=physical
+    )
     if isinstance(start, StateSpace):
         problem = dataclasses.replace(problem, start=start)
     network, history = family.fit(problem, table, recipe.training, progress("surrogate"))
+    history = dataclasses.replace(history, cpu_seconds=spent.keep())
     signals = system.inputs, system.outputs
     surrogate = Surrogate(recipe.name, window, *signals, input_scaling, output_scaling, network)
     at_step_end = recipe.window.inputs == "step_end"
     forecast = fit_forecast(system.inputs, splits[0].inputs, at_step_end)
     surrogate = dataclasses.replace(surrogate, forecast=forecast)
     return surrogate, {**tried, "surrogate": history}
+
+
+def _corners(recipe: Recipe) -> list[Recipe]:
+    """Return the recipe at the corners of its parameters' box; none where it has none."""
+    if not recipe.parameters:
+        return []
+    return [recipe.at(corner) for corner in corners_of(recipe.physical())]
 
 
 def eigenvalues_at_rest(system: Source) -> NDArray[np.complex128] | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 
@@ -53,6 +53,8 @@ class History:
         sizes: what the search for sizes has judged, in its order; empty without a search.
         units: kinds of units that were tried; empty where the recipe says the kind.
         remark: what the user should know about the result; None if there is nothing.
+        cpu_seconds: CPU time in s that it took, with the search for features before it; None
+            where nobody measured it. Histories that differ in it alone are equal.
     """
 
     step: tuple[int, ...]
@@ -61,6 +63,7 @@ class History:
     sizes: tuple[TriedSize, ...] = ()
     units: tuple[TriedUnits, ...] = ()
     remark: str | None = None
+    cpu_seconds: float | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)

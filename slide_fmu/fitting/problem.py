@@ -4,14 +4,43 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from slide_fmu.core.parameter_basis import ParameterBasis
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.state_space.network import StateSpace
+
+Which = Literal["training", "validation", "beyond"]
+"""The records of a problem: to learn from, to choose by, and beyond the range of the inputs."""
+
+
+@dataclass(frozen=True, eq=False)
+class Physical:
+    """Physical parameters of trajectories: each trajectory has its own values.
+
+    Attributes:
+        basis: the polynomials that the weights follow.
+        training: values in the parameters' units, shape (n_trajectories, n_parameters).
+        validation, beyond: the same of the other data; ``beyond`` is None if there are none.
+        eigenvalues: eigenvalues in 1/s of the system linearized at rest, at the corners of the
+            parameters' box; None where they are not known.
+    """
+
+    basis: ParameterBasis
+    training: FloatArray
+    validation: FloatArray
+    beyond: FloatArray | None = None
+    eigenvalues: NDArray[np.complex128] | None = None
+
+    def terms(self, which: Which) -> FloatArray:
+        """Return the values of the polynomials, shape (n_trajectories, n_terms), of records."""
+        return np.asarray(self.basis.values(getattr(self, which)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +60,7 @@ class Problem:
         start: network that the fit begins with; None if it searches for one.
         beyond: features and outputs of the same kind beyond the range of the inputs, learnt with
             a low weight; None if there are none.
+        physical: the physical parameters that the weights shall follow; None if there are none.
     """
 
     window: Window
@@ -41,3 +71,9 @@ class Problem:
     eigenvalues: NDArray[np.complex128] | None = None
     beyond: tuple[torch.Tensor, torch.Tensor] | None = None
     start: StateSpace | None = None
+    physical: Physical | None = None
+
+    def records(self, which: Which) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return features and outputs of records; those beyond the range must be there."""
+        found: tuple[torch.Tensor, torch.Tensor] = getattr(self, which)
+        return found

@@ -8,11 +8,12 @@ the recipe's excitation at several amplitudes, which is no proof.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import STABILITY, Stream, draw
 from slide_fmu.data.recorded import inputs_beyond
@@ -79,6 +80,8 @@ def check_stability(
     network = surrogate.network
     if not isinstance(network, StateSpace):
         return ()
+    if surrogate.parameters:
+        return _worst_of_corners(surrogate, recipe, system)
     # a network that diverges overflows: the test reports it, so numpy need not warn
     with np.errstate(over="ignore", invalid="ignore"):
         unit, _ = network.run(_records(surrogate, recipe, system, 1.0))
@@ -86,6 +89,31 @@ def check_stability(
         _test(network, _records(surrogate, recipe, system, factor), (factor, unit), recipe)
         for factor in recipe.stability.amplitudes
     )
+
+
+def _worst_of_corners(
+    surrogate: Surrogate, recipe: Recipe, system: Source
+) -> tuple[AmplitudeTest, ...]:
+    """Test at the corners of the parameters' box, and return the worst at each amplitude.
+
+    The inputs are those of the system at the parameters' start values.
+    """
+    found = []
+    for corner in corners_of(surrogate.parameters):
+        tests = check_stability(surrogate.at(corner), recipe, system)
+        where = ", ".join(f"{name} = {value:g}" for name, value in corner.items())
+        found.append([_told_where(test, where) for test in tests])
+    return tuple(max(tests, key=_badness) for tests in zip(*found, strict=True))
+
+
+def _told_where(test: AmplitudeTest, where: str) -> AmplitudeTest:
+    problem = None if test.problem is None else f"with {where}, {test.problem}"
+    return replace(test, problem=problem)
+
+
+def _badness(test: AmplitudeTest) -> tuple[bool, float]:
+    """Tests compare by whether they failed, then by the largest difference."""
+    return test.problem is not None, float(np.max(test.differences))
 
 
 def require_stability(tests: tuple[AmplitudeTest, ...], recipe: Recipe, picture: str) -> None:

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.core.parameters import Parameter
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.features.feature_map import FeatureMap
 
@@ -100,6 +102,33 @@ class Network(abc.ABC):
     @abc.abstractmethod
     def count_parameters(self) -> int:
         """Count the weights and biases."""
+
+
+class Parametric(abc.ABC):
+    """A Parametric network has weights that may follow physical parameters. Interface.
+
+    It is an offer of some families beside ``Network``.
+    """
+
+    @property
+    @abc.abstractmethod
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The physical parameters that the weights follow; none where they are fixed."""
+
+    @abc.abstractmethod
+    def at(self, values: FloatArray) -> Network:
+        """Give the network for fixed values of the parameters, (n_parameters,), in their units.
+
+        It has no parameters any more; a network without any gives itself.
+        """
+
+
+class ParametricStepper(abc.ABC):
+    """A stepper of a parametric network: it takes other values of the parameters. Interface."""
+
+    @abc.abstractmethod
+    def change(self, network: Network) -> None:
+        """Go on with what ``Parametric.at`` gave for other values; all that was seen is kept."""
 
 
 class Stepper(abc.ABC):

@@ -29,6 +29,8 @@ n_arguments = n_states + n_drive + 1, of gated units n_schedule + 1; n_products 
 n_gated of gated units, else V is absent and n_gated = n_schedule = 0; n_rows = n_values (1 +
 n_readout). n_turn is 2 where turned > 0, else 0; turned needs gated units, and 2 turned <=
 n_states. The features of a role are indices into those chosen.
+The weights of a cell that follows physical parameters are those of the constant term; the others
+stand in a section of their own (slide_fmu/surrogate/payload.py).
 Activations: 0 identity, 1 relu, 2 elu, 3 tanh, 4 gelu (the form with tanh), 5 cubic.
 """
 

@@ -19,7 +19,7 @@ def describe_fmu(fmu: Path) -> dict[str, Any]:
     if module:
         return module
     surrogate, provenance = read_fmu(fmu)
-    estimator = surrogate.estimator
+    estimator, physical = surrogate.estimator, [vars(p) for p in surrogate.parameters]
     return {
         "name": surrogate.name,
         "inputs": [vars(signal) for signal in surrogate.inputs],
@@ -33,5 +33,6 @@ def describe_fmu(fmu: Path) -> dict[str, Any]:
         "estimator_parameters": None
         if estimator is None
         else estimator.network.count_parameters(),
+        **({"physical_parameters": physical} if physical else {}),
         "provenance": provenance,
     }

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.files import write_whole
+from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.identity import identity
 from slide_fmu.data.store import same_motion
@@ -25,7 +26,7 @@ from slide_fmu.systems.base import System
 Resolved = dict[str, dict[str, Any]]
 """Values by table and key of a recipe, as ``{"window": {"n_in": 96}}``."""
 
-DECIDES = {"system", "window", "data", "estimator", "automatic"}
+DECIDES = {"system", "window", "data", "estimator", "parameters", "automatic"}
 """Tables of a recipe on which its lengths depend."""
 
 
@@ -66,7 +67,15 @@ def resolved_lengths(
 
 
 def _lengths(recipe: Recipe, patience: float) -> Lengths:
-    return find_lengths(recipe, recipe_source(recipe), Patience(patience))
+    """Find lengths; of a recipe with physical parameters those of the corner that asks for most.
+
+    There the memory is longest, and the eigenvalues alone do not tell it.
+    """
+    if not recipe.parameters:
+        return find_lengths(recipe, recipe_source(recipe), Patience(patience))
+    corners = [recipe.at(corner) for corner in corners_of(recipe.physical())]
+    found = [find_lengths(at, recipe_source(at), Patience(patience)) for at in corners]
+    return max(found, key=lambda lengths: lengths.recipe.window.n_in)
 
 
 def _kept(place: Path, asked: dict[str, Any], motion: FloatArray) -> Resolved | None:

@@ -26,6 +26,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system, reference_system
 from slide_fmu.systems.loading import load_picture
 from slide_fmu.validation import report as reports
+from slide_fmu.validation.baselines import linear_size_remark
 from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.figures import side_by_side
 from slide_fmu.validation.model_card import model_card
@@ -153,7 +154,12 @@ def _full_report(
 def _search_sections(trained: Trained, curve: Curve, data: dict[str, Any]) -> list[Section]:
     """Show what was searched for: sizes of the network, numbers of trajectories."""
     sections, history = [], trained.histories["surrogate"]
-    data["remark"], data["sizes_tried"] = history.get("remark"), history.get("sizes", [])
+    data["sizes_tried"] = history.get("sizes", [])
+    linear = None
+    if not trained.surrogate.network.is_affine:
+        linear = linear_size_remark(data["sizes_tried"], min(history["validation_error"]))
+    remarks = [remark for remark in (history.get("remark"), linear) if remark is not None]
+    data["remark"] = "; ".join(remarks) or None
     if data["sizes_tried"] or data["remark"]:
         sections.append(reports.sizes_section(data["sizes_tried"], data["remark"]))
     if curve.points:

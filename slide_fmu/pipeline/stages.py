@@ -7,6 +7,9 @@ import time
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
+from slide_fmu.core.parameters import corners_of
 from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.record_sizing import size_records
 from slide_fmu.memory.sizing import AnySizing, Sizing, require_window, size_window
@@ -43,7 +46,20 @@ def size_recipe(job: Job, seed: int | None = None, patience: float = math.inf) -
 
 
 def _sizing(recipe: Recipe, seed: int | None, patience: float) -> Sizing:
-    return size_window(recipe, recipe_system(recipe), seed, patience=Patience(patience))
+    """Size the window; with physical parameters at the corner whose memory is longest."""
+    corners = corners_of(recipe.physical()) if recipe.parameters else [{}]
+    found = []
+    for corner in corners:
+        at = recipe.at(corner)
+        found.append(size_window(at, recipe_system(at), seed, patience=Patience(patience)))
+    return max(found, key=_memory)
+
+
+def _memory(sizing: Sizing) -> tuple[bool, float]:
+    """Sizings compare by whether a window is refused, then by the longest decay time in s."""
+    times = sizing.measured.times
+    met = times[np.isfinite(times)]
+    return sizing.refusal is not None, max(sizing.needed, float(met.max(initial=0.0)))
 
 
 def remark_on_step(recipe: Recipe) -> str | None:

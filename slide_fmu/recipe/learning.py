@@ -49,6 +49,7 @@ class FeedForwardRecipe(Table):
 
     Attributes:
         LEARNS_BEYOND: whether its fit uses trajectories beyond the range (``data.beyond``).
+        FOLLOWS_PARAMETERS: whether its weights may follow physical parameters (``parameters``).
         family: name of the network family.
         hidden: widths of the hidden layers; empty for one affine map.
         activation: activation of the hidden layers.
@@ -61,6 +62,7 @@ class FeedForwardRecipe(Table):
     """
 
     LEARNS_BEYOND: ClassVar[bool] = False
+    FOLLOWS_PARAMETERS: ClassVar[bool] = False
     family: Literal["feed_forward"]
     hidden: tuple[PositiveInt, ...]
     activation: Literal["identity", "relu", "elu", "tanh", "gelu", "cubic"] = "relu"
@@ -102,6 +104,7 @@ class StateSpaceRecipe(Table):
 
     Attributes:
         LEARNS_BEYOND: whether its fit uses trajectories beyond the range (``data.beyond``).
+        FOLLOWS_PARAMETERS: whether its weights may follow physical parameters (``parameters``).
         family: name of the network family.
         order: number of states that carry the response; ``"auto"``: from the eigenvalues of the
             linearized system in the excited band (else from impulse responses), raised while the
@@ -127,9 +130,12 @@ class StateSpaceRecipe(Table):
         schedule: names of the scheduling variables, which open and close LPV units.
         readout: names of factors of the outputs, as the lever arm of a rotation.
         turned_pairs: pairs of states that LPV units see in the turned frame of the features.
+        parameter_degree: total degree of the polynomials by which the weights follow physical
+            parameters, where the recipe has some.
     """
 
     LEARNS_BEYOND: ClassVar[bool] = True
+    FOLLOWS_PARAMETERS: ClassVar[bool] = True
     family: Literal["state_space"] = "state_space"
     order: Annotated[int | Literal["auto"], PlainValidator(_size_from(1))] = "auto"
     hidden: Annotated[int | Literal["auto"], PlainValidator(_size_from(0))] = "auto"
@@ -142,6 +148,7 @@ class StateSpaceRecipe(Table):
     schedule: tuple[str, ...] = ()
     readout: tuple[str, ...] = ()
     turned_pairs: int = Field(default=0, ge=0)
+    parameter_degree: int = Field(default=2, ge=1, le=8)
 
     @field_validator("drive", mode="before")
     @classmethod

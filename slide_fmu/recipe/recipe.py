@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from slide_fmu.core.parameters import Parameter
 from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.automatic import LENGTHS, with_guesses
@@ -28,6 +30,11 @@ from slide_fmu.recipe.measured import (
     is_measured,
     require_fitting_tables,
     require_no_numbers,
+)
+from slide_fmu.recipe.parameters import (
+    ParameterRecipe,
+    require_parameters,
+    with_iterations,
 )
 from slide_fmu.recipe.system import SystemRecipe
 
@@ -154,6 +161,7 @@ class Recipe(Table):
         name: C identifier; names the run, the surrogate and the FMU.
         description: one line for people.
         equations: equations of motion and parameters, for the model card.
+        parameters: physical parameters that users of the FMU may set, by name.
         automatic: keys that the recipe leaves to be found (``"window.n_in"``); they hold first
             guesses until ``with_resolved``, and nothing is learnt before. No key of a file.
     """
@@ -169,12 +177,31 @@ class Recipe(Table):
     estimator: EstimatorRecipe | None = None
     stability: StabilityRecipe = StabilityRecipe()
     validation: ValidationRecipe = ValidationRecipe()
+    parameters: dict[str, ParameterRecipe] = Field(default={})
     automatic: tuple[str, ...] = ()
 
     @model_validator(mode="before")
     @classmethod
     def _guess_what_is_automatic(cls, values: Any) -> Any:
-        return with_guesses(values) if isinstance(values, dict) else values
+        return with_iterations(with_guesses(values)) if isinstance(values, dict) else values
+
+    @model_validator(mode="after")
+    def _parameters_can_be_learnt(self) -> Recipe:
+        require_parameters(self)
+        return self
+
+    def physical(self) -> tuple[Parameter, ...]:
+        """Return the parameters that users of the FMU may set, in their order."""
+        return tuple(table.parameter(name) for name, table in self.parameters.items())
+
+    def at(self, values: Mapping[str, float]) -> Recipe:
+        """Return the recipe for fixed values of its parameters, which need not be in their ranges.
+
+        Its system has them; it has no parameters any more.
+        """
+        fixed = {**self.system.parameters, **values}
+        system = self.system.model_copy(update={"parameters": fixed})
+        return self.model_copy(update={"system": system, "parameters": {}})
 
     @model_validator(mode="before")
     @classmethod

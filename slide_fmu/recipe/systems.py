@@ -97,6 +97,8 @@ def _interface(system: System) -> dict[str, object]:
 def data_specification(recipe: Recipe) -> Specification:
     """Return what the system that makes the data is made from.
 
+    Parameters that users of the FMU may set have their start values.
+
     Raises:
         RecipeError: the recipe gives the step as a parameter.
     """
@@ -113,8 +115,9 @@ def data_specification(recipe: Recipe) -> Specification:
         for tables in (system.inputs, system.outputs)
     )
     step, kind = recipe.window.step, system.kind
+    starts = {parameter.name: parameter.start_value for parameter in recipe.physical()}
     return Specification(
-        system.model, system.parameters, step, kind, inputs, outputs, system.further
+        system.model, {**starts, **system.parameters}, step, kind, inputs, outputs, system.further
     )
 
 

@@ -2,20 +2,25 @@
 
 For trajectory optimisation: outputs of windows by all inputs behind them, in reverse mode and
 float64; needs numpy alone. An FMU gives the derivative by the newest inputs only
-(``fmu/runtime/derivative/derivative.h``).
+(``fmu/runtime/derivative/derivative.h``). And, for calibration: outputs of records by the physical
+parameters, in forward mode.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.core.parameters import checked_values
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import checked_batch
 from slide_fmu.features.base import PullBack
 from slide_fmu.network.bytes import family_of
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.network.state_space.parameter_slopes import parameter_slopes
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
@@ -63,6 +68,41 @@ def jacobian(surrogate: Surrogate, windows: NDArray[Any]) -> FloatArray:
         weights[:, i, j] = 1.0
         result[:, i, j] = pull_back(weights)
     return result
+
+
+def parameter_jacobian(
+    surrogate: Surrogate,
+    inputs: NDArray[Any],
+    parameters: Mapping[str, float] | None = None,
+) -> FloatArray:
+    """Compute the derivatives of ``Surrogate.predict`` by the physical parameters.
+
+    Args:
+        surrogate: one with parameters.
+        inputs: physical inputs of a record, shape (N, n_inputs).
+        parameters: values by name at which it is differentiated, as for ``Surrogate.at``.
+
+    Returns:
+        Derivatives of the outputs at samples 1 .. N by each parameter, shape
+        (N, n_outputs, n_parameters); in output unit per parameter unit.
+
+    Raises:
+        ValueError: the surrogate has no parameters, or as for ``Surrogate.predict``.
+    """
+    network, scale = surrogate.network, surrogate.output_scaling.scale
+    if not isinstance(network, StateSpace) or not surrogate.parameters:
+        raise ValueError(
+            f"surrogate {surrogate.name!r} has no physical parameters; expected one that was "
+            "learnt with some: there is nothing to differentiate by"
+        )
+    values, n_out = checked_values(surrogate.parameters, parameters or {}), surrogate.window.n_out
+
+    def slopes(windows: FloatArray) -> FloatArray:
+        scaled = surrogate.input_scaling.apply(windows)
+        features = network.features.along(scaled).astype(np.float64)
+        return parameter_slopes(network, features, values, n_out) * scale[:, None]
+
+    return surrogate.in_blocks(inputs, slopes)
 
 
 def _pull_back(surrogate: Surrogate, windows: NDArray[Any]) -> PullBack:

@@ -3,14 +3,18 @@
 The second reader is the C runtime, ``slide_fmu/fmu/runtime/bytes/payload.c``; both reject the same
 files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` IEEE 754.
 
-    file     := "SLIDEFMU"  u32 version (6)  section*  u32 crc32 (of all bytes before it)
+    file     := "SLIDEFMU"  u32 version      section*  u32 crc32 (of all bytes before it)
     section  := 4-byte tag  u32 length in bytes (a multiple of 4)  content
-    sections, in this order, each once; ESTI and MOVE may be absent:
+    sections, in this order, each once; PARA, ESTI and MOVE may be absent:
     WIND     := f64 step/s  u32 n_in  u32 n_out  u32 n_inputs  u32 n_outputs
     SCIN     := n_inputs  x (f64 offset  f64 scale  f64 start    input = (u - offset) / scale
                              u32 hold  u32 angle)
     SCOU     := n_outputs x (f64 offset  f64 scale)              y = offset + scale * output
     PRED     := network                                          the surrogate
+    PARA     := u32 n_parameters                                 that its weights follow
+                n_parameters x (f64 low  f64 high  f64 start  u32 transform  u32 0)
+                u32 n_terms  u32 degree[n_terms][n_parameters]
+                n_terms x (f32 weights, those of the cell of PRED in their order)
     ESTI     := f64 low  f64 high  u32 positions  network        the error estimator
                 f32 least[count]  f32 largest[count]             of its features
     MOVE     := u32 at_step_end  u32 n_candidates  u32 n_past  u32 n_scored
@@ -22,6 +26,12 @@ Inputs and outputs in SCIN and SCOU are those of the network. Start: u before an
 finite and within offset -+ scale. Hold: 0 zero-order, 1 first-order; the same for all inputs.
 Angle: 0 none; 1 the cosine of an angle, with its sine, 2, in the next row; both with offset 0 and
 the same scale. What else a signal is stands in META, and its start there too.
+
+PARA says how the weights of a state-space network follow physical parameters p: they are those of
+PRED plus the sum over the terms of the product over the parameters of T_degree(z), times the
+weights of the term. T is the Chebyshev polynomial, z = 2 (t(p) - t(low)) / (t(high) - t(low)) - 1,
+t by the transform: 0 p, 1 log p, 2 1 / p; low > 0 but with 0. At most 63 terms, of degrees up to
+16. Files with PARA have version 7, all others are written with version 6.
 
 MOVE says how inputs with a first-order hold go on (``input_forecast.py``); without it they are
 held while they are not known, and at_step_end is 1.
@@ -61,14 +71,20 @@ from slide_fmu.core.window import Window
 from slide_fmu.network.base import Network
 from slide_fmu.network.bytes import decode_network, encode_network
 from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.input_forecast import MAX_CANDIDATES, MAX_PAST, InputForecast
+from slide_fmu.surrogate.parameter_payload import (
+    decode_parameters,
+    encode_parameters,
+    parameter_row,
+)
 
 Made = TypeVar("Made")
 
 MAGIC = b"SLIDEFMU"
-VERSION = 6
-READABLE = (4, 5, VERSION)
+VERSION, WITH_PARAMETERS = 6, 7
+READABLE = (4, 5, VERSION, WITH_PARAMETERS)
 HOLDS: tuple[Hold, ...] = ("zero_order", "first_order")
 ANGLES: tuple[Angle | None, ...] = (None, "cosine", "sine")
 """Places in both are the numbers in the file."""
@@ -101,11 +117,15 @@ def encode(
     (inputs, outputs), (input_scaling, output_scaling) = signals, scalings
     sizes = window.n_in, window.n_out, len(inputs), len(outputs)
     rows = np.stack([output_scaling.offset, output_scaling.scale], 1)
-    body = MAGIC + struct.pack("<I", VERSION)
+    polynomial = network.polynomial if isinstance(network, StateSpace) else None
+    version = VERSION if polynomial is None else WITH_PARAMETERS
+    body = MAGIC + struct.pack("<I", version)
     body += _section(b"WIND", struct.pack("<dIIII", window.step, *sizes))
     body += _section(b"SCIN", _input_rows(inputs, input_scaling))
     body += _section(b"SCOU", rows.astype("<f8").tobytes())
     body += _section(b"PRED", encode_network(network))
+    if polynomial is not None:
+        body += _section(b"PARA", encode_parameters(polynomial))
     if estimator is not None:
         body += _section(b"ESTI", _encode_estimator(estimator))
     if forecast is not None:
@@ -115,6 +135,8 @@ def encode(
         "inputs": [_row(signal) for signal in inputs],
         "outputs": [_row(signal) for signal in outputs],
     }
+    if polynomial is not None:
+        metadata["parameters"] = [parameter_row(p) for p in polynomial.basis.parameters]
     text = json.dumps(metadata, sort_keys=True, ensure_ascii=False).encode("utf-8")
     body += _section(b"META", text + b" " * (-len(text) % 4))
     return body + struct.pack("<I", zlib.crc32(body))
@@ -213,17 +235,24 @@ def _decode_sections(reader: Reader) -> tuple[Any, ...]:
     section = reader.section(b"PRED")
     network = decode_network(section, n_inputs)
     section.done()
+    terms = reader.section(b"PARA") if _is_next(reader, b"PARA") else None
     estimator = None
-    if reader.data[reader.position : reader.position + 4] == b"ESTI":
+    if _is_next(reader, b"ESTI"):
         estimator = _decode_estimator(reader.section(b"ESTI"), n_inputs)
     forecast = None
-    if reader.data[reader.position : reader.position + 4] == b"MOVE":
+    if _is_next(reader, b"MOVE"):
         forecast = _decode_forecast(reader.section(b"MOVE"), n_inputs)
     section = reader.section(b"META")
     text = section.take(len(section.data)).decode("utf-8").rstrip(" ")
     name, inputs, outputs = _signals(text, rows)
+    if terms is not None:
+        network = decode_parameters(terms, network, text)
     scalings = input_scaling, output_scaling
     return name, window, inputs, outputs, *scalings, network, estimator, forecast
+
+
+def _is_next(reader: Reader, tag: bytes) -> bool:
+    return reader.data[reader.position : reader.position + 4] == tag
 
 
 def _signals(

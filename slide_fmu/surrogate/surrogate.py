@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,11 +12,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.core.parameters import Parameter, checked_values
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray, Hold, Signal, cosines_of, hold_of
 from slide_fmu.core.window import Window
 from slide_fmu.features.base import BEFORE
-from slide_fmu.network.base import BATCH, Network, Stepper, batches
+from slide_fmu.network.base import (
+    BATCH,
+    Network,
+    Parametric,
+    ParametricStepper,
+    Stepper,
+    batches,
+)
 from slide_fmu.surrogate.checks import check_forecast, check_signals, check_starts, checked_inputs
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.input_forecast import InputForecast
@@ -39,7 +49,8 @@ class Surrogate:
         outputs: output signals, in channel order.
         input_scaling: physical inputs to network inputs.
         output_scaling: physical outputs to network outputs.
-        network: scaled input window to scaled outputs.
+        network: scaled input window to scaled outputs; its weights may follow physical parameters,
+            which then have their start values unless others are given.
         estimator: error estimator, or None.
         forecast: how inputs with a first-order hold go on, and whether the FMU asks for that; None
             with a zero-order hold, and where inputs are set to what they reach by the step's end.
@@ -86,6 +97,26 @@ class Surrogate:
                 f"inputs {[signal.name for signal in self.inputs]} are no angle, but a network "
                 "sees features of one; expected a signal with angle 'cosine' and one with 'sine'"
             )
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return the physical parameters that users may set, in their order; none of most."""
+        return self.network.parameters if isinstance(self.network, Parametric) else ()
+
+    def at(self, parameters: Mapping[str, float]) -> Surrogate:
+        """Return the surrogate for fixed values of its parameters; it has none any more.
+
+        Args:
+            parameters: values by name, in the parameters' units; those that are not given have
+                their start values.
+
+        Raises:
+            ValueError: a name is that of no parameter, or a value lies outside its range.
+        """
+        values = checked_values(self.parameters, parameters)
+        if not isinstance(self.network, Parametric) or len(values) == 0:
+            return self
+        return dataclasses.replace(self, network=self.network.at(values))
 
     @property
     def hold(self) -> Hold:
@@ -137,19 +168,41 @@ class Surrogate:
         values = self.network.block(self.input_scaling.apply(windows), self.window.n_out)
         return self.output_scaling.invert(values.astype(np.float64))
 
-    def predict(self, inputs: NDArray[Any]) -> FloatArray:
+    def predict(
+        self, inputs: NDArray[Any], parameters: Mapping[str, float] | None = None
+    ) -> FloatArray:
         """Predict over a long record in blocks of n_out samples (paper: stride n_out).
 
         Before the record the first input is taken as held.
 
         Args:
             inputs: shape (N, n_inputs), N >= 1, in the inputs' units.
+            parameters: values by name, as for ``at``; the start values if None.
 
         Returns:
             Outputs at samples 1 .. N, shape (N, n_outputs).
 
         Raises:
-            ValueError: wrong number of channels, no samples, or values that are not finite.
+            ValueError: wrong number of channels, no samples, values that are not finite, or bad
+                parameters as in ``at``.
+        """
+        return self.in_blocks(inputs, self.at(parameters or {}).predict_windows)
+
+    def in_blocks(
+        self, inputs: NDArray[Any], evaluate: Callable[[FloatArray], FloatArray]
+    ) -> FloatArray:
+        """Evaluate a long record in blocks of n_out samples, as ``predict`` does.
+
+        Args:
+            inputs: as for ``predict``.
+            evaluate: from windows of it, shape (B, n_in, n_inputs), to values of any kind at the
+                samples of their output windows, shape (B, n_out, ...).
+
+        Returns:
+            The values at samples 1 .. N, shape (N, ...).
+
+        Raises:
+            ValueError: as for ``predict``.
         """
         checked = checked_inputs(inputs, self.inputs)
         n_out, count = self.window.n_out, len(checked)
@@ -159,16 +212,19 @@ class Surrogate:
         padded = np.concatenate([prehistory, checked])
         starts = np.arange(blocks) * n_out
         parts = [
-            self.predict_windows(padded[self.window.input_indices(starts[some])])
+            evaluate(padded[self.window.input_indices(starts[some])])
             for some in batches(blocks, BATCH)
         ]
-        return np.concatenate(parts).reshape(blocks * n_out, -1)[lead:]
+        values = np.concatenate(parts)
+        return values.reshape(blocks * n_out, *values.shape[2:])[lead:]
 
-    def predict_newest(self, inputs: NDArray[Any]) -> FloatArray:
+    def predict_newest(
+        self, inputs: NDArray[Any], parameters: Mapping[str, float] | None = None
+    ) -> FloatArray:
         """Predict a long record as a co-simulation does: the newest output of every step.
 
         Args:
-            inputs: as for ``predict``.
+            inputs, parameters: as for ``predict``.
 
         Returns:
             Outputs at samples 1 .. N, shape (N, n_outputs).
@@ -176,15 +232,20 @@ class Surrogate:
         Raises:
             ValueError: as for ``predict``.
         """
-        return np.asarray(self.predict_newest_batch(checked_inputs(inputs, self.inputs)[None])[0])
+        checked = checked_inputs(inputs, self.inputs)[None]
+        return np.asarray(self.predict_newest_batch(checked, parameters)[0])
 
-    def predict_newest_batch(self, inputs: NDArray[Any]) -> FloatArray:
+    def predict_newest_batch(
+        self, inputs: NDArray[Any], parameters: Mapping[str, float] | None = None
+    ) -> FloatArray:
         """Predict many records of the same length by ``predict_newest``.
 
         Inputs of the shape (B, N, n_inputs) give outputs (B, N, n_outputs).
         """
-        checked = checked_inputs(inputs, self.inputs, "records, ")
-        values = self.network.stream(self.input_scaling.apply(checked))
+        checked, network = checked_inputs(inputs, self.inputs, "records, "), self.network
+        if parameters:
+            network = self.at(parameters).network
+        values = network.stream(self.input_scaling.apply(checked))
         newest = values[:, :, -len(self.outputs) :].astype(np.float64)
         return self.output_scaling.invert(newest)
 
@@ -275,6 +336,7 @@ class Stream:
         self._predictor: Stepper = surrogate.network.stepper()
         self._estimator = None if estimator is None else estimator.network.stepper()
         self._squares: FloatArray | None = None
+        self._parameters: dict[str, float] = {}
         self._inside = [math.inf, math.inf]  # newest samples in range: inputs, features
 
     def step(self, inputs: NDArray[Any]) -> tuple[FloatArray, FloatArray | None]:
@@ -298,6 +360,20 @@ class Stream:
         for place, inside in enumerate((surrogate.covers(scaled[None])[0], known)):
             self._inside[place] = self._inside[place] + 1 if inside else 0
         return surrogate.output_scaling.invert(values.astype(np.float64)), estimates
+
+    def set_parameters(self, parameters: Mapping[str, float]) -> None:
+        """Change physical parameters from the next step on; what the network remembers is kept.
+
+        Those that are not given keep their values.
+
+        Raises:
+            ValueError: as for ``Surrogate.at``.
+        """
+        given = {**self._parameters, **parameters}
+        network = self.surrogate.at(given).network
+        self._parameters = given
+        if isinstance(self._predictor, ParametricStepper):
+            self._predictor.change(network)
 
     @property
     def inputs_in_range(self) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from slide_fmu.core.measures import moving_rms
@@ -14,7 +16,12 @@ from slide_fmu.validation.comparison import Comparison
 
 
 def beside(
-    fmu: UnpackedFmu, surrogate: Surrogate, drawn: Draw, truth: FloatArray, seconds: FloatArray
+    fmu: UnpackedFmu,
+    surrogate: Surrogate,
+    drawn: Draw,
+    truth: FloatArray,
+    seconds: FloatArray,
+    parameters: Mapping[str, float] | None = None,
 ) -> Comparison:
     """Run an FMU on inputs whose true outputs are known.
 
@@ -22,6 +29,7 @@ def beside(
         drawn: the inputs, (N, n_inputs), of which the burn-in is not scored.
         truth: outputs, (N + 1, n_outputs).
         seconds: wall time in s of each step that made them; empty where they were measured.
+        parameters: values of the FMU's physical parameters, by name; its start values if None.
 
     Raises:
         CoSimulationError: the FMU reports an error.
@@ -30,8 +38,9 @@ def beside(
     inputs = {s.name: drawn.inputs[:, i] for i, s in enumerate(surrogate.inputs)}
     step, span = surrogate.window.step, surrogate.estimated_samples
     estimates = [] if surrogate.estimator is None else [f"{n}_error_estimate" for n in names]
-    known = {AT_STEP_END: 1.0} if AT_STEP_END in fmu.references else {}
-    own = run_fmu(fmu, inputs, [*names, *estimates], known, step)
+    known = dict(parameters or {})
+    at_end = {AT_STEP_END: 1.0} if AT_STEP_END in fmu.references else {}
+    own = run_fmu(fmu, inputs, [*names, *estimates], {**known, **at_end}, step)
     first = max(drawn.burn_in + 1, surrogate.network.memory_length)
     error = own.values[first:, : len(names)] - truth[first:]
     true_error = np.full_like(error, np.nan)
@@ -47,11 +56,14 @@ def beside(
         true_error,
         (own.seconds, seconds),
         None,
-        plain=_plain(fmu, surrogate, drawn, first),
+        plain=_plain(fmu, surrogate, drawn, first, known),
+        parameters=known,
     )
 
 
-def _plain(fmu: UnpackedFmu, surrogate: Surrogate, drawn: Draw, first: int) -> FloatArray | None:
+def _plain(
+    fmu: UnpackedFmu, surrogate: Surrogate, drawn: Draw, first: int, known: dict[str, float]
+) -> FloatArray | None:
     """Return the outputs from a sample on of an FMU that is told what its inputs are now.
 
     ``drawn.inputs[k]`` is reached at t_k+1: so it is set before the step from there.
@@ -61,4 +73,4 @@ def _plain(fmu: UnpackedFmu, surrogate: Surrogate, drawn: Draw, first: int) -> F
     now = np.concatenate([drawn.inputs[:1], drawn.inputs[:-1]])
     inputs = {signal.name: now[:, i] for i, signal in enumerate(surrogate.inputs)}
     names = [signal.name for signal in surrogate.outputs]
-    return run_fmu(fmu, inputs, names, step=surrogate.window.step).values[first:]
+    return run_fmu(fmu, inputs, names, known, surrogate.window.step).values[first:]

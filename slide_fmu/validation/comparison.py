@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -73,6 +73,7 @@ class Comparison:
         free: outputs of the network run freely from the state with which a record begins, shape
             (N, n_outputs): they have no error of the truncated window. None of simulated
             trajectories, and of networks without a state.
+        parameters: values of the physical parameters, by name; none where there are none.
     """
 
     kind: int
@@ -87,6 +88,7 @@ class Comparison:
     failed: int = 0
     plain: FloatArray | None = None
     free: FloatArray | None = None
+    parameters: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def error(self) -> FloatArray:
@@ -96,12 +98,21 @@ class Comparison:
 
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """A validation is all compared trajectories of one task."""
+    """A validation is all compared trajectories of one task.
+
+    Attributes:
+        task, surrogate, recipe: what was validated, and how.
+        comparisons: the trajectories; those of a surrogate with physical parameters have unseen
+            values of them.
+        corners: one more trajectory at each corner of the parameters' box, which the other
+            figures do not count; none without parameters.
+    """
 
     task: Task
     surrogate: Surrogate
     recipe: Recipe
     comparisons: tuple[Comparison, ...]
+    corners: tuple[Comparison, ...] = ()
 
     def figures(self) -> dict[str, Any]:
         """Return the figures as plain values, as written to JSON."""
@@ -116,7 +127,24 @@ class Validation:
             "excitations": self._excitations(),
             "error_estimate": self._estimate(),
             "timing": self._timing(),
+            **self._of_parameters(),
         }
+
+    def _of_parameters(self) -> dict[str, Any]:
+        """Return the errors by values of the physical parameters, where there are some."""
+        if not self.surrogate.parameters:
+            return {}
+        names = [parameter.name for parameter in self.surrogate.parameters]
+        worst = {}
+        for what, chosen in (("unseen", self.comparisons), ("corners", self.corners)):
+            worst[what] = [
+                {
+                    **{name: c.parameters[name] for name in names},
+                    "relative_rmse": relative_rmse(c.error, c.reference).tolist(),
+                }
+                for c in chosen
+            ]
+        return {"parameters": {"names": names, **worst}}
 
     def relative_deviations(self, euclidean: bool = False) -> FloatArray:
         """Return relative deviations of all error estimates, samples and outputs in one vector.

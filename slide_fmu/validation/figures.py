@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -15,7 +14,7 @@ from slide_fmu.memory.stability import AmplitudeTest
 from slide_fmu.recipe.measured import KIND
 from slide_fmu.validation.comparison import Comparison, Validation, relative_rmse
 from slide_fmu.validation.motions import motions_of
-from slide_fmu.validation.pictures import with_palette
+from slide_fmu.validation.pictures import png as _png
 
 REFERENCE, SURROGATE, ERROR, ESTIMATE = "#222222", "#1f77b4", "#d62728", "#ff7f0e"
 SHOWN_SECONDS = 6.0
@@ -23,8 +22,6 @@ SHOWN_SECONDS = 6.0
 SHOWN_SAMPLES = 8000
 """The cut-out has no more samples than these, since more of them are a black bar."""
 SCATTER_POINTS = 4000
-DPI = 96
-"""Pixels per inch: the widest picture is as wide as the report's page."""
 PLOTTED = 1e6
 """Largest value drawn of a run that may grow without bound."""
 
@@ -226,9 +223,3 @@ def _worst_part(comparison: Comparison, output: int) -> slice:
     worst = int(np.argmax(np.abs(comparison.error[:, output])))
     first = min(max(0, worst - count // 2), len(comparison.time) - count)
     return slice(first, first + count)
-
-
-def _png(figure: Figure) -> bytes:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
-    return with_palette(buffer.getvalue())

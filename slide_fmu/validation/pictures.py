@@ -8,10 +8,20 @@ from __future__ import annotations
 import base64
 import io
 
+from matplotlib.figure import Figure
 from PIL import Image
 
 COLOURS = 24
 """Colours of a picture: about ten lines and inks, with steps between them and white."""
+DPI = 96
+"""Pixels per inch: the widest picture is as wide as the report's page."""
+
+
+def png(figure: Figure) -> bytes:
+    """Store a figure as a PNG with a palette of a few colours."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
+    return with_palette(buffer.getvalue())
 
 
 def with_palette(picture: bytes) -> bytes:

@@ -21,7 +21,7 @@ from slide_fmu.validation import figures
 from slide_fmu.validation.comparison import Validation, meaning_of
 from slide_fmu.validation.pictures import in_page
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_figures
-from slide_fmu.validation.tables import curve_rows, size_rows
+from slide_fmu.validation.tables import curve_rows, parameter_rows, size_rows
 
 OF_RECORDS = "relative_noise_floor", "free_relative_rmse"
 """Figures of outputs that were measured: the noise, and the error of the network run freely."""
@@ -110,6 +110,14 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
             [figures.excitation_bars(main)],
         ),
     ]
+    if main.surrogate.parameters:
+        text = (
+            "Every trajectory has values of the physical parameters that no training saw; one "
+            "more is at each corner of their ranges, which the figures above do not count. "
+            "Relative RMSE is the largest of the outputs."
+        )
+        rows = parameter_rows(main.figures()["parameters"])
+        sections.append(Section("Physical parameters", text, rows))
     if main.surrogate.estimator is not None:
         sections.append(_estimate_section(validations))
     sections.append(_timing_section(main))

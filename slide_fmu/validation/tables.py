@@ -35,3 +35,31 @@ def curve_rows(curve: Mapping[str, Any]) -> list[Sequence[str]]:
         for p in curve["points"]
     ]
     return rows
+
+
+WORST = 5
+"""So many of the values of physical parameters with the largest errors are shown."""
+
+
+def parameter_rows(found: Mapping[str, Any]) -> list[Sequence[str]]:
+    """Return a table of the errors by physical parameters, its heading first.
+
+    Of the unseen values the worst ``WORST`` are shown; all corners are.
+    """
+    names: list[str] = found["names"]
+    unseen = sorted(found["unseen"], key=_error_of, reverse=True)[:WORST]
+    corners = sorted(found["corners"], key=_error_of, reverse=True)
+    return [
+        ("values", *names, "relative RMSE"),
+        *(_parameter_row("corner", row, names) for row in corners),
+        *(_parameter_row("unseen, worst", row, names) for row in unseen),
+    ]
+
+
+def _error_of(row: Mapping[str, Any]) -> float:
+    return float(max(row["relative_rmse"]))
+
+
+def _parameter_row(what: str, row: Mapping[str, Any], names: list[str]) -> Sequence[str]:
+    values = (f"{row[name]:.4g}" for name in names)
+    return what, *values, f"{100 * _error_of(row):.3g} %"

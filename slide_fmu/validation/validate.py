@@ -5,16 +5,19 @@ from __future__ import annotations
 import os
 import tempfile
 import time
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
+from slide_fmu.data.parameter_draws import drawn_parameters
 from slide_fmu.data.pool import in_parallel, process_pool
 from slide_fmu.python_fmu.reference_slave import FROM_STATE, write_reference_fmu
 from slide_fmu.recipe.measured import KIND
@@ -76,6 +79,10 @@ def validate(
 
     A reference system whose states cannot be set is no FMU: it simulates each record by itself.
 
+    Where the recipe has physical parameters, every trajectory has unseen values of them, from a
+    Sobol sequence of the task's seed; one more is at each corner of their box. Then the reference
+    simulates by itself too.
+
     Samples are scored from the end of the burn-in on, and not before the input window is filled
     with inputs of the trajectory. Where the estimate is scored, its span is filled too. Where the
     recipe has a reference of its own, the model that made the data is simulated on the same
@@ -107,12 +114,18 @@ def validate(
         reference_path = Path(folder) / "reference.fmu"
         with ExitStack() as stack:
             fmu_files, reference_files = stack.enter_context(unpacked(fmu)), None
-            if _is_co_simulated(models.reference):
+            # of other values of physical parameters every time: those simulate by themselves
+            if _is_co_simulated(models.reference) and not recipe.parameters:
                 write_reference_fmu(reference_specification(recipe), reference_path)
                 reference_files = stack.enter_context(unpacked(reference_path))
             bench = _Bench(fmu_files, reference_files, surrogate, recipe, stream)
             comparisons = _measure_all(bench, models, count, workers, progress)
-    return Validation(task, surrogate, recipe, tuple(comparisons))
+            corners = corners_of(recipe.physical()) if recipe.parameters else []
+            at_corners = [
+                _measure(bench, models, count + index, corner)
+                for index, corner in enumerate(corners)
+            ]
+    return Validation(task, surrogate, recipe, tuple(comparisons), tuple(at_corners))
 
 
 def _measure_all(
@@ -147,19 +160,36 @@ def _measure_here(index: int) -> Comparison:
     return _measure(*_here[0], index)
 
 
-def _measure(bench: _Bench, models: _Models, index: int) -> Comparison:
-    """Draw a trajectory and run everything on it; where the system fails on it, another one."""
+def _measure(
+    bench: _Bench, models: _Models, index: int, corner: Mapping[str, float] | None = None
+) -> Comparison:
+    """Draw a trajectory and run everything on it; where the system fails on it, another one.
+
+    Physical parameters are those of a corner of their box, or unseen ones.
+    """
+    recipe, values = bench.recipe, corner
+    if recipe.parameters:
+        values = corner or drawn_parameters(recipe, bench.stream, index)
+        models = _Models(recipe.at(values))
     for attempt in range(MOST_ATTEMPTS):
         try:
-            return replace(_measure_draw(bench, models, index, attempt), failed=attempt)
+            found = _measure_draw(bench, models, index, attempt, values)
+            return replace(found, failed=attempt)
         except SimulationError as error:
             failure = error
     raise failure
 
 
-def _measure_draw(bench: _Bench, models: _Models, index: int, attempt: int) -> Comparison:
+def _measure_draw(
+    bench: _Bench,
+    models: _Models,
+    index: int,
+    attempt: int,
+    parameters: Mapping[str, float] | None,
+) -> Comparison:
     drawn = draw(bench.recipe, models.reference, bench.stream, index, attempt)
-    found = compare(bench.fmu, bench.reference, bench.surrogate, models.reference, drawn)
+    fmus = bench.fmu, bench.reference
+    found = compare(*fmus, bench.surrogate, models.reference, drawn, parameters)
     if models.data is None:
         return found
     own = draw(bench.recipe, models.data, bench.stream, index, attempt)
@@ -194,14 +224,18 @@ def compare(
     surrogate: Surrogate,
     system: System,
     drawn: Draw,
+    parameters: Mapping[str, float] | None = None,
 ) -> Comparison:
     """Run an FMU and the reference, an FMU or the system itself, on one drawn trajectory.
+
+    The system has been made with the values of the physical parameters, which the FMU gets too.
 
     Raises:
         CoSimulationError: an FMU reports an error.
         SimulationError: the system could not be simulated.
     """
-    return beside(fmu, surrogate, drawn, *_true_outputs(reference, system, drawn))
+    truth, seconds = _true_outputs(reference, system, drawn)
+    return beside(fmu, surrogate, drawn, truth, seconds, parameters)
 
 
 def _initial_parameters(system: System, initial: State) -> dict[str, float | bool]:

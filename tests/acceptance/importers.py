@@ -65,7 +65,9 @@ def run_libcosim(ssp: Path, outputs: Outputs, step: float, steps: int) -> FloatA
     return np.array(rows, dtype=np.float64)
 
 
-def run_ecos(ssp: Path, outputs: Outputs, step: float, steps: int) -> FloatArray:
+def run_ecos(
+    ssp: Path, outputs: Outputs, step: float, steps: int, parameter_set: str | None = None
+) -> FloatArray:
     """The same with Ecos."""
     # its library finds TBB, a package of its own, when it is loaded already
     ctypes.CDLL(str(Path(sys.prefix) / "lib" / "libtbb.so.12"), mode=ctypes.RTLD_GLOBAL)
@@ -73,7 +75,7 @@ def run_ecos(ssp: Path, outputs: Outputs, step: float, steps: int) -> FloatArray
 
     rows, boolean = [], booleans(ssp)
     with EcosSimulation(ssp_path=str(ssp), step_size=step) as simulation:
-        simulation.init()
+        simulation.init(parameter_set=parameter_set)
         for _ in range(steps):
             simulation.step(1)
             row = []

@@ -22,12 +22,13 @@ from typing import Any
 import numpy as np
 from figures_out import measure_and_write
 from seeds import ESTIMATE_SPANS
-from unseen import Motion, scored, unseen_motions
+from unseen import scored
 
 from slide_fmu.core.measures import moving_rms, relative_deviation
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream
+from slide_fmu.data.unseen import UnseenMotion, unseen_motions
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.measurement import tasks
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
@@ -141,13 +142,13 @@ def stream_figures(bench: Bench, stream: Stream, count: int, advance: Progress) 
     }
 
 
-def errors_of(surrogate: Surrogate, estimator: ErrorEstimator, motion: Motion) -> Errors:
+def errors_of(surrogate: Surrogate, estimator: ErrorEstimator, motion: UnseenMotion) -> Errors:
     """True and estimated errors of the samples that are scored."""
     true, _ = scored(surrogate, motion)
-    scaled = surrogate.input_scaling.apply(motion.drawn.inputs)
+    scaled = surrogate.input_scaling.apply(motion.inputs)
     estimated = np.sqrt(estimator.along(scaled, len(surrogate.outputs)))
     first = motion.first(surrogate.network.memory_length, estimator.network.memory_length)
-    count = len(motion.reference) - first
+    count = len(motion.outputs) - first
     return Errors(
         true[len(true) - count :], estimated[first - 1 :] * surrogate.output_scaling.scale
     )

@@ -27,12 +27,12 @@ from typing import Any
 import numpy as np
 from figures_out import measure_and_write
 from seeds import PAPER_SEGMENTS
-from unseen import Motion, unseen_motions
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
-from slide_fmu.data.draws import TEST, Draw, Stream
+from slide_fmu.data.draws import TEST, Stream
+from slide_fmu.data.unseen import UnseenMotion, unseen_motions
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
@@ -110,7 +110,7 @@ def measure(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
         fmu = stack.enter_context(unpacked(arguments.fmu)) if arguments.through_fmu else None
         for motion in unseen_motions(recipe, stream, count, bar("test motions")):
             segments = segments_of(surrogate, fmu, motion, chosen)
-            number = arguments.excitation or motion.drawn.kind + 1
+            number = arguments.excitation or motion.kind + 1
             by_number.setdefault(number, []).append(segments)
     millimetres = MILLIMETRES.get(unit)
     kinds = [
@@ -162,7 +162,7 @@ def with_excitation(recipe: Recipe, number: int | None) -> Recipe:
 
 
 def segments_of(
-    surrogate: Surrogate, fmu: UnpackedFmu | None, motion: Motion, chosen: list[int]
+    surrogate: Surrogate, fmu: UnpackedFmu | None, motion: UnseenMotion, chosen: list[int]
 ) -> Segments:
     """Segments of one motion.
 
@@ -170,24 +170,24 @@ def segments_of(
         fmu: gives the outputs; the surrogate in numpy if None.
         chosen: indices of the outputs.
     """
-    n_out, drawn = surrogate.window.n_out, motion.drawn
+    n_out = surrogate.window.n_out
     first = motion.first(surrogate.network.memory_length)
-    newest = outputs(surrogate, fmu, drawn)[first - 1 :, chosen]
-    segments = Segments.of_motion(newest, motion.reference[first:, chosen], n_out)
+    newest = outputs(surrogate, fmu, motion)[first - 1 :, chosen]
+    segments = Segments.of_motion(newest, motion.outputs[first:, chosen], n_out)
     if not len(segments.error):
         step = surrogate.window.step
         raise SystemExit(
-            f"duration = {step * (len(drawn.inputs) - drawn.burn_in):g} s; expected at least "
-            f"{step * (first + n_out - 1 - drawn.burn_in):g} s, so that a segment can be scored"
+            f"duration = {step * (len(motion.inputs) - motion.burn_in):g} s; expected at least "
+            f"{step * (first + n_out - 1 - motion.burn_in):g} s, so that a segment can be scored"
         )
     return segments
 
 
-def outputs(surrogate: Surrogate, fmu: UnpackedFmu | None, drawn: Draw) -> FloatArray:
+def outputs(surrogate: Surrogate, fmu: UnpackedFmu | None, motion: UnseenMotion) -> FloatArray:
     """Newest outputs at samples 1 .. N, shape (N, n_outputs): by numpy, or by the FMU itself."""
     if fmu is None:
-        return surrogate.predict_newest(drawn.inputs)
-    inputs = {signal.name: drawn.inputs[:, i] for i, signal in enumerate(surrogate.inputs)}
+        return surrogate.predict_newest(motion.inputs)
+    inputs = {signal.name: motion.inputs[:, i] for i, signal in enumerate(surrogate.inputs)}
     names = [signal.name for signal in surrogate.outputs]
     return run_fmu(fmu, inputs, names, step=surrogate.window.step).values[1:]
 

@@ -34,11 +34,12 @@ from pydantic import ValidationError
 from seeds import STRUCTURES
 from studies import Trained, positive, simulated_seconds, surrogate_only, trained
 from timing import Part, TimedSurrogate, part_times
-from unseen import Motion, scored, unseen_motions
+from unseen import scored
 
 from slide_fmu.core.measures import rms
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.draws import TEST, Stream
+from slide_fmu.data.unseen import UnseenMotion, unseen_motions
 from slide_fmu.pipeline.checks import check_recipe
 from slide_fmu.pipeline.job import open_job
 from slide_fmu.pipeline.stages import generate_data
@@ -145,7 +146,9 @@ def study(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     }
 
 
-def motions_of(recipe: Recipe, arguments: argparse.Namespace, advance: Progress) -> list[Motion]:
+def motions_of(
+    recipe: Recipe, arguments: argparse.Namespace, advance: Progress
+) -> list[UnseenMotion]:
     """Unseen motions with the reference model's outputs, the same for all variants."""
     duration = recipe.validation.duration or recipe.data.duration
     stream = Stream(TEST, arguments.seed, (1.0, 1.0), duration)
@@ -153,7 +156,7 @@ def motions_of(recipe: Recipe, arguments: argparse.Namespace, advance: Progress)
     return list(unseen_motions(recipe, stream, count, advance))
 
 
-def figures(one: Trained, motions: Sequence[Motion]) -> dict[str, Any]:
+def figures(one: Trained, motions: Sequence[UnseenMotion]) -> dict[str, Any]:
     """A row of the table, without times per step."""
     parts = [scored(one.surrogate, motion) for motion in motions]
     errors, references = (np.concatenate(part) for part in zip(*parts, strict=True))

@@ -122,14 +122,14 @@ def test_surrogate_does_not_depend_on_its_estimator(fit: Fit, folder: Path) -> N
 def test_finished_fit_is_found_again_and_another_recipe_is_not(fit: Fit, folder: Path) -> None:
     again = fitted(LEARNING, folder / "store", folder / "checkpoints")
     assert again.surrogate.to_bytes() == fit.surrogate.to_bytes()
-    before = {path.name for path in (folder / "checkpoints").iterdir()}
+    before = {path.name for path in (folder / "checkpoints").glob("*.pt")}
     assert len(before) == 2
     other = LEARNING.model_copy(
         update={"training": LEARNING.training.model_copy(update={"seed": 1, "steps": 5})}
     )
     surrogate = fitted(other, folder / "store", folder / "checkpoints").surrogate
     assert surrogate.to_bytes() != fit.surrogate.to_bytes()
-    assert len({path.name for path in (folder / "checkpoints").iterdir()} - before) == 2
+    assert len({path.name for path in (folder / "checkpoints").glob("*.pt")} - before) == 2
 
 
 @pytest.mark.parametrize("time_invariant", [True, False])
@@ -217,7 +217,7 @@ def test_same_seed_gives_the_same_bytes_and_another_seed_others(
     assert again.histories == state_space.histories
     other = fitted(state_space_recipe(seed=1), folder / "store", tmp_path)
     assert other.surrogate.to_bytes() != content
-    assert len(list(tmp_path.iterdir())) == 2
+    assert len(list(tmp_path.glob("*.pt"))) == 2
 
 
 @pytest.mark.extended
@@ -277,3 +277,15 @@ def test_trajectories_beyond_the_range_reach_the_fit(
     signal = recipe_system(STATE_SPACE).inputs[0]
     split = read_split(tmp_path / "3", "beyond")
     assert np.allclose(signal.high * inputs.numpy(), split.inputs, rtol=SINGLE, atol=0)
+
+
+def test_fit_tells_its_cpu_time_which_a_fit_that_is_found_again_keeps(
+    fit: Fit, folder: Path
+) -> None:
+    seconds = fit.histories["surrogate"].cpu_seconds
+    assert seconds is not None
+    assert seconds > 0
+    again = fitted(LEARNING, folder / "store", folder / "checkpoints")
+    kept = again.histories["surrogate"].cpu_seconds
+    assert kept is not None
+    assert seconds <= kept < seconds + 5

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
 
+from slide_fmu.core.parameter_basis import ParameterBasis
+from slide_fmu.core.parameters import Parameter
 from slide_fmu.core.scaling import Affine, LogError
 from slide_fmu.core.signals import Angle, FloatArray, Hold, Signal
 from slide_fmu.core.window import Window
@@ -22,6 +24,7 @@ from slide_fmu.network.base import Float32Array, Network
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.network.state_space.cell import GATED, Cell, Roles
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.network.state_space.polynomial import CellPolynomial
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.input_forecast import InputForecast
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -44,6 +47,7 @@ class CellShape:
     roles: bool = False  # drive and static part differ; always so with gated units
     turned: int = 0
     factors: int = 0
+    parameters: int = 0  # that its weights follow
 
 
 @dataclass(frozen=True)
@@ -212,12 +216,40 @@ def random_cell(
     )
 
 
+PARAMETERS = (
+    Parameter("mass", "kg", 1.0, 3.0, transform="log"),
+    Parameter("damping", "N s/m", -2.0, 2.0, start=1.5, description="It may be negative."),
+    Parameter("stiffness", "N/m", 100.0, 400.0, transform="reciprocal"),
+)
+"""Those of random surrogates, as many as they have."""
+
+
+def random_weights(
+    shape: CellShape, n_features: int, n_values: int, seed: int, roles: Roles | None
+) -> Cell | CellPolynomial:
+    """A cell that contracts, or one that does so for all parameters."""
+    first = random_cell(shape, n_features, n_values, seed, roles)
+    if shape.parameters == 0:
+        return first
+    basis = ParameterBasis.of_degree(PARAMETERS[: shape.parameters], 2)
+    others = [
+        random_cell(shape, n_features, n_values, seed + 1 + term, roles)
+        for term in range(len(basis.degrees) - 1)
+    ]
+    part = np.float32(0.1 * (1 - shape.contraction) / len(others))
+    small = [
+        replace(cell, **{name: part * weights for name, weights in cell.arrays().items()})
+        for cell in others
+    ]
+    return CellPolynomial(basis, (first, *small))
+
+
 def _state_space(shape: Shape, n_samples: int, n_out: int, n_values: int, seed: int) -> StateSpace:
     cell = shape.cell
     assert cell is not None
     features = random_features(shape, seed)
     roles = random_roles(cell, features.n_signals, seed)
-    weights = random_cell(cell, features.n_signals, n_values, seed, roles)
+    weights = random_weights(cell, features.n_signals, n_values, seed, roles)
     return StateSpace(weights, n_samples, n_out, features, roles, cell.turned)
 
 

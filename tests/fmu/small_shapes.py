@@ -42,6 +42,8 @@ ARM = replace(
 MOVING = replace(RAMP, n_inputs=2, forecasts=True)
 SWINGING = replace(TURNING, forecasts=True)
 
+PARAMETRIC = replace(CELLS, n_out=2, cell=CellShape(2, 3, parameters=2))
+
 FUZZED = (
     SMALL,
     ONE_SAMPLE,
@@ -57,6 +59,7 @@ FUZZED = (
     ARM,
     MOVING,
     SWINGING,
+    PARAMETRIC,
 )
 """All families, sets of features, kinds of units and of error estimators.
 

@@ -18,7 +18,17 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.driver import build_driver, required_sanitizer
 from tests.fmu.native import Load
 from tests.fmu.samples import CellShape, Shape, random_surrogate
-from tests.fmu.small_shapes import CELLS, DIRECTOR, GATED, MOVING, ONE_SAMPLE, RAMP, ROLES, SMALL
+from tests.fmu.small_shapes import (
+    CELLS,
+    DIRECTOR,
+    GATED,
+    MOVING,
+    ONE_SAMPLE,
+    PARAMETRIC,
+    RAMP,
+    ROLES,
+    SMALL,
+)
 from tests.limits import HANGS
 
 pytestmark = pytest.mark.extended
@@ -82,7 +92,9 @@ def _python_accepts(data: bytes) -> bool | None:
     return True
 
 
-@pytest.mark.parametrize("shape", [SMALL, ONE_SAMPLE, CELLS, MOVING, GATED, DIRECTOR, ROLES])
+@pytest.mark.parametrize(
+    "shape", [SMALL, ONE_SAMPLE, CELLS, MOVING, GATED, DIRECTOR, ROLES, PARAMETRIC]
+)
 def test_damaged_payloads_are_read_within_their_arrays(
     driver: Path, tmp_path: Path, shape: Shape
 ) -> None:
@@ -115,14 +127,14 @@ def test_every_kernel_of_this_processor_is_accurate(driver: Path) -> None:
         assert special == "1", (kernel, what)
 
 
-@pytest.mark.parametrize("shape", [SMALL, CELLS, GATED, MOVING])
+@pytest.mark.parametrize("shape", [SMALL, CELLS, GATED, MOVING, PARAMETRIC])
 def test_sequences_of_calls_stay_in_their_arrays(driver: Path, load: Load, shape: Shape) -> None:
     loaded = load(random_surrogate(shape))
     _run(driver, "calls", loaded.uri, loaded.guid)
     assert len(_run(driver, "run", loaded.uri, loaded.guid, "10")) == 10
 
 
-@pytest.mark.parametrize("shape", [SMALL, CELLS, RAMP, GATED, DIRECTOR])
+@pytest.mark.parametrize("shape", [SMALL, CELLS, RAMP, GATED, DIRECTOR, PARAMETRIC])
 def test_damaged_states_stay_in_their_arrays(driver: Path, load: Load, shape: Shape) -> None:
     loaded = load(random_surrogate(shape))
     _run(driver, "damage", loaded.uri, loaded.guid)

@@ -29,6 +29,8 @@ NUMBERS = {
     "OUTPUT_WINDOW": 10,
     "INITIAL_WINDOW": 11,
     "INPUTS_AT_STEP_END": 12,
+    "MODEL_PARAMETER": 13,
+    "PARAMETERS_SETTLED": 14,
 }
 """Of the kinds in released FMUs. New kinds are added here; what is here never changes."""
 
@@ -36,6 +38,7 @@ SHAPES = {
     "layers": Shape(n_inputs=2, n_outputs=2, positions=3),
     "cell": Shape(n_inputs=2, n_outputs=3, cell=CellShape()),
     "one sample": Shape(block=False),
+    "parameters": Shape(n_inputs=2, n_outputs=2, cell=CellShape(parameters=3)),
 }
 every_shape = pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 

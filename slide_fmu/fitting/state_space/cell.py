@@ -33,6 +33,9 @@ class CellShape:
             V.
         bias: whether there are constant terms.
         turned: pairs of states that LPV units see in the turned frame.
+        terms: number K of terms phi_k of physical parameters p, of which every weight is a sum,
+            sum over k of phi_k(p) Theta_k; the parameters are those of the K cells of
+            coefficients one after the other. A plain cell has the constant term alone.
     """
 
     n_states: int
@@ -42,6 +45,7 @@ class CellShape:
     units: str = "tanh"
     bias: bool = True
     turned: int = 0
+    terms: int = 1
 
     @property
     def gated(self) -> bool:
@@ -77,34 +81,59 @@ class CellShape:
         return sum(self.sizes[:3])
 
     @property
+    def n_weights(self) -> int:
+        """One cell has this many weights."""
+        return sum(self.sizes)
+
+    @property
     def n_parameters(self) -> int:
         """The parameter vector has this length."""
-        return sum(self.sizes)
+        return self.terms * self.n_weights
 
     def linear(self, a: torch.Tensor, b: torch.Tensor, c: torch.Tensor) -> torch.Tensor:
         """Return the parameters of x[k+1] = A x + B f, y = C x for a shape without units.
 
         A has the shape (n_states, n_states), B (n_states, n_drive), C (n_outputs, n_states).
+        Physical parameters do not move it: all terms but the constant one are zero.
         """
         theta = a.new_zeros(self.n_parameters)
-        m = self.split(theta)
+        m = self.split(theta[: self.n_weights])
         m.a[:], m.b[:] = a, b
         m.c.view(self.n_outputs, self.n_factors, self.n_states)[:, 0] = c
         return theta
 
     def split(self, theta: torch.Tensor) -> Cell:
-        """Return the cell of a parameter vector, shape (n_parameters,): views of it."""
-        shapes = self.shapes
+        """Return the cell of weights, shape (n_weights,): views of them.
+
+        Weights of several cells, (B, n_weights), give matrices with this axis before theirs.
+        """
+        shapes, leading = self.shapes, theta.shape[:-1]
         columns = [shapes.pop(name)[1] for name in "abe"]
-        f, rest = theta[: self.sizes[0]].view(self.n_states, self.n_next), theta[self.sizes[0] :]
-        parts = dict(zip("abe", torch.split(f, columns, 1), strict=True))
-        flat = torch.split(rest, [math.prod(shape) for shape in shapes.values()])
-        parts |= {name: part.view(shapes[name]) for name, part in zip(shapes, flat, strict=True)}
+        f, rest = theta[..., : self.sizes[0]], theta[..., self.sizes[0] :]
+        f = f.view(*leading, self.n_states, self.n_next)
+        parts = dict(zip("abe", torch.split(f, columns, -1), strict=True))
+        flat = torch.split(rest, [math.prod(shape) for shape in shapes.values()], -1)
+        parts |= {
+            name: part.view(*leading, *shapes[name])
+            for name, part in zip(shapes, flat, strict=True)
+        }
         parts.setdefault("d0", theta.new_zeros(self.n_outputs * self.n_factors))
         return Cell(**parts, activation=self.units)
 
+    def cells(self, theta: torch.Tensor) -> list[Cell]:
+        """Return the cells of coefficients of a parameter vector, one for each term."""
+        return [self.split(row) for row in theta.view(self.terms, -1)]
+
+    def weights(self, theta: torch.Tensor, phi: torch.Tensor | None) -> torch.Tensor:
+        """Return the weights that a parameter vector gives, shape (n_weights,).
+
+        Of cells with physical parameters, the values phi of the terms, shape (B, terms), give
+        weights for each of B, (B, n_weights).
+        """
+        return theta if phi is None else phi @ theta.view(self.terms, -1)
+
     def join(self, cell: Cell) -> torch.Tensor:
-        """Return the parameter vector of a cell; it is the inverse of ``split``."""
+        """Return the weights of a cell; it is the inverse of ``split``."""
         m = cell.arrays()
         f = torch.cat([m.pop("a"), m.pop("b"), m.pop("e")], 1)
         if not self.bias:
@@ -113,14 +142,18 @@ class CellShape:
 
 
 def simulate(
-    shape: CellShape, theta: torch.Tensor, features: torch.Tensor
+    shape: CellShape,
+    theta: torch.Tensor,
+    features: torch.Tensor,
+    phi: torch.Tensor | None = None,
 ) -> tuple[torch.Tensor, torch.Tensor]:
     """Run the cell at theta, (n_parameters,), from zero state over features, (samples, B, q).
 
     The sample comes first, so that each is one piece of memory. The outputs (samples, B,
     n_outputs) and the states (samples, B, n_states) are one step after the feature of their row.
+    Of cells with physical parameters, phi has the values of the terms, (B, terms).
     """
-    cell, inputs = shape.split(theta), ByRole.of(shape.roles, features)
+    cell, inputs = shape.split(shape.weights(theta, phi)), ByRole.of(shape.roles, features)
     rest = features.new_zeros(features.shape[1], shape.n_states)
     states = Equations(cell, inputs, shape.turned, torch).run(rest)
     return outputs(cell, states, inputs), states

@@ -7,6 +7,7 @@ linear model that it comes from.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -70,16 +71,27 @@ def _rms(states: torch.Tensor) -> torch.Tensor:
     return rms.clamp_min(1e-9 * float(rms.max()) + 1e-30)
 
 
-def widen(cell: Cell, new: CellShape, generator: torch.Generator) -> torch.Tensor:
-    """Return parameters, (new.n_parameters,), of a larger cell that answers as a smaller one.
+def widen_all(cells: Sequence[Cell], new: CellShape, generator: torch.Generator) -> torch.Tensor:
+    """Return parameters, (new.n_parameters,), from one cell for each term.
+
+    The first one is widened; in the terms of physical parameters what is new is 0, so that they do
+    not move it.
+    """
+    others = [widen(cell, new, None) for cell in cells[1:]]
+    return torch.cat([widen(cells[0], new, generator), *others])
+
+
+def widen(cell: Cell, new: CellShape, generator: torch.Generator | None) -> torch.Tensor:
+    """Return the weights, (new.n_weights,), of a larger cell that answers as a smaller one.
 
     New states are short memories of the features that no output sees; new units have random
-    arguments and act on nothing. Roles and outputs of both cells are the same.
+    arguments and act on nothing. Roles and outputs of both cells are the same. Without generator,
+    what is new is 0.
     """
     (n, q), units, wide = cell.b.shape, len(cell.w), new.n_states
     a, b, e = (cell.a.new_zeros(wide, columns) for columns in (wide, q, new.n_units))
     a[:n, :n], b[:n], e[:n, :units] = cell.a, cell.b, cell.e
-    for state in range(n, wide):
+    for state in range(n, wide) if generator else ():
         a[state, state] = PAD_POLE
         b[state, (state - n) % q] = PAD_GAIN  # the features take turns
     w = _random(new.shapes["w"], generator).to(a)
@@ -96,7 +108,12 @@ def widen(cell: Cell, new: CellShape, generator: torch.Generator) -> torch.Tenso
     return new.join(Cell(a, b, e, w, c, cell.d, cell.d0, new.units, v))
 
 
-def _random(shape: tuple[int, ...], generator: torch.Generator) -> torch.Tensor:
-    """Draw normal numbers, (units, arguments); a sum over the arguments has unit variance."""
+def _random(shape: tuple[int, ...], generator: torch.Generator | None) -> torch.Tensor:
+    """Draw normal numbers, (units, arguments); a sum over the arguments has unit variance.
+
+    They are 0 without a generator.
+    """
+    if generator is None:
+        return torch.zeros(*shape, dtype=torch.float64)
     values = torch.randn(*shape, generator=generator, dtype=torch.float64)
     return values / math.sqrt(max(1, shape[1]))

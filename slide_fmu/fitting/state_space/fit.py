@@ -12,7 +12,7 @@ import torch
 from slide_fmu.core.progress import Progress
 from slide_fmu.fitting.feature_choice import roles_of
 from slide_fmu.fitting.history import History, TriedUnits
-from slide_fmu.fitting.problem import Problem
+from slide_fmu.fitting.problem import Problem, Which
 from slide_fmu.fitting.state_space.cell import CellShape
 from slide_fmu.fitting.state_space.cubes import with_room
 from slide_fmu.fitting.state_space.multi_start import (
@@ -27,8 +27,9 @@ from slide_fmu.fitting.state_space.segments import Segments, cut_segments
 from slide_fmu.fitting.state_space.sizes import Chosen, choose_sizes, still_learnable
 from slide_fmu.fitting.state_space.unit_choice import choose_units
 from slide_fmu.fitting.training import TrainingError
-from slide_fmu.network.state_space.cell import GATED
+from slide_fmu.network.state_space.cell import GATED, Cell
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.network.state_space.polynomial import CellPolynomial
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 SEGMENT = 256
@@ -111,17 +112,21 @@ def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresR
     """
     dtype = getattr(torch, training.precision)
 
-    def segments(record: tuple[torch.Tensor, torch.Tensor]) -> Segments:
+    def segments(which: Which) -> Segments:
         burn_in = problem.window.n_truncated
         length = training.segment or max(SEGMENT, burn_in)
-        cut = cut_segments(record[0].to(dtype), record[1].to(dtype), burn_in, length)
+        features, targets = (part.to(dtype) for part in problem.records(which))
+        phi = None
+        if problem.physical is not None:
+            phi = torch.from_numpy(problem.physical.terms(which)).to(features)
+        cut = cut_segments(features, targets, burn_in, length, phi)
         return cut.evened_out() if training.even_out else cut
 
     features = problem.training[0].to(dtype)
-    whole = segments(problem.training)
+    whole = segments("training")
     pieces = whole.count // len(features)
     if problem.beyond is not None:
-        whole = whole.and_others(segments(problem.beyond), training.beyond_weight)
+        whole = whole.and_others(segments("beyond"), training.beyond_weight)
     if training.flip_signs:
         whole = whole.and_others(whole.mirrored(), 1.0)
     searched = "auto" in (network.order, network.hidden)
@@ -129,7 +134,7 @@ def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresR
     part = whole.every(_stride(training.part, pieces, whole.count, fewest))
     start = problem.start
     roles = roles_of(network, problem.features) if start is None else start.roles
-    return FitData(whole, part, segments(problem.validation), features, roles)
+    return FitData(whole, part, segments("validation"), features, roles)
 
 
 def _stride(part: int, pieces: int, count: int, fewest: int = FEWEST) -> int:
@@ -180,11 +185,23 @@ def freeze(winner: Candidate, problem: Problem, data: FitData) -> StateSpace:
         ValueError: a weight is not finite.
     """
     shape, window = winner.shape, problem.window
-    cell = shape.split(with_room(shape, winner.state.best, data.whole))
+    theta = winner.state.best
+    if problem.physical is None:
+        theta = with_room(shape, theta, data.whole)
+    cells = tuple(_frozen(shape, cell) for cell in shape.cells(theta))
+    weights: Cell | CellPolynomial = cells[0]
+    if problem.physical is not None:
+        weights = CellPolynomial(problem.physical.basis, cells)
+    return StateSpace(
+        weights, window.n_in, window.n_out, problem.features, shape.roles, shape.turned
+    )
+
+
+def _frozen(shape: CellShape, cell: Cell) -> Cell:
+    """Return a cell of tensors as arrays of float32, with the constant terms left out as zeros."""
     if not shape.bias:
         cell = replace(cell, w=torch.cat([cell.w, cell.w.new_zeros(shape.n_units, 1)], 1))
     arrays: dict[str, Any] = {
         n: np.array(part.cpu().numpy(), np.float32) for n, part in cell.arrays().items()
     }
-    cell = replace(cell, **arrays)
-    return StateSpace(cell, window.n_in, window.n_out, problem.features, shape.roles, shape.turned)
+    return replace(cell, **arrays)

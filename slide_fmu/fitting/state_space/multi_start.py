@@ -8,7 +8,7 @@ Talwalkar, 2016, with rounds of the recipe's own sizes.)
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -19,7 +19,7 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space import levenberg_marquardt, preconditioned_descent
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
-from slide_fmu.fitting.state_space.coordinates import rescale, widen
+from slide_fmu.fitting.state_space.coordinates import rescale, widen_all
 from slide_fmu.fitting.state_space.ledger import Ledger
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate, LeastSquares
 from slide_fmu.fitting.state_space.linear_start import (
@@ -39,7 +39,7 @@ from slide_fmu.fitting.state_space.normal_equations import (
     normal_equations,
     sum_of_squares,
 )
-from slide_fmu.fitting.state_space.pole_penalty import PolePenalty, pole_radii
+from slide_fmu.fitting.state_space.pole_penalty import PolePenalty, pole_grid, pole_radii
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.network.state_space.cell import Roles
@@ -143,6 +143,7 @@ class MultiStart:
             self.network.units,
             self.network.bias,
             pairs,
+            1 if self.problem.physical is None else len(self.problem.physical.basis.degrees),
         )
 
     def dense_units(self, order: int, units: int) -> int:
@@ -150,9 +151,15 @@ class MultiStart:
 
         Beyond it, it is that of half the limit: the fit is widened from there by gradient steps.
         """
-        limit = self.training.dense_limit
-        if self.shape(order, units).n_parameters <= limit:
+        limit, count = self.training.dense_limit, self.shape(order, units).n_parameters
+        if count <= limit:
             return units
+        if self.problem.physical is not None:
+            raise ValueError(
+                f"training.dense_limit = {limit}; expected at least {count}, the coefficients of "
+                f"{units} units with physical parameters, whose network cannot be widened: raise "
+                "it, or choose fewer units (network.hidden) or a lower parameter_degree"
+            )
         while units > 1 and self.shape(order, units).n_parameters > limit // 2:
             units -= 1
         return units
@@ -216,12 +223,12 @@ class MultiStart:
         old, order = linear.shape, linear.shape.n_states
         shape = self.shape(order, units)
         features = self.data.part.features
-        _, states = simulate(old, linear.state.best, features)
-        m = old.split(linear.state.best)
+        _, states = simulate(old, linear.state.best, features, self.data.part.phi)
+        cells = old.cells(linear.state.best)
         if not shape.turned:  # pairs that turn keep their coordinates
-            m = rescale(old, m, states, whiten=number % 2 == 1)
+            cells = [rescale(old, cell, states, whiten=number % 2 == 1) for cell in cells]
         seed = (self.training.seed * START_STRIDE + number) % 2**32
-        theta = widen(m, shape, torch.Generator().manual_seed(seed))
+        theta = widen_all(cells, shape, torch.Generator().manual_seed(seed))
         name = f"start {number}, {order} states, {units} units"
         return self._descend(name, shape, theta, self.data.part, self.training.start_iterations)
 
@@ -280,7 +287,7 @@ class MultiStart:
         old, training = candidate.shape, self.training
         shape = self.shape(old.n_states - self.network.padding, units)
         generator = torch.Generator().manual_seed(training.seed)
-        theta = widen(old.split(candidate.state.best), shape, generator)
+        theta = widen_all(old.cells(candidate.state.best), shape, generator)
         validation = self._least_squares(shape, self.data.validation).validation
         radius = self._penalty(1).radius
 
@@ -313,9 +320,14 @@ class MultiStart:
 
     def _penalty(self, residuals: int) -> PolePenalty:
         excited, step = self._excited(), self.problem.window.step
+        physical, grid = self.problem.physical, None
+        if physical is not None:
+            grid = pole_grid(physical.basis).to(self.data.features)
+            if physical.eigenvalues is not None:  # heavier masses decay more slowly
+                excited = physical.eigenvalues
         # poles of the system itself: a mode v has the pole exp(v h)
         slowest = 0.0 if excited is None else float(np.exp(excited.real * step).max())
-        return PolePenalty.of(self.problem.window, slowest, residuals)
+        return replace(PolePenalty.of(self.problem.window, slowest, residuals), grid=grid)
 
     def _least_squares(self, shape: CellShape, segments: Segments) -> LeastSquares:
         """Return the problem on segments with the penalty on poles.
@@ -333,7 +345,8 @@ class MultiStart:
 
         def error(theta: torch.Tensor) -> float:
             squares = sum_of_squares(shape, theta, validation)
-            fine = math.isfinite(squares) and float(pole_radii(shape, theta).max()) < 1
+            radii = pole_radii(shape, theta, penalty.grid)
+            fine = math.isfinite(squares) and float(radii.max()) < 1
             return math.sqrt(squares / validation.counted) if fine else math.inf
 
         return LeastSquares(normal, cost, segments.counted, error)

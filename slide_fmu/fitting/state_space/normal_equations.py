@@ -10,11 +10,14 @@ which decides where a fit ends, has all.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import torch
 
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
+from slide_fmu.fitting.state_space.each_segment import EachSegment
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.network.state_space.equations import ByRole, Equations, Units, outputs, turned
 
@@ -47,11 +50,17 @@ class NormalEquations:
         self.gradient.addmv_(flat.T, residual)
         self.cost += float(residual @ residual)
 
+    def join(self, of_each: EachSegment, phi: torch.Tensor) -> None:
+        """Add what each segment of a chunk says, of the terms phi, (B, terms)."""
+        self.matrix += of_each.matrix(phi)
+        self.gradient += of_each.gradient(phi)
+        self.cost += of_each.cost
+
 
 def sum_of_squares(shape: CellShape, theta: torch.Tensor, segments: Segments) -> float:
     """Return the sum of squares over all scored samples; not finite if the cell diverges."""
     with torch.no_grad():
-        found, _ = simulate(shape, theta, segments.features)
+        found, _ = simulate(shape, theta, segments.features, segments.phi)
         residuals = (found[segments.burn_in :] - segments.targets).square().sum((0, 2))
         return float(residuals @ segments.weights.square())
 
@@ -64,7 +73,12 @@ def normal_equations(shape: CellShape, theta: torch.Tensor, segments: Segments) 
     size = max(8, numbers // (shape.n_states * shape.n_dynamic))
     with torch.no_grad():
         for chunk in segments.chunks(size):
-            _run(shape, theta, chunk, total, thin)
+            if chunk.phi is None:
+                _run(shape, theta, chunk, partial(total.add, thin=thin))
+            else:
+                of_each = EachSegment(thin)
+                _run(shape, shape.weights(theta, chunk.phi), chunk, of_each.add)
+                total.join(of_each, chunk.phi)
     return total
 
 
@@ -81,7 +95,7 @@ class _Rows:
 
     def __init__(self, shape: CellShape, theta: torch.Tensor, batch: int) -> None:
         p, factors = shape.n_outputs, shape.n_factors
-        self.rows = theta.new_zeros(BLOCK, batch, p, shape.n_parameters)
+        self.rows = theta.new_zeros(BLOCK, batch, p, shape.n_weights)
         self.residuals = theta.new_zeros(BLOCK, batch, p)
         self.dynamic = self.rows[..., : shape.n_dynamic]
         # rows of output i belong to block i of C, D and d only
@@ -181,7 +195,7 @@ class _Sensitivities:
         assert units.gates is not None
         assert units.seen is not None
         count, turn = len(turn), turn[:, None]
-        acting = turned(self._e.T.expand(count, -1, -1), turn, pairs, torch).mT.contiguous()
+        acting = turned(self._e.mT.expand(count, -1, -1), turn, pairs, torch).mT.contiguous()
         gain = acting * units.gates[:, None, :]
         # V T': the transpose of T acting on the rows of V
         seeing = turned(v_x.expand(count, -1, -1), turn, pairs, torch)
@@ -196,9 +210,17 @@ the arguments (B, ...) whose products are dx'/dW and dx'/dV."""
 
 
 def _run(
-    shape: CellShape, theta: torch.Tensor, chunk: Segments, total: NormalEquations, thin: int
+    shape: CellShape,
+    weights_of_cells: torch.Tensor,
+    chunk: Segments,
+    add: Callable[[torch.Tensor, torch.Tensor], None],
 ) -> None:
-    """Run a chunk of segments with its sensitivities, and add its rows to the total."""
+    """Run a chunk of segments with its sensitivities, and add its rows, block by block.
+
+    The weights of the cell, (n_weights,), or of one for each segment, (B, n_weights), are what
+    the rows of J are derivatives by.
+    """
+    theta = weights_of_cells
     cell, burn_in, samples = shape.split(theta), chunk.burn_in, len(chunk.features)
     inputs = ByRole.of(shape.roles, chunk.features)
     equations = Equations(cell, inputs, shape.turned, torch)
@@ -219,7 +241,7 @@ def _run(
             found = outputs(cell, torch.stack(states), inputs.stretch(block))
             targets = chunk.targets[block.start - burn_in : block.stop - burn_in]
             rows.residuals[: rows.filled] = weights * (found - targets)
-            total.add(*rows.take(), thin)
+            add(*rows.take())
             states = []
 
 
@@ -228,4 +250,5 @@ def _to_outputs(c: torch.Tensor, factors: torch.Tensor) -> torch.Tensor:
     count = factors.shape[1]
     if count == 1:
         return factors[:, :, None] * c
-    return torch.einsum("br,prn->bpn", factors, c.view(-1, count, c.shape[1]))
+    shares = c.reshape(*c.shape[:-2], -1, count, c.shape[-1])
+    return torch.einsum("br,prn->bpn" if c.ndim == 2 else "br,bprn->bpn", factors, shares)

@@ -59,7 +59,10 @@ class _Units:
 
     def __init__(self, shape: CellShape, theta: torch.Tensor, segments: Segments) -> None:
         self._shape, self._theta = shape, theta
-        poles = torch.linalg.eigvals(shape.split(theta).a.double())
+        # of cells with physical parameters, those of the mean cell
+        phi = None if segments.phi is None else segments.phi.mean(0, keepdim=True)
+        mean = shape.weights(theta, phi).flatten()
+        poles = torch.linalg.eigvals(shape.split(mean).a.double())
         upper = poles[poles.imag >= 0]  # one of each conjugate pair
         slowest = torch.argsort(upper.abs(), descending=True, stable=True)
         self._poles = [complex(pole) for pole in upper[slowest][:POLES] if abs(pole) < 1]
@@ -88,7 +91,7 @@ class _Units:
 
     def _seen(self, segments: Segments) -> tuple[torch.Tensor, torch.Tensor]:
         """Return what units may see, (N, B, m), late and not, and the outputs (N, B, p)."""
-        outputs, states = simulate(self._shape, self._theta, segments.features)
+        outputs, states = simulate(self._shape, self._theta, segments.features, segments.phi)
         features = segments.features
         seen = torch.cat([_before(states), features, _before(features)], 2)
         return seen.double(), outputs.double()

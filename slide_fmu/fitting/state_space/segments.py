@@ -22,11 +22,14 @@ class Segments:
         features: features of the inputs, shape (burn_in + scored, B, n_features).
         targets: scaled outputs one step after the last features, shape (scored, B, n_outputs).
         weights: factors on the residuals of each segment, shape (B,).
+        phi: values of the terms that the physical parameters of each segment give, shape
+            (B, terms); None where there are no parameters.
     """
 
     features: torch.Tensor
     targets: torch.Tensor
     weights: torch.Tensor
+    phi: torch.Tensor | None = None
 
     @property
     def burn_in(self) -> int:
@@ -49,7 +52,12 @@ class Segments:
 
     def chosen(self, numbers: torch.Tensor | slice) -> Segments:
         """Return the segments of some numbers, shape (K,), or of a slice of them."""
-        return Segments(self.features[:, numbers], self.targets[:, numbers], self.weights[numbers])
+        return Segments(
+            self.features[:, numbers],
+            self.targets[:, numbers],
+            self.weights[numbers],
+            None if self.phi is None else self.phi[numbers],
+        )
 
     def chunks(self, size: int) -> list[Segments]:
         """Split the segments into pieces of at most ``size`` segments."""
@@ -57,10 +65,12 @@ class Segments:
 
     def and_others(self, others: Segments, factor: float) -> Segments:
         """Return these segments and others of the same lengths, with a factor on their weights."""
+        both = [part.phi for part in (self, others) if part.phi is not None]
         return Segments(
             torch.cat([self.features, others.features], 1),
             torch.cat([self.targets, others.targets], 1),
             torch.cat([self.weights, factor * others.weights]),
+            torch.cat(both) if both else None,
         )
 
     def evened_out(self) -> Segments:
@@ -76,17 +86,22 @@ class Segments:
 
     def mirrored(self) -> Segments:
         """Return the segments with the opposite sign, which an odd system has too."""
-        return Segments(-self.features, -self.targets, self.weights)
+        return replace(self, features=-self.features, targets=-self.targets)
 
 
 def cut_segments(
-    features: torch.Tensor, targets: torch.Tensor, burn_in: int, scored: int
+    features: torch.Tensor,
+    targets: torch.Tensor,
+    burn_in: int,
+    scored: int,
+    phi: torch.Tensor | None = None,
 ) -> Segments:
     """Cut trajectories into segments of equal length that overlap by the burn-in, of weight 1.
 
     Features have the shape (n_trajectories, N, n_features), scaled outputs (n_trajectories, N + 1,
     n_outputs): targets[:, k + 1] belongs to features[:, : k + 1]. Of the wanted number of scored
-    samples in a segment, the nearest that leaves few samples over is taken.
+    samples in a segment, the nearest that leaves few samples over is taken. The terms phi of
+    trajectories with physical parameters, (n_trajectories, terms), are those of their segments.
 
     Raises:
         ValueError: trajectories are not longer than the burn-in.
@@ -106,4 +121,5 @@ def cut_segments(
         seen.flatten(0, 1).transpose(0, 1).contiguous(),
         torch.stack(scores, 1).flatten(0, 1).transpose(0, 1).contiguous(),
         features.new_ones(len(features) * pieces),
+        None if phi is None else phi.repeat_interleave(pieces, 0),
     )

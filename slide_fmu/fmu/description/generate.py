@@ -15,13 +15,19 @@ HEADER = Path(__file__).parents[1] / "runtime" / "calls" / "variable_kinds.h"
 PAGE = ROOT / "docs" / "variables.md"
 COMMAND = "python -m slide_fmu.fmu.description.generate"
 
-PER = {"one": "", "input": "for each input", "output": "for each output"}
+PER = {
+    "one": "",
+    "input": "for each input",
+    "output": "for each output",
+    "parameter": "for each physical parameter",
+}
 WHEN = {
     "always": "",
     "estimator": "with an error estimator",
     "state_space": "with a state-space network",
     "several_samples": "where the network knows several samples of the outputs at a time",
     "first_order": "where inputs have a first-order hold",
+    "parameters": "with physical parameters",
 }
 SIZE = {
     "scalar": "",

@@ -60,11 +60,13 @@ def fmu_variables(surrogate: Surrogate, fmi: FmiVersion = 2) -> list[Variable]:
         "state_space": surrogate.network.measures_truncation,
         "several_samples": block_size(surrogate) > 1,
         "first_order": surrogate.hold == "first_order",
+        "parameters": bool(surrogate.parameters),
     }
     owners: dict[str, tuple[Signal | None, ...]] = {
         "one": (None,),
         "input": surrogate.inputs,
         "output": surrogate.outputs,
+        "parameter": tuple(parameter.signal for parameter in surrogate.parameters),
     }
     variables = [
         _variable(surrogate, fmi, kind, index, signal)

@@ -29,9 +29,12 @@ ERROR_ESTIMATE = "{signal}_error_estimate"
 TRUNCATION_ERROR = "{signal}_truncation_error"
 INITIAL = "initial_{signal}"
 AT_STEP_END = "inputs_at_step_end"
+PARAMETERS_SETTLED = "parameters_settled"
 
-Per = Literal["one", "input", "output"]
-When = Literal["always", "estimator", "state_space", "several_samples", "first_order"]
+Per = Literal["one", "input", "output", "parameter"]
+When = Literal[
+    "always", "estimator", "state_space", "several_samples", "first_order", "parameters"
+]
 Size = Literal["scalar", "block", "sampled"]
 Initially = Literal["nothing", "prehistory", "everything"]
 Bound = float | Literal["signal", "surrogate"] | None
@@ -54,9 +57,11 @@ class Kind:
         text: description for users; ``{signal}``, ``{positions}`` (samples that an error estimate
             is about) and ``{size}`` (samples of an array) are filled in.
         causality, variability: as in both standards.
-        per: whether there is one variable, one for each input, or one for each output.
+        per: whether there is one variable, one for each input, one for each output, or one for
+            each physical parameter.
         when: what the surrogate must have: an error estimator, a state-space network, a network
-            that knows several samples of the outputs at a time, or inputs with a first-order hold.
+            that knows several samples of the outputs at a time, inputs with a first-order hold,
+            or physical parameters.
         size: one value; as many as the network knows samples of the outputs; or as many samples of
             the inputs as any result depends on.
         fmi: the first version of the standard in which the variable exists.
@@ -77,7 +82,7 @@ class Kind:
     name: str
     text: str
     causality: Literal["input", "output", "parameter", "independent", "local"]
-    variability: Literal["continuous", "discrete", "fixed"] = "continuous"
+    variability: Literal["continuous", "discrete", "fixed", "tunable"] = "continuous"
     per: Per = "one"
     when: When = "always"
     size: Size = "scalar"
@@ -263,6 +268,30 @@ KINDS: tuple[Kind, ...] = (
         when="first_order",
         unit="1",
         bounds=(0.0, 1.0, "surrogate"),
+    ),
+    Kind(
+        13,
+        "MODEL_PARAMETER",
+        "{signal}",
+        "This is a physical parameter of the model; its range is that of the training, and values "
+        "outside are refused. It may be changed between communication steps.",
+        "parameter",
+        "tunable",
+        per="parameter",
+        when="parameters",
+        bounds=SIGNAL,
+    ),
+    Kind(
+        14,
+        "PARAMETERS_SETTLED",
+        PARAMETERS_SETTLED,
+        "It says which part of the window behind the outputs passed since a physical parameter "
+        "was changed in this run, from 0 to 1; until it is 1, the outputs go over from the "
+        "response with the former parameters.",
+        "output",
+        when="parameters",
+        unit="1",
+        bounds=SHARE,
     ),
 )
 """All kinds by rising numbers; in this order variables stand in a model description."""

@@ -6,9 +6,14 @@ The second reader is the C runtime, ``slide_fmu/fmu/runtime/network/cell_reading
 from __future__ import annotations
 
 import struct
-from dataclasses import fields
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
 
 from slide_fmu.core.byte_reader import Reader, indices_bytes
+from slide_fmu.core.parameter_basis import MOST_TERMS, ParameterBasis
+from slide_fmu.core.parameters import Parameter
 from slide_fmu.features.sets import decode_features, encode_features
 from slide_fmu.network.activations import ACTIVATIONS
 from slide_fmu.network.state_space.cell import (
@@ -20,14 +25,18 @@ from slide_fmu.network.state_space.cell import (
     cell_shapes,
 )
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.network.state_space.polynomial import CellPolynomial
 
 UNITS = (*ACTIVATIONS, GATED, MIXED_UNITS)
 """Units of cells; their order is their number."""
 
+MOST_DEGREE = 16
+"""Largest degree of a parameter in a file: a bound against damaged ones."""
+
 
 def encode_state_space(network: StateSpace) -> bytes:
     """Write the bytes of a network that follow its kind."""
-    cell, roles = network.cell, network.roles
+    cell, roles = _written(network), network.roles
     head = encode_features(network.features)
     head += struct.pack(
         "<IIIII", network.n_samples, network.n_out, *cell.e.shape, network.n_values
@@ -54,3 +63,44 @@ def decode_state_space(section: Reader, n_inputs: int) -> StateSpace:
     arrays = {name: section.f32(*shape) for name, shape in shapes.items()}
     cell = Cell(**arrays, activation=UNITS[number])
     return StateSpace(cell, n_samples, n_out, features, roles, turned)
+
+
+def _written(network: StateSpace) -> Cell:
+    """Return the cell that is written with the network: of a polynomial its constant term."""
+    return network.cell if network.polynomial is None else network.polynomial.terms[0]
+
+
+def encode_terms(polynomial: CellPolynomial) -> bytes:
+    """Write the terms of a polynomial but the constant one, which the network's bytes have."""
+    degrees = polynomial.basis.degrees[1:]
+    head = struct.pack("<I", len(degrees)) + np.array(degrees, "<u4").tobytes()
+    cells = polynomial.terms[1:]
+    weights = (part for cell in cells for part in cell.arrays().values())
+    return head + b"".join(part.astype("<f4").tobytes() for part in weights)
+
+
+def decode_terms(
+    section: Reader, network: StateSpace, parameters: tuple[Parameter, ...]
+) -> StateSpace:
+    """Read what ``encode_terms`` wrote; the network is the constant term, and gets the others.
+
+    Raises:
+        ValueError: the bytes are no terms of these parameters.
+    """
+    count = section.u32()
+    if not 1 <= count < MOST_TERMS:
+        raise ValueError(f"{count} terms of parameters; expected 1 to {MOST_TERMS - 1}")
+    degrees = np.frombuffer(section.take(4 * count * len(parameters)), "<u4")
+    if degrees.max() > MOST_DEGREE:
+        raise ValueError(f"degree {degrees.max()} of a parameter; expected at most {MOST_DEGREE}")
+    rows = degrees.reshape(count, len(parameters)).tolist()
+    constant = (0,) * len(parameters)
+    basis = ParameterBasis(parameters, (constant, *(tuple(row) for row in rows)))
+    first = network.cell.arrays()
+    terms = []
+    for _ in range(count):
+        parts: dict[str, Any] = {name: section.f32(*part.shape) for name, part in first.items()}
+        terms.append(replace(network.cell, **parts))
+    weights = CellPolynomial(basis, (network.cell, *terms))
+    sizes = network.n_samples, network.n_out
+    return StateSpace(weights, *sizes, network.features, network.roles, network.turned)

@@ -77,7 +77,7 @@ class Equations:
     """The cell along given features, whatever its states. Final.
 
     Args:
-        cell: the matrices.
+        cell: the matrices; or those of one cell for each sequence, with an axis (B,) before.
         inputs: the features by role, N samples of B sequences.
         turned: number of pairs of states, the first ones, that gated units see turned.
         xp: ``numpy`` or ``torch``, to which matrices and inputs belong.
@@ -92,20 +92,21 @@ class Equations:
     def __init__(self, cell: Cell, inputs: ByRole, turned: int, xp: Namespace) -> None:
         self.cell, self.inputs, self.turned, self._xp = cell, inputs, turned, xp
         self._activation = _ACTIVATIONS.get(cell.activation) or ACTIVATIONS[cell.activation]
-        self._add_product = getattr(xp, "addmm", _add_product)  # torch has both in one
-        n = len(cell.a)
+        # torch has product and sum in one, for plain matrices
+        self._addmm = getattr(xp, "addmm", None) if cell.a.ndim == 2 else None
+        n = cell.a.shape[-1]
         seen, first = (inputs.schedule, 0) if cell.gated else (inputs.drive, n)
         last = first + seen.shape[-1]
-        self.w_x = None if cell.gated else cell.w[:, :n]
-        self.w_f, constant = cell.w[:, first:last], cell.w[:, last:]
-        self.v_x = None if cell.v is None else cell.v[:, :n]
-        self.v_g = None if cell.v is None else cell.v[:, n:]
-        arguments = seen @ self.w_f.T
-        self._arguments = arguments + constant[:, 0] if constant.shape[1] else arguments
-        self._driven = inputs.drive @ cell.b.T
+        self.w_x = None if cell.gated else cell.w[..., :n]
+        self.w_f, constant = cell.w[..., first:last], cell.w[..., last:]
+        self.v_x = None if cell.v is None else cell.v[..., :n]
+        self.v_g = None if cell.v is None else cell.v[..., n:]
+        arguments = times(seen, self.w_f)
+        self._arguments = arguments + constant[..., 0] if constant.shape[-1] else arguments
+        self._driven = times(inputs.drive, cell.b)
         if self.v_g is not None:
             self._gates = self._activation.value(self._arguments, xp)
-            self._offered = inputs.gated @ self.v_g.T
+            self._offered = times(inputs.gated, self.v_g)
 
     def run(self, state: Array) -> Array:
         """Give the states after all samples, (N, B, n), from those before them, (B, n)."""
@@ -134,29 +135,38 @@ class Equations:
 
     def after(self, k: int, state: Array, units: Array) -> Array:
         """Give the states after sample k, (B, n), from those before it and its units."""
-        moved = self._add_product(self._driven[k], state, self.cell.a.T)
+        moved = self._plus(self._driven[k], state, self.cell.a)
         if self.turned == 0:
-            return self._add_product(moved, units, self.cell.e.T)
-        return moved + turned(units @ self.cell.e.T, self.inputs.turn[k], self.turned, self._xp)
+            return self._plus(moved, units, self.cell.e)
+        pushed = times(units, self.cell.e)
+        return moved + turned(pushed, self.inputs.turn[k], self.turned, self._xp)
 
     def _plain_arguments(self, k: int, state: Array) -> Array:
         assert self.w_x is not None
-        return self._add_product(self._arguments[k], state, self.w_x.T)
+        return self._plus(self._arguments[k], state, self.w_x)
 
     def _seen(self, k: int, state: Array) -> Array:
         return turned(state, self.inputs.turn[k], self.turned, self._xp, back=True)
 
     def _products(self, k: int, seen: Array) -> Array:
         assert self.v_x is not None
-        return self._add_product(self._offered[k], seen, self.v_x.T)
+        return self._plus(self._offered[k], seen, self.v_x)
+
+    def _plus(self, constant: Array, vectors: Array, matrix: Array) -> Array:
+        if self._addmm is None:
+            return times(vectors, matrix) + constant
+        return self._addmm(constant, vectors, matrix.T)
 
 
 _ACTIVATIONS: dict[str, Activation] = {GATED: ACTIVATIONS["tanh"], MIXED_UNITS: MIXED}
 """What units have that are not called like their activation."""
 
 
-def _add_product(constant: Array, vectors: Array, matrix: Array) -> Array:
-    return vectors @ matrix + constant
+def times(vectors: Array, matrix: Array) -> Array:
+    """Multiply vectors (..., B, n) by a matrix (m, n), or by one for each of B, (B, m, n)."""
+    if matrix.ndim == 2:
+        return vectors @ matrix.T
+    return (matrix @ vectors[..., None])[..., 0]
 
 
 def outputs(cell: Cell, states: Array, inputs: ByRole) -> Array:
@@ -170,8 +180,11 @@ def outputs(cell: Cell, states: Array, inputs: ByRole) -> Array:
 
 
 def rows(cell: Cell, states: Array, static: Array) -> Array:
-    """Give the sums C_r x + D_r w + d_r, (..., p R), of states (..., n) and w (..., m)."""
-    return states @ cell.c.T + static @ cell.d.T + cell.d0
+    """Give the sums C_r x + D_r w + d_r, (..., p R), of states (..., n) and w (..., m).
+
+    Of one cell for each sequence, the axis before the last is that of the sequences.
+    """
+    return times(states, cell.c) + times(static, cell.d) + cell.d0
 
 
 def turned(vectors: Array, turn: Array, pairs: int, xp: Namespace, *, back: bool = False) -> Array:

@@ -17,24 +17,35 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.core.parameters import Parameter, starts_of
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window, checked_batch
 from slide_fmu.features.base import BEFORE
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.base import Float32Array, Network, Stepper, batches
+from slide_fmu.network.base import (
+    Float32Array,
+    Network,
+    Parametric,
+    ParametricStepper,
+    Stepper,
+    batches,
+)
 from slide_fmu.network.state_space.cell import Cell, Roles, check_cell
 from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
+from slide_fmu.network.state_space.polynomial import CellPolynomial
 
 CHUNK = 1 << 16
 """Samples evaluated at once: bounds the memory of a long prediction."""
 
 
-class StateSpace(Network):
+class StateSpace(Network, Parametric):
     """A cell along a sequence of scaled inputs. Final.
 
     Inputs before a sequence count as equal to its first.
 
     Args:
-        cell: the weights.
+        cell: the weights; or polynomials of parameters for them, then the cell is that at the
+            parameters' start values.
         n_samples: inputs that a state sees before it counts: n_in of the window.
         n_out: samples over which the ping-pong fades to its younger state: n_out of the window.
         features: what it sees of the inputs.
@@ -47,7 +58,7 @@ class StateSpace(Network):
 
     def __init__(
         self,
-        cell: Cell,
+        cell: Cell | CellPolynomial,
         n_samples: int,
         n_out: int,
         features: FeatureMap,
@@ -61,6 +72,11 @@ class StateSpace(Network):
             )
         every = tuple(range(features.n_signals))
         self.roles = Roles(drive=every, static=every) if roles is None else roles
+        self.polynomial = cell if isinstance(cell, CellPolynomial) else None
+        if isinstance(cell, CellPolynomial):
+            for term in cell.terms:
+                check_cell(term, self.roles, features.n_signals, turned)
+            cell = cell.at(starts_of(cell.basis.parameters))
         check_cell(cell, self.roles, features.n_signals, turned)
         self.cell = cell
         self.features = features
@@ -96,7 +112,18 @@ class StateSpace(Network):
         return len(self.cell.w) == 0 and plain
 
     def count_parameters(self) -> int:
-        return sum(array.size for array in self.cell.arrays().values())
+        terms = 1 if self.polynomial is None else len(self.polynomial.terms)
+        return terms * int(sum(array.size for array in self.cell.arrays().values()))
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return () if self.polynomial is None else self.polynomial.basis.parameters
+
+    def at(self, values: FloatArray) -> StateSpace:
+        if self.polynomial is None:
+            return self
+        cell = self.polynomial.at(values)
+        return StateSpace(cell, self.n_samples, self.n_out, self.features, self.roles, self.turned)
 
     def evaluate(self, sequences: NDArray[Any]) -> Float32Array:
         return self.block(sequences, 1)[:, 0]
@@ -176,11 +203,11 @@ class StateSpace(Network):
         return np.ascontiguousarray(np.moveaxis(values, 0, 1)), after[-1]
 
 
-class PingPong(Stepper):
+class PingPong(Stepper, ParametricStepper):
     """The ping-pong of ``StateSpace.ping_pong``, step by step. Final."""
 
     def __init__(self, network: StateSpace) -> None:
-        self._network = network
+        self._network = network  # another one from the next step on, where parameters change
         self._fade = network.fade()
         self._recent: NDArray[np.float64] | None = None
         self._states = np.zeros((2, len(network.cell.a)), np.float32)
@@ -198,6 +225,10 @@ class PingPong(Stepper):
         for _ in range(earlier):
             self._advance(features)
         return self._advance(features)
+
+    def change(self, network: Network) -> None:
+        assert isinstance(network, StateSpace)
+        self._network = network
 
     def _advance(self, features: Float32Array) -> Float32Array:
         """Take the features of the newest input, (1, 1, q), into both states; older first."""

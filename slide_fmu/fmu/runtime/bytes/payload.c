@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { VERSION = 6, OLDEST = 5, MAX_WINDOW = 1 << 20 };
+enum { VERSION = 6, OLDEST = 5, WITH_PARAMETERS = 7, MAX_WINDOW = 1 << 20 };
 enum { MAX_CANDIDATES = 8, MAX_PAST = 8, MAX_SCORED = 64 };
 
 static const double START_TOLERANCE = 1e-12; /* relative to |offset| + scale: rounding */
@@ -204,6 +204,18 @@ static void read_forecast(SlidePayload *payload, SlideCursor *file) {
     slide_close_section(file, "MOVE");
 }
 
+static void read_parameters(SlidePayload *payload, SlideCursor *file) {
+    SlideNetworkView *network = &payload->predictor;
+    slide_check(file, network->family == &slide_state_space_family,
+                "surrogate file: parameters of a network of kind %u; expected %u (state space)",
+                (unsigned)network->family->number, (unsigned)slide_state_space_family.number);
+    if (file->good) {
+        SlideCellView *cell = &network->of.cell;
+        slide_parameters_read(&cell->parameters, cell->n_weights, file);
+        payload->parameters = cell->parameters;
+    }
+}
+
 static void read_sections(SlidePayload *payload, SlideCursor *file) {
     read_window(payload, file);
     payload->input_scaling = read_scaling(payload->n_inputs, SLIDE_INPUT_ROW, "SCIN", file);
@@ -212,6 +224,9 @@ static void read_sections(SlidePayload *payload, SlideCursor *file) {
     }
     payload->output_scaling = read_scaling(payload->n_outputs, SLIDE_OUTPUT_ROW, "SCOU", file);
     read_predictor(payload, file);
+    if (file->good && is_next(file, "PARA")) {
+        read_parameters(payload, file);
+    }
     payload->has_estimator = is_next(file, "ESTI");
     if (payload->has_estimator) {
         read_estimator(payload, file);
@@ -233,7 +248,7 @@ bool slide_payload_read(SlidePayload *payload, const unsigned char *data, size_t
     const unsigned char *end = data + size - 4;
     const uint32_t version = slide_u32(data + 8), checksum = slide_u32(end);
     SlideCursor file = {data + 12, end, end, message, true};
-    slide_check(&file, version >= OLDEST && version <= VERSION,
+    slide_check(&file, version >= OLDEST && version <= WITH_PARAMETERS,
                 "surrogate file of version %u; expected version %d: make the FMU again with "
                 "slide-fmu export OLD.fmu -o NEW.fmu",
                 (unsigned)version, (int)VERSION);

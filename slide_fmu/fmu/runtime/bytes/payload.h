@@ -25,6 +25,7 @@ typedef struct {
     const unsigned char *input_scaling;  /* [n_inputs]: f64 offset, scale, start, u32 hold, angle */
     const unsigned char *output_scaling; /* f64 [n_outputs][offset, scale] */
     SlideNetworkView predictor;
+    SlideParametersView parameters; /* that its weights follow; count is 0 without any */
     bool has_estimator;
     double low, high; /* decimal exponents of the log error map */
     uint32_t positions;         /* squared errors that are averaged, as far apart as samples */

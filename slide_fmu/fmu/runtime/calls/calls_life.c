@@ -32,6 +32,7 @@ static SlideInstance *place_instance(const SlidePayload *payload, const SlideReq
     slide_model_place(&instance->model, payload, arena);
     slide_state_place(&instance->state, &instance->model, arena);
     slide_derivative_place(&instance->derivative, &instance->model, arena);
+    slide_parameter_slopes_place(&instance->parameter_slopes, &instance->model, arena);
     place_watcher(&instance->watcher, instance, arena);
     return placed;
 }

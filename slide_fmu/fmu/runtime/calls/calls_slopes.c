@@ -1,4 +1,4 @@
-/* Derivatives of outputs by inputs, by value reference. */
+/* Derivatives of outputs by inputs and by physical parameters, by value reference. */
 #include "calls.h"
 #include "variables.h"
 
@@ -29,9 +29,11 @@ static SlideStatus check_arguments(const SlideInstance *instance, const SlideSen
                             (unsigned long long)seeded, (unsigned long long)found);
     }
     for (size_t i = 0; i < of->n_knowns; ++i) {
-        if (slide_variable(instance, of->knowns[i]).kind != SLIDE_INPUT) {
+        const SlideVariableKind kind = slide_variable(instance, of->knowns[i]).kind;
+        if (kind != SLIDE_INPUT && kind != SLIDE_MODEL_PARAMETER) {
             return slide_report(instance, SLIDE_ERROR,
-                                "known with value reference %u; expected inputs, 0 to %u",
+                                "known with value reference %u; expected inputs, 0 to %u, or "
+                                "tunable parameters",
                                 of->knowns[i], (unsigned)instance->model.n_inputs - 1);
         }
     }
@@ -51,7 +53,11 @@ static SlideStatus check_arguments(const SlideInstance *instance, const SlideSen
 static SlideStatus prepare(SlideInstance *instance, const SlideSensitivities *of, size_t seeded,
                            size_t found) {
     SlideStatus status = check_arguments(instance, of, seeded, found);
-    memset(instance->derivative.direction, 0, instance->model.n_inputs * sizeof(double));
+    const SlideModel *model = &instance->model;
+    memset(instance->derivative.direction, 0, model->n_inputs * sizeof(double));
+    if (model->parameters.count > 0) {
+        memset(instance->parameter_slopes.direction, 0, model->parameters.count * sizeof(double));
+    }
     return status == SLIDE_OK ? slide_settle(instance) : status;
 }
 
@@ -75,6 +81,17 @@ static void differentiate(SlideInstance *instance, const SlideSensitivities *of)
     }
     slide_directional_derivative(&instance->model, &instance->state, &instance->derivative,
                                  estimates);
+    if (instance->model.parameters.count > 0) {
+        slide_parameter_slopes(&instance->model, &instance->state, &instance->parameter_slopes);
+    }
+}
+
+/* The place of a known in the direction that the scratch holds. */
+static double *direction_of(const SlideInstance *instance, uint32_t reference) {
+    const SlideVariable variable = slide_variable(instance, reference);
+    return variable.kind == SLIDE_MODEL_PARAMETER
+               ? instance->parameter_slopes.direction + variable.index
+               : instance->derivative.direction + variable.index;
 }
 
 /* What only tells about the window is constant between the inputs at which it jumps. */
@@ -82,9 +99,11 @@ static double slope_of(const SlideInstance *instance, uint32_t reference) {
     const SlideVariable variable = slide_variable(instance, reference);
     const double *slopes = instance->derivative.slopes + variable.index;
     const size_t n_outputs = instance->model.n_outputs;
+    const bool follows = instance->model.parameters.count > 0;
     switch (variable.kind) {
     case SLIDE_OUTPUT:
-        return slopes[SLIDE_OF_OUTPUTS * n_outputs];
+        return slopes[SLIDE_OF_OUTPUTS * n_outputs] +
+               (follows ? instance->parameter_slopes.slopes[variable.index] : 0);
     case SLIDE_TRUNCATION_ERROR:
         return slopes[SLIDE_OF_TRUNCATION_ERRORS * n_outputs];
     case SLIDE_ERROR_ESTIMATE:
@@ -101,8 +120,7 @@ SlideStatus slide_get_directional_derivative(SlideInstance *instance,
         return status;
     }
     for (size_t i = 0; i < of->n_knowns; ++i) {
-        const size_t input = slide_variable(instance, of->knowns[i]).index;
-        instance->derivative.direction[input] += of->seed[i];
+        *direction_of(instance, of->knowns[i]) += of->seed[i];
     }
     differentiate(instance, of);
     for (size_t i = 0; i < of->n_unknowns; ++i) {
@@ -111,18 +129,17 @@ SlideStatus slide_get_directional_derivative(SlideInstance *instance,
     return check_result(instance, of);
 }
 
-/* There are few inputs: from the directional derivative of each. */
+/* There are few inputs and parameters: from the directional derivative of each. */
 SlideStatus slide_get_adjoint_derivative(SlideInstance *instance, const SlideSensitivities *of) {
     SlideStatus status = prepare(instance, of, of->n_unknowns, of->n_knowns);
     if (status != SLIDE_OK) {
         return status;
     }
     for (size_t i = 0; i < of->n_knowns; ++i) {
-        double *direction = instance->derivative.direction;
-        const size_t input = slide_variable(instance, of->knowns[i]).index;
-        direction[input] = 1;
+        double *direction = direction_of(instance, of->knowns[i]);
+        *direction = 1;
         differentiate(instance, of);
-        direction[input] = 0;
+        *direction = 0;
         of->sensitivity[i] = 0;
         for (size_t j = 0; j < of->n_unknowns; ++j) {
             of->sensitivity[i] += of->seed[j] * slope_of(instance, of->unknowns[j]);

@@ -40,6 +40,8 @@ static double *place_of(SlideInstance *instance, SlideVariable variable) {
         return &state->head->prehistory;
     case SLIDE_INPUTS_AT_STEP_END:
         return &state->head->at_step_end;
+    case SLIDE_MODEL_PARAMETER:
+        return state->parameters + variable.index;
     default:
         return NULL;
     }
@@ -59,6 +61,7 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
     case SLIDE_INITIAL_WINDOW:
     case SLIDE_PREHISTORY_KNOWN:
     case SLIDE_INPUTS_AT_STEP_END:
+    case SLIDE_MODEL_PARAMETER:
         for (size_t sample = 0; sample < variable.size; ++sample) {
             values[sample] = place_of(instance, variable)[sample * model->n_inputs];
         }
@@ -76,6 +79,9 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
     case SLIDE_TRUNCATION_ERROR:
         values[0] = model->predictor.family->truncation_errors(&state->predictor)[i] *
                     model->output_scaling[i].scale;
+        break;
+    case SLIDE_PARAMETERS_SETTLED:
+        values[0] = fmin(*state->since / model->predictor.memory_length, 1);
         break;
     case SLIDE_IN_RANGE:
         values[0] = slide_stream_in_range(model, state);
@@ -187,12 +193,14 @@ static SlideStatus check_settable(const SlideInstance *instance, uint32_t refere
                             "can be set; nothing was changed",
                             reference, (unsigned)instance->model.n_inputs - 1);
     }
-    if (variable.is_parameter &&
-        (instance->state.head->mode & (SLIDE_STEPPING | SLIDE_BETWEEN)) != 0) {
+    const unsigned running = SLIDE_STEPPING | SLIDE_BETWEEN;
+    const unsigned closed = variable.kind == SLIDE_MODEL_PARAMETER ? SLIDE_BETWEEN : running;
+    if (variable.is_parameter && (instance->state.head->mode & closed) != 0) {
         return slide_report(instance, SLIDE_ERROR,
-                            "value reference %u is a parameter; set it before the end of "
-                            "initialization mode; nothing was changed",
-                            reference);
+                            "value reference %u is a parameter; set it %s; nothing was changed",
+                            reference,
+                            closed == running ? "before the end of initialization mode"
+                                              : "between communication steps");
     }
     return SLIDE_OK;
 }
@@ -217,6 +225,17 @@ static SlideStatus check_values(const SlideInstance *instance, uint32_t referenc
                                   "inputs_at_step_end (value reference %u) = %g; expected 0 or 1; "
                                   "the former values are kept",
                                   reference, values[0]);
+    }
+    if (variable.kind == SLIDE_MODEL_PARAMETER) {
+        const SlideParameters *parameters = &instance->model.parameters;
+        const size_t i = variable.index;
+        return slide_parameter_in_range(parameters, i, values[0])
+                   ? SLIDE_OK
+                   : slide_report(instance, SLIDE_DISCARD,
+                                  "parameter with value reference %u = %g; expected %g to %g, the "
+                                  "range that the surrogate has learnt: outside, errors grow "
+                                  "fast; the former values are kept",
+                                  reference, values[0], parameters->low[i], parameters->high[i]);
     }
     for (size_t i = 0; i < variable.size; ++i) { /* finite as the networks see them */
         if (!isfinite((float)slide_scaled(&instance->model, variable.index, values[i]))) {
@@ -248,7 +267,10 @@ SlideStatus slide_set(SlideInstance *instance, const SlideValues *of, const void
         const SlideVariable variable = slide_variable(instance, of->references[i]);
         double *place = place_of(instance, variable);
         for (size_t sample = 0; sample < variable.size; ++sample, ++numbers) {
-            place[sample * instance->model.n_inputs] = *numbers;
+            place[sample * instance->model.n_inputs] =
+                variable.kind == SLIDE_MODEL_PARAMETER
+                    ? slide_parameter_within(&instance->model.parameters, variable.index, *numbers)
+                    : *numbers;
         }
     }
     if (slide_stream_fresh(&instance->state)) {

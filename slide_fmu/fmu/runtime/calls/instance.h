@@ -4,6 +4,7 @@
 #define SLIDE_INSTANCE_H
 
 #include "derivative.h"
+#include "parameter_slopes.h"
 
 /* The numbers of fmi2Status and fmi3Status. */
 typedef enum {
@@ -60,6 +61,7 @@ typedef struct {
     SlideModel model;
     SlideState state;
     SlideDerivativeScratch derivative;
+    SlideParameterScratch parameter_slopes;
     SlideLogger logger;
     SlideWatcher watcher;
     double stop; /* s; no step may end later; of this run, so that no saved state brings another */

@@ -1,12 +1,13 @@
 #include "variables.h"
 
-typedef enum { PER_ONE = 1, PER_INPUT, PER_OUTPUT } Per; /* 0: no kind has this number */
+typedef enum { PER_ONE = 1, PER_INPUT, PER_OUTPUT, PER_PARAMETER } Per; /* 0: no kind has this number */
 typedef enum {
     WHEN_ALWAYS,
     WHEN_ESTIMATOR,
     WHEN_STATE_SPACE,
     WHEN_SEVERAL_SAMPLES,
-    WHEN_FIRST_ORDER
+    WHEN_FIRST_ORDER,
+    WHEN_PARAMETERS
 } When;
 typedef enum { SIZE_SCALAR, SIZE_BLOCK, SIZE_SAMPLED } Size;
 typedef enum {
@@ -37,9 +38,12 @@ uint32_t slide_count_of(const SlideInstance *instance, SlideVariableKind number)
                         [WHEN_ESTIMATOR] = model->estimator.positions > 0,
                         [WHEN_STATE_SPACE] = slide_is_recurrent(model->predictor.family),
                         [WHEN_SEVERAL_SAMPLES] = model->predictor.n_block > 1,
-                        [WHEN_FIRST_ORDER] = model->history.first_order};
-    const uint32_t counts[] = {
-        [PER_ONE] = 1, [PER_INPUT] = model->n_inputs, [PER_OUTPUT] = model->n_outputs};
+                        [WHEN_FIRST_ORDER] = model->history.first_order,
+                        [WHEN_PARAMETERS] = model->parameters.count > 0};
+    const uint32_t counts[] = {[PER_ONE] = 1,
+                               [PER_INPUT] = model->n_inputs,
+                               [PER_OUTPUT] = model->n_outputs,
+                               [PER_PARAMETER] = model->parameters.count};
     return has[kind->when] && (kind->fmi == 2 || instance->has_more) ? counts[kind->per] : 0;
 }
 

@@ -133,6 +133,7 @@ void slide_directional_derivative(const SlideModel *model, SlideState *state,
     if (known || largest == 0) { /* no input was taken in yet, or none moves */
         return;
     }
+    slide_model_form(model, state->acting);
     memcpy(scratch->inputs, state->inputs, row);
     const double *given = fresh ? scratch->inputs : state->before.given;
     for (size_t side = 0; side < 2; ++side) {

@@ -11,6 +11,7 @@ struct SlideNative {
     unsigned char *block;
     const SlideKernel *kernel;
     SlideNetwork network;
+    SlideParameters parameters; /* at their start values */
     SlideNetworkState state;
     size_t n_values;
     double *before; /* scratch [SLIDE_BEFORE][n_inputs] */
@@ -26,6 +27,7 @@ static void place(SlideNative *native, const SlidePayload *payload, SlideArena *
     native->n_values = view->n_values;
     native->before = slide_place(arena, SLIDE_BEFORE * payload->n_inputs, sizeof(double));
     slide_network_place(&native->network, view, view->n_values, arena);
+    slide_parameters_place(&native->parameters, &payload->parameters, arena);
     native->network.family->place_state(&native->state, &native->network, arena);
 }
 
@@ -39,6 +41,10 @@ static bool build(SlideNative *native, const SlidePayload *payload) {
     const size_t misaligned = (size_t)((uintptr_t)native->block % SLIDE_ALIGNMENT);
     arena = (SlideArena){native->block + (SLIDE_ALIGNMENT - misaligned), 0};
     place(native, payload, &arena);
+    if (native->parameters.count > 0) {
+        slide_parameters_form(&native->parameters, &native->network.of.cells.terms,
+                              native->parameters.start);
+    }
     return true;
 }
 

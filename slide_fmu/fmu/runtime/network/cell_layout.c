@@ -73,7 +73,8 @@ static void place_parts(SlideCell *cell, const SlideCellView *view, SlideArena *
         place_part(statics_at, whole(view->d, rows, statics), whole(view->d0, rows, 1), arena);
 }
 
-void slide_cell_place(SlideCell *cell, const SlideCellView *view, SlideArena *arena) {
+/* All matrices, one after the other: the same places for every cell of these sizes. */
+static void place_weights(SlideCell *cell, const SlideCellView *view, SlideArena *arena) {
     const size_t n = view->n_states, units = view->n_units, rows = (size_t)view->n_rows;
     *cell = (SlideCell){.n_states = n,
                         .turned = view->turned,
@@ -86,6 +87,38 @@ void slide_cell_place(SlideCell *cell, const SlideCellView *view, SlideArena *ar
     cell->states_of_units =
         place_matrix(whole(view->e, n, units), cell->unit_panels * SLIDE_LANES, arena);
     cell->rows_of_states = place_matrix(whole(view->c, rows, n), n, arena);
+}
+
+/* The cell of a term's weights, which follow those of the term before. */
+static SlideCellView view_of_term(const SlideCellView *view, size_t term) {
+    SlideCellView of_term = *view;
+    const unsigned char **const matrices[] = {&of_term.a, &of_term.b, &of_term.e, &of_term.w,
+                                              &of_term.v, &of_term.c, &of_term.d, &of_term.d0};
+    const unsigned char *first =
+        view->parameters.weights + 4 * (size_t)view->n_weights * term;
+    for (size_t i = 0; i < sizeof matrices / sizeof matrices[0]; ++i) {
+        *matrices[i] = first + (*matrices[i] - view->a);
+    }
+    return of_term;
+}
+
+void slide_cell_place(SlideCell *cell, SlideTerms *terms, const SlideCellView *view,
+                      SlideArena *arena) {
+    SlideCell of_term;
+    float *first = slide_place(arena, 0, sizeof *first);
+    const size_t begin = arena->used;
+    place_weights(cell, view, arena);
+    *terms = (SlideTerms){.n_terms = view->parameters.n_terms, .now = first};
+    if (terms->n_terms > 0) {
+        terms->terms = slide_place(arena, 0, sizeof *first);
+        terms->size = (arena->used - begin) / sizeof *first;
+        place_weights(&of_term, view, arena);
+        for (size_t term = 0; term < terms->n_terms; ++term) {
+            const SlideCellView next = view_of_term(view, term);
+            slide_place(arena, 0, sizeof *first); /* as far from the last term as that was */
+            place_weights(&of_term, &next, arena);
+        }
+    }
     slide_cell_place_scratch(cell, sizeof(float), arena);
 }
 

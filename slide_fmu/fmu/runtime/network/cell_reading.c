@@ -58,6 +58,7 @@ static void read_weights(SlideCellView *cell, SlideCursor *cursor) {
     cell->c = slide_take_f32s(cursor, cell->n_rows, n, "weight");
     cell->d = slide_take_f32s(cursor, cell->n_rows, roles->statics.count, "weight");
     cell->d0 = slide_take_f32s(cursor, cell->n_rows, 1, "weight");
+    cell->n_weights = cursor->good ? (uint64_t)(cell->d0 - cell->a) / 4 + cell->n_rows : 0;
 }
 
 void slide_cell_read(SlideCellView *cell, uint32_t n_features, SlideCursor *cursor) {

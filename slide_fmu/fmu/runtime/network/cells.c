@@ -36,7 +36,7 @@ static void place(SlideNetwork *network, const SlideNetworkView *view, uint32_t 
     network->n_block = cell->n_out;
     network->n_settling = 2 * (uint64_t)cell->n_samples;
     cells->n_factors = cell->roles.readout.count;
-    slide_cell_place(&cells->cell, cell, arena);
+    slide_cell_place(&cells->cell, &cells->terms, cell, arena);
     place_features(network, view, arena);
     cells->next = slide_place_panels(2 * cells->cell.state_panels, 1, arena);
     cells->both = slide_place_panels(2 * cells->cell.row_panels, 1, arena);

@@ -10,6 +10,7 @@
  * the last ones only where they are not those of the drive. */
 typedef struct {
     SlideCell cell;
+    SlideTerms terms; /* of its weights, where they follow parameters */
     size_t n_factors;  /* of the values, beside the constant one */
     float *next;       /* scratch: the states after an input, before they are accepted */
     float *both;       /* scratch: rows of both states, those of a value together */

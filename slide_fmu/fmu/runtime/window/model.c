@@ -48,6 +48,7 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideAren
         place_scaling(payload->output_scaling, SLIDE_OUTPUT_ROW, payload->n_outputs, arena);
     place_inputs(model, payload, arena);
     slide_network_place(&model->predictor, &payload->predictor, payload->n_outputs, arena);
+    slide_parameters_place(&model->parameters, &payload->parameters, arena);
     slide_estimator_place(&model->estimator, payload, arena);
     shape_past(model, payload);
     slide_forecast_place(&model->forecast, payload, arena);

@@ -22,6 +22,7 @@ typedef struct {
     SlideScaling *input_scaling, *output_scaling;
     double *starts; /* [n_inputs], physical: inputs before the first is set */
     SlideNetwork predictor;
+    SlideParameters parameters; /* that its weights follow */
     SlideEstimator estimator;
     SlideSamplesShape samples;
     SlideHistoryShape history;
@@ -37,6 +38,13 @@ typedef struct {
 
 /* Place a checked payload in the arena. While the arena measures, the model is not usable. */
 void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideArena *arena);
+
+/* Form the predictor's weights for values [parameters.count], if they are those of others. */
+static inline void slide_model_form(const SlideModel *model, const double *values) {
+    if (model->parameters.count > 0) {
+        slide_parameters_form(&model->parameters, &model->predictor.of.cells.terms, values);
+    }
+}
 
 /* An input as the networks see it. */
 static inline double slide_scaled(const SlideModel *model, size_t input, double value) {

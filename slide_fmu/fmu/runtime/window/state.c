@@ -1,5 +1,6 @@
 #include "state.h"
 
+#include <math.h>
 #include <string.h>
 
 static void place_before(SlideBeforeStep *before, const SlideModel *model, SlideArena *arena) {
@@ -21,6 +22,9 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
     state->rates = slide_place(arena, n_inputs, sizeof(double));
     state->initial = slide_place(arena, n_inputs, sizeof(double));
     state->outputs = slide_place(arena, n_outputs, sizeof(double));
+    state->parameters = slide_place(arena, model->parameters.count, sizeof(double));
+    state->acting = slide_place(arena, model->parameters.count, sizeof(double));
+    state->since = slide_place(arena, model->parameters.count > 0, sizeof(double));
     state->strayed = slide_place(arena, 1, sizeof *state->strayed);
     seen = arena->used - sizeof *state->strayed;
     slide_samples_place(&state->samples, &model->samples, arena);
@@ -44,6 +48,10 @@ void slide_state_reset(const SlideModel *model, SlideState *state) {
     state->head->at_step_end = model->at_step_end;
     memcpy(state->inputs, model->starts, model->n_inputs * sizeof(double));
     memcpy(state->initial, model->starts, model->n_inputs * sizeof(double));
+    for (size_t i = 0; i < model->parameters.count; ++i) {
+        state->parameters[i] = state->acting[i] = model->parameters.start[i];
+        *state->since = INFINITY; /* as if they had been so for ever */
+    }
     for (size_t sample = 0; sample < model->memory_length; ++sample) {
         memcpy(state->window + sample * model->n_inputs, model->starts,
                model->n_inputs * sizeof(double));

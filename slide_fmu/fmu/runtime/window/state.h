@@ -51,6 +51,9 @@ typedef struct {
     double *initial; /* [n_inputs], before the start, where they are known */
     double *outputs; /* [n_outputs] */
     double *goal;    /* [n_inputs], the forecast for the end of the last step */
+    double *parameters; /* [model->parameters.count], as set last */
+    double *acting;     /* [model->parameters.count], those behind the outputs */
+    double *since;      /* [1 where there are parameters], samples since they changed */
     uint64_t *strayed; /* number of the sample after the newest one that was out of range; or 0 */
     SlideSamples samples;
     SlideNetworkState predictor;

@@ -87,7 +87,17 @@ static bool take(const SlideModel *model, SlideState *state, const double *sampl
     return good;
 }
 
+/* The parameters that are set are those behind the outputs. */
+static void accept_parameters(const SlideModel *model, SlideState *state) {
+    const size_t row = model->parameters.count * sizeof(double);
+    if (row > 0 && memcmp(state->acting, state->parameters, row) != 0) {
+        memcpy(state->acting, state->parameters, row);
+        *state->since = 0;
+    }
+}
+
 static void accept_outputs(const SlideModel *model, SlideState *state) {
+    accept_parameters(model, state);
     memcpy(state->outputs, model->candidate, model->n_outputs * sizeof(double));
     state->head->current = 1;
 }
@@ -132,8 +142,12 @@ static bool hold(const SlideModel *model, SlideState *state) {
     return true;
 }
 
-/* What is known of the time before the start. */
+/* What is known of the time before the start, when the parameters were those of now. */
 static bool begin_run(const SlideModel *model, SlideState *state) {
+    if (model->parameters.count > 0) {
+        accept_parameters(model, state);
+        *state->since = INFINITY;
+    }
     if (state->head->prehistory != SLIDE_INITIAL_WINDOW_KNOWN) {
         return hold(model, state);
     }
@@ -154,6 +168,7 @@ static bool reach_start(const SlideModel *model, SlideState *state) {
 }
 
 bool slide_stream_hold(const SlideModel *model, SlideState *state) {
+    slide_model_form(model, state->parameters);
     bool done = begin_run(model, state);
     if (done && slide_stream_forecasts(model, state) &&
         state->head->prehistory != SLIDE_FIRST_HELD) {
@@ -169,6 +184,9 @@ bool slide_stream_hold(const SlideModel *model, SlideState *state) {
 static void count_filled(const SlideModel *model, SlideState *state, double length) {
     const uint32_t n_whole = slide_intake_whole(model, length);
     state->head->filled += n_whole > 0 ? n_whole : length / model->step;
+    if (model->parameters.count > 0) { /* a window taken in anew knows no other parameters */
+        *state->since = n_whole > 0 ? *state->since + n_whole : INFINITY;
+    }
 }
 
 static bool step_of(const SlideModel *model, SlideState *state, double length) {
@@ -276,10 +294,14 @@ static bool step_once(const SlideModel *model, SlideState *state) {
     accept_outputs(model, state);
     slide_history_append(&model->history, &state->history, model->step, state->inputs, false);
     state->head->filled += 1;
+    if (model->parameters.count > 0) {
+        *state->since += 1;
+    }
     return true;
 }
 
 bool slide_stream_step(const SlideModel *model, SlideState *state, double length) {
+    slide_model_form(model, state->parameters); /* what is remembered is kept */
     if (slide_stream_forecasts(model, state)) {
         return step_from_now(model, state, length);
     }

@@ -1,0 +1,58 @@
+"""The subcommand that compares a recipe's network with models of other kinds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from slide_fmu.cli.console import console, progress_bars, show_remark, table_of, write_json
+from slide_fmu.cli.options import (
+    DataSeedOption,
+    JsonOption,
+    RecipeArgument,
+    RunsOption,
+    TrainingSeedOption,
+    TrajectoriesOption,
+    WorkersOption,
+)
+from slide_fmu.pipeline.defaults import UNSEEN_SEED
+
+
+def compare(
+    recipe: RecipeArgument,
+    json_path: JsonOption = None,
+    budget: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="Train each model for this CPU time; that of the recipe's network if not given.",
+        ),
+    ] = None,
+    seed: TrainingSeedOption = None,
+    data_seed: DataSeedOption = None,
+    trajectories: TrajectoriesOption = None,
+    runs: RunsOption = Path("runs"),
+    workers: WorkersOption = None,
+) -> None:
+    """Train FIR, ARX, NARX, linear, GRU and feed-forward models on the same data, and compare."""
+    from slide_fmu.pipeline.compare import Terms, compare_recipe
+    from slide_fmu.pipeline.job import open_job
+    from slide_fmu.validation.baselines import baseline_rows
+
+    with progress_bars() as bar:
+        terms = Terms(budget, UNSEEN_SEED, trajectories, workers)
+        figures, page = compare_recipe(open_job(recipe, runs, bar, seed, data_seed), terms)
+    rows = baseline_rows(figures)
+    table = table_of(*rows[0])
+    for row in rows[1:]:
+        table.add_row(*row)
+    console.print(
+        f"{figures['trajectories']} trajectories, seed {figures['seed']}; "
+        f"{figures['budget_s']:.3g} s of CPU time for each model"
+    )
+    console.print(table)
+    show_remark(figures["remark"])
+    write_json(json_path, figures)
+    console.print(f"report  {page}")

@@ -1,0 +1,90 @@
+"""Unseen motions: trajectories that no training saw, with what the reference does on them.
+
+Of records they are the blocks of the part "test".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from slide_fmu.core.progress import Progress
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.draws import Stream, draw
+from slide_fmu.data.recorded import unseen_stretches
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import reference_system
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.record.model import MeasuredRecords
+from slide_fmu.systems.simulation import simulate
+
+ATTEMPTS = 5
+"""A system that fails on this many draws for one motion cannot be measured against."""
+
+
+@dataclass(frozen=True, eq=False)
+class UnseenMotion:
+    """A motion is an unseen trajectory, in physical units.
+
+    Attributes:
+        inputs: inputs at samples 0 .. N - 1, burn-in first, shape (N, n_inputs).
+        outputs: outputs of the reference, or measured ones, at samples 0 .. N, shape
+            (N + 1, n_outputs).
+        burn_in: number of leading samples in which the initial state decays.
+        kind: index of its excitation in the recipe's mix, or of the record's file.
+    """
+
+    inputs: FloatArray
+    outputs: FloatArray
+    burn_in: int
+    kind: int
+
+    def first(self, *needed: int) -> int:
+        """Return the first sample that is scored: after the burn-in, all inputs behind it set.
+
+        Args:
+            needed: samples that the networks look back, each ``Network.memory_length``.
+        """
+        return max(self.burn_in + 1, *needed)
+
+
+def unseen_motions(
+    recipe: Recipe, stream: Stream, count: int, advance: Progress
+) -> Iterator[UnseenMotion]:
+    """Draw motions one by one and simulate the reference system in this process.
+
+    Raises:
+        LoadError: the reference system is not installed here.
+        SimulationError: it could not be simulated, nor on other draws.
+    """
+    system = reference_system(recipe)
+    advance(0, count)
+    for index in range(count):
+        yield _motion(recipe, system, stream, index)
+        advance(index + 1, count)
+
+
+def measured_motions(recipe: Recipe, source: MeasuredRecords) -> list[UnseenMotion]:
+    """Return the blocks of records that nothing was learnt from.
+
+    Raises:
+        RecipeError: there is too little of them.
+    """
+    return [
+        UnseenMotion(found.trajectory.inputs, found.trajectory.outputs, found.lead, found.file)
+        for found in unseen_stretches(recipe, source)
+    ]
+
+
+def _motion(recipe: Recipe, system: System, stream: Stream, index: int) -> UnseenMotion:
+    """Draw a motion and simulate it; where the system fails on it, another one."""
+    for attempt in range(ATTEMPTS):
+        drawn = draw(recipe, system, stream, index, attempt)
+        try:
+            outputs = simulate(system, drawn.inputs, drawn.initial).outputs
+        except SimulationError as error:
+            failure = error
+        else:
+            return UnseenMotion(drawn.inputs, outputs, drawn.burn_in, drawn.kind)
+    raise failure

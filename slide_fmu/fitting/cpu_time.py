@@ -1,0 +1,51 @@
+"""The CPU time of a training is summed over its interruptions, so that others get the same."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from slide_fmu.core.files import write_whole
+from slide_fmu.core.progress import Progress, Stages
+
+WRITE_EVERY = 1.0
+"""The time is written after so many further seconds of it."""
+
+
+class CpuTime:
+    """A CPU time counts the seconds of this process, on all its cores, from where a file stands.
+
+    The file lies beside the checkpoint of the training that it belongs to. Final.
+    """
+
+    def __init__(self, place: Path) -> None:
+        self._place = place
+        self._before = float(place.read_text(encoding="ascii")) if place.exists() else 0.0
+        self._begin = time.process_time()
+        self._written = self._before
+
+    @property
+    def seconds(self) -> float:
+        """The CPU time until now, in s."""
+        return self._before + time.process_time() - self._begin
+
+    def counted(self, stages: Stages) -> Stages:
+        """Return the stages of a training; whenever their progress is called, the time is kept."""
+
+        def open_stage(name: str) -> Progress:
+            progress = stages(name)
+
+            def heard(done: int, total: int, error: float | None = None) -> None:
+                progress(done, total, error)
+                if self.seconds - self._written > WRITE_EVERY:
+                    self.keep()
+
+            return heard
+
+        return open_stage
+
+    def keep(self) -> float:
+        """Write the time to the file, and return it in s."""
+        self._written = self.seconds
+        write_whole(self._place, f"{self._written:.3f}\n".encode("ascii"))
+        return self._written

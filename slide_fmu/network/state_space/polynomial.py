@@ -1,0 +1,74 @@
+"""A cell whose weights are polynomials of physical parameters.
+
+The parameters are constant along a record, or change now and then: the weights are formed once for
+their values, and then the cell is a plain one (``cell.py``), at the same cost per step. The C
+runtime forms them too (``slide_fmu/fmu/runtime/network/polynomial.c``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.core.parameter_basis import ParameterBasis
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.network.state_space.cell import Cell
+
+
+@dataclass(frozen=True, eq=False)
+class CellPolynomial:
+    """A CellPolynomial gives a cell for every value of the parameters.
+
+    Attributes:
+        basis: the polynomials phi_k, K of them.
+        terms: Theta_k, one cell of coefficients for each, of equal shapes, float32.
+
+    Raises:
+        ValueError: there is not one cell for each term, or they are of different shapes.
+    """
+
+    basis: ParameterBasis
+    terms: tuple[Cell, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.terms) != len(self.basis.degrees):
+            raise ValueError(
+                f"cells of {len(self.terms)} terms; expected {len(self.basis.degrees)}, one for "
+                "each term of the parameters' polynomials"
+            )
+        shapes = [
+            (cell.activation, {name: part.shape for name, part in cell.arrays().items()})
+            for cell in self.terms
+        ]
+        if any(shape != shapes[0] for shape in shapes):
+            raise ValueError(
+                f"cells of the terms have the shapes {shapes}; expected the same for all"
+            )
+
+    def at(self, parameters: FloatArray) -> Cell:
+        """Form the cell for parameters in their units, (n_parameters,), in float32."""
+        parts = {name: part.astype(np.float32) for name, part in self.formed(parameters).items()}
+        return self._cell(parts)
+
+    def complex_at(self, parameters: NDArray[np.complex128]) -> Cell:
+        """Form the cell for complex parameters, (n_parameters,), in complex128."""
+        return self._cell(self.formed(parameters))
+
+    def formed(self, parameters: NDArray[Any]) -> dict[str, NDArray[Any]]:
+        """Return the weights by name, summed in double precision, term by term."""
+        phi = self.basis.values(parameters)
+        coefficients = [cell.arrays() for cell in self.terms]
+        return {
+            name: sum(
+                value * part[name].astype(np.float64)
+                for value, part in zip(phi, coefficients, strict=True)
+            )
+            for name in coefficients[0]
+        }
+
+    def _cell(self, parts: dict[str, NDArray[Any]]) -> Cell:
+        given: dict[str, Any] = parts
+        return replace(self.terms[0], **given)

@@ -1,0 +1,71 @@
+"""What a comparison has found stays in the run folder: models one by one, and unseen motions."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.core.files import write_whole
+from slide_fmu.data.unseen import UnseenMotion
+
+
+@dataclass(frozen=True)
+class KeptComparison:
+    """A kept comparison is a folder with what was found, each with a key of what it depends on."""
+
+    path: Path
+
+    def figures(self, name: str, key: str, find: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+        """Return the figures of a model; they are found if none of this key are kept."""
+        place = self.path / f"{name}.json"
+        if place.exists():
+            record = json.loads(place.read_text(encoding="utf-8"))
+            if record["key"] == key:
+                return dict(record["figures"])
+        found = find()
+        text = json.dumps({"key": key, "figures": found}, indent=2, allow_nan=False)
+        write_whole(place, (text + "\n").encode("utf-8"))
+        return found
+
+    def motions(self, key: str, find: Callable[[], Sequence[UnseenMotion]]) -> list[UnseenMotion]:
+        """Return unseen motions; they are simulated if none of this key are kept."""
+        place = self.path / "unseen.npz"
+        if place.exists():
+            with np.load(place) as kept:
+                if str(kept["key"]) == key:
+                    return [_motion(kept, number) for number in range(int(kept["count"]))]
+        found = list(find())
+        arrays: dict[str, Any] = {"key": np.array(key), "count": np.array(len(found))}
+        for number, motion in enumerate(found):
+            arrays[f"inputs_{number}"], arrays[f"outputs_{number}"] = motion.inputs, motion.outputs
+            arrays[f"about_{number}"] = np.array([motion.burn_in, motion.kind])
+        buffer = io.BytesIO()
+        np.savez(buffer, **arrays)
+        write_whole(place, buffer.getvalue())
+        return found
+
+
+def key_of(*parts: Any) -> str:
+    """Return a key of what JSON can hold."""
+    text = json.dumps(parts, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def content_of_motions(motions: Sequence[UnseenMotion]) -> str:
+    """Return a digest of the values of motions."""
+    total = hashlib.sha256()
+    for motion in motions:
+        total.update(motion.inputs.tobytes() + motion.outputs.tobytes())
+    return total.hexdigest()
+
+
+def _motion(kept: Any, number: int) -> UnseenMotion:
+    burn_in, kind = (int(value) for value in kept[f"about_{number}"])
+    return UnseenMotion(kept[f"inputs_{number}"], kept[f"outputs_{number}"], burn_in, kind)

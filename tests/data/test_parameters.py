@@ -1,0 +1,115 @@
+"""Values of physical parameters for trajectories: where they lie, and that they are kept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw, split_stream
+from slide_fmu.data.generation import generate
+from slide_fmu.data.parameter_draws import drawn_parameters
+from slide_fmu.data.store import StoreError, read_split, require_origin
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system
+from tests.progress import silent
+from tests.recipes import tiny_recipe, tiny_state_space_recipe
+
+TABLES: dict[str, Any] = {
+    "mass": {"range": [1.0, 4.0], "unit": "kg", "transform": "log"},
+    "stiffness": {"range": [1000.0, 1600.0], "unit": "N/m"},
+}
+
+
+def recipe(**changes: Any) -> Recipe:
+    return tiny_state_space_recipe(**{"parameters": TABLES, **changes})
+
+
+def values(split: str, count: int) -> np.ndarray:  # type: ignore[type-arg]
+    found = [
+        drawn_parameters(recipe(), split_stream(recipe(), split, index), index)
+        for index in range(count)
+    ]
+    return np.array([list(point.values()) for point in found])
+
+
+def test_values_to_learn_from_go_a_little_beyond_the_ranges() -> None:
+    found = values("train", 128)
+    lows, highs = found.min(axis=0), found.max(axis=0)
+    assert np.all(lows < [1.0, 1000.0])
+    assert np.all(lows > [0.9, 960.0])
+    assert np.all(highs > [4.0, 1600.0])
+    assert np.all(highs < [4.4, 1640.0])
+
+
+@pytest.mark.parametrize("split", ["validation", "estimator"])
+def test_other_values_stay_within_the_ranges(split: str) -> None:
+    found = values(split, 64)
+    assert np.all((found >= [1.0, 1000.0]) & (found <= [4.0, 1600.0]))
+
+
+def test_values_are_even_in_the_transform() -> None:
+    found = values("validation", 64)
+    shares = np.log(found[:, 0]) / np.log(4.0)
+    assert np.histogram(shares, 8, (0, 1))[0].tolist() == [8] * 8
+
+
+def test_value_depends_on_stream_and_index_alone() -> None:
+    few, many = values("train", 5), values("train", 9)
+    assert np.array_equal(few, many[:5])
+    stream = Stream(TEST, 7, (1.0, 1.0), 2.0)
+    test = [drawn_parameters(recipe(), stream, index)["mass"] for index in range(5)]
+    assert not set(test) & set(few[:, 0].tolist())
+    other = drawn_parameters(recipe(), Stream(TEST, 8, (1.0, 1.0), 2.0), 0)
+    assert other["mass"] != test[0]
+
+
+def test_recipe_without_parameters_draws_none() -> None:
+    plain = tiny_recipe()
+    assert drawn_parameters(plain, split_stream(plain, "train", 0), 0) == {}
+
+
+def test_store_keeps_the_values_with_the_motions_of_systems_that_have_them(
+    tmp_path: Path,
+) -> None:
+    table, store = recipe(), tmp_path / "data.zarr"
+    assert generate(table, store, None, silent) == 6
+    split = read_split(store, "train", 4)
+    assert split.parameters is not None
+    assert split.parameters.shape == (4, 2)
+    for index, row in enumerate(split.parameters.tolist()):
+        given = dict(zip(TABLES, row, strict=True))
+        stream = split_stream(table, "train", index)
+        assert given == pytest.approx(drawn_parameters(table, stream, index))
+        system = recipe_system(table.at(given))
+        expected = simulate_draw(system, draw(table, system, stream, index))
+        assert np.array_equal(split.outputs[index], expected.outputs)
+    assert generate(table, store, None, silent) == 0
+
+
+def test_store_of_a_recipe_without_parameters_has_none(tmp_path: Path) -> None:
+    table, store = tiny_recipe(), tmp_path / "data.zarr"
+    generate(table, store, None, silent)
+    assert read_split(store, "train", 4).parameters is None
+
+
+def test_store_of_other_ranges_is_refused(tmp_path: Path) -> None:
+    store = tmp_path / "data.zarr"
+    generate(recipe(), store, None, silent)
+    wider = recipe(parameters={"mass": {**TABLES["mass"], "range": [1.0, 5.0]}})
+    with pytest.raises(StoreError, match=r"parameters.mass.range = \[1.0, 4.0\] there"):
+        require_origin(store, wider, np.zeros((1, 1)))
+    fixed = recipe().at({"mass": 2.0, "stiffness": 1300.0})
+    with pytest.raises(StoreError, match="parameters"):
+        require_origin(store, fixed, np.zeros((1, 1)))
+
+
+def test_lost_values_are_reported(tmp_path: Path) -> None:
+    store = tmp_path / "data.zarr"
+    generate(recipe(), store, None, silent)
+    lost = next((store / "train" / "parameters").rglob("c/1/0"))
+    lost.unlink()
+    with pytest.raises(StoreError, match="trajectory 1 is not whole"):
+        read_split(store, "train", 4)

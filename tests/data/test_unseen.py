@@ -1,0 +1,77 @@
+"""Unseen motions: drawn as validations draw them, and simulated with the reference."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slide_fmu.data import unseen
+from slide_fmu.data.draws import TEST, Stream, draw
+from slide_fmu.data.unseen import ATTEMPTS, measured_motions, unseen_motions
+from slide_fmu.recipe.reading import parse_recipe, with_resolved
+from slide_fmu.recipe.systems import recipe_source, reference_system
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.record.model import MeasuredRecords
+from slide_fmu.systems.simulation import simulate
+from tests.own_records import RECIPE, write_record
+from tests.recipes import tiny_recipe
+
+STREAM = Stream(TEST, 3, (1.0, 1.0), 1.0)
+
+
+def test_motions_are_the_draws_with_what_the_reference_does_on_them() -> None:
+    recipe, calls = tiny_recipe(), []
+    found = list(unseen_motions(recipe, STREAM, 2, lambda *a: calls.append(a)))
+    system = reference_system(recipe)
+    for index, motion in enumerate(found):
+        drawn = draw(recipe, system, STREAM, index)
+        np.testing.assert_array_equal(motion.inputs, drawn.inputs)
+        outputs = simulate(system, drawn.inputs, drawn.initial).outputs
+        np.testing.assert_array_equal(motion.outputs, outputs)
+        assert (motion.burn_in, motion.kind) == (16, 0)
+        assert (motion.first(5), motion.first(40)) == (17, 40)
+    assert calls == [(0, 2), (1, 2), (2, 2)]
+
+
+def test_motion_that_cannot_be_simulated_is_drawn_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    recipe = tiny_recipe()
+    failing = iter([True, False])
+
+    def sometimes(*arguments: object) -> object:
+        if next(failing):
+            raise SimulationError("no convergence")
+        return simulate(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(unseen, "simulate", sometimes)
+    (motion,) = unseen_motions(recipe, STREAM, 1, lambda *_: None)
+    second = draw(recipe, reference_system(recipe), STREAM, 0, attempt=1)
+    np.testing.assert_array_equal(motion.inputs, second.inputs)
+
+
+def test_system_that_always_fails_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = []
+
+    def never(*_: object) -> object:
+        calls.append(1)
+        raise SimulationError("no convergence")
+
+    monkeypatch.setattr(unseen, "simulate", never)
+    with pytest.raises(SimulationError, match="no convergence"):
+        list(unseen_motions(tiny_recipe(), STREAM, 1, lambda *_: None))
+    assert len(calls) == ATTEMPTS
+
+
+def test_motions_of_a_record_are_its_blocks_that_nothing_learnt_from(tmp_path: Path) -> None:
+    path = write_record(tmp_path / "bench.csv", 3000)
+    text = RECIPE.replace("bench.csv", str(path))
+    lengths = {"data": {"duration": 4.0, "burn_in": 2.4}}
+    recipe = with_resolved(parse_recipe(text, "bench.toml"), lengths, "bench.toml")
+    source = recipe_source(recipe)
+    assert isinstance(source, MeasuredRecords)
+    (motion,) = measured_motions(recipe, source)
+    measured = np.loadtxt(path, delimiter=",", skiprows=1)
+    np.testing.assert_allclose(motion.outputs[-1, 0], measured[-1, 2], rtol=1e-6)
+    assert (motion.burn_in, motion.kind) == (recipe.window.n_in, 0)
+    assert len(motion.outputs) == len(motion.inputs) + 1

@@ -1,0 +1,87 @@
+"""Recipes that declare physical parameters: what they mean, and what is refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from slide_fmu.core.parameters import Parameter
+from slide_fmu.recipe.parameters import ITERATIONS
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import data_specification, recipe_system, reference_specification
+from tests.recipes import tiny_recipe, tiny_state_space_recipe
+
+MASS: dict[str, Any] = {"range": [1.0, 4.0], "unit": "kg", "transform": "log"}
+
+
+def with_mass(**changes: Any) -> Recipe:
+    return tiny_state_space_recipe(**{"parameters": {"mass": MASS}, **changes})
+
+
+def test_recipe_without_parameters_has_none() -> None:
+    recipe = tiny_recipe()
+    assert recipe.physical() == ()
+    assert recipe.training.model_dump() == tiny_recipe().training.model_dump()
+
+
+def test_tables_are_parameters_in_their_order() -> None:
+    recipe = with_mass(
+        parameters={"mass": MASS, "stiffness": {"range": [900, 1700], "start": 1e3}}
+    )
+    mass, stiffness = recipe.physical()
+    assert mass == Parameter("mass", "kg", 1.0, 4.0, transform="log")
+    assert stiffness == Parameter("stiffness", "1", 900.0, 1700.0, start=1000.0)
+
+
+def test_system_has_the_start_values() -> None:
+    recipe = with_mass(system={"reference": {"substeps": 12}})
+    for specification in (data_specification(recipe), reference_specification(recipe)):
+        assert specification.parameters["mass"] == pytest.approx(2.0)
+        assert specification.parameters["damping"] == 40.0
+
+
+def test_recipe_at_values_is_a_recipe_of_a_fixed_system() -> None:
+    recipe = with_mass()
+    heavy = recipe.at({"mass": 4.2})
+    assert heavy.physical() == ()
+    assert data_specification(heavy).parameters["mass"] == 4.2
+    assert recipe_system(heavy).inputs == recipe_system(recipe).inputs
+    assert heavy.model_dump(exclude={"system", "parameters"}) == recipe.model_dump(
+        exclude={"system", "parameters"}
+    )
+
+
+def test_training_takes_more_iterations_unless_they_are_given() -> None:
+    assert with_mass().training.iterations == ITERATIONS  # type: ignore[union-attr]
+    given = with_mass(training={"iterations": 7})
+    assert given.training.iterations == 7  # type: ignore[union-attr]
+    assert tiny_state_space_recipe().training.iterations == 60  # type: ignore[union-attr]
+
+
+def test_recipe_is_the_same_after_json() -> None:
+    recipe = with_mass()
+    assert Recipe.model_validate_json(recipe.model_dump_json()) == recipe
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"parameters": {"mass": {**MASS, "range": [4.0, 1.0]}}}, r"range \[4.0, 1.0\] kg"),
+        ({"parameters": {"mass": {**MASS, "start": 5.0}}}, "start 5.0; expected a value within"),
+        ({"parameters": {"mass": {**MASS, "transform": "root"}}}, "transform"),
+        ({"parameters": {"mass": {**MASS, "limits": 1}}}, "limits"),
+        ({"parameters": {"step": MASS}}, "the sample step of a surrogate is window.step"),
+        ({"system": {"parameters": {"mass": 1.0}}}, "mass is in system.parameters too"),
+        ({"system": {"reference": {"mass": 1.0}}}, "mass is in system.reference too"),
+        ({"data": {"train": "auto"}}, r'"auto", with parameters \[\'mass\'\]; expected a number'),
+    ],
+)
+def test_parameters_that_do_not_fit_are_refused(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        with_mass(**changes)
+
+
+def test_feed_forward_networks_follow_no_parameters() -> None:
+    with pytest.raises(ValueError, match="state-space networks alone follow them"):
+        tiny_recipe(parameters={"mass": MASS})

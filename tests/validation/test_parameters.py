@@ -1,0 +1,125 @@
+"""Surrogates with physical parameters: learnt from a recipe, tested at corners, measured."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.parameters import corners_of
+from slide_fmu.core.scaling import range_scaling
+from slide_fmu.core.signals import Signal
+from slide_fmu.data.draws import TEST, Stream
+from slide_fmu.data.generation import generate
+from slide_fmu.data.parameter_draws import drawn_parameters
+from slide_fmu.features.base import Offered
+from slide_fmu.fitting.fit import Fit, fit_surrogate
+from slide_fmu.fitting.physical import require_chosen_features
+from slide_fmu.fmu.export import export_fmu
+from slide_fmu.memory.stability import check_stability
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.systems.simulation import simulate
+from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.report import validation_sections
+from slide_fmu.validation.validate import validate
+from tests.progress import silent
+from tests.recipes import ESTIMATOR, tiny_state_space_recipe
+
+TABLES: dict[str, Any] = {
+    "parameters": {"mass": {"range": [1.0, 2.0], "unit": "kg", "transform": "log"}},
+    "data": {"train": 10, "validation": 4, "estimator": 4, "estimator_validation": 2},
+    "network": {"order": 2, "hidden": 0},
+    "training": {"segment": 32, "iterations": 15},
+    "estimator": {**ESTIMATOR, "resolution": 1e-9},
+}
+RECIPE: Recipe = tiny_state_space_recipe(**TABLES)
+SMALL = 2e-3
+"""Relative error of a linear network whose weights are parabolas of the logarithm of the mass."""
+
+
+@pytest.fixture(scope="module")
+def fit(tmp_path_factory: pytest.TempPathFactory) -> Fit:
+    folder = tmp_path_factory.mktemp("learnt")
+    generate(RECIPE, folder / "data.zarr", None, silent)
+    store, states = folder / "data.zarr", folder / "states"
+    return fit_surrogate(RECIPE, recipe_system(RECIPE), store, states, lambda _name: silent)
+
+
+@pytest.fixture(scope="module")
+def found(fit: Fit, tmp_path_factory: pytest.TempPathFactory) -> Validation:
+    fmu = export_fmu(fit.surrogate, tmp_path_factory.mktemp("fmu") / "tiny.fmu")
+    task = Task(3, trajectories=4, duration=2.0)
+    return validate(fmu, fit.surrogate, RECIPE, task, silent)
+
+
+def test_surrogate_of_a_recipe_follows_its_parameters(fit: Fit) -> None:
+    surrogate = fit.surrogate
+    assert surrogate.parameters == RECIPE.physical()
+    assert surrogate.estimator is not None
+    rng = np.random.default_rng(5)
+    record = rng.uniform(-2000, 2000, (300, 1))
+    for mass in (1.0, 1.3, 2.0):
+        system = recipe_system(RECIPE.at({"mass": mass}))
+        expected = simulate(system, record, None).outputs[1:]
+        error = surrogate.predict_newest(record, {"mass": mass}) - expected
+        settled = slice(surrogate.window.n_in, None)
+        assert error[settled].std() < SMALL * expected[settled].std()
+
+
+def test_every_trajectory_has_unseen_values(found: Validation) -> None:
+    stream = Stream(TEST, 3, (1.0, 1.0), 2.0)
+    expected = [drawn_parameters(RECIPE, stream, index) for index in range(4)]
+    assert [dict(comparison.parameters) for comparison in found.comparisons] == expected
+    assert [dict(c.parameters) for c in found.corners] == corners_of(RECIPE.physical())
+
+
+def test_errors_are_those_of_the_system_with_these_values(found: Validation) -> None:
+    for comparison in (*found.comparisons, *found.corners):
+        single = comparison.error.std() / comparison.reference.std()
+        assert single < SMALL
+    (output,) = found.figures()["outputs"]
+    assert output["relative_rmse"] < SMALL
+
+
+def test_figures_and_report_tell_the_errors_by_values(found: Validation) -> None:
+    figures = found.figures()["parameters"]
+    assert figures["names"] == ["mass"]
+    assert [row["mass"] for row in figures["corners"]] == [1.0, 2.0]
+    assert len(figures["unseen"]) == 4
+    assert all(0 < row["relative_rmse"][0] < SMALL for row in figures["unseen"])
+    (section,) = [s for s in validation_sections({"in range": found}) if "Physical" in s.title]
+    assert section.rows[0] == ("values", "mass", "relative RMSE")
+    assert [row[0] for row in section.rows[1:]] == ["corner"] * 2 + ["unseen, worst"] * 4
+
+
+def test_stability_is_that_of_the_worst_corner(fit: Fit) -> None:
+    system = recipe_system(RECIPE)
+    tests = check_stability(fit.surrogate, RECIPE, system)
+    corners = [
+        check_stability(fit.surrogate.at(corner), RECIPE, system)
+        for corner in corners_of(RECIPE.physical())
+    ]
+    assert len(tests) == len(RECIPE.stability.amplitudes)
+    for index, test in enumerate(tests):
+        worst = max(float(np.max(one[index].differences)) for one in corners)
+        assert float(np.max(test.differences)) == worst
+
+
+def test_failure_names_the_corner(fit: Fit) -> None:
+    strict = tiny_state_space_recipe(**TABLES, stability={"growth": 1e-3})
+    for test in check_stability(fit.surrogate, strict, recipe_system(strict)):
+        assert test.problem is not None
+        assert test.problem.startswith("with mass = ")
+
+
+def test_features_of_angles_must_be_named() -> None:
+    turn = (Signal("angle", "rad", -3.0, 3.0),)
+    offered = Offered(turn, range_scaling(turn), 0.01, None)
+    with pytest.raises(RecipeError, match=r"network.drive is left open, with parameters"):
+        require_chosen_features(RECIPE, offered, 1)
+    named = tiny_state_space_recipe(**{**TABLES, "network": {"drive": ["direction"]}})
+    require_chosen_features(named, offered, 1)
+    straight = (Signal("force", "N", -3.0, 3.0),)
+    require_chosen_features(RECIPE, Offered(straight, range_scaling(straight), 0.01, None), 1)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +13,17 @@ from fmpy.ssp.ssd import read_ssv
 
 from slide_fmu.fmu.export import export_fmu
 from tests.acceptance.conftest import invoke
+from tests.acceptance.test_base_install import TRAINING
 from tests.fitting.calibration.records import TRUE, measured, surrogate_with
 from tests.fmu.samples import STEP
+from tests.limits import HANGS
+
+THEN_TELL = """
+import sys
+from slide_fmu.cli import app
+app(sys.argv[1:], standalone_mode=False)
+print(*sys.modules)
+"""
 
 
 @pytest.fixture(scope="module")
@@ -72,3 +83,12 @@ def test_mistakes_are_refused_in_words(
     result = invoke("calibrate", *files, *options)
     assert result.exit_code == 1
     assert message in result.stderr.replace("\n", " ")
+
+
+def test_calibrate_imports_no_training_packages(files: tuple[Path, Path]) -> None:
+    """scipy takes packages that are made missing, as other tests do, for broken ones."""
+    arguments = [str(file) for file in files]
+    command = [sys.executable, "-c", THEN_TELL, "calibrate", *arguments, "--input", "u0=force"]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=HANGS)
+    assert result.returncode == 0, result.stderr
+    assert not set(TRAINING) & set(result.stdout.split())

@@ -18,7 +18,7 @@ from slide_fmu.pipeline.calibration import Measured, calibrate_fmu, write_parame
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.record.measured import RecordError
 from tests.fitting.calibration.records import measured, surrogate_with
-from tests.fmu.samples import STEP
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 
 TRUE = {"mass": 2.6}
 SAME = 1e-3
@@ -166,3 +166,13 @@ def test_values_are_written_for_an_ssp(fmu: Path, surrogate: Surrogate, tmp_path
     assert {p.name: float(p.value) for p in read.parameters} == found.values
     with pytest.raises(ValueError, match=r"expected a name ending in \.ssv"):
         write_parameters(found, tmp_path / "fitted.xml")
+
+
+def test_inputs_that_move_are_answered_at_once(tmp_path: Path) -> None:
+    shape = Shape(n_in=20, n_out=6, hold="first_order", cell=CellShape(states=4, parameters=1))
+    surrogate = random_surrogate(shape)
+    inputs, outputs = measured(surrogate, TRUE)
+    columns = {"t": STEP * np.arange(600), "u0": inputs[:, 0], "y0": outputs[:, 0]}
+    path = write(tmp_path / "a.csv", columns)
+    fmu = export_fmu(surrogate, tmp_path / "moving.fmu")
+    assert value(fmu, Measured((path,))) == pytest.approx(TRUE["mass"], abs=SAME)

@@ -192,9 +192,7 @@ def freeze(winner: Candidate, problem: Problem, data: FitData) -> StateSpace:
         ValueError: a weight is not finite.
     """
     shape, window = winner.shape, problem.window
-    theta = winner.state.best
-    if problem.physical is None:
-        theta = with_room(shape, theta, data.whole)
+    theta = with_room(shape, winner.state.best, data.whole)
     cells = tuple(_frozen(shape, cell) for cell in shape.cells(theta))
     weights: Cell | CellPolynomial = cells[0]
     if problem.physical is not None:

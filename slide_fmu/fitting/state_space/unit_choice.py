@@ -120,6 +120,9 @@ def _error(shape: CellShape, theta: torch.Tensor, segments: Segments) -> float:
 
 def _is_bounded(shape: CellShape, theta: torch.Tensor, segments: Segments) -> bool:
     """Whether outputs stay within bounds far beyond the amplitudes of segments."""
-    near, far = (simulate(shape, theta, f * segments.features)[0] for f in (1.0, FAR))
+    near, far = (
+        simulate(shape, theta, factor * segments.features, segments.phi)[0]
+        for factor in (1.0, FAR)
+    )
     limit = GROWTH * FAR * float((near - near.mean((0, 1))).abs().max())
     return float((far - near.mean((0, 1))).abs().max()) <= limit  # false for what is no number

@@ -31,9 +31,11 @@ def search(
         return SimpleNamespace(error=error, training_error=error, shape=shape)
 
     monkeypatch.setattr(sizes, "judge", judge)
+    monkeypatch.setattr(sizes, "noise_in", lambda _found, _validation: 0.0)
     monkeypatch.setattr(sizes, "still_learnable", lambda _multi_start, found: found.error)
     return SimpleNamespace(
         network=SimpleNamespace(order="auto", hidden="auto"),
+        data=SimpleNamespace(validation=None),
         eigenvalues_known=eigenvalues,
         first_order=lambda: shown,
         highest_order=lambda: 20,

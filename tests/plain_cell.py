@@ -5,6 +5,7 @@ The only oracle of the cell: for the evaluation in numpy, the fits in torch and 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,11 +50,19 @@ class PlainCell:
             matrix[i : i + 2, i : i + 2] = [[c, -s], [s, c]]
         return matrix
 
+    def unit(self, index: int, inner: float) -> float:
+        """One of the units that see the states by W."""
+        if self.activation == "cubic":
+            return inner**3
+        if self.activation == "mixed" and index % 2 == 0:
+            return max(-8.0, min(8.0, inner)) ** 3
+        return math.tanh(inner)
+
     def units(self, x: FloatArray, features: FloatArray) -> FloatArray:
         """What the units add to the next state."""
         if self.v is None:
             inner = self.w @ np.concatenate([x, self.role(features, "drive"), [1.0]])
-            return np.asarray(self.e @ (np.tanh(inner) if self.activation == "tanh" else inner**3))
+            return np.asarray(self.e @ [self.unit(i, z) for i, z in enumerate(inner)])
         turn = self.turn(features)
         gates = np.tanh(self.w @ np.append(self.role(features, "schedule"), 1.0))
         offered = self.v @ np.concatenate([turn.T @ x, self.role(features, "gated")])

@@ -176,7 +176,7 @@ def learnt_cell_shapes(draw: st.DrawFn) -> LearntShape:
     """Small cells that are learnt: all sorts of units or none, of roles, factors, turned pairs."""
     from slide_fmu.fitting.state_space.cell import CellShape as LearntShape  # loads torch
 
-    units = draw(st.sampled_from(["tanh", "cubic", "gated"]))
+    units = draw(st.sampled_from(["tanh", "cubic", "mixed", "gated"]))
     gated = units == "gated"
     n_states, n_features = draw(st.integers(1, 4)), draw(st.integers(1, 3))
     one, any_number = (

@@ -27,6 +27,22 @@ class TriedSize:
 
 
 @dataclass(frozen=True)
+class TriedUnits:
+    """A kind of units was tried on data whose largest amplitudes were held out.
+
+    Attributes:
+        units: the kind, as in recipes.
+        validation_error: RMS in scaled units within the amplitudes that were learnt from.
+        error_beyond: RMS in scaled units at those that were held out; infinite where the network
+            diverged.
+    """
+
+    units: str
+    validation_error: float
+    error_beyond: float
+
+
+@dataclass(frozen=True)
 class History:
     """A history is the course of a training, with one entry for each validation.
 
@@ -35,6 +51,7 @@ class History:
         training_error: error of the batches since the entry before, as the objective reports it.
         validation_error: error on the validation windows, as the objective reports it.
         sizes: what the search for sizes has judged, in its order; empty without a search.
+        units: kinds of units that were tried; empty where the recipe says the kind.
         remark: what the user should know about the result; None if there is nothing.
         cpu_seconds: CPU time in s that it took, with the search for features before it; None
             where nobody measured it. Histories that differ in it alone are equal.
@@ -44,6 +61,7 @@ class History:
     training_error: tuple[float, ...]
     validation_error: tuple[float, ...]
     sizes: tuple[TriedSize, ...] = ()
+    units: tuple[TriedUnits, ...] = ()
     remark: str | None = None
     cpu_seconds: float | None = field(default=None, compare=False)
 

@@ -16,6 +16,11 @@ Array = Any
 Namespace = Any
 """The module whose functions take the arrays: ``numpy`` or ``torch``."""
 
+CLIPPED = 8.0
+"""Mixed units cube their arguments between plus and minus this, far beyond those of the training,
+which are about 1: so they stay bounded, as tanh units do. The C runtime has it in
+``kernel/cell_equation.h``."""
+
 _ROOT, _CUBIC = math.sqrt(2 / math.pi), 0.044715
 
 
@@ -42,6 +47,21 @@ def _gelu_slope(z: Array, _value: Array, xp: Namespace) -> Array:
     return 0.5 * (1 + bend) + 0.5 * z * (1 - bend * bend) * _ROOT * (1 + 3 * _CUBIC * z * z)
 
 
+def _is_cubic(z: Array, xp: Namespace) -> Array:
+    """Every second one of mixed units is cubic, from the first on."""
+    return xp.cumsum(xp.ones_like(z), -1) % 2 == 1
+
+
+def _mixed(z: Array, xp: Namespace) -> Array:
+    clipped = xp.clip(z, -CLIPPED, CLIPPED)
+    return xp.where(_is_cubic(z, xp), clipped * clipped * clipped, xp.tanh(z))
+
+
+def _mixed_slope(z: Array, value: Array, xp: Namespace) -> Array:
+    cubic_slope = xp.where(abs(z) <= CLIPPED, 3 * z * z, 0.0)
+    return xp.where(_is_cubic(z, xp), cubic_slope, 1 - value * value)
+
+
 ACTIVATIONS: dict[str, Activation] = {
     "identity": Activation(lambda z, _xp: z, lambda z, _value, xp: xp.ones_like(z)),
     "relu": Activation(
@@ -61,3 +81,6 @@ ACTIVATIONS: dict[str, Activation] = {
 ``elu`` is that of Clevert et al. (2016) with alpha = 1; ``gelu`` is the form with the hyperbolic
 tangent (Hendrycks and Gimpel, 2016).
 """
+
+MIXED = Activation(_mixed, _mixed_slope)
+"""The activation of mixed units along the last axis: clipped cubes and tanh in turns."""

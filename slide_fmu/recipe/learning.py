@@ -112,7 +112,10 @@ class StateSpaceRecipe(Table):
         hidden: number of units; 0 for a linear network; ``"auto"``: raised likewise.
         padding: states that are added to the order for the units' use.
         units: activation. Cubic units suit polynomial springs, but have no bound: they may grow
-            without end beyond the trained range. Gated units (LPV units, linear parameter-varying)
+            without end beyond the trained range. Mixed units are tanh and clipped cubes in turns:
+            bounded, and more accurate just beyond the range where springs harden. ``"auto"``:
+            tanh or, without padding, mixed, by trials in which the largest amplitudes are held
+            out. Gated units (LPV units, linear parameter-varying)
             make the response linear with coefficients that follow scheduling variables: for
             mechanisms whose inertia depends on their configuration.
         bias: whether there are constant terms; without, the network answers -u with -y: for
@@ -137,7 +140,7 @@ class StateSpaceRecipe(Table):
     order: Annotated[int | Literal["auto"], PlainValidator(_size_from(1))] = "auto"
     hidden: Annotated[int | Literal["auto"], PlainValidator(_size_from(0))] = "auto"
     padding: int = Field(default=2, ge=0)
-    units: Literal["tanh", "cubic", "gated"] = "tanh"
+    units: Literal["tanh", "cubic", "mixed", "gated", "auto"] = "tanh"
     bias: bool = True
     drive: FeatureNames | None = None
     static: FeatureNames | None = None

@@ -24,6 +24,7 @@ FAMILIES = {
     "elu, skip": {"activation": "elu", "skip": True},
     "tanh cell": {"cell": CellShape(4, 9, contraction=0.8)},
     "cubic cell": {"cell": CellShape(4, 9, "cubic", 0.8, roles=True, factors=1)},
+    "mixed cell": {"cell": CellShape(4, 9, "mixed", 0.8, roles=True)},
     "gated cell": {"cell": CellShape(9, 9, "gated", 0.8, turned=2, factors=2)},
 }
 

@@ -207,7 +207,7 @@ def random_cell(
         a=(shape.contraction * rotation).astype(np.float32),
         b=weights(n, drive, 0.5),
         e=weights(n, units, 0.3 * (1 - shape.contraction)),
-        w=weights(units, arguments, 0.1 if shape.activation == "cubic" else 1.0),
+        w=weights(units, arguments, 0.1 if shape.activation in ("cubic", "mixed") else 1.0),
         v=weights(units, n + len(roles.gated), 1.0) if gated else None,
         c=weights(rows, n, 1.0),
         d=weights(rows, len(roles.static), 0.3),

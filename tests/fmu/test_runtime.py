@@ -34,6 +34,7 @@ SHAPES = [
     Shape(cell=CellShape(states=4, units=32)),
     Shape(cell=CellShape(states=14, units=40), n_inputs=2, n_outputs=3, hold="first_order"),
     Shape(cell=CellShape(states=9, units=17, activation="cubic"), n_inputs=2, differences=2),
+    Shape(cell=CellShape(states=3, units=11, activation="mixed"), n_inputs=2),
     Shape(cell=CellShape(states=2, units=0), n_outputs=9, n_in=1, n_out=1, differences=1),
     Shape(cell=CellShape(contraction=0.9), positions=4, n_outputs=2),
     Shape(cell=CellShape(contraction=0.9), positions=5, means=True, ages=4),

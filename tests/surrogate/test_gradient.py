@@ -23,6 +23,7 @@ FAMILIES = {
     "cubic at positions": {"activation": "cubic", "block": False},
     "tanh": {"activation": "tanh", "block": False, "skip": True},
     "tanh cell": {"cell": CellShape(4, 6)},
+    "mixed cell": {"cell": CellShape(4, 7, "mixed", roles=True)},
     "cubic cell": {"cell": CellShape(4, 6, "cubic", roles=True, factors=2)},
     "gated cell": {"cell": CellShape(5, 6, "gated", turned=2, factors=2)},
 }

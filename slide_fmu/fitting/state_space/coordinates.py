@@ -14,12 +14,16 @@ from typing import Any
 import torch
 
 from slide_fmu.fitting.state_space.cell import CellShape
-from slide_fmu.network.state_space.cell import Cell
+from slide_fmu.network.state_space.cell import MIXED_UNITS, Cell
 
 PAD_POLE, PAD_GAIN = 0.6, 0.8
 """States that are added have this pole and this gain: short memories that no output sees yet."""
 JITTER = 1e-10
 """The states' variances are raised by this part before the states are made uncorrelated."""
+
+
+SMALL_ARGUMENTS = 1 / 8
+"""Clipped cubes begin with arguments of this size, far below where they are clipped."""
 
 
 def rescale(shape: CellShape, cell: Cell, states: torch.Tensor, whiten: bool) -> Cell:
@@ -92,6 +96,8 @@ def widen(cell: Cell, new: CellShape, generator: torch.Generator | None) -> torc
         b[state, (state - n) % q] = PAD_GAIN  # the features take turns
     w = _random(new.shapes["w"], generator).to(a)
     v = _random(new.shapes["v"], generator).to(a) if new.gated else None
+    if new.units == MIXED_UNITS:
+        w[::2] *= SMALL_ARGUMENTS
     seeing, source = w if v is None else v, cell.arrays()["w" if v is None else "v"]
     seeing[:units], seeing[:units, :n] = 0, source[:, :n]
     seeing[:units, wide:] = source[:, n:]

@@ -11,9 +11,10 @@ import torch
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.fitting.feature_choice import roles_of
-from slide_fmu.fitting.history import History
+from slide_fmu.fitting.history import History, TriedUnits
 from slide_fmu.fitting.problem import Problem, Which
 from slide_fmu.fitting.state_space.cell import CellShape
+from slide_fmu.fitting.state_space.cubes import with_room
 from slide_fmu.fitting.state_space.multi_start import (
     LINEAR_ITERATIONS,
     Candidate,
@@ -21,8 +22,10 @@ from slide_fmu.fitting.state_space.multi_start import (
     MultiStart,
 )
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
+from slide_fmu.fitting.state_space.remarks import remark_on
 from slide_fmu.fitting.state_space.segments import Segments, cut_segments
-from slide_fmu.fitting.state_space.sizes import POOR, Chosen, choose_sizes, still_learnable
+from slide_fmu.fitting.state_space.sizes import Chosen, choose_sizes, still_learnable
+from slide_fmu.fitting.state_space.unit_choice import choose_units
 from slide_fmu.fitting.training import TrainingError
 from slide_fmu.network.state_space.cell import GATED, Cell
 from slide_fmu.network.state_space.network import StateSpace
@@ -54,11 +57,14 @@ def fit_state_space(
             weight is not finite.
     """
     data = prepare(problem, network, training)
+    kinds: tuple[TriedUnits, ...] = ()
+    if network.units == "auto" and problem.start is None:
+        network, kinds = choose_units(problem, network, training, data, progress)
     multi_start = MultiStart(problem, network, training, data, progress)
     if problem.start is not None:
         multi_start.plan(training.iterations)
         winner = multi_start.refine(begun_with(problem.start, multi_start))
-        return freeze(winner, problem), _history(winner, data)
+        return freeze(winner, problem, data), _history(winner, data)
     multi_start.plan(2 * LINEAR_ITERATIONS + _iterations(training, training.iterations))
     chosen = choose_sizes(multi_start)
     winner = compete(multi_start, chosen)
@@ -68,8 +74,11 @@ def fit_state_space(
             "error; give more starts (training.starts) or a lower network.order"
         )
     history = _history(winner, data)
-    remark = _remark(winner.error, still_learnable(multi_start, winner))
-    return freeze(winner, problem), replace(history, sizes=chosen.tried, remark=remark)
+    learnable, samples = still_learnable(multi_start, winner), data.whole.targets.numel()
+    remark = remark_on(winner.error, learnable, winner.shape.n_parameters, samples)
+    return freeze(winner, problem, data), replace(
+        history, sizes=chosen.tried, units=kinds, remark=remark
+    )
 
 
 def begun_with(start: StateSpace, multi_start: MultiStart) -> Candidate:
@@ -82,18 +91,6 @@ def begun_with(start: StateSpace, multi_start: MultiStart) -> Candidate:
         name: torch.from_numpy(part.astype(np.float64)) for name, part in cell.arrays().items()
     }
     return multi_start.known(shape, shape.join(replace(cell, **arrays)))
-
-
-def _remark(error: float, learnable: float) -> str | None:
-    """Tell of a poor result: one whose errors the inputs could still explain in good part."""
-    if learnable < POOR:
-        return None
-    return (
-        f"the network misses {100 * error:.2g} % of the outputs (RMS over standard deviation, in "
-        f"validation), and {100 * learnable:.2g} % could still be learnt from the inputs: give "
-        "more trajectories (data.train), more units (network.hidden) or states (network.order), "
-        "or more starts (training.starts)"
-    )
 
 
 def _history(winner: Candidate, data: FitData) -> History:
@@ -181,14 +178,17 @@ def _iterations(training: LeastSquaresRecipe, last: int) -> int:
     return first + training.kept * training.kept_iterations + last
 
 
-def freeze(winner: Candidate, problem: Problem) -> StateSpace:
-    """Return the fitted network as data, in float32.
+def freeze(winner: Candidate, problem: Problem, data: FitData) -> StateSpace:
+    """Return the fitted network as data, in float32; its cubes have room beyond the data.
 
     Raises:
         ValueError: a weight is not finite.
     """
     shape, window = winner.shape, problem.window
-    cells = tuple(_frozen(shape, cell) for cell in shape.cells(winner.state.best))
+    theta = winner.state.best
+    if problem.physical is None:
+        theta = with_room(shape, theta, data.whole)
+    cells = tuple(_frozen(shape, cell) for cell in shape.cells(theta))
     weights: Cell | CellPolynomial = cells[0]
     if problem.physical is not None:
         weights = CellPolynomial(problem.physical.basis, cells)

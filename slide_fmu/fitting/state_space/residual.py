@@ -86,8 +86,7 @@ class _Units:
         parts = [both, *(_filtered(both, pole) for pole in self._poles)]
         known = torch.cat([part[first:] for part in parts], 2)
         residuals = chosen.targets.double() - outputs[first:]
-        folds = torch.arange(chosen.count, device=known.device) % FOLDS
-        folds = folds.expand(known.shape[:2])
+        folds = _folds(*known.shape[:2]).to(known.device)
         return known.flatten(0, 1), residuals.flatten(0, 1), folds.flatten()
 
     def _seen(self, segments: Segments) -> tuple[torch.Tensor, torch.Tensor]:
@@ -96,6 +95,13 @@ class _Units:
         features = segments.features
         seen = torch.cat([_before(states), features, _before(features)], 2)
         return seen.double(), outputs.double()
+
+
+def _folds(samples: int, segments: int) -> torch.Tensor:
+    """Return the folds of samples, shape (N, B): whole segments, or stretches of very few."""
+    if segments >= FOLDS:
+        return (torch.arange(segments) % FOLDS).expand(samples, segments)
+    return (FOLDS * torch.arange(samples) // samples)[:, None].expand(samples, segments)
 
 
 def _some(segments: Segments) -> Segments:

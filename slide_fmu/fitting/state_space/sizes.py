@@ -39,6 +39,9 @@ AS_GOOD = 1.01
 """A linear model of few states counts as good as one of more when its error is at most this many
 times the other's. Most of a linear model's error may be what units will learn: a small rise of the
 whole is a large one of the rest."""
+USED = 0.95
+"""Units make use of more states where the error falls below this part. Linear models, most of
+whose error is due to what only units learn, do not show such states."""
 MORE_SHOWN = 2
 """Impulse responses may hide so many states, as they may show too many."""
 GOOD = 5e-3
@@ -75,15 +78,18 @@ def choose_sizes(multi_start: MultiStart) -> Chosen:
     order, units = multi_start.network.order, multi_start.network.hidden
     if order != "auto" and units != "auto":
         return Chosen(order, units)
-    search = _Search(multi_start, _orders(multi_start, order), _numbers_of_units(units))
+    search = _Search(multi_start, orders_to_try(multi_start), _numbers_of_units(units))
     place = search.climb((0, 0), [STATES])
     if units == "auto":
         place = search.climb(place, [STATES, UNITS])
+    if order == "auto" and not multi_start.eigenvalues_known:
+        place = search.one_step_more(place)
     return search.chosen(place)
 
 
-def _orders(multi_start: MultiStart, order: int | str) -> list[int]:
+def orders_to_try(multi_start: MultiStart) -> list[int]:
     """Return the orders to try: by two, since an oscillation has two states."""
+    order = multi_start.network.order
     if isinstance(order, int):
         return [order]
     first = multi_start.first_order()
@@ -131,6 +137,16 @@ class _Search:
                 break
             place = found
         return place
+
+    def one_step_more(self, place: Place) -> Place:
+        """Go to more states if units make use of them; the guess came from linear models.
+
+        Fewer states are preferred where they do nearly as well.
+        """
+        found = self._best_of(self._beyond(place, [STATES]))
+        if self._units[place[1]] == 0 or found is None:
+            return place
+        return found if self._error(found) < USED * self._error(place) else place
 
     def chosen(self, place: Place) -> Chosen:
         """Return the size at a place, with all that were tried."""

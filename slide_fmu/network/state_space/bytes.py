@@ -16,11 +16,18 @@ from slide_fmu.core.parameter_basis import MOST_TERMS, ParameterBasis
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.features.sets import decode_features, encode_features
 from slide_fmu.network.activations import ACTIVATIONS
-from slide_fmu.network.state_space.cell import CELL_ACTIVATIONS, GATED, Cell, Roles, cell_shapes
+from slide_fmu.network.state_space.cell import (
+    CELL_ACTIVATIONS,
+    GATED,
+    MIXED_UNITS,
+    Cell,
+    Roles,
+    cell_shapes,
+)
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.network.state_space.polynomial import CellPolynomial
 
-UNITS = (*ACTIVATIONS, GATED)
+UNITS = (*ACTIVATIONS, GATED, MIXED_UNITS)
 """Units of cells; their order is their number."""
 
 MOST_DEGREE = 16

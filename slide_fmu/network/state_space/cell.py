@@ -15,7 +15,11 @@ from slide_fmu.network.activations import Array
 GATED = "gated"
 """The units that are linear in the states; their gates are those of ``tanh``."""
 
-CELL_ACTIVATIONS = ("tanh", "cubic", GATED)
+MIXED_UNITS = "mixed"
+"""Units of which every second one, from the first on, is a clipped cube, and the others ``tanh``:
+tanh alone saturates just beyond what was learnt, where a spring that hardens goes on as a cube."""
+
+CELL_ACTIVATIONS = ("tanh", "cubic", GATED, MIXED_UNITS)
 """Activations that a cell may have: odd, and both exact and fast in the C runtime."""
 
 

@@ -21,8 +21,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from slide_fmu.network.activations import ACTIVATIONS, Array, Namespace
-from slide_fmu.network.state_space.cell import Cell, Roles
+from slide_fmu.network.activations import ACTIVATIONS, MIXED, Activation, Array, Namespace
+from slide_fmu.network.state_space.cell import GATED, MIXED_UNITS, Cell, Roles
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +91,7 @@ class Equations:
 
     def __init__(self, cell: Cell, inputs: ByRole, turned: int, xp: Namespace) -> None:
         self.cell, self.inputs, self.turned, self._xp = cell, inputs, turned, xp
-        self._activation = ACTIVATIONS["tanh" if cell.gated else cell.activation]
+        self._activation = _ACTIVATIONS.get(cell.activation) or ACTIVATIONS[cell.activation]
         # torch has product and sum in one, for plain matrices
         self._addmm = getattr(xp, "addmm", None) if cell.a.ndim == 2 else None
         n = cell.a.shape[-1]
@@ -156,6 +156,10 @@ class Equations:
         if self._addmm is None:
             return times(vectors, matrix) + constant
         return self._addmm(constant, vectors, matrix.T)
+
+
+_ACTIVATIONS: dict[str, Activation] = {GATED: ACTIVATIONS["tanh"], MIXED_UNITS: MIXED}
+"""What units have that are not called like their activation."""
 
 
 def times(vectors: Array, matrix: Array) -> Array:

@@ -90,7 +90,7 @@ def test_states_depend_on_the_first_parameters_alone(shape: CellShape, seed: int
     assert not torch.allclose(outputs, changed)
 
 
-@pytest.mark.parametrize("units", ["tanh", "cubic"])
+@pytest.mark.parametrize("units", ["tanh", "cubic", "mixed"])
 def test_without_constant_terms_the_cell_is_odd(units: str) -> None:
     shape = plain(3, 2, 4, 2, units, bias=False)
     theta, features = random_theta(shape), random_features(20, 3, shape)

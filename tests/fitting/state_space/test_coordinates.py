@@ -32,7 +32,7 @@ def generator(seed: int = 0) -> torch.Generator:
 
 
 @pytest.mark.parametrize("whiten", [False, True])
-@pytest.mark.parametrize("units", ["tanh", "cubic"])
+@pytest.mark.parametrize("units", ["tanh", "cubic", "mixed"])
 @pytest.mark.parametrize("bias", [False, True])
 @pytest.mark.parametrize("n_units", [0, 4])
 def test_rescaled_states_answer_alike(whiten: bool, units: str, bias: bool, n_units: int) -> None:

@@ -155,7 +155,7 @@ def test_chunks_of_a_gpu_are_larger() -> None:
     assert module.SENSITIVITIES["cuda"] > 100 * module.SENSITIVITIES["cpu"]
 
 
-@pytest.mark.parametrize("units", ["tanh", "cubic"])
+@pytest.mark.parametrize("units", ["tanh", "cubic", "mixed"])
 @pytest.mark.parametrize("bias", [True, False])
 def test_thinned_matrix_is_that_of_some_samples(units: str, bias: bool) -> None:
     """Every eighth sample of each block counts for all; gradient and cost have all samples."""

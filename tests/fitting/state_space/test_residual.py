@@ -13,7 +13,7 @@ from slide_fmu.fitting.state_space.fit import prepare
 from slide_fmu.fitting.state_space.multi_start import FitData, MultiStart
 from slide_fmu.fitting.state_space.residual import learnable_share
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
-from tests.fitting.state_space.springs import CUBIC, NONLINEAR, QUICK, problem_of
+from tests.fitting.state_space.springs import CUBIC, NONLINEAR, QUICK, problem_of, spring
 from tests.progress import silent
 
 NOTHING = 0.02
@@ -53,3 +53,16 @@ def test_residual_of_too_few_states_is_predictable(tmp_path: Path) -> None:
 @pytest.mark.parametrize("noise", [1e-3, 0.1])
 def test_noise_is_not_predictable(tmp_path: Path, noise: float) -> None:
     assert share_of(tmp_path, 0.0, 2, noise) < NOTHING
+
+
+@pytest.mark.parametrize("samples", [60, 70])
+def test_single_segment_is_enough_to_ask(tmp_path: Path, samples: int) -> None:
+    """A record may be that short: its stretches are left out in turn."""
+    training, validation = (spring(seed, 1, samples, CUBIC) for seed in (1, 2))
+    problem = problem_of(tmp_path, training=training, validation=validation)
+    network, recipe = StateSpaceRecipe(order=2, hidden=0), LeastSquaresRecipe(**QUICK)
+    multi_start = MultiStart(problem, network, recipe, prepare(problem, network, recipe), silent)
+    linear = multi_start.linear(2)
+    data = multi_start.data
+    assert data.part.count == data.validation.count == 1
+    assert 0 <= learnable_share(linear.shape, linear.state.best, (data.part, data.validation)) < 1

@@ -12,6 +12,7 @@ import torch
 
 from slide_fmu.fitting.state_space import fit as fit_module
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
+from slide_fmu.fitting.state_space.cubes import with_room
 from slide_fmu.fitting.state_space.fit import FEWEST, _stride, freeze, prepare
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
 from slide_fmu.fitting.state_space.multi_start import Candidate
@@ -84,12 +85,12 @@ def check_frozen(folder: Path, table: StateSpaceRecipe, turned: int = 0) -> Stat
     shape = CellShape(4, 5, 1, roles, table.units, table.bias, turned)
     theta = random_theta(shape)
     theta = 0.5 * theta if table.units == "cubic" else theta  # features are larger than inputs
-    network = freeze(Candidate(shape, Iterate(theta, theta, 0.0)), problem)
+    network = freeze(Candidate(shape, Iterate(theta, theta, 0.0)), problem, data)
     assert (network.roles, network.turned, network.features) == (roles, turned, problem.features)
     expected, _ = simulate(shape, theta, data.features.transpose(0, 1))
     found, _ = network.run(network.features.along(records[0].numpy()))
     assert np.max(np.abs(found - expected.numpy().swapaxes(0, 1))) < ROUNDING
-    weights = numpy_network(shape, theta).cell
+    weights = numpy_network(shape, with_room(shape, theta, data.whole)).cell
     for part in fields(weights):
         assert np.array_equal(getattr(network.cell, part.name), getattr(weights, part.name))
     return network
@@ -97,7 +98,7 @@ def check_frozen(folder: Path, table: StateSpaceRecipe, turned: int = 0) -> Stat
 
 @pytest.mark.parametrize("order", [0, 1, 2])
 @pytest.mark.parametrize("bias", [True, False])
-@pytest.mark.parametrize("units", ["tanh", "cubic"])
+@pytest.mark.parametrize("units", ["tanh", "cubic", "mixed"])
 def test_frozen_network_is_the_fitted_cell(
     tmp_path: Path, order: int, bias: bool, units: str
 ) -> None:
@@ -208,7 +209,7 @@ def test_sizes_are_judged_on_enough_samples(
     assert data.part.count == segments
 
 
-@pytest.mark.parametrize("units", ["tanh", "cubic"])
+@pytest.mark.parametrize("units", ["tanh", "cubic", "mixed"])
 def test_without_bias_the_network_is_odd(tmp_path: Path, units: str) -> None:
     network = {"order": 2, "hidden": 4, "bias": False, "units": units}
     found = fit(problem_of(tmp_path), network)

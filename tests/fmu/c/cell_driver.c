@@ -71,6 +71,12 @@ static double unit_of(const Sizes *z, size_t i, double offered, const double *sc
         return tanh(product(&w, i, schedule, z->schedule) + (double)w0.rows[i][0]) * offered;
     case SLIDE_TANH:
         return tanh(offered);
+    case SLIDE_MIXED:
+        if (i % 2 == 1) {
+            return tanh(offered);
+        }
+        offered = fmax(-8, fmin(8, offered));
+        return offered * offered * offered;
     default:
         return offered * offered * offered;
     }
@@ -104,7 +110,7 @@ static void exact(const Sizes *z, const double *features, const double *x, doubl
 }
 
 static SlideCell made_up(const Sizes *z) {
-    static float scratch[8][4 * MOST_ROWS];
+    static float scratch[9][4 * MOST_ROWS];
     const size_t padded = panels_for(z->units) * SLIDE_LANES;
     const size_t schedule_at = 2 * (z->turned > 0) + z->gated, drive_at = schedule_at + z->schedule;
     memset(scratch, 0, sizeof scratch);
@@ -136,6 +142,7 @@ static SlideCell made_up(const Sizes *z) {
         .pushed = scratch[5],
         .units = scratch[6],
         .zeros = scratch[7],
+        .cubes = scratch[8],
     };
 }
 
@@ -176,6 +183,7 @@ void report_cells(const SlideKernel *kernel) {
         {SLIDE_CUBIC, 17, 0, 1, 0, 0, 3, 3, 9},  {SLIDE_GATED, 1, 0, 1, 1, 1, 1, 1, 1},
         {SLIDE_GATED, 2, 1, 0, 0, 0, 0, 0, 1},   {SLIDE_GATED, 16, 7, 48, 6, 15, 6, 6, 15},
         {SLIDE_GATED, 14, 7, 40, 2, 3, 1, 2, 3}, {SLIDE_GATED, 9, 4, 17, 3, 0, 2, 0, 9},
+        {SLIDE_MIXED, 4, 0, 9, 0, 0, 1, 1, 1},   {SLIDE_MIXED, 7, 0, 40, 0, 0, 3, 2, 2},
     };
     double worst = 0;
     for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; ++i) {

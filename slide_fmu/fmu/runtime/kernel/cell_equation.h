@@ -128,6 +128,13 @@ static inline void turn_pairs(Real *state, size_t pairs, Real c, Real s) {
     }
 }
 
+/* The cube of an argument that is clipped (slide_fmu/network/activations.py). */
+static inline Real clipped_cube(Real x) {
+    const Real bound = 8;
+    x = x > bound ? bound : x < -bound ? -bound : x;
+    return x * x * x;
+}
+
 /* Values of the units of both states: those that are offered, times their gates or activated. */
 static inline void open_units(const SlideCell *cell, const Real *features, Real *h) {
     const size_t units = cell->unit_panels * SLIDE_LANES;
@@ -136,8 +143,17 @@ static inline void open_units(const SlideCell *cell, const Real *features, Real 
         tanh_each(cell->open, units);
         multiply_by(h, cell->open, cell->unit_panels);
         multiply_by(h + units, cell->open, cell->unit_panels);
-    } else {
-        activate(cell->activation, h, (2 * units + SLIDE_PANEL - 1) / SLIDE_PANEL * SLIDE_PANEL);
+        return;
+    }
+    const bool mixed = cell->activation == SLIDE_MIXED;
+    Real *cubes = cell->cubes; /* units come in an even number: both states in one go */
+    for (size_t i = 0; mixed && i < units; ++i) {
+        cubes[i] = clipped_cube(h[2 * i]);
+    }
+    activate(mixed ? SLIDE_TANH : cell->activation, h,
+             (2 * units + SLIDE_PANEL - 1) / SLIDE_PANEL * SLIDE_PANEL);
+    for (size_t i = 0; mixed && i < units; ++i) {
+        h[2 * i] = cubes[i];
     }
 }
 

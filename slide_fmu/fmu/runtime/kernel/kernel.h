@@ -13,7 +13,7 @@ enum {
 };
 
 /* Activations, and what else units of a cell may have. */
-typedef enum { SLIDE_TANH = 3, SLIDE_CUBIC = 5, SLIDE_GATED = 6 } SlideUnits;
+typedef enum { SLIDE_TANH = 3, SLIDE_CUBIC = 5, SLIDE_GATED = 6, SLIDE_MIXED = 7 } SlideUnits;
 
 /* A matrix times some of the features, plus constants. */
 typedef struct {
@@ -28,7 +28,8 @@ typedef struct {
     size_t n_states;
     size_t turned; /* pairs of states; their cosine and sine are then the first two features */
     size_t unit_panels, state_panels, row_panels;
-    uint32_t activation; /* of the units; SLIDE_GATED: they are multiplied by their gates */
+    uint32_t activation; /* of the units; SLIDE_GATED: they are multiplied by their gates;
+                            SLIDE_MIXED: they are clipped cubes and tanh in turns */
     SlideFeaturePart to_gates;   /* of gated units: W */
     SlideFeaturePart to_units;   /* of gated units the features' part of V, else of W */
     SlideFeaturePart to_states;  /* B */
@@ -38,6 +39,7 @@ typedef struct {
     const float *rows_of_states;                     /* C */
     /* Scratch, numbers of the precision that is computed in. */
     void *open, *offered, *driven, *rows; /* what the four parts of the features give */
+    void *cubes;         /* of both states, those of mixed units: half of them */
     void *seen, *pushed; /* of both states: turned back; E h */
     void *units;         /* of both states, in whole SLIDE_PANELs */
     const void *zeros;   /* as long as a state */

@@ -163,6 +163,7 @@ void slide_cell_place_scratch(SlideCell *cell, size_t number, SlideArena *arena)
     const size_t units = cell->unit_panels, states = cell->state_panels;
     const size_t both_units = (2 * units * SLIDE_LANES + SLIDE_PANEL - 1) / SLIDE_PANEL;
     cell->open = slide_place(arena, units, panel);
+    cell->cubes = cell->activation == SLIDE_MIXED ? slide_place(arena, units, panel) : NULL;
     cell->offered = slide_place(arena, units, panel);
     cell->units = slide_place(arena, both_units, SLIDE_PANEL * number);
     cell->driven = slide_place(arena, states, panel);

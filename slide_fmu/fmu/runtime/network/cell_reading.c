@@ -14,9 +14,10 @@ static void read_sizes(SlideCellView *cell, SlideCursor *cursor) {
                 "surrogate file: a cell has no states or no values");
     slide_check(cursor,
                 cell->units == SLIDE_TANH || cell->units == SLIDE_CUBIC ||
-                    cell->units == SLIDE_GATED,
-                "surrogate file: units %u of a cell; expected %d, %d or %d", (unsigned)cell->units,
-                (int)SLIDE_TANH, (int)SLIDE_CUBIC, (int)SLIDE_GATED);
+                    cell->units == SLIDE_GATED || cell->units == SLIDE_MIXED,
+                "surrogate file: units %u of a cell; expected %d, %d, %d or %d",
+                (unsigned)cell->units, (int)SLIDE_TANH, (int)SLIDE_CUBIC, (int)SLIDE_GATED,
+                (int)SLIDE_MIXED);
     slide_check(cursor,
                 (uint64_t)cell->turned * 2 <= cell->n_states &&
                     (cell->turned == 0 || cell->units == SLIDE_GATED),

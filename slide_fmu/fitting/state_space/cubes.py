@@ -1,0 +1,50 @@
+"""Clipped cubes of mixed units get room beyond the range that they were learnt in.
+
+A cube of a scaled argument is a scaled cube: rows of W and columns of E may be scaled against each
+other, and the cell answers as before. So they are scaled until the cubes are clipped at a given
+factor on the largest argument of the training: no sooner, since they go on rightly just beyond
+it, and not much later, so that the cell stays bounded.
+"""
+
+from __future__ import annotations
+
+import torch
+
+from slide_fmu.fitting.state_space.cell import CellShape, simulate
+from slide_fmu.fitting.state_space.segments import Segments
+from slide_fmu.network.activations import CLIPPED
+from slide_fmu.network.state_space.cell import MIXED_UNITS
+
+ROOM = 3.0
+"""Cubes are clipped at this factor on the largest argument of the training."""
+CHUNK = 64
+"""Segments that are run at once."""
+
+
+def with_room(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torch.Tensor:
+    """Return parameters, (P,), of a cell that answers as before on segments like these.
+
+    Cells of other units stay as they are, and so do cubes that are clipped on the segments.
+    """
+    if shape.units != MIXED_UNITS or shape.n_units == 0:
+        return theta
+    result = theta.clone()
+    cell = shape.split(result)
+    peaks = torch.stack([_peaks(shape, theta, part) for part in segments.chunks(CHUNK)]).amax(0)
+    usable = (peaks > 0) & (peaks < CLIPPED)
+    factors = torch.where(usable, CLIPPED / (ROOM * peaks), torch.ones_like(peaks))
+    cell.w[::2] *= factors[:, None]
+    cell.e[:, ::2] /= factors**3
+    return result
+
+
+def _peaks(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torch.Tensor:
+    """Return the largest arguments of all cubes, shape (cubes,), on segments."""
+    _, states = simulate(shape, theta, segments.features)
+    before = torch.cat([torch.zeros_like(states[:1]), states[:-1]])
+    seen = [before, segments.features[:, :, list(shape.roles.drive)]]
+    if shape.bias:
+        seen.append(torch.ones_like(before[:, :, :1]))
+    arguments = torch.cat(seen, 2) @ shape.split(theta).w[::2].T
+    peaks: torch.Tensor = arguments.abs().amax((0, 1))
+    return peaks

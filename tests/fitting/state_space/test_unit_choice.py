@@ -1,0 +1,114 @@
+"""Kinds of units, chosen by what networks do beyond the amplitudes that they were learnt from."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from slide_fmu.fitting.state_space import unit_choice
+from slide_fmu.fitting.state_space.fit import prepare
+from slide_fmu.fitting.state_space.unit_choice import choose_units
+from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from tests.fitting.state_space.springs import (
+    CUBIC,
+    QUICK,
+    SMALL,
+    Pair,
+    fit,
+    problem_of,
+    relative_error,
+    spring,
+)
+from tests.progress import silent
+
+SIZES = {"order": 2, "hidden": 8}
+AMPLITUDES = (0.2, 0.3, 0.5, 0.7, 0.8, 1.0)
+
+
+def saturating(seed: int, count: int) -> Pair:
+    """Records of a first-order system whose gain saturates as tanh does."""
+    rng = np.random.default_rng(seed)
+    sizes = 3 * np.resize(AMPLITUDES, count)[:, None, None]
+    inputs = torch.from_numpy(sizes * rng.uniform(-1, 1, (count, 160, 1))).float().double()
+    outputs = inputs.new_zeros(count, 161, 1)
+    for k in range(160):
+        outputs[:, k + 1] = 0.5 * outputs[:, k] + torch.tanh(2 * inputs[:, k])
+    return inputs, outputs
+
+
+def hardening(seed: int, copies: int = 1) -> Pair:
+    """Records of the spring with a cubic share, each of another amplitude."""
+    parts = [spring(seed + k, copies, 160, CUBIC, a) for k, a in enumerate(AMPLITUDES)]
+    inputs, outputs = zip(*parts, strict=True)
+    return torch.cat(inputs), torch.cat(outputs)
+
+
+def test_spring_that_hardens_gets_mixed_units_and_goes_on_beyond_the_range(tmp_path: Path) -> None:
+    records, beyond = hardening(1), spring(50, 4, 160, CUBIC, 1.4)
+    found, errors = {}, {}
+    for units in ("auto", "tanh"):
+        problem = problem_of(tmp_path / units, training=records, validation=hardening(20))
+        (tmp_path / units).mkdir()
+        found[units] = fit(problem, {**SIZES, "units": units})
+        errors[units] = relative_error(found[units].network, beyond)
+    assert found["auto"].network.cell.activation == "mixed"
+    assert len(found["auto"].network.cell.a) == 2  # without padding
+    assert found["auto"].error < SMALL
+    assert errors["auto"] < 0.2 * errors["tanh"]
+    tried = {trial.units: trial for trial in found["auto"].history.units}
+    assert list(tried) == ["tanh", "mixed"]
+    assert tried["mixed"].error_beyond < 0.5 * tried["tanh"].error_beyond
+    assert found["tanh"].history.units == ()
+
+
+def test_system_that_saturates_keeps_tanh_units(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, training=saturating(1, 6), validation=saturating(2, 6))
+    found = fit(replace(problem, eigenvalues=None), {**SIZES, "order": 1, "units": "auto"})
+    assert found.network.cell.activation == "tanh"
+    assert len(found.network.cell.a) == 1 + StateSpaceRecipe().padding
+    assert len(found.history.units) == 2
+
+
+def test_network_that_diverges_beyond_is_not_chosen(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = unit_choice.sum_of_squares
+    monkeypatch.setattr(
+        unit_choice,
+        "sum_of_squares",
+        lambda shape, *rest: math.nan if shape.units == "mixed" else real(shape, *rest),
+    )
+    problem = problem_of(tmp_path, training=hardening(1), validation=hardening(20))
+    network, training = StateSpaceRecipe(**SIZES, units="auto"), LeastSquaresRecipe(**QUICK)
+    data = prepare(problem, network, training)
+    recipe, tried = choose_units(problem, network, training, data, silent)
+    assert (recipe.units, recipe.padding) == ("tanh", network.padding)
+    assert tried[1].error_beyond == math.inf
+
+
+def test_largest_amplitudes_are_held_out(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, training=hardening(1, 2), validation=hardening(20))
+    network, training = StateSpaceRecipe(**SIZES, units="auto"), LeastSquaresRecipe(**QUICK)
+    data = prepare(problem, network, training)
+    small, large = unit_choice._divided(data)
+    assert small.whole.count + large.count == data.whole.count
+    assert large.count == pytest.approx(unit_choice.HELD_OUT * data.whole.count, abs=1)
+    middle = data.whole.targets.mean()
+    least = float((large.targets - middle).abs().amax((0, 2)).min())
+    for segments in (small.whole, small.part, small.validation):
+        assert segments.count > 0
+        assert float((segments.targets - middle).abs().max()) < least
+
+
+def test_single_segment_gets_tanh_units(tmp_path: Path) -> None:
+    problem = problem_of(
+        tmp_path, training=spring(1, 1, 60, CUBIC), validation=spring(2, 1, 60, CUBIC)
+    )
+    found = fit(problem, {**SIZES, "units": "auto"})
+    assert found.network.cell.activation == "tanh"
+    assert found.history.units == ()

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.measures import relative_deviation, rms
+from slide_fmu.core.noise_floor import SHORTEST_PIECE, noise_of_residuals
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.motions import motions_of
-from slide_fmu.validation.noise_floor import SHORTEST_PIECE, noise_of_residuals
 
 
 @dataclass(frozen=True)

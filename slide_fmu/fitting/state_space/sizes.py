@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 from slide_fmu.fitting.history import TriedSize
 from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
+from slide_fmu.fitting.state_space.noise import PART, noise_in, without_noise
 from slide_fmu.fitting.state_space.residual import learnable_share
 
 SEARCH_STARTS = 3
@@ -39,7 +40,7 @@ AS_GOOD = 1.01
 """A linear model of few states counts as good as one of more when its error is at most this many
 times the other's. Most of a linear model's error may be what units will learn: a small rise of the
 whole is a large one of the rest."""
-USED = 0.95
+USED = 0.98
 """Units make use of more states where the error falls below this part. Linear models, most of
 whose error is due to what only units learn, do not show such states."""
 MORE_SHOWN = 2
@@ -49,6 +50,9 @@ GOOD = 5e-3
 fit on all data comes still, and mostly makes it about twice as accurate. The error is that of the
 validation or of the training: where only the first is larger, more data are wanted, not more
 parameters, and the search sees a part of the data."""
+BESIDE_NOISE = 0.15
+"""Beside noise, a network is good whose own error is below this part of the noise: it raises the
+whole error by one per cent."""
 
 Place = tuple[int, int]
 """A size, by its positions among the orders and among the numbers of units."""
@@ -125,6 +129,7 @@ class _Search:
         self._multi_start, self._orders, self._units = multi_start, orders, units
         self._judged: dict[Place, Candidate] = {}
         self._learnable: dict[Place, float] = {}
+        self._noise = 0.0
 
     def climb(self, place: Place, steps: Sequence[Place]) -> Place:
         """Go to larger sizes by the given kinds of steps, while one of them is worthwhile."""
@@ -169,16 +174,20 @@ class _Search:
         """Return the network of a size, which is judged if it was not yet."""
         if place not in self._judged:
             order, units = self._orders[place[0]], self._units[place[1]]
-            self._judged[place] = judge(self._multi_start, order, units)
+            found = judge(self._multi_start, order, units)
+            noise = noise_in(found, self._multi_start.data.validation)
+            if noise:  # the lowest level is the nearest to white noise
+                self._noise = min(noise, self._noise or noise)
+            self._judged[place] = found
         return self._judged[place]
 
     def _error(self, place: Place) -> float:
-        """Return the validation error of a size."""
-        return self._candidate(place).error
+        """Return the validation error of a size, without the noise that was found so far."""
+        return without_noise(self._candidate(place).error, self._noise)
 
     def _is_good(self, place: Place) -> bool:
         """Whether the network has units, and is accurate enough for the search."""
-        return self._units[place[1]] > 0 and _good(self._candidate(place))
+        return self._units[place[1]] > 0 and _good(self._candidate(place), self._noise)
 
     def _linear_suffices(self, place: Place) -> bool:
         """Whether the network is linear and good, and its residual cannot be predicted."""
@@ -204,8 +213,13 @@ class _Search:
         )
 
 
-def _good(candidate: Candidate) -> bool:
-    return min(candidate.error, candidate.training_error) < GOOD
+def _good(candidate: Candidate, noise: float) -> bool:
+    if not noise:
+        return min(candidate.error, candidate.training_error) < GOOD
+    own = without_noise(candidate.error, noise)
+    # an error far below the noise says that the training has no such noise
+    known = candidate.training_error < min(GOOD, PART * noise)
+    return known or own < min(GOOD, BESIDE_NOISE * noise)
 
 
 def judge(multi_start: MultiStart, order: int, units: int) -> Candidate:
@@ -222,11 +236,13 @@ def judge(multi_start: MultiStart, order: int, units: int) -> Candidate:
     best = min(starts, key=lambda start: start.error)
     found = multi_start.judged(best)
     for number in range(1, MOST_ROUNDS):
-        if _good(found):
+        noise = noise_in(found, multi_start.data.validation)
+        if _good(found, noise):
             break
         multi_start.plan(training.kept_iterations)
         before, found = found.error, multi_start.judged_again(found, number)
-        if not found.error < WORTHWHILE * before:
+        errors = (without_noise(error, noise) for error in (found.error, before))
+        if not next(errors) < WORTHWHILE * next(errors):
             break
     return found
 

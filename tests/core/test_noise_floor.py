@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import scipy.signal
 
+from slide_fmu.core.noise_floor import noise_of_repeats, noise_of_residuals
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.validation.noise_floor import noise_of_repeats, noise_of_residuals
 
 KNOWN = 0.05
 """RMS of the noise."""

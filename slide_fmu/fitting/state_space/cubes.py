@@ -14,6 +14,7 @@ from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.network.activations import CLIPPED
 from slide_fmu.network.state_space.cell import MIXED_UNITS
+from slide_fmu.network.state_space.equations import times
 
 ROOM = 3.0
 """Cubes are clipped at this factor on the largest argument of the training."""
@@ -29,22 +30,23 @@ def with_room(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torc
     if shape.units != MIXED_UNITS or shape.n_units == 0:
         return theta
     result = theta.clone()
-    cell = shape.split(result)
     peaks = torch.stack([_peaks(shape, theta, part) for part in segments.chunks(CHUNK)]).amax(0)
     usable = (peaks > 0) & (peaks < CLIPPED)
     factors = torch.where(usable, CLIPPED / (ROOM * peaks), torch.ones_like(peaks))
-    cell.w[::2] *= factors[:, None]
-    cell.e[:, ::2] /= factors**3
+    for cell in shape.cells(result):  # one for each term of physical parameters
+        cell.w[::2] *= factors[:, None]
+        cell.e[:, ::2] /= factors**3
     return result
 
 
 def _peaks(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torch.Tensor:
     """Return the largest arguments of all cubes, shape (cubes,), on segments."""
-    _, states = simulate(shape, theta, segments.features)
+    _, states = simulate(shape, theta, segments.features, segments.phi)
     before = torch.cat([torch.zeros_like(states[:1]), states[:-1]])
     seen = [before, segments.features[:, :, list(shape.roles.drive)]]
     if shape.bias:
         seen.append(torch.ones_like(before[:, :, :1]))
-    arguments = torch.cat(seen, 2) @ shape.split(theta).w[::2].T
+    w = shape.split(shape.weights(theta, segments.phi)).w
+    arguments = times(torch.cat(seen, 2), w[..., ::2, :])
     peaks: torch.Tensor = arguments.abs().amax((0, 1))
     return peaks

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slide_fmu.fitting.calibration.problem import Problem
-from slide_fmu.fitting.calibration.result import ALIKE, POOR, FittedParameter, OutputFit
+from slide_fmu.fitting.calibration.result import ALIKE, POOR, WIDE, FittedParameter, OutputFit
 from slide_fmu.fitting.calibration.uncertainty import Uncertainty
 
 MOST_OUTSIDE = 0.01
@@ -56,6 +56,7 @@ def _alike(parameters: tuple[FittedParameter, ...], uncertainty: Uncertainty) ->
         f"{names[i]} and {names[j]} can hardly be told apart by this record (correlation "
         f"{uncertainty.correlation[i, j]:.3f}): fix one of them, or record other inputs"
         for i, j in zip(first, second, strict=True)
+        if max(parameters[i].share, parameters[j].share) > WIDE
     ]
 
 

@@ -10,11 +10,12 @@ from slide_fmu.core.parameters import Parameter
 WHOLE = 0.9
 """An interval that covers more than this part of a range tells nothing."""
 
-END = 1e-3
+END = 1e-5
 """A value within this part of half a range from its end lies there."""
 
-ALIKE = 0.95
-"""Parameters that are correlated by more can hardly be told apart."""
+ALIKE, WIDE = 0.95, 0.1
+"""Parameters that are correlated by more can hardly be told apart, where an interval covers more
+than such a part of its range."""
 
 POOR = 0.3
 """A relative RMSE above this one says that surrogate and record do not belong together."""

@@ -143,25 +143,32 @@ def test_value_outside_the_range_ends_at_the_bound_and_says_so() -> None:
     assert "mass lies at the end of its range, 3 kg" in found.remarks[0]
 
 
-def insensitive() -> Surrogate:
-    """A surrogate of two parameters whose weights do not follow the second one."""
-    surrogate = surrogate_with(2)
+def with_terms(surrogate: Surrogate, *numbers: int | None) -> Surrogate:
+    """A surrogate each of whose terms is that of another number of it, or nothing."""
     network: Any = surrogate.network
-    terms = tuple(
-        dataclasses.replace(cell, **{k: 0 * v for k, v in cell.arrays().items()})
-        if row[1]
-        else cell
-        for row, cell in zip(
-            network.polynomial.basis.degrees, network.polynomial.terms, strict=True
-        )
-    )
+    old = network.polynomial.terms
+    nothing = dataclasses.replace(old[0], **{k: 0 * v for k, v in old[0].arrays().items()})
+    terms = tuple(nothing if number is None else old[number] for number in numbers)
     polynomial = dataclasses.replace(network.polynomial, terms=terms)
     moved = type(network)(polynomial, network.n_samples, network.n_out, network.features)
     return dataclasses.replace(surrogate, network=moved)
 
 
+def test_terms_of_two_parameters_have_the_degrees_that_the_tests_below_mean() -> None:
+    network: Any = surrogate_with(2).network
+    degrees = ((0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0))
+    assert network.polynomial.basis.degrees == degrees
+
+
+def test_parameters_of_one_effect_are_said_to_be_alike() -> None:
+    surrogate = with_terms(surrogate_with(2), 0, 2, 2, None, None, None)
+    found = calibrate(surrogate, *measured(surrogate, TRUE, noise=0.01))
+    assert found.correlation[0][1] == pytest.approx(-1, abs=1e-3)
+    assert any("mass and damping can hardly be told apart" in text for text in found.remarks)
+
+
 def test_parameter_that_changes_nothing_is_said_to_be_undetermined() -> None:
-    surrogate = insensitive()
+    surrogate = with_terms(surrogate_with(2), 0, None, 2, None, None, 5)
     found = calibrate(surrogate, *measured(surrogate, TRUE, noise=0.01))
     mass, damping = found.parameters
     assert (damping.low, damping.high) == (-2.0, 2.0)

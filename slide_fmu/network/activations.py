@@ -48,8 +48,8 @@ def _gelu_slope(z: Array, _value: Array, xp: Namespace) -> Array:
 
 
 def _is_cubic(z: Array, xp: Namespace) -> Array:
-    """Every second one of mixed units is cubic, from the first on."""
-    return xp.cumsum(xp.ones_like(z), -1) % 2 == 1
+    """Every second one of mixed units is cubic, from the first on; of complex arguments too."""
+    return xp.cumsum(xp.ones_like(z.real), -1) % 2 == 1
 
 
 def _mixed(z: Array, xp: Namespace) -> Array:

@@ -17,6 +17,7 @@ from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.description.variables import PARAMETERS_SETTLED
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.network.state_space.cell import MIXED_UNITS
 from slide_fmu.surrogate.gradient import parameter_jacobian
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded, Native
@@ -25,6 +26,7 @@ from tests.fmu.samples import PARAMETERS, STEP, CellShape, Shape, random_surroga
 
 SHAPE = Shape(n_in=20, n_out=6, n_inputs=2, n_outputs=2, cell=CellShape(states=4, parameters=3))
 GATED = CellShape(states=4, parameters=2, activation="gated", turned=1, factors=1)
+MIXED = CellShape(states=4, units=6, parameters=2, activation=MIXED_UNITS)
 MOVING = Shape(n_in=20, n_out=6, n_inputs=2, n_outputs=2, hold="first_order", cell=SHAPE.cell)
 GIVEN = {"mass": 2.6, "damping": -0.7}
 SAME = 2e-6
@@ -77,7 +79,7 @@ def inputs(count: int, seed: int = 0) -> FloatArray:
 
 
 @both_standards
-@pytest.mark.parametrize("cell", [SHAPE.cell, GATED])
+@pytest.mark.parametrize("cell", [SHAPE.cell, GATED, MIXED])
 def test_fmu_answers_as_the_surrogate_with_these_parameters(
     load: Load, fmi: FmiVersion, cell: CellShape
 ) -> None:

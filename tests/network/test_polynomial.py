@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from slide_fmu.core.parameter_basis import ParameterBasis
 from slide_fmu.core.parameters import starts_of
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.network.state_space.cell import GATED, Cell
+from slide_fmu.network.state_space.cell import GATED, MIXED_UNITS, Cell
 from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.network.state_space.parameter_slopes import parameter_slopes
@@ -31,6 +31,7 @@ CELLS = [
     CellShape(parameters=2, activation="cubic", roles=True, factors=1),
     CellShape(states=4, parameters=3, activation=GATED, turned=1, factors=2),
     CellShape(units=0, parameters=1),
+    CellShape(units=6, parameters=2, activation=MIXED_UNITS),
 ]
 CENTRE, HALF = (np.array([0.5 * (p.high + sign * p.low) for p in PARAMETERS]) for sign in (1, -1))
 

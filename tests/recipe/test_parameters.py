@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.recipe.parameters import ITERATIONS
+from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import data_specification, recipe_system, reference_specification
+from slide_fmu.systems.errors import LoadError
+from slide_fmu.systems.simulation import simulate
 from tests.recipes import tiny_recipe, tiny_state_space_recipe
+from tests.systems.function_models.specifications import HERE
 
 MASS: dict[str, Any] = {"range": [1.0, 4.0], "unit": "kg", "transform": "log"}
 
@@ -85,3 +90,47 @@ def test_parameters_that_do_not_fit_are_refused(changes: dict[str, Any], message
 def test_feed_forward_networks_follow_no_parameters() -> None:
     with pytest.raises(ValueError, match="state-space networks alone follow them"):
         tiny_recipe(parameters={"mass": MASS})
+
+
+FUNCTION = f"""
+name = "lag"
+description = "a function with a parameter"
+
+[system]
+kind = "function"
+model = "{HERE / "first_order_lag.py"}"
+
+[parameters.NAME]
+range = [0.1, 0.4]
+unit = "s"
+transform = "log"
+
+[window]
+step = 0.05
+n_in = 96
+n_out = 32
+
+[data]
+train = 2
+validation = 1
+"""
+
+
+def test_parameters_are_those_of_functions_too() -> None:
+    recipe = parse_recipe(FUNCTION.replace("NAME", "time_constant"), "recipe")
+    assert [parameter.start_value for parameter in recipe.physical()] == pytest.approx([0.2])
+    step = np.ones((10, 1))
+    step[0] = 0.0  # it begins at rest under its first input
+    slow, quick = (
+        simulate(recipe_system(recipe.at({"time_constant": time})), step, None).outputs[1:, 0]
+        for time in (0.4, 0.1)
+    )
+    assert np.all(slow[1:] < quick[1:])
+
+
+def test_parameter_that_the_model_has_not_is_refused() -> None:
+    recipe = parse_recipe(FUNCTION.replace("NAME", "mass"), "recipe")
+    with pytest.raises(LoadError, match="mass"):
+        recipe_system(recipe)
+    with pytest.raises(LoadError, match="mass"):
+        recipe_system(tiny_state_space_recipe(parameters={"weight_of_mass": MASS}))

@@ -14,6 +14,7 @@ from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.network.activations import CLIPPED
 from slide_fmu.network.state_space.cell import MIXED_UNITS
+from slide_fmu.network.state_space.equations import times
 
 ROOM = 3.0
 """Cubes are clipped at this factor on the largest argument of the training."""
@@ -32,7 +33,7 @@ def with_room(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torc
     peaks = torch.stack([_peaks(shape, theta, part) for part in segments.chunks(CHUNK)]).amax(0)
     usable = (peaks > 0) & (peaks < CLIPPED)
     factors = torch.where(usable, CLIPPED / (ROOM * peaks), torch.ones_like(peaks))
-    for cell in shape.cells(result):  # with physical parameters, all terms of the weights alike
+    for cell in shape.cells(result):  # one for each term of physical parameters
         cell.w[::2] *= factors[:, None]
         cell.e[:, ::2] /= factors**3
     return result
@@ -45,7 +46,7 @@ def _peaks(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torch.T
     seen = [before, segments.features[:, :, list(shape.roles.drive)]]
     if shape.bias:
         seen.append(torch.ones_like(before[:, :, :1]))
-    w = shape.split(shape.weights(theta, segments.phi)).w[..., ::2, :]
-    arguments = torch.cat(seen, 2)[:, :, None] @ w.mT
-    peaks: torch.Tensor = arguments.abs().amax((0, 1, 2))
+    w = shape.split(shape.weights(theta, segments.phi)).w
+    arguments = times(torch.cat(seen, 2), w[..., ::2, :])
+    peaks: torch.Tensor = arguments.abs().amax((0, 1))
     return peaks

@@ -18,6 +18,7 @@ from slide_fmu.fitting.problem import Physical, Problem
 from slide_fmu.fitting.state_space import normal_equations as module
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.coordinates import rescale, widen_all
+from slide_fmu.fitting.state_space.cubes import with_room
 from slide_fmu.fitting.state_space.fit import prepare
 from slide_fmu.fitting.state_space.multi_start import MultiStart
 from slide_fmu.fitting.state_space.normal_equations import (
@@ -33,6 +34,7 @@ from slide_fmu.fitting.state_space.pole_penalty import (
     pole_radii,
 )
 from slide_fmu.fitting.state_space.segments import Segments, cut_segments
+from slide_fmu.network.state_space.cell import MIXED_UNITS
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.cells import (
     FACTORS,
@@ -177,6 +179,19 @@ def test_wider_cells_answer_as_before_for_every_parameter() -> None:
     assert len(wide) == new.n_parameters
     found, _ = simulate(new, wide, segments.features, segments.phi)
     torch.testing.assert_close(found, expected, rtol=1e-9, atol=1e-9)
+
+
+def test_cubes_get_room_and_answer_as_before_for_every_parameter() -> None:
+    shape = with_terms(plain(3, 2, 4, 1, MIXED_UNITS), ONE)
+    theta = random_thetas(shape, 2)
+    segments = with_phi(random_segments(shape, 4, 12, 5), ONE, 3)
+    found = with_room(shape, theta, segments)
+    assert float((found - theta).abs().max()) > 0.1
+    outputs = [
+        simulate(shape, either, segments.features, segments.phi)[0] for either in (theta, found)
+    ]
+    torch.testing.assert_close(*outputs, rtol=1e-9, atol=1e-9)
+    assert torch.allclose(with_room(shape, found, segments), found)
 
 
 def springs(seed: int, stiffness: np.ndarray) -> Pair:  # type: ignore[type-arg]

@@ -102,22 +102,58 @@ static SlideCellView view_of_term(const SlideCellView *view, size_t term) {
     return of_term;
 }
 
+/* List a matrix of the cell that runs, and of that which holds the constant term. */
+static void list_matrix(SlideTerms *terms, const float *now, const float *constant, size_t size) {
+    if (size > 0 && now != NULL) { /* gated units alone have some of the matrices */
+        terms->matrices[terms->count++] = (SlideTermMatrix){(float *)now, constant, size};
+    }
+}
+
+static void list_part(SlideTerms *terms, const SlideFeaturePart *now,
+                      const SlideFeaturePart *constant, size_t n_panels) {
+    const size_t rows = n_panels * SLIDE_LANES;
+    list_matrix(terms, now->weights, constant->weights, rows * now->count);
+    list_matrix(terms, now->constants, constant->constants, rows);
+}
+
+static void list_matrices(SlideTerms *terms, const SlideCell *now, const SlideCell *constant) {
+    const size_t n = now->n_states, units = now->unit_panels * SLIDE_LANES;
+    const size_t states = now->state_panels * SLIDE_LANES, rows = now->row_panels * SLIDE_LANES;
+    list_part(terms, &now->to_gates, &constant->to_gates, now->unit_panels);
+    list_part(terms, &now->to_units, &constant->to_units, now->unit_panels);
+    list_part(terms, &now->to_states, &constant->to_states, now->state_panels);
+    list_part(terms, &now->to_rows, &constant->to_rows, now->row_panels);
+    list_matrix(terms, now->units_of_states, constant->units_of_states, units * n);
+    list_matrix(terms, now->states_of_states, constant->states_of_states, states * n);
+    list_matrix(terms, now->states_of_units, constant->states_of_units, states * units);
+    list_matrix(terms, now->rows_of_states, constant->rows_of_states, rows * n);
+}
+
+/* One more cell for the constant term, and one for each other: all of them lie alike, so that the
+ * same matrix of two terms in succession is always as far apart. */
+static void place_terms(SlideTerms *terms, const SlideCell *now, const SlideCellView *view,
+                        SlideArena *arena) {
+    SlideCell constant, of_term;
+    terms->n_terms = view->parameters.n_terms;
+    place_weights(&constant, view, arena);
+    for (size_t term = 0; term < terms->n_terms; ++term) {
+        const SlideCellView next = view_of_term(view, term);
+        place_weights(&of_term, &next, arena);
+        if (arena->base != NULL && term == 0) {
+            terms->stride = (size_t)(of_term.states_of_states - constant.states_of_states);
+        }
+    }
+    if (arena->base != NULL) {
+        list_matrices(terms, now, &constant);
+    }
+}
+
 void slide_cell_place(SlideCell *cell, SlideTerms *terms, const SlideCellView *view,
                       SlideArena *arena) {
-    SlideCell of_term;
-    float *first = slide_place(arena, 0, sizeof *first);
-    const size_t begin = arena->used;
+    *terms = (SlideTerms){0};
     place_weights(cell, view, arena);
-    *terms = (SlideTerms){.n_terms = view->parameters.n_terms, .now = first};
-    if (terms->n_terms > 0) {
-        terms->terms = slide_place(arena, 0, sizeof *first);
-        terms->size = (arena->used - begin) / sizeof *first;
-        place_weights(&of_term, view, arena);
-        for (size_t term = 0; term < terms->n_terms; ++term) {
-            const SlideCellView next = view_of_term(view, term);
-            slide_place(arena, 0, sizeof *first); /* as far from the last term as that was */
-            place_weights(&of_term, &next, arena);
-        }
+    if (view->parameters.n_terms > 0) {
+        place_terms(terms, cell, view, arena);
     }
     slide_cell_place_scratch(cell, sizeof(float), arena);
 }

@@ -132,14 +132,17 @@ static void fill_phi(const SlideParameters *parameters) {
 
 /* From phi. */
 static void fill_weights(const SlideParameters *parameters, const SlideTerms *terms) {
-    for (size_t i = 0; i < terms->size; ++i) {
-        const float *weight = terms->terms + i;
-        double sum = *weight;
-        for (size_t term = 0; term < terms->n_terms; ++term) {
-            weight += terms->size;
-            sum += parameters->phi[term] * *weight;
+    for (size_t k = 0; k < terms->count; ++k) {
+        const SlideTermMatrix *matrix = &terms->matrices[k];
+        for (size_t i = 0; i < matrix->size; ++i) {
+            const float *weight = matrix->constant + i;
+            double sum = *weight;
+            for (size_t term = 0; term < terms->n_terms; ++term) {
+                weight += terms->stride;
+                sum += parameters->phi[term] * *weight;
+            }
+            matrix->now[i] = (float)sum;
         }
-        terms->now[i] = (float)sum;
     }
 }
 

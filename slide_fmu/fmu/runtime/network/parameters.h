@@ -23,13 +23,22 @@ typedef struct {
 /* Take a section with the parameters of a cell that has so many weights. */
 void slide_parameters_read(SlideParametersView *view, uint64_t n_weights, SlideCursor *cursor);
 
-/* The weights of a cell in the layout of the kernels, once for the values that count now, and once
- * for every term, the constant one first. Without terms there is only the first. */
+enum { SLIDE_MOST_MATRICES = 12 };
+
+/* A matrix of weights in the layout of the kernels, for the values that count now, and of the
+ * constant term. */
 typedef struct {
-    size_t n_terms;     /* beside the constant one */
-    size_t size;        /* floats of a cell, with their padding */
-    float *now;         /* [size] */
-    const float *terms; /* [1 + n_terms][size] */
+    float *now;            /* [size] */
+    const float *constant; /* [size] */
+    size_t size;
+} SlideTermMatrix;
+
+/* The matrices of a cell whose weights follow parameters; else there are none. */
+typedef struct {
+    size_t count;   /* of matrices */
+    size_t n_terms; /* beside the constant one */
+    size_t stride;  /* floats from a matrix of a term to the same one of the next */
+    SlideTermMatrix matrices[SLIDE_MOST_MATRICES];
 } SlideTerms;
 
 typedef struct {

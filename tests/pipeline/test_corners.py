@@ -1,0 +1,67 @@
+"""Windows of systems with physical parameters hold the corner that remembers longest."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from slide_fmu.memory import motions
+from slide_fmu.pipeline.job import Job, open_job
+from slide_fmu.pipeline.stages import size_recipe
+from tests.progress import no_stages
+
+OPEN = """
+name = "{name}"
+description = "a damped oscillator"
+[system]
+model = "mbs_models.oscillators:LinearOscillator"
+parameters = {{ damping = 40.0, substeps = 6{fixed} }}
+{parameters}
+[window]
+step = 0.015625
+[data]
+seed = 7
+train = 4
+validation = 2
+[[data.excitation]]
+kind = "held_random"
+weight = 1.0
+"""
+MASS = "[parameters.mass]\nrange = [1.0, 3.0]\n"
+
+
+@pytest.fixture(autouse=True)
+def few_motions(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(motions, "MOTIONS", 4)
+
+
+def opened(folder: Path, name: str, parameters: str = "", fixed: str = "") -> Job:
+    place = folder / f"{name}.toml"
+    text = OPEN.format(name=name, parameters=parameters, fixed=fixed)
+    place.write_text(text, encoding="utf-8")
+    return open_job(place, folder / "runs", no_stages)
+
+
+def test_window_is_that_of_the_slowest_corner(tmp_path: Path) -> None:
+    """Its time constant is 2 m / d: the heaviest mass decays most slowly."""
+    job = opened(tmp_path, "both", MASS)
+    light, heavy = (
+        opened(tmp_path, f"mass_{mass}", fixed=f", mass = {mass}.0") for mass in (1, 3)
+    )
+    assert job.resolved == heavy.resolved
+    assert job.resolved["window"]["n_in"] > light.resolved["window"]["n_in"]
+    assert job.sizing is not None
+    assert heavy.sizing is not None
+    assert job.sizing.needed == heavy.sizing.needed
+    assert size_recipe(job).figures() == size_recipe(heavy).figures()
+
+
+def test_lengths_are_found_again_for_other_ranges(tmp_path: Path) -> None:
+    first = opened(tmp_path, "both", MASS)
+    again = opened(tmp_path, "both", MASS)
+    assert again.resolved == first.resolved
+    assert again.sizing is None  # it was kept
+    narrow = opened(tmp_path, "both", MASS.replace("3.0", "1.5"))
+    assert narrow.sizing is not None
+    assert narrow.resolved["window"]["n_in"] < first.resolved["window"]["n_in"]

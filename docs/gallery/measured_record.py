@@ -5,6 +5,8 @@ A machine has been measured, and nobody has a model of it: there is a file with 
 a mount and the travel of the mount, with some noise. That is enough for a surrogate FMU.
 """
 
+# mkdocs_gallery_thumbnail_path = 'tutorials/results/measured_record.png'
+
 import numpy as np
 
 import slide_fmu as slide
@@ -25,22 +27,17 @@ for k, f in enumerate(force):
     travel[k] = x
 noisy = travel + 0.01 * travel.std() * rng.normal(size=len(travel))
 table = np.stack([STEP * np.arange(len(force)), force, noisy], axis=1)
-header = "time [s],force [N],travel [m]"
-np.savetxt("bench.csv", table, "%.9g", ",", header=header, comments="")
+np.savetxt("bench.csv", table, "%.9g", ",", "\n", "time [s],force [N],travel [m]", comments="")
 
 # %%
 # The recipe names the file and the columns. `slide-fmu init bench.csv --input force --output
 # travel` writes one like it, with the ranges that it finds, and `slide-fmu run` does the rest.
 # Here the size of the network is given, which saves the search for it.
 
-record = {
-    "kind": "record",
-    "model": "bench.csv",
-    "inputs": {"force": {"range": [-160.0, 160.0]}},
-    "outputs": {"travel": {"range": [-0.3, 0.3]}},
-}
+force_range, travel_range = {"range": [-160.0, 160.0]}, {"range": [-0.3, 0.3]}
+signals = {"inputs": {"force": force_range}, "outputs": {"travel": travel_range}}
 learnt = slide.learn(
-    record,
+    {"kind": "record", "model": "bench.csv", **signals},
     "measured_record",
     window={"step": STEP, "remaining_amplitude": 0.001},
     network={"order": 2, "hidden": 6},
@@ -57,3 +54,6 @@ found = learnt.surrogate.predict_newest(force[1:, None])[-1500:, 0]
 error = np.sqrt(np.mean((found - travel[-1500:]) ** 2)) / travel.std()
 print(f"truth: {100 * error:.3g} %")
 print(f"picture: {learnt.fmu.with_name('side_by_side.png')}")
+
+# %%
+# --8<-- "docs/tutorials/results/measured_record.md"

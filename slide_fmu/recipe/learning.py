@@ -114,8 +114,8 @@ class StateSpaceRecipe(Table):
         units: activation. Cubic units suit polynomial springs, but have no bound: they may grow
             without end beyond the trained range. Mixed units are tanh and clipped cubes in turns:
             bounded, and more accurate just beyond the range where springs harden. ``"auto"``:
-            tanh or, without padding, mixed, by trials in which the largest amplitudes are held
-            out. Gated units (LPV units, linear parameter-varying)
+            tanh or, without padding, mixed or cubic, by trials in which the largest amplitudes
+            are held out. Gated units (LPV units, linear parameter-varying)
             make the response linear with coefficients that follow scheduling variables: for
             mechanisms whose inertia depends on their configuration.
         bias: whether there are constant terms; without, the network answers -u with -y: for

@@ -24,7 +24,7 @@ from slide_fmu.fitting.state_space.multi_start import (
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
 from slide_fmu.fitting.state_space.remarks import remark_on
 from slide_fmu.fitting.state_space.segments import Segments, cut_segments
-from slide_fmu.fitting.state_space.sizes import Chosen, choose_sizes, still_learnable
+from slide_fmu.fitting.state_space.sizes import USED, Chosen, choose_sizes, still_learnable
 from slide_fmu.fitting.state_space.unit_choice import choose_units
 from slide_fmu.fitting.training import TrainingError
 from slide_fmu.network.state_space.cell import GATED, Cell
@@ -166,7 +166,14 @@ def compete(multi_start: MultiStart, chosen: Chosen) -> Candidate:
             starts = [multi_start.start(winner, dense, n) for n in range(training.starts)]
             winner = multi_start.go_on(starts)[0]
     multi_start.plan(last)
-    return multi_start.refine(winner) if dense == units else multi_start.widened(winner, units)
+    if dense != units:
+        return multi_start.widened(winner, units)
+    refined, larger = multi_start.refine(winner), chosen.larger
+    if larger is None or larger.shape.n_units != units:
+        return refined
+    multi_start.plan(last)
+    other = multi_start.refine(larger, "refined with more states")
+    return other if other.error < USED * refined.error else refined
 
 
 def _iterations(training: LeastSquaresRecipe, last: int) -> int:
@@ -185,9 +192,7 @@ def freeze(winner: Candidate, problem: Problem, data: FitData) -> StateSpace:
         ValueError: a weight is not finite.
     """
     shape, window = winner.shape, problem.window
-    theta = winner.state.best
-    if problem.physical is None:
-        theta = with_room(shape, theta, data.whole)
+    theta = with_room(shape, winner.state.best, data.whole)
     cells = tuple(_frozen(shape, cell) for cell in shape.cells(theta))
     weights: Cell | CellPolynomial = cells[0]
     if problem.physical is not None:

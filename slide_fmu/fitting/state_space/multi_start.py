@@ -274,10 +274,10 @@ class MultiStart:
         theta = theta.to(self.data.whole.features)
         return Candidate(shape, Iterate.begin(theta, self._least_squares(shape, self.data.part)))
 
-    def refine(self, candidate: Candidate) -> Candidate:
-        """Run the winner on all data."""
+    def refine(self, candidate: Candidate, name: str = "refined") -> Candidate:
+        """Run the winner on all data; the run has a name of its own."""
         theta, iterations = candidate.state.best, self.training.iterations
-        return self._descend("refined", candidate.shape, theta, self.data.whole, iterations)
+        return self._descend(name, candidate.shape, theta, self.data.whole, iterations)
 
     def widened(self, candidate: Candidate, units: int) -> Candidate:
         """Run a network of more units than normal equations can be solved for, from a smaller one.

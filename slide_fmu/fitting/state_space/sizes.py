@@ -41,8 +41,9 @@ AS_GOOD = 1.01
 times the other's. Most of a linear model's error may be what units will learn: a small rise of the
 whole is a large one of the rest."""
 USED = 0.98
-"""Units make use of more states where the error falls below this part. Linear models, most of
-whose error is due to what only units learn, do not show such states."""
+"""Units make use of more states where the error falls below this part, after all iterations: short
+runs do not tell. Linear models, most of whose error is due to what only units learn, do not show
+such states."""
 MORE_SHOWN = 2
 """Impulse responses may hide so many states, as they may show too many."""
 GOOD = 5e-3
@@ -68,12 +69,15 @@ class Chosen:
         order: number of states that carry the response.
         units: number of units.
         judged: the network of this size as far as the search has run it; None without a search.
+        larger: a network of more states that is worth the same effort, since the order is a guess
+            from linear models; None where it is known.
         tried: all sizes that were judged, in their order.
     """
 
     order: int
     units: int
     judged: Candidate | None = None
+    larger: Candidate | None = None
     tried: tuple[TriedSize, ...] = ()
 
 
@@ -86,9 +90,10 @@ def choose_sizes(multi_start: MultiStart) -> Chosen:
     place = search.climb((0, 0), [STATES])
     if units == "auto":
         place = search.climb(place, [STATES, UNITS])
+    larger = None
     if order == "auto" and not multi_start.eigenvalues_known:
-        place = search.one_step_more(place)
-    return search.chosen(place)
+        larger = search.with_more_states(place)
+    return search.chosen(place, larger)
 
 
 def orders_to_try(multi_start: MultiStart) -> list[int]:
@@ -143,21 +148,20 @@ class _Search:
             place = found
         return place
 
-    def one_step_more(self, place: Place) -> Place:
-        """Go to more states if units make use of them; the guess came from linear models.
+    def with_more_states(self, place: Place) -> Candidate | None:
+        """Return the network of more states than at a place, for units to make use of.
 
-        Fewer states are preferred where they do nearly as well.
+        There is none for a linear network, whose states the guess of the order has counted.
         """
         found = self._best_of(self._beyond(place, [STATES]))
-        if self._units[place[1]] == 0 or found is None:
-            return place
-        return found if self._error(found) < USED * self._error(place) else place
+        linear = self._units[place[1]] == 0
+        return None if linear or found is None else self._candidate(found)
 
-    def chosen(self, place: Place) -> Chosen:
+    def chosen(self, place: Place, larger: Candidate | None) -> Chosen:
         """Return the size at a place, with all that were tried."""
         tried = tuple(self._tried(place) for place in self._judged)
         order, units = self._orders[place[0]], self._units[place[1]]
-        return Chosen(order, units, self._judged[place], tried)
+        return Chosen(order, units, self._judged[place], larger, tried)
 
     def _beyond(self, place: Place, steps: Sequence[Place]) -> list[Place]:
         """Return the places one step beyond, as far as the search goes."""

@@ -15,7 +15,8 @@ import torch
 from slide_fmu.core.progress import Progress
 from slide_fmu.fitting.history import TriedUnits
 from slide_fmu.fitting.problem import Problem
-from slide_fmu.fitting.state_space.cell import CellShape
+from slide_fmu.fitting.state_space.cell import CellShape, simulate
+from slide_fmu.fitting.state_space.cubes import with_room
 from slide_fmu.fitting.state_space.multi_start import Candidate, FitData, MultiStart
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
 from slide_fmu.fitting.state_space.segments import Segments
@@ -32,7 +33,10 @@ TRIAL_UNITS = 8
 TRIAL_STARTS = 2
 """A trial has so many random starts, the best of which goes on."""
 CLEARLY = 0.8
-"""Mixed units are taken where the product of both errors is below this part of that of tanh."""
+"""Other units are taken where the product of both errors is below this part of that of tanh."""
+FAR, GROWTH = 10.0, 10.0
+"""At so many times the amplitudes held out, outputs grow at most so many times as fast: as in the
+test of stability that decides on export."""
 
 
 def choose_units(
@@ -42,25 +46,33 @@ def choose_units(
     data: FitData,
     progress: Progress,
 ) -> tuple[StateSpaceRecipe, tuple[TriedUnits, ...]]:
-    """Return the recipe with tanh or mixed units instead of ``auto``, and what was tried.
+    """Return the recipe with tanh, mixed or cubic units instead of ``auto``, and what was tried.
 
-    Mixed units come without padding: beyond the range, states that cubes add to each other go
-    astray. A network that diverges has an infinite error, and is not chosen.
+    Cubes come without padding: beyond the range, states that cubes add to each other go astray. A
+    network that diverges, or grows too fast far beyond, has an infinite error there, and is not
+    chosen.
     """
-    tanh = network.model_copy(update={"units": "tanh"})
-    mixed = network.model_copy(update={"units": MIXED_UNITS, "padding": 0})
+    kinds = (
+        {"units": "tanh"},
+        {"units": MIXED_UNITS, "padding": 0},
+        {"units": "cubic", "padding": 0},
+    )
+    tanh, *others = (network.model_copy(update=kind) for kind in kinds)
     small, large = _divided(data)
     if large.count < FEWEST_HELD_OUT:
         return tanh, ()
     tried = []
-    for recipe in (tanh, mixed):
+    for recipe in (tanh, *others):
         name = f"units-{recipe.units}-{problem.checkpoint.name}"
         trial = replace(problem, checkpoint=problem.checkpoint.with_name(name))
         multi_start = MultiStart(trial, recipe, training, small, progress)
         found = _try(multi_start)
-        beyond = _error(found.shape, found.state.best, large)
+        theta = with_room(found.shape, found.state.best, small.whole)
+        beyond = _error(found.shape, theta, large)
         tried.append(TriedUnits(recipe.units, found.error, beyond))
-    return (mixed if _score(tried[1]) < CLEARLY * _score(tried[0]) else tanh), tuple(tried)
+    best = min(range(1, len(tried)), key=lambda place: _score(tried[place]))
+    chosen = others[best - 1] if _score(tried[best]) < CLEARLY * _score(tried[0]) else tanh
+    return chosen, tuple(tried)
 
 
 def _score(tried: TriedUnits) -> float:
@@ -100,6 +112,17 @@ def _some(segments: Segments, chosen: torch.Tensor) -> Segments:
 
 
 def _error(shape: CellShape, theta: torch.Tensor, segments: Segments) -> float:
-    """Return the RMS error on segments in scaled units; infinite where the network diverges."""
+    """Return the RMS error on segments in scaled units; infinite if the network is unbounded."""
     squares = sum_of_squares(shape, theta, segments)
-    return math.sqrt(squares / segments.counted) if math.isfinite(squares) else math.inf
+    bounded = math.isfinite(squares) and _is_bounded(shape, theta, segments)
+    return math.sqrt(squares / segments.counted) if bounded else math.inf
+
+
+def _is_bounded(shape: CellShape, theta: torch.Tensor, segments: Segments) -> bool:
+    """Whether outputs stay within bounds far beyond the amplitudes of segments."""
+    near, far = (
+        simulate(shape, theta, factor * segments.features, segments.phi)[0]
+        for factor in (1.0, FAR)
+    )
+    limit = GROWTH * FAR * float((near - near.mean((0, 1))).abs().max())
+    return float((far - near.mean((0, 1))).abs().max()) <= limit  # false for what is no number

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 import torch
 
@@ -54,3 +56,18 @@ def test_linear_cell_stays_as_it_is() -> None:
     shape = plain(2, 1, 0, 1, "mixed")
     theta = random_theta(shape)
     assert torch.equal(with_room(shape, theta, random_segments(shape, 5, 20, 4)), theta)
+
+
+def test_cells_of_physical_parameters_answer_as_before() -> None:
+    plain_shape = plain(3, 2, 5, 1, "mixed")
+    segments = random_segments(plain_shape, 5, 20, 4)
+    phi = torch.stack([torch.ones(4), torch.linspace(-1, 1, 4)], 1).double()
+    theta = torch.cat([random_theta(plain_shape), 0.1 * random_theta(plain_shape, seed=1)])
+    shape, segments = replace(plain_shape, terms=2), replace(segments, phi=phi)
+    found = with_room(shape, theta, segments)
+    before, after = (
+        simulate(shape, values, segments.features, phi)[0] for values in (theta, found)
+    )
+    torch.testing.assert_close(after, before)
+    peaks = cubes._peaks(shape, found, segments)
+    assert peaks.tolist() == pytest.approx([CLIPPED / ROOM] * len(peaks))

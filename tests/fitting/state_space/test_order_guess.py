@@ -9,7 +9,9 @@ from typing import Any
 import pytest
 
 from slide_fmu.fitting.state_space import sizes
-from slide_fmu.fitting.state_space.sizes import choose_sizes, orders_to_try
+from slide_fmu.fitting.state_space.fit import compete
+from slide_fmu.fitting.state_space.sizes import Chosen, choose_sizes, orders_to_try
+from slide_fmu.recipe.learning import LeastSquaresRecipe
 
 LINEAR = {1: 0.5, 2: 0.2, 3: 0.15, 4: 0.1, 5: 0.1, 6: 0.0999, 7: 0.0999, 8: 0.0999, 9: 0.3}
 """Errors of linear models by their orders: four states do as well as more."""
@@ -29,9 +31,11 @@ def search(
         return SimpleNamespace(error=error, training_error=error, shape=shape)
 
     monkeypatch.setattr(sizes, "judge", judge)
+    monkeypatch.setattr(sizes, "noise_in", lambda _found, _validation: 0.0)
     monkeypatch.setattr(sizes, "still_learnable", lambda _multi_start, found: found.error)
     return SimpleNamespace(
         network=SimpleNamespace(order="auto", hidden="auto"),
+        data=SimpleNamespace(validation=None),
         eigenvalues_known=eigenvalues,
         first_order=lambda: shown,
         highest_order=lambda: 20,
@@ -58,17 +62,38 @@ def test_unstable_linear_models_of_many_states_leave_the_others(
     assert orders_to_try(search(monkeypatch, {}, 6))[0] == 4
 
 
-@pytest.mark.parametrize(("more", "order"), [(0.9e-3, 6), (0.97e-3, 6), (0.99e-3, 4), (2e-3, 4)])
-def test_more_states_are_taken_where_units_make_use_of_them(
-    monkeypatch: pytest.MonkeyPatch, more: float, order: int
+def test_network_of_more_states_is_offered_beside_a_guessed_order(
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    chosen = choose_sizes(search(monkeypatch, {4: 1e-3, 6: more}))
-    assert (chosen.order, chosen.units) == (order, sizes.FIRST_UNITS)
+    chosen = choose_sizes(search(monkeypatch, {4: 1e-3, 6: 2e-3}))
+    assert (chosen.order, chosen.units) == (4, sizes.FIRST_UNITS)
+    assert chosen.larger is not None
+    assert chosen.larger.error == 2e-3
     assert {tried.order for tried in chosen.tried if tried.units} == {4, 6}
 
 
-def test_known_order_is_not_looked_beyond_by_a_good_network(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_known_order_has_no_other_beside_it(monkeypatch: pytest.MonkeyPatch) -> None:
     chosen = choose_sizes(search(monkeypatch, {4: 1e-3, 6: 1e-4}, eigenvalues=True))
     assert chosen.order == 4
+    assert chosen.larger is None
+
+
+@pytest.mark.parametrize(("more", "states"), [(0.9, 6), (0.97, 6), (0.99, 4), (2.0, 4)])
+def test_more_states_are_taken_where_they_do_better_in_the_end(more: float, states: int) -> None:
+    """Refined errors decide: relative to that of the guessed order."""
+
+    def network(order: int) -> Any:
+        return SimpleNamespace(shape=SimpleNamespace(n_units=16, n_states=order), error=1.0)
+
+    def refine(candidate: Any, name: str = "") -> Any:
+        error = more if candidate.shape.n_states == 6 else 1.0
+        return SimpleNamespace(shape=candidate.shape, error=error)
+
+    multi_start: Any = SimpleNamespace(
+        training=LeastSquaresRecipe(),
+        dense_units=lambda order, units: units,
+        plan=lambda iterations: None,
+        refine=refine,
+    )
+    found = compete(multi_start, Chosen(4, 16, network(4), network(6)))
+    assert found.shape.n_states == states

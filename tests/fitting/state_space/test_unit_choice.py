@@ -14,6 +14,7 @@ from slide_fmu.fitting.state_space import unit_choice
 from slide_fmu.fitting.state_space.fit import prepare
 from slide_fmu.fitting.state_space.unit_choice import choose_units
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from tests.fitting.state_space.cells import plain, random_segments, random_theta
 from tests.fitting.state_space.springs import (
     CUBIC,
     QUICK,
@@ -61,7 +62,7 @@ def test_spring_that_hardens_gets_mixed_units_and_goes_on_beyond_the_range(tmp_p
     assert found["auto"].error < SMALL
     assert errors["auto"] < 0.2 * errors["tanh"]
     tried = {trial.units: trial for trial in found["auto"].history.units}
-    assert list(tried) == ["tanh", "mixed"]
+    assert list(tried) == ["tanh", "mixed", "cubic"]
     assert tried["mixed"].error_beyond < 0.5 * tried["tanh"].error_beyond
     assert found["tanh"].history.units == ()
 
@@ -71,7 +72,7 @@ def test_system_that_saturates_keeps_tanh_units(tmp_path: Path) -> None:
     found = fit(replace(problem, eigenvalues=None), {**SIZES, "order": 1, "units": "auto"})
     assert found.network.cell.activation == "tanh"
     assert len(found.network.cell.a) == 1 + StateSpaceRecipe().padding
-    assert len(found.history.units) == 2
+    assert len(found.history.units) == 3
 
 
 def test_network_that_diverges_beyond_is_not_chosen(
@@ -81,14 +82,32 @@ def test_network_that_diverges_beyond_is_not_chosen(
     monkeypatch.setattr(
         unit_choice,
         "sum_of_squares",
-        lambda shape, *rest: math.nan if shape.units == "mixed" else real(shape, *rest),
+        lambda shape, *rest: real(shape, *rest) if shape.units == "tanh" else math.nan,
     )
     problem = problem_of(tmp_path, training=hardening(1), validation=hardening(20))
     network, training = StateSpaceRecipe(**SIZES, units="auto"), LeastSquaresRecipe(**QUICK)
     data = prepare(problem, network, training)
     recipe, tried = choose_units(problem, network, training, data, silent)
     assert (recipe.units, recipe.padding) == ("tanh", network.padding)
-    assert tried[1].error_beyond == math.inf
+    assert [trial.error_beyond for trial in tried[1:]] == [math.inf, math.inf]
+
+
+@pytest.mark.parametrize(("growth", "bounded"), [(0.5, True), (1e-3, False)])
+def test_outputs_that_grow_too_fast_far_beyond_are_found_out(
+    monkeypatch: pytest.MonkeyPatch, growth: float, bounded: bool
+) -> None:
+    """A linear cell grows in proportion."""
+    monkeypatch.setattr(unit_choice, "GROWTH", 2 * growth)
+    shape = plain(2, 1, 0, 1, bias=False)
+    segments = random_segments(shape, 5, 20, 4)
+    assert unit_choice._is_bounded(shape, random_theta(shape), segments) == bounded
+
+
+def test_cubes_that_blow_up_far_beyond_are_found_out() -> None:
+    shape = plain(2, 1, 3, 1, "cubic", bias=False)
+    segments, theta = random_segments(shape, 5, 20, 4), random_theta(shape)
+    assert not unit_choice._is_bounded(shape, 3 * theta, segments)
+    assert unit_choice._error(shape, 3 * theta, segments) == math.inf
 
 
 def test_largest_amplitudes_are_held_out(tmp_path: Path) -> None:

@@ -1,0 +1,132 @@
+"""From a measured record to an FMU with its measured error, by the commands of a user."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+import slide_fmu as slide
+from slide_fmu.cli import app
+from tests.libraries import build_libraries
+from tests.own_records import RECIPE, STEP, force_and_travel, write_record
+
+NOISE = 0.02
+QUICK = """starts = 2
+start_iterations = 10
+kept = 1
+kept_iterations = 10
+"""
+
+
+def invoke(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder in which the whole way was gone; a space is in its name."""
+    build_libraries()
+    folder = tmp_path_factory.mktemp("a bench")
+    write_record(folder / "bench.csv", 6000, noise=NOISE)
+    (folder / "bench.toml").write_text(RECIPE + QUICK)
+    done = invoke("run", folder / "bench.toml", "--runs", folder / "runs", "--json", "-")
+    assert done.exit_code == 0, done.output
+    return folder
+
+
+def test_report_has_the_error_beside_the_noise_of_the_record(place: Path) -> None:
+    report = json.loads((place / "runs/bench/report.json").read_text(encoding="utf-8"))
+    [output] = report["validation"]["in range"]["outputs"]
+    assert output["relative_noise_floor"] == pytest.approx(NOISE, rel=0.15)
+    assert NOISE < output["relative_rmse"] < 2 * NOISE
+    assert output["free_relative_rmse"] < 2 * NOISE
+    assert report["window"]["fitted_decay_time_s"]["low"] > 0
+    assert "reference_step_us" not in report["validation"]["in range"]["timing"]
+    page = (place / "runs/bench/report.html").read_text(encoding="utf-8")
+    assert "noise of what was measured" in page
+    assert "By file" in page
+
+
+def test_fmu_follows_the_record_in_an_importer(place: Path) -> None:
+    force, travel = force_and_travel(6000)
+    rows = slice(5000, 6000)
+    time = STEP * np.arange(1000)
+    # what acts during a step is set at its begin; the outputs are those at its end
+    signals = np.array(
+        list(zip(time, force[rows], strict=True)), dtype=[("time", "f8"), ("force", "f8")]
+    )
+    fmu = place / "runs/bench/bench.fmu"
+    found = fmpy.simulate_fmu(
+        str(fmu), stop_time=time[-1], output_interval=STEP, input=signals, output=["travel"]
+    )
+    error = found["travel"][300:] - travel[rows][300 : len(found)]
+    assert np.sqrt(np.mean(error**2)) < 0.1 * travel.std()
+
+
+def test_card_names_the_file_and_the_linear_fit(place: Path) -> None:
+    card = (place / "runs/bench/card.md").read_text(encoding="utf-8")
+    assert "| bench.csv | |" in card
+    assert "by the slowest pole of a linear fit of the records" in card
+
+
+def test_fmu_is_measured_again_where_its_record_lies(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(place)
+    done = invoke("validate", "runs/bench/bench.fmu", "--json", "again.json")
+    assert done.exit_code == 0, done.output
+    again = json.loads((place / "again.json").read_text())
+    report = json.loads((place / "runs/bench/report.json").read_text(encoding="utf-8"))
+    assert again["outputs"] == report["validation"]["in range"]["outputs"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("reference", "bench.toml", "-o", "reference.fmu"), "cannot be simulated"),
+        (("ssp", "runs/bench/bench.fmu", "-o", "both.ssp"), "cannot be simulated"),
+        (
+            ("validate", "runs/bench/bench.fmu", "--amplitude", "1", "3"),
+            "nothing beyond what was measured is known",
+        ),
+    ],
+)
+def test_what_needs_a_model_is_refused_in_words(
+    place: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], message: str
+) -> None:
+    monkeypatch.chdir(place)
+    done = invoke(*words)
+    assert done.exit_code == 1
+    assert message in " ".join(done.output.split())
+    assert "Traceback" not in done.output
+
+
+def test_training_goes_on_from_the_network_of_an_fmu(place: Path) -> None:
+    """One iteration on another record of the same system keeps what the first one has learnt."""
+    write_record(place / "other.csv", 3000, seed=3, noise=NOISE)
+    fmu = (place / "runs/bench/bench.fmu").as_posix()
+    text = (RECIPE.replace("bench", "other") + QUICK).replace("iterations = 10\n", "", 1)
+    text = text.replace("[training]\n", f'[training]\niterations = 1\nstart = "{fmu}"\n')
+    (place / "other.toml").write_text(text)
+    done = invoke("run", place / "other.toml", "--runs", place / "runs")
+    assert done.exit_code == 0, done.output
+    report = json.loads((place / "runs/other/report.json").read_text(encoding="utf-8"))
+    [output] = report["validation"]["in range"]["outputs"]
+    assert output["relative_rmse"] < 2 * NOISE
+    kept, gone_on = (slide.load(place / f"runs/{n}/{n}.fmu") for n in ("bench", "other"))
+    assert gone_on.network.count_parameters() == kept.network.count_parameters()
+
+
+def test_start_with_an_fmu_of_other_signals_is_refused(place: Path) -> None:
+    fmu = Path(__file__).parents[2] / "fmus" / "duffing" / "duffing.fmu"
+    text = RECIPE.replace('name = "bench"', 'name = "wrong"')
+    text = text.replace("[training]\n", f'[training]\nstart = "{fmu}"\n')
+    (place / "wrong.toml").write_text(text)
+    done = invoke("run", place / "wrong.toml", "--runs", place / "runs")
+    assert done.exit_code == 1
+    assert "duffing.fmu' has the step 0.03; expected 0.01" in " ".join(done.output.split())

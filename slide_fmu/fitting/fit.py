@@ -26,7 +26,6 @@ from slide_fmu.fitting.feature_choice import choose_features, require_odd
 from slide_fmu.fitting.feature_search import Trials, search_features
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.input_forecast import fit_forecast
-from slide_fmu.fitting.known_start import known_start
 from slide_fmu.fitting.physical import physical_of, require_chosen_features
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.memory.modes import spectrum
@@ -52,12 +51,18 @@ class Fit:
 
 
 def fit_surrogate(
-    recipe: Recipe, system: Source, store: Path, checkpoints: Path, progress: Stages
+    recipe: Recipe,
+    system: Source,
+    store: Path,
+    checkpoints: Path,
+    progress: Stages,
+    known: Surrogate | None = None,
 ) -> Fit:
     """Train the surrogate of a recipe, then its error estimator.
 
     The store has the recipe's trajectories; the folder ``checkpoints`` holds the states of
-    interrupted trainings.
+    interrupted trainings. The training begins with the state-space network of ``known``, if that
+    is given, and keeps its features and scalings.
 
     Raises:
         RecipeError: the recipe leaves something to be found.
@@ -71,7 +76,6 @@ def fit_surrogate(
     recipe.require_resolved()
     require_origin(store, recipe, identity(recipe, system))
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-    known = known_start(recipe, system)
     scaling = range_scaling(system.inputs) if known is None else known.input_scaling
     offered = offered_features(recipe, system, scaling)
     surrogate, histories = _fit_network(

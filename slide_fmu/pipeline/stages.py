@@ -17,6 +17,7 @@ from slide_fmu.memory.stability import AmplitudeTest, check_stability, require_s
 from slide_fmu.memory.step_remark import step_remark
 from slide_fmu.pipeline.checks import check_recipe, guarded_recipe
 from slide_fmu.pipeline.job import Job, versions, with_values
+from slide_fmu.pipeline.known_start import known_start
 from slide_fmu.pipeline.numbers import find_numbers, kept_curve
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_source, recipe_system
@@ -166,7 +167,8 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
     recipe, folder = job.recipe, job.folder
     system = recipe_source(recipe)
     torch.set_num_threads(threads)
-    fit = fit_surrogate(recipe, system, folder.store, folder.checkpoints, job.bar)
+    known = known_start(recipe, system)
+    fit = fit_surrogate(recipe, system, folder.store, folder.checkpoints, job.bar, known)
     folder.save_surrogate(fit.surrogate, recipe, fit.histories, versions())
     return {
         "validation_error": {n: min(h.validation_error) for n, h in fit.histories.items()},

@@ -78,6 +78,13 @@ def record_recipe_text(draft: RecordDraft) -> str:
             "test = 0.15 }, with an error estimator also estimator and estimator_validation."
         ),
         "",
+        *comment_lines(
+            "Where the FMU will be used beyond what was measured, units may be chosen by trials "
+            "that hold out the largest amplitudes:"
+        ),
+        "# [network]",
+        '# units = "auto"',
+        "",
         *_estimator_lines(draft.estimates),
     ]
     return "\n".join(lines)

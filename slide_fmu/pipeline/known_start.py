@@ -32,6 +32,11 @@ def known_start(recipe: Recipe, source: Source) -> Surrogate | None:
         raise RecipeError(
             f"{place} has a network of another family; expected a state-space network"
         )
+    if surrogate.parameters:
+        raise RecipeError(
+            f"{place} has the parameters {[p.name for p in surrogate.parameters]}; expected an "
+            "FMU without physical parameters"
+        )
     found, wanted = _meaning(surrogate, surrogate.window.step), _meaning(source, source.step)
     for what, value in wanted.items():
         if found[what] != value:

@@ -29,7 +29,7 @@ from slide_fmu.pipeline.kept_comparison import KeptComparison, content_of_motion
 from slide_fmu.pipeline.run_folder import StageError, Trained
 from slide_fmu.pipeline.stages import check_window, choose_numbers, generate_data, train_surrogate
 from slide_fmu.pipeline.step_times import StepTimes, fmu_of
-from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_source, reference_system
 from slide_fmu.systems.record.model import MeasuredRecords
 from slide_fmu.validation.baselines import baselines_report, linear_remark
@@ -62,6 +62,20 @@ class Terms:
             raise ValueError(f"budget = {self.budget} s; expected a positive, finite CPU time")
 
 
+def require_comparable(recipe: Recipe) -> None:
+    """Refuse a recipe that models of other kinds cannot learn.
+
+    Raises:
+        RecipeError: it has physical parameters.
+    """
+    if recipe.parameters:
+        raise RecipeError(
+            f"recipe {recipe.name!r}: a comparison with parameters {list(recipe.parameters)}; "
+            "expected none: models of other kinds follow no parameters. Compare with a recipe "
+            "that has fixed values (system.parameters)"
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class Bench:
     """A bench is what every model is measured with."""
@@ -89,6 +103,7 @@ def compare_recipe(job: Job, terms: Terms) -> tuple[dict[str, Any], Path]:
         LoadError, RecipeError, ShortWindowError, SimulationError, StoreError, TrainingError: as
             of the stages that make data and surrogate.
     """
+    require_comparable(job.recipe)
     import torch
 
     require_sysidentpy()

@@ -25,7 +25,8 @@ class ParameterRecipe(Table):
     """A table ``parameters.NAME`` declares a parameter of the model, with its range.
 
     The model has a parameter of this name: a class a keyword argument, a function or an FMU a
-    parameter.
+    parameter. The error estimator, if there is one, sees the inputs alone: what it estimates is
+    the usual error over all values of the parameters.
 
     Attributes:
         range: lowest and highest value, in ``unit``.

@@ -252,6 +252,8 @@ class Surrogate:
     def estimate_error(self, inputs: NDArray[Any]) -> FloatArray:
         """Estimate the RMSE over the ``estimated_samples`` that end at each sample.
 
+        Of a surrogate with parameters it is the usual one over all their values.
+
         Args:
             inputs: shape (N, n_inputs), N >= 1, in the inputs' units.
 

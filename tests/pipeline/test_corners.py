@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 
 from slide_fmu.memory import motions
+from slide_fmu.pipeline.compare import Terms, compare_recipe
 from slide_fmu.pipeline.job import Job, open_job
 from slide_fmu.pipeline.stages import size_recipe
+from slide_fmu.recipe.recipe import RecipeError
 from tests.progress import no_stages
 
 OPEN = """
@@ -55,6 +57,12 @@ def test_window_is_that_of_the_slowest_corner(tmp_path: Path) -> None:
     assert heavy.sizing is not None
     assert job.sizing.needed == heavy.sizing.needed
     assert size_recipe(job).figures() == size_recipe(heavy).figures()
+
+
+def test_models_of_other_kinds_follow_no_parameters(tmp_path: Path) -> None:
+    job = opened(tmp_path, "both", MASS)
+    with pytest.raises(RecipeError, match=r"with parameters \['mass'\]; expected none"):
+        compare_recipe(job, Terms(budget=1.0, seed=0))
 
 
 def test_lengths_are_found_again_for_other_ranges(tmp_path: Path) -> None:

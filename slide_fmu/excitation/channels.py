@@ -82,7 +82,7 @@ class MovingAverageRandom(ChannelKind):
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         values = rng.uniform(-1, 1, len(time) + len(self.coefficients) - 1)
-        return np.convolve(values, self.coefficients, mode="valid")
+        return np.convolve(values, self.coefficients, mode="valid").astype(np.float64)
 
 
 class FilteredRandom(ChannelKind):

@@ -116,4 +116,4 @@ def _integral(speed: FloatArray, acceleration: FloatArray, step: float) -> Float
     # a step changes its speed for ``changing`` s only, where the limit cuts the rest
     change = np.diff(speed)
     changing = np.divide(change, acceleration, out=np.zeros_like(change), where=change != 0)
-    return speed[1:] * step - 0.5 * change * changing
+    return np.asarray(speed[1:] * step - 0.5 * change * changing)

@@ -164,7 +164,8 @@ class SerialChain:
         derivatives by s and s^2, (..., n) each, give force and moment, (..., 6).
         """
         forces, moments, _ = self._link_wrenches(q, dq, ddq)
-        return -np.concatenate([forces.sum(axis=-2), moments.sum(axis=-2)], axis=-1)
+        both = np.concatenate([forces.sum(axis=-2), moments.sum(axis=-2)], axis=-1)
+        return np.asarray(-both)
 
     def joint_torques(self, q: FloatArray, dq: FloatArray, ddq: FloatArray) -> FloatArray:
         """Give the torques in N m, or forces in N, that the drives need, shape (..., n).

@@ -303,7 +303,8 @@ def _encode_forecast(forecast: InputForecast) -> bytes:
     rows = [forecast.largest_change[:, None], forecast.weights.reshape(n_inputs, -1)]
     sizes = (n_candidates, n_past, forecast.n_scored)
     head = struct.pack("<IIII", forecast.at_step_end, *sizes)
-    return head + np.concatenate(rows, axis=1).astype("<f8").tobytes()
+    body: bytes = np.concatenate(rows, axis=1).astype("<f8").tobytes()
+    return head + body
 
 
 def _decode_forecast(section: Reader, n_inputs: int) -> InputForecast:

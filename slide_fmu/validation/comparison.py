@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -194,7 +195,7 @@ class Validation:
             return {}
         found: dict[str, float] = {}
         reference, _ = _joined(self.comparisons)
-        scale = max(float(rms(reference)[index]), np.finfo(np.float64).tiny)
+        scale = max(float(rms(reference)[index]), sys.float_info.min)
         long_enough = [c.error for c in self.comparisons if len(c.error) >= SHORTEST_PIECE]
         if long_enough:
             floor = noise_of_residuals(long_enough).floor[index]
@@ -266,7 +267,7 @@ def relative_rmse(error: FloatArray, reference: FloatArray) -> FloatArray:
 
     A reference that is zero throughout counts as tiny, so that the figure stays finite.
     """
-    return rms(error) / np.maximum(rms(reference), np.finfo(np.float64).tiny)
+    return np.asarray(rms(error) / np.maximum(rms(reference), np.finfo(np.float64).tiny))
 
 
 def _over_deviation(error: FloatArray, reference: FloatArray) -> FloatArray:

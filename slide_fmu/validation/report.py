@@ -186,7 +186,7 @@ def stability_section(tests: Sequence[AmplitudeTest], step: float) -> Section:
     """Show whether the network has fading memory and stays bounded beyond its amplitude."""
     rows = [("amplitude", "median difference", "largest difference", "growth", "test")]
     for test in tests:
-        gaps = np.median(test.differences), np.max(test.differences)
+        gaps = float(np.median(test.differences)), float(np.max(test.differences))
         verdict = "passed" if test.problem is None else test.problem
         rows.append(
             (f"{test.amplitude:g} x", _e(gaps[0]), _e(gaps[1]), f"{test.growth:.3g}", verdict)

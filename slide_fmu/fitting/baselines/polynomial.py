@@ -67,7 +67,7 @@ class Polynomial(Stepped):
         columns = [
             model.predict(X=x, y=start[:, i : i + 1]) for i, model in enumerate(self._models)
         ]
-        return np.concatenate(columns, axis=1)[1:]
+        return np.asarray(np.concatenate(columns, axis=1)[1:])
 
     def step_along(self, inputs: FloatArray, start: FloatArray) -> FloatArray:
         return self.simulate(inputs, start)  # it goes step by step

@@ -183,7 +183,7 @@ class StateSpace(Network, Parametric):
     def fade(self) -> Float32Array:
         """Give the weight of the younger state at its ages 1 to n_samples, shape (n_samples,)."""
         ages = np.arange(1, self.n_samples + 1) - (self.n_samples - self.n_out)
-        return (np.maximum(ages, 0) / self.n_out).astype(np.float32)
+        return np.asarray(np.maximum(ages, 0) / self.n_out, dtype=np.float32)
 
     def stepper(self) -> PingPong:
         return PingPong(self)

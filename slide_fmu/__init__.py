@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from slide_fmu.core.window import Window
     from slide_fmu.cosim.run import CoSimulationError
     from slide_fmu.cosim.simulate import simulate
-    from slide_fmu.fitting.calibration.calibrate import calibrate
     from slide_fmu.fitting.calibration.result import Calibration
     from slide_fmu.fmu.export import FmuError, export_fmu, load
     from slide_fmu.fmu.native import NativeSurrogate
+    from slide_fmu.pipeline.calibrate import calibrate
     from slide_fmu.pipeline.learning import Learnt, learn
     from slide_fmu.recipe.reading import load_recipe
     from slide_fmu.recipe.recipe import Recipe, RecipeError
@@ -87,7 +87,7 @@ _HOMES = {
     "slide_fmu.core.window": ("Window",),
     "slide_fmu.cosim.run": ("CoSimulationError",),
     "slide_fmu.cosim.simulate": ("simulate",),
-    "slide_fmu.fitting.calibration.calibrate": ("calibrate",),
+    "slide_fmu.pipeline.calibrate": ("calibrate",),
     "slide_fmu.fitting.calibration.result": ("Calibration",),
     "slide_fmu.fmu.export": ("FmuError", "export_fmu", "load"),
     "slide_fmu.fmu.native": ("NativeSurrogate",),

@@ -17,8 +17,12 @@ SLOW_TO_IMPORT = ("matplotlib", "scipy", "fmpy", "pythonfmu", "jinja2", *TRAININ
 
 WITHOUT = """
 import sys
-for name in sys.argv[1].split():
-    sys.modules[name] = None  # importing it raises ImportError
+class Hidden:
+    names = sys.argv[1].split()
+    def find_spec(self, name, path=None, target=None):
+        if name in self.names:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+sys.meta_path.insert(0, Hidden())
 sys.argv = ["slide-fmu", *sys.argv[2:]]
 from slide_fmu.cli import main
 main()

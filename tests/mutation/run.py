@@ -39,7 +39,11 @@ class Module:
 MODULES = {
     "window": Module(("slide_fmu/core/window.py",), ("tests/core/test_window.py",)),
     "validation": Module(
-        ("slide_fmu/validation/validate.py", "slide_fmu/validation/comparison.py"),
+        (
+            "slide_fmu/validation/beside.py",
+            "slide_fmu/validation/validate.py",
+            "slide_fmu/validation/comparison.py",
+        ),
         ("tests/validation/test_compare.py", "tests/validation/test_figures.py",
          "tests/validation/test_validation.py", "tests/validation/test_worker_processes.py"),
     ),

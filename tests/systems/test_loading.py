@@ -53,7 +53,7 @@ def test_mistake_in_a_name_or_parameter_is_named(
 
 
 def test_load_system_of_unknown_kind_lists_the_kinds() -> None:
-    kinds = r"expected one of \['class', 'exudyn', 'fmu', 'function'\]"
+    kinds = r"expected one of \['class', 'exudyn', 'fmu', 'function', 'record'\]"
     with pytest.raises(LoadError, match=f"kind of system 'unheard'; {kinds}"):
         load_system(Specification("record.csv", kind="unheard"))
 
@@ -74,14 +74,14 @@ def test_recipe_of_a_registered_kind_makes_its_system(
         asked.append(specification)
         return DuffingOscillator(step=0.02)
 
-    module = ModuleType("kind_of_records")
+    module = ModuleType("kind_of_twins")
     vars(module)["make"] = make
-    monkeypatch.setitem(sys.modules, "kind_of_records", module)
-    monkeypatch.setitem(KINDS, "record", "kind_of_records")
-    recipe = tiny_recipe(system={"kind": "record", "model": "a record.csv"})
+    monkeypatch.setitem(sys.modules, "kind_of_twins", module)
+    monkeypatch.setitem(KINDS, "twin", "kind_of_twins")
+    recipe = tiny_recipe(system={"kind": "twin", "model": "a twin"})
     system = recipe_system(recipe)
     assert (system.step, asked) == (0.02, [data_specification(recipe)])
-    assert data_fingerprint(recipe)["system"]["kind"] == "record"
+    assert data_fingerprint(recipe)["system"]["kind"] == "twin"
 
 
 def test_recipe_of_an_unknown_kind_is_refused_with_the_kinds() -> None:

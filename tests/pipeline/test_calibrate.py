@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import slide_fmu
-from slide_fmu.fitting.calibration.calibrate import calibrate
 from slide_fmu.fitting.calibration.result import Calibration
 from slide_fmu.fmu.export import export_fmu
+from slide_fmu.pipeline.calibrate import calibrate
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fitting.calibration.records import TRUE, measured, surrogate_with
 from tests.fmu.samples import Shape, random_surrogate

@@ -1,8 +1,8 @@
 """The noise floor: how much of an error on measured outputs is noise, which nobody can learn.
 
-It is estimated from repeats of the same inputs, or from residuals. Residuals are white noise plus
-the surrogate's own error; that error follows the inputs through a system with a memory, so that
-its spectrum is high somewhere, while that of white noise is flat: the noise is the flat bottom.
+It is estimated from residuals, which are white noise plus the surrogate's own error; that error
+follows the inputs through a system with a memory, so that its spectrum is high somewhere, while
+that of white noise is flat: the noise is the flat bottom.
 """
 
 from __future__ import annotations
@@ -70,20 +70,6 @@ def noise_of_residuals(residuals: Sequence[FloatArray], learnable: float = 0.0) 
     total = rms(centred)
     white = np.sqrt([_bottom(of_output, pieces) for of_output in spectrum.T])
     return NoiseFloor(np.minimum(white, np.sqrt(1 - learnable) * total), total)
-
-
-def noise_of_repeats(repeats: FloatArray) -> FloatArray:
-    """Estimate the RMS of the noise, (n_outputs,), from repeats of the same inputs.
-
-    ``repeats``, shape (n_repeats, N, n_outputs), are the outputs of settled periods: what differs
-    between them is noise, white or not.
-
-    Raises:
-        ValueError: there are fewer than two repeats.
-    """
-    if len(repeats) < 2:
-        raise ValueError(f"{len(repeats)} repeats of the inputs; expected at least two")
-    return np.asarray(np.sqrt(np.var(repeats, axis=0, ddof=1).mean(axis=0)))
 
 
 def _spectrum(residuals: Sequence[FloatArray]) -> tuple[FloatArray, int]:

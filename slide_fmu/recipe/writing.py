@@ -64,13 +64,7 @@ def recipe_text(draft: Draft) -> str:
     """Write a recipe as TOML; ``slide_fmu.recipe.reading.parse_recipe`` reads it."""
     found = draft.found
     lines = [
-        *comment_lines(
-            "This recipe was proposed by slide-fmu init. Every line may be changed; what is not "
-            "here has a default. Try it with: slide-fmu try, then run it with: slide-fmu run."
-        ),
-        f"name = {value_text(draft.name)}",
-        f"description = {value_text(draft.description)}",
-        "",
+        *heading_lines(draft.name, draft.description),
         "[system]",
         f"kind = {value_text(found.kind)}",
         f"model = {value_text(found.model)}",
@@ -79,9 +73,7 @@ def recipe_text(draft: Draft) -> str:
         "",
     ]
     if not draft.declares_signals:
-        for what, signals in (("inputs", draft.inputs), ("outputs", draft.outputs)):
-            for signal in signals:
-                lines += signal_lines(what, signal)
+        lines += signals_lines(draft.inputs, draft.outputs)
     lines += [
         "[window]",
         *comment_lines(draft.step_origin),
@@ -188,8 +180,26 @@ def _parameter_lines(parameters: Sequence[FoundParameter]) -> list[str]:
     return lines
 
 
-def signal_lines(what: str, signal: DraftSignal) -> list[str]:
-    """Write the table of an input or output; ``what`` is ``"inputs"`` or ``"outputs"``."""
+def heading_lines(name: str, description: str) -> list[str]:
+    """Write what every proposed recipe begins with."""
+    return [
+        *comment_lines(
+            "This recipe was proposed by slide-fmu init. Every line may be changed; what is not "
+            "here has a default. Try it with: slide-fmu try, then run it with: slide-fmu run."
+        ),
+        f"name = {value_text(name)}",
+        f"description = {value_text(description)}",
+        "",
+    ]
+
+
+def signals_lines(inputs: Sequence[DraftSignal], outputs: Sequence[DraftSignal]) -> list[str]:
+    """Write a table for each input and output."""
+    pairs = [("inputs", one) for one in inputs] + [("outputs", one) for one in outputs]
+    return [line for what, signal in pairs for line in _signal_lines(what, signal)]
+
+
+def _signal_lines(what: str, signal: DraftSignal) -> list[str]:
     choice, lines = signal.choice, []
     lines.append(f"[system.{what}.{_key(choice.name)}]")
     lines += comment_lines(signal.origin)

@@ -6,7 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from slide_fmu.recipe.writing import DraftSignal, comment_lines, signal_lines, value_text
+from slide_fmu.recipe.writing import (
+    DraftSignal,
+    comment_lines,
+    heading_lines,
+    signals_lines,
+    value_text,
+)
 
 
 @dataclass(frozen=True)
@@ -43,13 +49,7 @@ def record_recipe_text(draft: RecordDraft) -> str:
     """Write a recipe as TOML; ``slide_fmu.recipe.reading.parse_recipe`` reads it."""
     model, *further = draft.paths
     lines = [
-        *comment_lines(
-            "This recipe was proposed by slide-fmu init. Every line may be changed; what is not "
-            "here has a default. Try it with: slide-fmu try, then run it with: slide-fmu run."
-        ),
-        f"name = {value_text(draft.name)}",
-        f"description = {value_text(draft.description)}",
-        "",
+        *heading_lines(draft.name, draft.description),
         "[system]",
         'kind = "record"',
         f"model = {value_text(model)}",
@@ -57,10 +57,8 @@ def record_recipe_text(draft: RecordDraft) -> str:
         *([f"parameters = {value_text(draft.parameters)}"] if draft.parameters else []),
         "",
     ]
-    for what, signals in (("inputs", draft.inputs), ("outputs", draft.outputs)):
-        for signal in signals:
-            lines += signal_lines(what, signal)
     lines += [
+        *signals_lines(draft.inputs, draft.outputs),
         "[window]",
         *comment_lines(draft.step_origin),
         f"step = {value_text(draft.step)}",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,18 +16,12 @@ from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray, Hold, Signal, cosines_of, hold_of
 from slide_fmu.core.window import Window
 from slide_fmu.features.base import BEFORE
-from slide_fmu.network.base import (
-    BATCH,
-    Network,
-    Parametric,
-    ParametricStepper,
-    Stepper,
-    batches,
-)
+from slide_fmu.network.base import BATCH, Network, Parametric, batches
 from slide_fmu.surrogate.checks import check_forecast, check_signals, check_starts, checked_inputs
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.input_forecast import InputForecast
 from slide_fmu.surrogate.payload import decode, encode
+from slide_fmu.surrogate.stream import Stream
 
 RANGE_SLACK = 1e-6
 """Scaled inputs have the range -1 to 1; how far outside they still count as inside: rounding."""
@@ -327,87 +320,6 @@ class Surrogate:
     def save(self, path: Path) -> None:
         """Write the surrogate file."""
         path.write_bytes(self.to_bytes())
-
-
-class Stream:
-    """A Stream evaluates a surrogate step by step: newest output only, as the FMU does. Final."""
-
-    def __init__(self, surrogate: Surrogate) -> None:
-        self.surrogate = surrogate
-        estimator = surrogate.estimator
-        self._predictor: Stepper = surrogate.network.stepper()
-        self._estimator = None if estimator is None else estimator.network.stepper()
-        self._squares: FloatArray | None = None
-        self._parameters: dict[str, float] = {}
-        self._inside = [math.inf, math.inf]  # newest samples in range: inputs, features
-
-    def step(self, inputs: NDArray[Any]) -> tuple[FloatArray, FloatArray | None]:
-        """Take the input of one communication step.
-
-        Args:
-            inputs: shape (n_inputs,), in the inputs' units.
-
-        Returns:
-            Outputs at the end of the step, shape (n_outputs,), and the error estimate of the
-            same shape, or None without an estimator.
-
-        Raises:
-            ValueError: wrong number of inputs or values that are not finite.
-        """
-        surrogate = self.surrogate
-        row = checked_inputs(np.asarray(inputs)[None, :], surrogate.inputs)[0]
-        scaled = surrogate.input_scaling.apply(row)
-        values = self._predictor.step(scaled)[-len(surrogate.outputs) :]
-        estimates, known = self._estimate(scaled)
-        for place, inside in enumerate((surrogate.covers(scaled[None])[0], known)):
-            self._inside[place] = self._inside[place] + 1 if inside else 0
-        return surrogate.output_scaling.invert(values.astype(np.float64)), estimates
-
-    def set_parameters(self, parameters: Mapping[str, float]) -> None:
-        """Change physical parameters from the next step on; what the network remembers is kept.
-
-        Those that are not given keep their values.
-
-        Raises:
-            ValueError: as for ``Surrogate.at``.
-        """
-        given = {**self._parameters, **parameters}
-        network = self.surrogate.at(given).network
-        self._parameters = given
-        if isinstance(self._predictor, ParametricStepper):
-            self._predictor.change(network)
-
-    @property
-    def inputs_in_range(self) -> bool:
-        """What ``Surrogate.inputs_in_range`` says of the last sample."""
-        estimator = self.surrogate.estimator
-        inputs, features = self._inside
-        inside = inputs >= self.surrogate.network.memory_length
-        return inside and (estimator is None or features >= estimator.memory_length)
-
-    @property
-    def truncation_error(self) -> FloatArray | None:
-        """The last measured truncation error of the outputs, shape (n_outputs,), in their units.
-
-        None before the first step, and for networks that do not measure it.
-        """
-        error = self._predictor.truncation_error
-        scale = self.surrogate.output_scaling.scale
-        return None if error is None else np.asarray(error.astype(np.float64) * scale)
-
-    def _estimate(self, scaled: FloatArray) -> tuple[FloatArray | None, bool]:
-        """Give the estimates, and whether the training has seen such features."""
-        estimator = self.surrogate.estimator
-        if estimator is None or self._estimator is None:
-            return None, True
-        values = self._estimator.step(scaled)[None].astype(np.float64)
-        newest = self._estimator.newest[None]
-        square = estimator.squares(values, newest, len(self.surrogate.outputs))
-        if self._squares is None:
-            self._squares = np.repeat(square, estimator.positions, axis=0)
-        self._squares = np.concatenate([self._squares[1:], square])
-        estimates = np.sqrt(self._squares.mean(axis=0)) * self.surrogate.output_scaling.scale
-        return np.asarray(estimates), bool(estimator.knows(newest)[0])
 
 
 def _inside_throughout(inside: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:

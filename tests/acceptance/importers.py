@@ -6,6 +6,7 @@ All of them step the components in parallel and exchange values afterwards (Jaco
 from __future__ import annotations
 
 import ctypes
+import importlib.util
 import json
 import subprocess
 import sys
@@ -15,6 +16,7 @@ from xml.etree import ElementTree
 
 import fmpy
 import numpy as np
+import pytest
 from fmpy.ssp.simulation import simulate_ssp
 
 from slide_fmu.core.signals import FloatArray
@@ -22,6 +24,12 @@ from slide_fmu.cosim.ssp import COMMON, DESCRIPTION, STRUCTURE
 
 Outputs = list[tuple[str, str]]
 """Components and their outputs."""
+
+
+def needs(module: str) -> pytest.MarkDecorator:
+    """Skip where an importer is missing."""
+    missing = importlib.util.find_spec(module) is None
+    return pytest.mark.skipif(missing, reason=f"{module} is not installed")
 
 
 def booleans(ssp: Path) -> set[tuple[str, str]]:

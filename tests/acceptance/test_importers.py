@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import shutil
 import subprocess
 import sys
@@ -26,6 +25,7 @@ from tests.acceptance.conftest import invoke
 from tests.acceptance.controller import build_controller, force_at
 from tests.acceptance.importers import (
     Outputs,
+    needs,
     run_container,
     run_ecos,
     run_fmpy,
@@ -52,17 +52,12 @@ Importer = Callable[[Path, Outputs, float, int], FloatArray]
 
 def importer(run: Importer, module: str, *more: str) -> ParameterSet:
     """An importer that is skipped where it is missing, and more arguments of a test."""
-    missing = importlib.util.find_spec(module) is None
-    mark = pytest.mark.skipif(missing, reason=f"{module} is not installed")
-    return pytest.param(run, *more, id="-".join([module, *more]), marks=mark)
+    return pytest.param(run, *more, id="-".join([module, *more]), marks=needs(module))
 
 
 RUNS = {"fmpy": run_fmpy, "libcosimpy": run_libcosim, "ecospy": run_ecos}
 IMPORTERS = [importer(run, module) for module, run in RUNS.items()]
-needs_toolbox = pytest.mark.skipif(
-    importlib.util.find_spec("fmu_manipulation_toolbox") is None,
-    reason="fmu-manipulation-toolbox is not installed",
-)
+needs_toolbox = needs("fmu_manipulation_toolbox")
 
 
 @pytest.fixture(autouse=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import importlib.util
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -16,19 +15,13 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.ssp import SET, Connection, write_ssp
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.acceptance.importers import run_ecos, run_libcosim
+from tests.acceptance.importers import needs, run_ecos, run_libcosim
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 
 GIVEN = {"mass": 2.5, "damping": -1.0}
 STEPS = 60
 SAME = 1e-5
 """Rounding of single precision, beside outputs of about 1."""
-
-
-def needs(module: str) -> pytest.MarkDecorator:
-    """Skip where an importer is missing."""
-    missing = importlib.util.find_spec(module) is None
-    return pytest.mark.skipif(missing, reason=f"{module} is not installed")
 
 
 @pytest.fixture(scope="module")

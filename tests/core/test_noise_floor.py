@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from slide_fmu.core.noise_floor import noise_of_repeats, noise_of_residuals
+from slide_fmu.core.noise_floor import noise_of_residuals
 from slide_fmu.core.signals import FloatArray
 
 KNOWN = 0.05
@@ -72,16 +72,3 @@ def test_too_few_residuals_are_refused(lengths: list[int], shortest: int) -> Non
     message = f"residuals of {len(lengths)} trajectories, the shortest of {shortest} samples"
     with pytest.raises(ValueError, match=re.escape(message)):
         noise_of_residuals([np.zeros((n, 1)) for n in lengths])
-
-
-def test_repeats_tell_noise_of_any_colour() -> None:
-    period = np.random.default_rng(0).normal(size=(1, 500, 2))
-    noise = np.stack(
-        [np.concatenate([slow(s, 500, KNOWN), white(s, 500, 1)], 1) for s in range(8)]
-    )
-    assert noise_of_repeats(period + noise) == pytest.approx([KNOWN, KNOWN], rel=2 * CLOSE)
-
-
-def test_single_repeat_is_refused() -> None:
-    with pytest.raises(ValueError, match="1 repeats of the inputs; expected at least two"):
-        noise_of_repeats(np.zeros((1, 10, 1)))

@@ -73,7 +73,7 @@ def calibrate(
     ] = None,
 ) -> None:
     """Fit the physical parameters of an FMU to measured records, with their uncertainty."""
-    from slide_fmu.pipeline.calibration import (
+    from slide_fmu.pipeline.calibrate_fmu import (
         Measured,
         calibrate_fmu,
         require_ssv,

@@ -84,6 +84,28 @@ def stretches(recipe: Recipe, source: MeasuredRecords, part: str) -> list[Stretc
     return found
 
 
+def left_out(recipe: Recipe, source: MeasuredRecords) -> str | None:
+    """Say which blocks are shorter than a stretch, so that nothing is learnt from them.
+
+    None if there are none.
+
+    Raises:
+        RecipeError: as of ``divided``.
+    """
+    lead = recipe.window.n_in - recipe.window.n_out
+    scored = round(recipe.data.duration / recipe.window.step) - lead
+    parts = divided(recipe, source)
+    blocks = [block for part, found in parts.items() if part != "test" for block in found]
+    short = [b.stop - b.scored for b in blocks if b.stop - b.scored < scored]
+    if not short:
+        return None
+    return (
+        f"{len(short)} of {len(blocks)} blocks of the records, with {sum(short)} samples to learn "
+        f"from, are shorter than data.duration = {recipe.data.duration:g} s and left out: give a "
+        "shorter duration to use them"
+    )
+
+
 def longest_stretch(recipe: Recipe, source: MeasuredRecords) -> int:
     """Return how many samples a stretch can score so that every part to learn from has one.
 

@@ -297,8 +297,9 @@ def _create_split(group: Any, count: int, shapes: Shapes) -> None:
         group.create_array(
             name, shape=(count, *shape), chunks=(1, *shape), dtype="float64", fill_value=np.nan
         )
-    for name in ("kinds", "done"):
-        group.create_array(name, shape=(count,), chunks=(1,), dtype="int8", fill_value=0)
+    # there may be hundreds of files of records
+    for name, dtype in (("kinds", "int32"), ("done", "int8")):
+        group.create_array(name, shape=(count,), chunks=(1,), dtype=dtype, fill_value=0)
 
 
 def _first_difference(found: Any, wanted: Any, place: str = "") -> str | None:

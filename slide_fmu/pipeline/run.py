@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from slide_fmu.data.recorded import left_out
 from slide_fmu.fitting.history import Curve
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory.sizing import AnySizing
@@ -23,8 +24,9 @@ from slide_fmu.pipeline.stages import (
 )
 from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system, reference_system
+from slide_fmu.recipe.systems import recipe_source, recipe_system, reference_system
 from slide_fmu.systems.loading import load_picture
+from slide_fmu.systems.record.model import MeasuredRecords
 from slide_fmu.validation import report as reports
 from slide_fmu.validation.baselines import linear_size_remark
 from slide_fmu.validation.comparison import Validation
@@ -135,7 +137,7 @@ def _full_report(
         "parameters": surrogate.network.count_parameters(),
     }
     sections = reports.validation_sections(validations)
-    if is_affine(surrogate):
+    if is_affine(surrogate) and recipe.system.kind != KIND:  # records have no exact response
         section, data["response_matrix"] = reports.response_section(
             surrogate, recipe_system(recipe)
         )
@@ -146,9 +148,18 @@ def _full_report(
     sections += [reports.sizing_section(sizing), reports.training_section(trained.histories)]
     sections += _search_sections(trained, curve, data)
     if recipe.system.kind == KIND:
-        data["record_remarks"] = remarks_on_records(validations[IN_RANGE])
+        data["record_remarks"] = _record_remarks(recipe, validations[IN_RANGE])
         sections += reports.remark_sections(data["record_remarks"])
     return Report(f"{recipe.name}: surrogate FMU", recipe.description, data, sections)
+
+
+def _record_remarks(recipe: Recipe, validation: Validation) -> list[str]:
+    """Return what one should know about the records of a recipe, and about the errors on them."""
+    source = recipe_source(recipe)
+    assert isinstance(source, MeasuredRecords)
+    short = left_out(recipe, source)
+    found = [*source.remarks, *([] if short is None else [short])]
+    return [*found, *remarks_on_records(validation)]
 
 
 def _search_sections(trained: Trained, curve: Curve, data: dict[str, Any]) -> list[Section]:

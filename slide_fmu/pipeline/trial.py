@@ -10,6 +10,7 @@ from typing import Any
 
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.draws import PROBE, Stream, draw, simulate_draw
+from slide_fmu.data.recorded import left_out
 from slide_fmu.memory.failing import Tolerance
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.checks import guarded_recipe
@@ -21,6 +22,7 @@ from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_source, recipe_system
 from slide_fmu.systems.base import OFFERS, Source, System
 from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.record.model import MeasuredRecords
 
 TIMED, TIMED_SAMPLES = 2.0, 100
 """Motions are simulated for at least this time in s, to say how long a simulated second takes. The
@@ -108,6 +110,8 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
     progress(2, STEPS)
     system, seconds, failed = recipe_source(job.recipe), None, None
     said = system.remarks
+    if isinstance(system, MeasuredRecords):
+        failed = left_out(job.recipe, system)
     if isinstance(system, System):
         seconds, failed, said = guarded_recipe(job.recipe, system, _seconds)
     progress(3, STEPS)

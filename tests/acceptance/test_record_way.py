@@ -122,6 +122,17 @@ def test_training_goes_on_from_the_network_of_an_fmu(place: Path) -> None:
     assert gone_on.network.count_parameters() == kept.network.count_parameters()
 
 
+def test_linear_network_of_a_record_goes_the_whole_way(place: Path) -> None:
+    """Of a model its response is compared with the exact one, which no record has."""
+    text = RECIPE.replace('name = "bench"', 'name = "linear"').replace("hidden = 4", "hidden = 0")
+    (place / "linear.toml").write_text(text)
+    done = invoke("run", place / "linear.toml", "--runs", place / "runs")
+    assert done.exit_code == 0, done.output
+    report = json.loads((place / "runs/linear/report.json").read_text(encoding="utf-8"))
+    assert "response_matrix" not in report
+    assert report["validation"]["in range"]["outputs"][0]["relative_rmse"] < 0.5
+
+
 def test_start_with_an_fmu_of_other_signals_is_refused(place: Path) -> None:
     fmu = Path(__file__).parents[2] / "fmus" / "duffing" / "duffing.fmu"
     text = RECIPE.replace('name = "bench"', 'name = "wrong"')

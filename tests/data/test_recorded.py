@@ -8,21 +8,24 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.progress import Progress
+from slide_fmu.core.signals import Trajectory
 from slide_fmu.data.generation import generate
 from slide_fmu.data.recorded import (
     divided,
     inputs_beyond,
     learnt_pieces,
+    left_out,
     stretches,
     unseen_stretches,
 )
-from slide_fmu.data.store import StoreError, read_split
+from slide_fmu.data.store import StoreError, open_store, read_split, write_trajectory
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_source
 from slide_fmu.systems.record.model import MeasuredRecords
 from tests.own_records import RECIPE, write_record
 from tests.progress import silent
+from tests.recipes import tiny_recipe
 
 LEAD = 160
 ROUNDING = 1e-12
@@ -93,6 +96,15 @@ def test_blocks_that_are_shorter_than_a_stretch_are_left_out(tmp_path: Path) -> 
     assert stretches(recipe, source_of(recipe), "validation") == []
 
 
+def test_blocks_that_are_left_out_are_remarked_with_their_samples(tmp_path: Path) -> None:
+    path = write_record(tmp_path / "a.csv")
+    assert left_out(recipe_of(path), source_of(recipe_of(path))) is None
+    recipe = recipe_of(path, duration=10.0)
+    remark = left_out(recipe, source_of(recipe))
+    assert remark is not None
+    assert "1 of 2 blocks of the records, with 600 samples to learn from" in remark
+
+
 def test_part_that_is_too_short_is_refused_with_the_recipe(tmp_path: Path) -> None:
     recipe = recipe_of(write_record(tmp_path / "a.csv", 500))
     with pytest.raises(RecipeError, match="recipe 'bench': validation has 75 samples to score"):
@@ -124,6 +136,16 @@ def test_inputs_run_to_and_fro_where_the_record_is_shorter_than_asked(tmp_path: 
     jumps = np.abs(np.diff(found[0, :, 0])).max()
     assert found.shape == (2, 9000, 1)
     assert jumps <= np.abs(np.diff(found[0, :2700, 0])).max()
+
+
+def test_files_beyond_the_hundred_keep_their_numbers(tmp_path: Path) -> None:
+    recipe, store = tiny_recipe(), tmp_path / "data"
+    shapes = {"inputs": (3, 1), "outputs": (4, 1)}
+    open_store(store, recipe, shapes, np.zeros((2, 1)))
+    for index in range(recipe.count("train")):
+        found = Trajectory(0.1, np.ones((3, 1)), np.ones((4, 1)))
+        write_trajectory(store, "train", index, found, 300 + index)
+    assert read_split(store, "train").kinds.tolist() == [300, 301, 302, 303]
 
 
 def made(recipe: Recipe, store: Path, progress: Progress = silent) -> int:

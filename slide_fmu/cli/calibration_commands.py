@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slide_fmu.cli.console import console, progress_bars, show_remark, table_of, write_json
-from slide_fmu.cli.options import FmuArgument, JsonOption
+from slide_fmu.cli.options import FmuArgument, JsonOption, numbers_of, pairs_of
 
 if TYPE_CHECKING:
     from slide_fmu.fitting.calibration.result import Calibration
@@ -84,8 +83,8 @@ def calibrate(
     with progress_bars():
         if output is not None:
             require_ssv(output)  # before the work begins that the values come from
-        columns = _pairs("input", inputs), _pairs("output", outputs)
-        fixed = {name: _number(name, text) for name, text in _pairs("fix", fix).items()}
+        columns = pairs_of("input", inputs, "COLUMN"), pairs_of("output", outputs, "COLUMN")
+        fixed = numbers_of("fix", fix)
         chosen: Pairing | None = None if pairing is None else pairing.value
         measured = Measured(tuple(records), *columns, time, step, chosen)
         found, remarks = calibrate_fmu(fmu, measured, fixed, seed)
@@ -97,27 +96,6 @@ def calibrate(
     write_json(json_path, {**found.figures(), "seed": seed, "about_records": list(remarks)})
     if output is not None:
         console.print(f"SSV     {output}")
-
-
-def _pairs(option: str, texts: Sequence[str] | None) -> dict[str, str]:
-    """Read ``NAME=TEXT``, each name once."""
-    found: dict[str, str] = {}
-    for text in texts or ():
-        name, equals, value = text.partition("=")
-        if not (name and equals and value) or name in found:
-            raise ValueError(
-                f"--{option} {text}; expected NAME={'VALUE' if option == 'fix' else 'COLUMN'}, "
-                "each name once"
-            )
-        found[name] = value
-    return found
-
-
-def _number(name: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise ValueError(f"--fix {name}={text}; expected a number behind =") from None
 
 
 def _show(found: Calibration) -> None:

@@ -49,7 +49,7 @@ plt.savefig("open_mass.png")
 
 # %%
 # Now the other way round: a record of the last one, with a noise of 1 %. Which mass was it?
-# `slide-fmu calibrate` does this with files, and writes the value for [an SSP](../../parameters.md).
+# `slide-fmu calibrate` does this with files, and writes the value for an SSP.
 noisy = true[1:] + 0.01 * np.std(true) * rng.normal(size=len(true) - 1)
 fit = slide.calibrate(learnt.fmu, force[:-1, None], noisy[:, None]).parameters[0]
 print(f"\nmass {fit.value:.4f} kg, between {fit.low:.4f} and {fit.high:.4f} with 95 % certainty")

@@ -87,7 +87,8 @@ def numbers_of(option: str, texts: Sequence[str] | None) -> dict[str, float]:
         ValueError: as for ``pairs_of``; or what stands behind a name is no number.
     """
     return {
-        name: _number(option, name, text) for name, text in pairs_of(option, texts, "VALUE").items()
+        name: _number(option, name, text)
+        for name, text in pairs_of(option, texts, "VALUE").items()
     }
 
 

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.files import write_whole
-from slide_fmu.core.parameters import checked_values
 from slide_fmu.core.signals import FloatArray, cosines_of
 from slide_fmu.cosim.importer import read_description
 from slide_fmu.cosim.ssp import Connection, write_ssp
@@ -64,9 +63,9 @@ def write_side_by_side(
 
     Its components are ``inputs``, ``reference`` and ``surrogate``. The inputs are those of the
     first trajectory of ``validate`` with this seed, led in by its burn-in; both others take them
-    as reached by each step's end. Their duration in s, beside the lead-in, is the recipe's if None.
-    Values of physical parameters, by name, are start values of both, since there are importers
-    that read no SSV files, and stand in such files too, where they can be changed.
+    as reached by each step's end. Their duration in s, beside the lead-in, is the recipe's if
+    None. Values of physical parameters, by name, are start values of both, since there are
+    importers that read no SSV files, and stand in such files too, where they can be changed.
 
     Returns:
         The path, and which importers do not run it although they run others, if there are such.
@@ -79,7 +78,8 @@ def write_side_by_side(
     """
     task = Task(seed, duration=duration)
     surrogate, found = read_fmu(fmu)
-    surrogate, values = with_starts(surrogate, parameters or {})
+    surrogate = surrogate.starting_at(parameters or {})
+    values = {parameter.name: parameter.start_value for parameter in surrogate.parameters}
     recipe = starting_at(recipe_of_provenance(found, str(fmu)), values)
     fmi = read_description(fmu).fmiVersion
     stream = Stream(TEST, task.seed, task.amplitude, task.duration or recipe.data.duration)
@@ -99,21 +99,6 @@ def write_side_by_side(
         given = {"reference": values, "surrogate": values} if values else {}
         write_ssp(path, surrogate.name, components, connections, given)
     return path, FMI_3 if fmi.startswith("3.") else None
-
-
-def with_starts(
-    surrogate: Surrogate, parameters: Mapping[str, float]
-) -> tuple[Surrogate, dict[str, float]]:
-    """Return a surrogate whose parameters start at some values, and the values of all, by name.
-
-    Raises:
-        ValueError: a name is that of no parameter, or a value lies outside its range.
-    """
-    checked = checked_values(surrogate.parameters, parameters).tolist()
-    pairs = list(zip(surrogate.parameters, checked, strict=True))
-    started = tuple(dataclasses.replace(parameter, start=value) for parameter, value in pairs)
-    values = {parameter.name: value for parameter, value in pairs}
-    return dataclasses.replace(surrogate, parameters=started), values
 
 
 def starting_at(recipe: Recipe, values: Mapping[str, float]) -> Recipe:

@@ -22,10 +22,11 @@ import matplotlib.pyplot as plt
 # ```
 #
 # `slide-fmu compare` makes the data and trains this network, unless both are there. Then it trains
-# models of six other kinds, here for 6 s of CPU time each instead of as long as the own network
+# models of six other kinds, here for 12 s of CPU time each instead of as long as the own network
 # took. It needs `pip install 'slide-fmu[compare]'`, prints a table, and writes a report.
 
-command = ["compare", "docs/tutorials/duffing_small.toml", "--budget", "6", "--json", "found.json"]
+RECIPE = "docs/tutorials/duffing_small.toml"
+command = ["compare", RECIPE, "--budget", "12", "--json", "found.json"]
 subprocess.run([sys.executable, "-m", "slide_fmu", *command], check=True)
 models = json.loads(Path("found.json").read_text())["models"]
 
@@ -50,8 +51,7 @@ _, axes = plt.subplots(layout="constrained")
 for model, mark in zip(models, "os^v<>D", strict=True):
     axes.loglog(model["parameters"], model["error"], mark, label=model["title"], alpha=0.8)
 axes.set(xlabel="parameters", ylabel="error of the position / %")
-axes.grid(alpha=0.3)
-axes.legend()
+axes.legend(loc="lower right")
 plt.savefig("simpler_models.png")
 print("picture: simpler_models.png")
 

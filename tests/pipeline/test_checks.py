@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from slide_fmu.memory.modes import UnstableModeError
-from slide_fmu.pipeline.checks import guarded_recipe
+from slide_fmu.pipeline.checks import check_recipe, guarded_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_system
-from tests.recipes import tiny_recipe
+from tests.acceptance.conftest import invoke
+from tests.recipes import TINY, tiny_recipe, tiny_state_space_recipe
+
+FMUS = Path(__file__).parents[2] / "fmus"
 
 
 def fail(recipe: Recipe, kind: type[ValueError]) -> None:
@@ -29,3 +34,30 @@ def test_mistake_that_knows_no_recipe_is_told_with_its_name(
     recipe = tiny_recipe()
     with pytest.raises(kind, match=message.replace("NAME", recipe.name)):
         guarded_recipe(recipe, recipe_system(recipe), fail, kind)
+
+
+STARTS = {
+    "missing file": ("nowhere.fmu", r"no file 'nowhere\.fmu' in .*; expected the path of one"),
+    "no FMU": (__file__, "test_checks.py is no FMU or is damaged"),
+    "other step": (f"{FMUS}/duffing/duffing.fmu", r"has the step 0\.03; expected 0\.015625"),
+    "other names": (f"{FMUS}/slider_crank/slider_crank.fmu", "has the .*; expected"),
+}
+
+
+@pytest.mark.parametrize("case", STARTS)
+def test_fmu_that_no_training_can_begin_with_is_refused_before_data_are_made(case: str) -> None:
+    start, message = STARTS[case]
+    recipe = tiny_state_space_recipe(training={"start": start})
+    with pytest.raises(RecipeError, match=rf"^recipe 'tiny': training\.start = .*{message}"):
+        check_recipe(recipe)
+
+
+@pytest.mark.parametrize("subcommand", ["try", "run"])
+def test_missing_start_of_a_training_leaves_no_run_folder(tmp_path: Path, subcommand: str) -> None:
+    recipe = tmp_path / "tiny.toml"
+    tables = TINY[: TINY.index("[network]")] + '[training]\nstart = "nowhere.fmu"\n'
+    recipe.write_text(tables, encoding="utf-8")
+    result = invoke(subcommand, recipe, "--runs", tmp_path / "runs")
+    assert result.exit_code == 1
+    assert "training.start = 'nowhere.fmu': no file" in " ".join(result.output.split())
+    assert not (tmp_path / "runs").exists()

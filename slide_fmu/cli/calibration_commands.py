@@ -35,7 +35,8 @@ def calibrate(
         typer.Option(
             "--input",
             metavar="NAME=COLUMN",
-            help="Take this column for this input; the one of its name if not given.",
+            help="Take this column for this input; once for each. An input that is not named "
+            "has the column of its own name.",
         ),
     ] = None,
     outputs: Annotated[
@@ -43,25 +44,32 @@ def calibrate(
         typer.Option(
             "--output",
             metavar="NAME=COLUMN",
-            help="Take this column for this output, and no outputs but those that are named; "
-            "all, by their names, if not given.",
+            help="Take this column for this output; once for each. If any is named, the others "
+            "do not count; else all count, each with the column of its own name.",
         ),
     ] = None,
     fix: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=VALUE", help="Hold this parameter at this value."),
+        typer.Option(
+            metavar="NAME=VALUE",
+            help="Hold this parameter at this value; once for each. All others are fitted.",
+        ),
     ] = None,
     time: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Take this column as times.")
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Take this column as times; found by its name if not given."
+        ),
     ] = None,
     step: Annotated[
-        float | None, typer.Option(help="Sample step in s of records without times.")
+        float | None, typer.Option(help="Take this sample step, in s, for records without times.")
     ] = None,
     pairing: Annotated[
         PairingChoice | None,
         typer.Option(
-            help="Whether an output depends on the input that was measured with it, or on those "
-            "before; by what the FMU's inputs do between samples if not given."
+            help="Say whether outputs answer the input of the same sample, or that of the sample "
+            "before. If not given, the FMU decides: the same where its inputs move between "
+            "samples, one sample later where they are held."
         ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Begin the search at points of this seed.")] = 0,

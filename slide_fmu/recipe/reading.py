@@ -112,7 +112,7 @@ def _is_cause(item: Any) -> bool:
 
 
 def _describe(item: Any, whole: str) -> str:
-    parts = [str(part) for part in item["loc"]]
+    parts = [str(part) for part in item["loc"] if part != "[key]"]  # pydantic's own word
     if parts[:1] in (["network"], ["training"]):  # the union's choice is not part of the key
         parts[1:2] = [part for part in parts[1:2] if part not in (*METHODS, *METHODS.values())]
     place = ".".join(parts) or whole

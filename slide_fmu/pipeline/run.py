@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from slide_fmu.data.recorded import left_out
 from slide_fmu.fitting.history import Curve
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory.sizing import AnySizing
@@ -150,18 +149,11 @@ def _full_report(
     ]
     sections += _search_sections(trained, curve, data)
     if recipe.system.is_record:
-        data["record_remarks"] = _record_remarks(recipe, validations[IN_RANGE])
+        source = recipe_source(recipe)
+        assert isinstance(source, MeasuredRecords)
+        data["record_remarks"] = remarks_on_records(source, validations[IN_RANGE])
         sections += remark_sections(data["record_remarks"])
     return Report(f"{recipe.name}: surrogate FMU", recipe.description, data, sections)
-
-
-def _record_remarks(recipe: Recipe, validation: Validation) -> list[str]:
-    """Return what one should know about the records of a recipe, and about the errors on them."""
-    source = recipe_source(recipe)
-    assert isinstance(source, MeasuredRecords)
-    short = left_out(recipe, source)
-    found = [*source.remarks, *([] if short is None else [short])]
-    return [*found, *remarks_on_records(validation)]
 
 
 def _search_sections(trained: Trained, curve: Curve, data: dict[str, Any]) -> list[Section]:

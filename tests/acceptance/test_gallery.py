@@ -32,8 +32,8 @@ LIMITS = {
         "own: state space": 0.03,
         **dict.fromkeys(("FIR", "ARX", "linear state space"), 20.0),
         "NARX": 1.4,
-        "GRU": 80.0,  # a slow machine takes fewer steps within its time
-        "feed-forward network": 40.0,
+        "GRU": 40.0,  # a slow machine takes fewer steps within its time
+        "feed-forward network": 35.0,
     },
     "arm_from_urdf": {"deviation_x": 2.0, "deviation_y": 2.3, "deviation_z": 1.5},
 }

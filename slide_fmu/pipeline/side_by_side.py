@@ -32,6 +32,12 @@ FMI_3 = (
 )
 """What is said about a system with a surrogate of FMI 3.0."""
 
+OWN_FMU = (
+    "the reference is your own FMU, whose parameters are set by the SSV file in the SSP: libcosim "
+    "reads it, Ecos where it is told the set 'parameters', FMPy does not"
+)
+"""What is said about a system whose reference has other start values than the surrogate."""
+
 
 def write_reference(recipe: Recipe, path: Path) -> Path:
     """Write the reference system of a recipe as FMU, and return its path.
@@ -48,7 +54,7 @@ def write_reference(recipe: Recipe, path: Path) -> Path:
         return write_reference_fmu(reference_specification(recipe), path, recipe.physical())
     if path.suffix != ".fmu":
         raise ValueError(f"FMU {str(path)!r}; expected a name ending in .fmu")
-    write_whole(path, system.slave().read_bytes())
+    write_whole(path, system.slave(recipe.parameters).read_bytes())
     return path
 
 
@@ -98,7 +104,9 @@ def write_side_by_side(
         components = {"inputs": source, "reference": reference, "surrogate": alike}
         given = {"reference": values, "surrogate": values} if values else {}
         write_ssp(path, surrogate.name, components, connections, given)
-    return path, FMI_3 if fmi.startswith("3.") else None
+    own = bool(values) and isinstance(reference_system(recipe), FmuSystem)
+    said = [text for text, holds in ((FMI_3, fmi.startswith("3.")), (OWN_FMU, own)) if holds]
+    return path, "; ".join(said) or None
 
 
 def starting_at(recipe: Recipe, values: Mapping[str, float]) -> Recipe:

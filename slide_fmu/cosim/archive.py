@@ -63,7 +63,8 @@ def library_problems(path: Path, name: str, fmi: FmiVersion) -> list[str]:
         elif found != expected:
             problems.append(
                 f"binary {member} has the SHA-256 hash {_hash(found)}; expected "
-                f"{_hash(expected)}: it is damaged, foreign, or of another version of slide-fmu; export again"
+                f"{_hash(expected)}: it is damaged, foreign, or of another version "
+                "of slide-fmu; export again"
             )
     with zipfile.ZipFile(path) as archive:
         others = {n for n in archive.namelist() if n.startswith(BINARIES) and not n.endswith("/")}

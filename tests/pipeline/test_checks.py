@@ -8,6 +8,7 @@ import pytest
 
 from slide_fmu.memory.modes import UnstableModeError
 from slide_fmu.pipeline.checks import check_recipe, guarded_recipe
+from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_system
 from tests.acceptance.conftest import invoke
@@ -53,11 +54,13 @@ def test_fmu_that_no_training_can_begin_with_is_refused_before_data_are_made(cas
 
 
 @pytest.mark.parametrize("subcommand", ["try", "run"])
-def test_missing_start_of_a_training_leaves_no_run_folder(tmp_path: Path, subcommand: str) -> None:
+def test_missing_start_of_a_training_is_told_before_any_trajectory_is_made(
+    tmp_path: Path, subcommand: str
+) -> None:
     recipe = tmp_path / "tiny.toml"
     tables = TINY[: TINY.index("[network]")] + '[training]\nstart = "nowhere.fmu"\n'
     recipe.write_text(tables, encoding="utf-8")
     result = invoke(subcommand, recipe, "--runs", tmp_path / "runs")
     assert result.exit_code == 1
     assert "training.start = 'nowhere.fmu': no file" in " ".join(result.output.split())
-    assert not (tmp_path / "runs").exists()
+    assert not RunFolder(tmp_path / "runs" / "tiny").store.exists()

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from slide_fmu.memory.modes import UnstableModeError
-from slide_fmu.pipeline.checks import check_recipe, guarded_recipe
+from slide_fmu.pipeline.checks import check_recipe, guarded_recipe, require_names_in_fmu
 from slide_fmu.pipeline.run_folder import RunFolder
+from slide_fmu.recipe.parameters import ParameterRecipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_system
 from tests.acceptance.conftest import invoke
@@ -64,3 +65,16 @@ def test_missing_start_of_a_training_is_told_before_any_trajectory_is_made(
     assert result.exit_code == 1
     assert "training.start = 'nowhere.fmu': no file" in " ".join(result.output.split())
     assert not RunFolder(tmp_path / "runs" / "tiny").store.exists()
+
+
+@pytest.mark.parametrize("name", ["window_filled", "time", "initial_force", "force"])
+def test_parameter_whose_name_the_fmu_needs_is_refused_before_any_data(name: str) -> None:
+    parameters = {name: ParameterRecipe(range=(1.0, 2.0))}
+    recipe = tiny_recipe().model_copy(update={"parameters": parameters})
+    with pytest.raises(RecipeError, match=rf"parameter '{name}'.*rename the signal or"):
+        require_names_in_fmu(recipe, recipe_system(tiny_recipe()))
+
+
+def test_names_of_a_usual_recipe_are_free() -> None:
+    recipe = tiny_recipe()
+    require_names_in_fmu(recipe, recipe_system(recipe))

@@ -6,13 +6,9 @@ The Duffing oscillator under forces that are held for random times. Forces of up
 range are learnt from; errors are those of the newest outputs of every step, as an FMU gives them,
 below 0.5 and from 0.5 to 1 of the range, relative to the RMS of the outputs there. Kinds of units
 beside each other: eight of ``tanh``, and what ``auto`` chooses, with their number and sub-steps.
-What is learnt from has white noise, as records have; errors are beside the truth without noise, and
-``measured`` ones beside records with such noise. Each seed has noise and a training of its own;
-medians are over the seeds.
-
-Without any noise (``--noise 200``) both errors are below all use, and their ratio says which of two
-tiny numbers is tinier: an error of the form, as x^5 beside x + x^3, grows sixteenfold where the
-amplitude doubles.
+What is learnt from has white noise, as records have; errors are beside the truth without noise,
+and ``measured`` ones beside records with such noise. Each seed has noise and a training of its
+own; medians are over the seeds.
 """
 
 from __future__ import annotations

@@ -34,12 +34,12 @@ TRIAL_UNITS = 8
 TRIAL_STARTS = 2
 """A trial has so many random starts, the best of which goes on."""
 FEWER = (1, 2, 4)
-"""Where a search is to find their number, fewer cubes are tried too: each more follows the noise of
-what was measured, and cubes carry that far beyond the range."""
-TURN, MOST_SUBSTEPS = 0.05, 8
+"""Where a search is to find their number, fewer cubes are tried too: each more follows the noise
+of what was measured, and cubes carry that far beyond the range."""
+TURN, MOST_TIMES = 0.05, 8
 """A few cubes act so often in a sample that no pole of the linear model turns or decays by more
-than the first, in rad, in a sub-step; up to so many times. Sub-steps need no more weights. A record whose samples are
-those of a map, not of a motion, needs none, so that one step is tried too."""
+than the first, in rad, in a sub-step; up to so many times. Sub-steps need no more weights. A map
+that is no motion has none, so that one step is tried too."""
 AS_GOOD = 1.02
 """Fewer units do as well where the product of both errors is at most this many times the least."""
 CLEARLY = 0.8
@@ -82,9 +82,7 @@ def choose_units(
     return chosen, tuple(trials.done)
 
 
-def _with_fewest(
-    trials: _Trials, recipe: StateSpaceRecipe, many: TriedUnits
-) -> StateSpaceRecipe:
+def _with_fewest(trials: _Trials, recipe: StateSpaceRecipe, many: TriedUnits) -> StateSpaceRecipe:
     """Return the recipe with the fewest cubes that do as well as many; as it is if none do.
 
     Many cubes that act once in a sample can do what a few do that act several times in it.
@@ -108,7 +106,7 @@ def substeps_for(linear: Candidate) -> int:
     poles = torch.linalg.eigvals(linear.shape.cells(linear.state.best)[0].a.double())
     if float(poles.real.min()) <= 0:
         return 1
-    return max(1, min(MOST_SUBSTEPS, math.ceil(float(poles.log().abs().max()) / TURN)))
+    return max(1, min(MOST_TIMES, math.ceil(float(poles.log().abs().max()) / TURN)))
 
 
 class _Trials:

@@ -129,17 +129,7 @@ def check_cell(cell: Cell, roles: Roles, n_signals: int, turned: int) -> None:
         ValueError: with the numbers found and expected: a shape is another one, a weight not
             float32 or not finite, the activation unknown, or a feature of a role not there.
     """
-    if cell.activation not in CELL_ACTIVATIONS:
-        raise ValueError(
-            f"cell: activation {cell.activation!r}; expected one of {list(CELL_ACTIVATIONS)}"
-        )
-    if not 1 <= cell.substeps <= MOST_SUBSTEPS:
-        raise ValueError(f"cell: {cell.substeps} sub-steps; expected 1 to {MOST_SUBSTEPS}")
-    if (cell.v is not None) != cell.gated:
-        raise ValueError(
-            f"cell: activation {cell.activation!r} and v {'is' if cell.gated else 'not'} "
-            "missing; expected v for gated units alone"
-        )
+    _check_kind(cell)
     if roles.highest() >= n_signals:
         raise ValueError(
             f"state-space network: role of feature {roles.highest()}; there are {n_signals}"
@@ -168,4 +158,23 @@ def check_cell(cell: Cell, roles: Roles, n_signals: int, turned: int) -> None:
         raise ValueError(
             "state-space network: gated, scheduling or turned features of a cell "
             f"with {cell.activation} units; expected them for gated units alone"
+        )
+
+
+def _check_kind(cell: Cell) -> None:
+    """Reject an unknown activation, a wrong number of sub-steps, and a V that does not fit.
+
+    Raises:
+        ValueError: with what was found and expected.
+    """
+    if cell.activation not in CELL_ACTIVATIONS:
+        raise ValueError(
+            f"cell: activation {cell.activation!r}; expected one of {list(CELL_ACTIVATIONS)}"
+        )
+    if not 1 <= cell.substeps <= MOST_SUBSTEPS:
+        raise ValueError(f"cell: {cell.substeps} sub-steps; expected 1 to {MOST_SUBSTEPS}")
+    if (cell.v is not None) != cell.gated:
+        raise ValueError(
+            f"cell: activation {cell.activation!r} and v {'is' if cell.gated else 'not'} "
+            "missing; expected v for gated units alone"
         )

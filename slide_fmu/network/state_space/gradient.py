@@ -70,7 +70,9 @@ class _CellTape:
         cell, equations = self._cell, self._equations
         self._add(gradient, "drive", of_next @ cell.b)
         if cell.gated:
-            return np.asarray(of_next @ cell.a + self._pull_back_gated(k, place, of_next, gradient))
+            return np.asarray(
+                of_next @ cell.a + self._pull_back_gated(k, place, of_next, gradient)
+            )
         units = equations.units_with_slopes(k, self._states[place])
         of_arguments = of_next @ cell.e * units.slope
         self._add(gradient, "drive", of_arguments @ equations.w_f)

@@ -23,7 +23,6 @@ import zarr
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray, Trajectory
-from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 
 SAME = 1e-6
@@ -72,7 +71,7 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     system = recipe.system.model_dump(
         mode="json", exclude={"reference", "picture", "chain", "drive"}
     )
-    measured = recipe.system.kind == KIND
+    measured = recipe.system.is_record
     if not measured:
         del system["further"]
     if system["kind"] == "class":  # stores of earlier versions know no other

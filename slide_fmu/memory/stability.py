@@ -20,7 +20,6 @@ from slide_fmu.data.recorded import inputs_beyond
 from slide_fmu.memory.decay_figures import finite
 from slide_fmu.network.base import Float32Array
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Source, System
@@ -202,7 +201,7 @@ def _problem(factor: float, growth: float, gaps: FloatArray, recipe: Recipe) -> 
             f"at {factor:g} times the trained amplitude two runs from different states still "
             f"differ by {gap:.3g} of the output's standard deviation after one window ({which}); "
             f"expected at most {limit:g}"
-            + (HYSTERESIS if recipe.system.kind == KIND and not beyond else "")
+            + (HYSTERESIS if recipe.system.is_record and not beyond else "")
         )
     return None
 

@@ -7,9 +7,8 @@ from pathlib import Path
 from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
-from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.validation import report as reports
+from slide_fmu.validation.accuracy_sections import validation_sections
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.report import Report
 from slide_fmu.validation.validate import validate
@@ -41,7 +40,7 @@ def validation_report(validation: Validation) -> Report:
         f"Validation of {validation.surrogate.name}",
         validation.recipe.description,
         validation.figures(),
-        reports.validation_sections({name: validation}),
+        validation_sections({name: validation}),
     )
 
 
@@ -51,7 +50,7 @@ def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[st
     Nothing is known of what lies beyond records.
     """
     found = {IN_RANGE: Task(seed, trajectories)}
-    if recipe.estimator is not None and recipe.system.kind != KIND:
+    if recipe.estimator is not None and not recipe.system.is_record:
         found[BEYOND] = Task(seed + 1, trajectories, recipe.estimator.amplitude_factor)
     return found
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from slide_fmu.core.parameters import Parameter, Transform
 from slide_fmu.recipe.learning import LeastSquaresRecipe, Table
-from slide_fmu.recipe.measured import KIND
 
 if TYPE_CHECKING:
     from slide_fmu.recipe.recipe import Recipe
@@ -91,7 +90,7 @@ def _require_learnable(recipe: Recipe) -> None:
             f"parameters {names} with network.family = {recipe.network.family!r}; expected none: "
             "the weights of state-space networks alone follow them"
         )
-    if recipe.system.kind == KIND:
+    if recipe.system.is_record:
         raise ValueError(
             f"parameters {names} of measured records; expected none: nobody can set them there"
         )

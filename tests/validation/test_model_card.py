@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from slide_fmu.excitation.mix import names_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.validation import figures
+from slide_fmu.validation.accuracy_sections import validation_sections
 from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.model_card import model_card
-from slide_fmu.validation.report import validation_sections
 from tests.recipes import tiny_recipe
 from tests.validation.measured import FINER, PLAIN, figures_of
 

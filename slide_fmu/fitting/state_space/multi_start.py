@@ -365,7 +365,10 @@ class MultiStart:
 
     @cached_property
     def _impulse_responses(self) -> Responses:
-        """The impulse responses lead from the state input to the outputs."""
+        """The impulse responses lead from the state input to the outputs.
+
+        A system whose eigenvalues are known has been simulated: its outputs have no noise.
+        """
         longest = min(LONGEST_RESPONSE, self.data.features.shape[1] // 2)
         wanted = max(self.problem.window.memory_length, SHORTEST_RESPONSE)
         taps = max(2, min(wanted, longest))
@@ -374,4 +377,4 @@ class MultiStart:
         # what drives the states has a response of its own: only the rest is feedthrough
         others = [index for index in roles.static if index not in roles.drive]
         drive, static = features[:, :, list(roles.drive)], features[:, :, others]
-        return impulse_responses(drive, static, targets, taps)
+        return impulse_responses(drive, static, targets, taps, not self.eigenvalues_known)

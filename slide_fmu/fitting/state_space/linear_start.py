@@ -1,9 +1,9 @@
 """A state-space fit starts from linear models: from eigenvalues, or from impulse responses.
 
 Models of impulse responses are realized as by Ho and Kalman (1966) with the singular value
-decomposition of the eigensystem realization algorithm (Juang and Pappa, 1985), for outputs that may
-be noisy weighted by the past inputs as in subspace identification (N4SID: Van Overschee and De
-Moor, 1994).
+decomposition of the eigensystem realization algorithm (Juang and Pappa, 1985). Where outputs may
+be noisy, they are weighted by the past inputs as in subspace identification (N4SID: Van Overschee
+and De Moor, 1994).
 """
 
 from __future__ import annotations
@@ -97,8 +97,8 @@ def impulse_responses(
     The state input has the shape (n_trajectories, N, q). The targets, (n_trajectories, N + 1, p),
     of which the one at k + 1 belongs to the samples up to k, also follow the feedthrough,
     (n_trajectories, N, m), at once: its coefficients are estimated with the others and left out.
-    Of targets that may be noisy the responses are in double precision, which narrow bands need, and
-    weighted by the inputs.
+    Of targets that may be noisy the responses are in double precision, which narrow bands need,
+    and weighted by the inputs.
     """
     if noisy:
         drive, static, targets = drive.double(), static.double(), targets.double()

@@ -230,6 +230,7 @@ def test_method_that_does_not_suit_the_family_gives_one_line(text: str, line: st
             r"network: units = 'tanh' with gated = \['inputs'\], turned_pairs = 0; expected",
         ),
         (GATED + "bias = false", r"network: bias = false with gated units; expected true$"),
+        (GATED + "substeps = 2", r"network: substeps = 2 with gated units; expected 1$"),
         (
             'bias = false\ndrive = ["changes", "turn"]',
             r"network: bias = false with the features \['changes', 'turn'\]; expected true, or "

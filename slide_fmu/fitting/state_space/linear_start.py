@@ -1,8 +1,9 @@
 """A state-space fit starts from linear models: from eigenvalues, or from impulse responses.
 
 Models of impulse responses are realized as by Ho and Kalman (1966) with the singular value
-decomposition of the eigensystem realization algorithm (Juang and Pappa, 1985), weighted by the
-past inputs as in subspace identification (N4SID: Van Overschee and De Moor, 1994).
+decomposition of the eigensystem realization algorithm (Juang and Pappa, 1985). Where outputs may
+be noisy, they are weighted by the past inputs as in subspace identification (N4SID: Van Overschee
+and De Moor, 1994).
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ from numpy.typing import NDArray
 
 from slide_fmu.recipe.systems import require_turned_pairs
 
-RIDGE = 1e-3
+RIDGE, FINE_RIDGE = 1e-3, 1e-6
 """The regression is regularised by this part of the mean power of the features. A record may
 excite a narrow band: outside of it a smaller ridge lets noise through, which looks like many
-states."""
+states. Outputs without noise need the second one alone."""
 LARGEST_POLE = 0.995
 """Poles of a start lie within this radius; a fit may leave it again."""
 LEAST_SHOWN = 0.03
@@ -50,16 +51,16 @@ class LinearModel(NamedTuple):
 
 
 class Responses(NamedTuple):
-    """Impulse responses, and the inputs that they were estimated from.
+    """Impulse responses, and the inputs that they are weighted by.
 
     Attributes:
         values: the responses, shape (taps, p, q); they begin with that to the newest sample.
         inputs: L of the covariance L L' of the newest taps // 2 samples of the state input, newest
-            first, shape (taps // 2 * q, taps // 2 * q).
+            first, shape (taps // 2 * q, taps // 2 * q); None: they are not weighted.
     """
 
     values: torch.Tensor
-    inputs: torch.Tensor
+    inputs: torch.Tensor | None
 
     @property
     def highest_order(self) -> int:
@@ -78,18 +79,29 @@ class Responses(NamedTuple):
         blocks = self.values[index + shift]
         return blocks.permute(0, 2, 1, 3).reshape(rows * p, rows * q)
 
+    def weighted(self, shift: int = 0) -> torch.Tensor:
+        """Return the Hankel matrix times L: it maps white past inputs to future outputs."""
+        found = self.hankel(shift)
+        return found if self.inputs is None else found @ self.inputs
+
 
 def impulse_responses(
-    drive: torch.Tensor, static: torch.Tensor, targets: torch.Tensor, taps: int
+    drive: torch.Tensor,
+    static: torch.Tensor,
+    targets: torch.Tensor,
+    taps: int,
+    noisy: bool = True,
 ) -> Responses:
     """Estimate impulse responses to the state input, by ridge regression (a FIR model).
 
     The state input has the shape (n_trajectories, N, q). The targets, (n_trajectories, N + 1, p),
     of which the one at k + 1 belongs to the samples up to k, also follow the feedthrough,
     (n_trajectories, N, m), at once: its coefficients are estimated with the others and left out.
-    The results are in double precision, which narrow bands need.
+    Of targets that may be noisy the responses are in double precision, which narrow bands need,
+    and weighted by the inputs.
     """
-    drive, static, targets = drive.double(), static.double(), targets.double()
+    if noisy:
+        drive, static, targets = drive.double(), static.double(), targets.double()
     q, p = drive.shape[2], targets.shape[2]
     width = taps * q + static.shape[2] + 1
     matrix, right = drive.new_zeros(width, width), drive.new_zeros(width, p)
@@ -100,9 +112,10 @@ def impulse_responses(
         rows = torch.cat([regressors, other[taps - 1 :], one], 1)
         matrix += rows.T @ rows
         right += rows.T @ target[taps:]
-    inputs = _root(matrix[: taps // 2 * q, : taps // 2 * q])
+    inputs = _root(matrix[: taps // 2 * q, : taps // 2 * q]) if noisy else None
     # the last column, the constant, is regularised with the rest, but does not set the size
-    matrix.diagonal().add_(RIDGE * matrix.diagonal()[:-1].mean())
+    ridge = RIDGE if noisy else FINE_RIDGE
+    matrix.diagonal().add_(ridge * matrix.diagonal()[:-1].mean())
     solution: torch.Tensor = torch.linalg.solve(matrix, right)
     return Responses(solution[: taps * q].view(taps, q, p).transpose(1, 2), inputs)
 
@@ -122,7 +135,7 @@ def states_shown(responses: Responses) -> int:
     The outputs that past inputs leave behind are counted, of inputs such as those of the record:
     what a response has outside of the excited band is mere noise.
     """
-    singular = torch.linalg.svdvals(responses.hankel() @ responses.inputs)
+    singular = torch.linalg.svdvals(responses.weighted())
     return int((singular > LEAST_SHOWN * singular[0]).sum())
 
 
@@ -130,7 +143,7 @@ def realize(responses: Responses, n_states: int) -> LinearModel:
     """Realize impulse responses as a linear model of ``n_states``.
 
     Of all models of that order it is the one whose states carry most of the outputs that inputs
-    such as those of the record leave behind.
+    such as those of the record leave behind; white inputs, where the responses are not weighted.
 
     Raises:
         ValueError: the order is higher than the responses can show.
@@ -141,14 +154,14 @@ def realize(responses: Responses, n_states: int) -> LinearModel:
             f"network.order = {n_states}; expected at most {responses.highest_order} for impulse "
             f"responses of {taps} samples: lower it, or make the window longer"
         )
-    now, later = responses.hankel(), responses.hankel(1) @ responses.inputs
-    left, singular, right = torch.linalg.svd(now @ responses.inputs, full_matrices=False)
+    now, later = responses.hankel(), responses.weighted(1)
+    left, singular, right = torch.linalg.svd(responses.weighted(), full_matrices=False)
     root = singular[:n_states].clamp_min(1e-12 * float(singular[0])).sqrt()
     left, right = left[:, :n_states], right[:n_states].T
     to_states = (left / root).T
-    return _pulled_inside(
-        to_states @ later @ (right / root), (to_states @ now)[:, :q], (left * root)[:p]
-    )
+    # without weights the decomposition is that of the responses themselves
+    driven = (right * root).T if responses.inputs is None else to_states @ now
+    return _pulled_inside(to_states @ later @ (right / root), driven[:, :q], (left * root)[:p])
 
 
 def band_edge(drive: torch.Tensor, step: float) -> float:

@@ -244,3 +244,17 @@ def test_poles_outside_the_circle_are_pulled_in() -> None:
     known = known_system(3, 1, 1, 3, radius=1.1)
     radii = np.abs(poles(realize(white(responses_of(known, 20)), 3)))
     assert np.max(radii) == pytest.approx(LARGEST_POLE, abs=EXACT)
+
+
+def test_outputs_without_noise_need_less_of_a_ridge() -> None:
+    known = from_eigenvalues(np.array([-2 + 5j]), STEP, (1, 1), torch.Generator().manual_seed(3))
+    shape, drive = plain(2, 1, 0, 1), narrow_band(4, 800, 0.6)
+    outputs, _ = simulate(shape, shape.linear(*known), drive.transpose(0, 1))
+    targets = torch.cat([outputs.new_zeros(1, 4, 1), outputs]).transpose(0, 1)
+    errors = []
+    for noisy in (True, False):
+        responses = impulse_responses(drive, drive[:, :, :0], targets, 60, noisy)
+        assert (responses.inputs is None) == (not noisy)
+        errors.append(float(np.abs(poles(realize(responses, 2)) - poles(known)).max()))
+    assert errors[1] < 1e-6
+    assert errors[1] < 0.1 * errors[0]

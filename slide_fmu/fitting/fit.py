@@ -34,7 +34,7 @@ from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_source
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import Linearizable, Source
+from slide_fmu.systems.base import Linearizable, Source, System
 
 LEARNT_BY = {"window", "network", "training", "parameters"}
 """Tables of a recipe by which its network is learnt."""
@@ -162,7 +162,7 @@ def _fit_network(
 
     training, validation, *beyond = (seen(*pair) for pair in values)
     more = beyond[0] if beyond else None
-    corners = [eigenvalues_at_rest(recipe_source(corner)) for corner in _corners(recipe)]
+    corners = [eigenvalues_at_rest(corner) for corner in _corners(recipe, system)]
     physical = physical_of(recipe, splits, corners)
     problem = Problem(
         window, features, training, validation, checkpoint, eigenvalues, more, physical=physical
@@ -179,11 +179,14 @@ def _fit_network(
     return surrogate, {**tried, "surrogate": history}
 
 
-def _corners(recipe: Recipe) -> list[Recipe]:
-    """Return the recipe at the corners of its parameters' box; none where it has none."""
-    if not recipe.parameters:
+def _corners(recipe: Recipe, source: Source) -> list[Source]:
+    """Return the system at the corners of its parameters' box.
+
+    There are none where the recipe has no parameters, or the source cannot be set, as records.
+    """
+    if not (recipe.parameters and isinstance(source, System)):
         return []
-    return [recipe.at(corner) for corner in corners_of(recipe.physical())]
+    return [recipe_source(recipe.at(corner)) for corner in corners_of(recipe.physical())]
 
 
 def eigenvalues_at_rest(system: Source) -> NDArray[np.complex128] | None:

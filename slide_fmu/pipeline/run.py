@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from slide_fmu.data.recorded import left_out
+from slide_fmu.data.recorded import remarks_on_division
 from slide_fmu.fitting.history import Curve
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory.sizing import AnySizing
@@ -157,8 +157,7 @@ def _record_remarks(recipe: Recipe, validation: Validation) -> list[str]:
     """Return what one should know about the records of a recipe, and about the errors on them."""
     source = recipe_source(recipe)
     assert isinstance(source, MeasuredRecords)
-    short = left_out(recipe, source)
-    found = [*source.remarks, *([] if short is None else [short])]
+    found = [*source.remarks, *remarks_on_division(recipe, source)]
     return [*found, *remarks_on_records(validation)]
 
 

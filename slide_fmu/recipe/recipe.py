@@ -36,6 +36,7 @@ from slide_fmu.recipe.parameters import (
     require_parameters,
     with_iterations,
 )
+from slide_fmu.recipe.specimens import with_division
 from slide_fmu.recipe.system import SystemRecipe
 
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond")
@@ -102,7 +103,8 @@ class DataRecipe(Table):
         shares: of records, what part of all samples each of ``slide_fmu.recipe.measured.PARTS``
             has; defaults if not given.
         by: of records, whether they are divided by contiguous ``"block"`` in the order of time,
-            by whole ``"record"``, or by whole ``"period"`` of inputs that repeat.
+            of all files end to end or of ``"each"`` by itself (the default with physical
+            parameters), by whole ``"record"``, or by whole ``"period"`` of inputs that repeat.
     """
 
     seed: int = Field(default=0, ge=0)
@@ -118,7 +120,7 @@ class DataRecipe(Table):
     most_failures: float = Field(default=0.02, ge=0, le=1)
     excitation: tuple[Excitation, ...] = ()
     shares: dict[Part, Annotated[float, Field(ge=0, le=1)]] = Field(default={})
-    by: Literal["block", "record", "period"] = "block"
+    by: Literal["block", "each", "record", "period"] = "block"
 
 
 class ValidationRecipe(Table):
@@ -183,7 +185,9 @@ class Recipe(Table):
     @model_validator(mode="before")
     @classmethod
     def _guess_what_is_automatic(cls, values: Any) -> Any:
-        return with_iterations(with_guesses(values)) if isinstance(values, dict) else values
+        if not isinstance(values, dict):
+            return values
+        return with_division(with_iterations(with_guesses(values)))
 
     @model_validator(mode="after")
     def _parameters_can_be_learnt(self) -> Recipe:

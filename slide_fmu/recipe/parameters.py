@@ -119,8 +119,3 @@ def _require_learnable(recipe: Recipe) -> None:
             f"training.start = {training.start!r} with parameters {names}; expected none: a "
             "training that begins with the network of an FMU follows no parameters"
         )
-    if "data.train" in recipe.automatic and recipe.system.kind != KIND:
-        raise ValueError(
-            f'data.train is left out, or "auto", with parameters {names}; expected a number: the '
-            "learning curve knows no parameters. 100 trajectories suit one parameter, 200 two"
-        )

@@ -6,10 +6,10 @@ The Duffing oscillator under a force that is drawn anew for every sample, with a
 and a damping of 16 or 8 N s/m, or with mass and stiffness. One surrogate follows the parameters;
 others are trained for fixed values, with the same data in all. A part of the data is beyond the
 range, since rare records reach further than all that was learnt from. Errors are relative RMSE
-about the mean, sample by sample, on records that no training saw: at 20 unseen values, four records
-each, and at the corners. Each surrogate for a fixed value is measured on the inputs of all of these
-records. So the worst of 20 stands beside the mean of the worst of 20. What is done is kept in the
-folder, and not done again.
+about the mean, sample by sample, on records that no training saw: at 20 unseen values, with four
+records each, and at the corners. Each surrogate for a fixed value is measured on the inputs of all
+of these records: so the worst of 20 stands beside the mean of four worst of 20. What is done is
+kept in the folder, and not done again.
 """
 
 from __future__ import annotations

@@ -43,7 +43,9 @@ def compare(
 
     with progress_bars() as bar:
         terms = Terms(budget, UNSEEN_SEED, trajectories, workers)
-        figures, page = compare_recipe(open_job(recipe, runs, bar, seed, data_seed), terms)
+        job = open_job(recipe, runs, bar, seed, data_seed)
+        with job.folder.alone():
+            figures, page = compare_recipe(job, terms)
     rows = baseline_rows(figures)
     table = table_of(*rows[0])
     for row in rows[1:]:

@@ -189,7 +189,8 @@ def run(
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar, seed, data_seed)
         show_found(job.resolved)
-        finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
+        with job.folder.alone():
+            finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
     show_search(finished.figures)
     for name, validation in finished.figures["validation"].items():
         show_validation(validation, name)
@@ -241,8 +242,9 @@ def generate(
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar, data_seed=seed)
         check_window(job)
-        job = choose_numbers(job, workers, overwrite)
-        figures = generate_data(job, workers)
+        with job.folder.alone():
+            job = choose_numbers(job, workers, overwrite)
+            figures = generate_data(job, workers)
     write_json(json_path, figures)
     show_search(figures)
     console.print(f"data    {job.folder.store}")
@@ -263,7 +265,8 @@ def train(
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar, seed, data_seed)
         check_window(job)
-        figures = train_surrogate(job, threads)
+        with job.folder.alone():
+            figures = train_surrogate(job, threads)
     write_json(json_path, figures)
     show_search(figures)
     console.print(f"surrogate  {job.folder.surrogate}")

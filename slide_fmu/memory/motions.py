@@ -24,7 +24,8 @@ from slide_fmu.memory.failing import Failing
 from slide_fmu.memory.meeting import measured_decay
 from slide_fmu.memory.modes import Spectrum, UnstableModeError, spectrum
 from slide_fmu.memory.patience import TIMED_SAMPLES, Patience
-from slide_fmu.recipe.recipe import Recipe, WindowRecipe
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.tables import WindowRecipe
 from slide_fmu.systems.base import Linearizable, State, System
 
 MOTIONS = 40

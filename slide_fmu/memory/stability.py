@@ -20,7 +20,6 @@ from slide_fmu.data.recorded import inputs_beyond
 from slide_fmu.memory.decay_figures import finite
 from slide_fmu.network.base import Float32Array
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.specimens import specimens
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -128,11 +127,12 @@ def require_stability(tests: tuple[AmplitudeTest, ...], recipe: Recipe, picture:
     """
     problems = [test.problem for test in tests if test.problem is not None]
     if problems and not recipe.stability.allow_unstable:
+        # nothing is known of what lies beyond records
+        more = "" if recipe.system.is_record else "trajectories beyond the range (data.beyond) "
         raise UnstableSurrogateError(
             f"surrogate {recipe.name!r} is not exported: {'; '.join(problems)}; see {picture}. "
             "Train with another training.seed, fewer units, tanh units (network.units), "
-            "trajectories beyond the range (data.beyond) or a longer window, or set "
-            "stability.allow_unstable = true"
+            f"{more}or a longer window, or set stability.allow_unstable = true"
         )
 
 
@@ -205,7 +205,7 @@ def _problem(factor: float, growth: float, gaps: FloatArray, recipe: Recipe) -> 
             f"at {factor:g} times the trained amplitude two runs from different states still "
             f"differ by {gap:.3g} of the output's standard deviation after one window ({which}); "
             f"expected at most {limit:g}"
-            + (HYSTERESIS if recipe.system.kind == KIND and not beyond else "")
+            + (HYSTERESIS if recipe.system.is_record and not beyond else "")
         )
     return None
 

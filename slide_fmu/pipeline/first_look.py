@@ -17,7 +17,7 @@ from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.memory.bandwidth import GAIN, proposed_step
 from slide_fmu.memory.failing import Tolerance
-from slide_fmu.recipe.recipe import DataRecipe
+from slide_fmu.recipe.tables import DataRecipe
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.loading import load_system

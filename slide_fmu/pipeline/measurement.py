@@ -6,10 +6,10 @@ from pathlib import Path
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import read_fmu
+from slide_fmu.pipeline.record_origin import require_same_records
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
-from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.validation import report as reports
+from slide_fmu.validation.accuracy_sections import validation_sections
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.report import Report
 from slide_fmu.validation.validate import validate
@@ -26,10 +26,13 @@ def validate_fmu_file(
 
     Raises:
         FmuError: the file is no FMU of slide-fmu.
+        StageError: it carries no recipe, or its records have changed since.
         CoSimulationError: an FMU reports an error.
     """
     surrogate, found = read_fmu(fmu)
     recipe = recipe_of_provenance(found, str(fmu))
+    if found is not None and recipe.system.is_record:
+        require_same_records(found, recipe, str(fmu))
     progress = bar(_title(task))
     return validate(fmu, surrogate, recipe, task, progress, workers)
 
@@ -41,7 +44,7 @@ def validation_report(validation: Validation) -> Report:
         f"Validation of {validation.surrogate.name}",
         validation.recipe.description,
         validation.figures(),
-        reports.validation_sections({name: validation}),
+        validation_sections({name: validation}),
     )
 
 
@@ -51,7 +54,7 @@ def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[st
     Nothing is known of what lies beyond records.
     """
     found = {IN_RANGE: Task(seed, trajectories)}
-    if recipe.estimator is not None and recipe.system.kind != KIND:
+    if recipe.estimator is not None and not recipe.system.is_record:
         found[BEYOND] = Task(seed + 1, trajectories, recipe.estimator.amplitude_factor)
     return found
 

@@ -24,7 +24,6 @@ from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.pipeline.resolved import Resolved
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.automatic import NUMBERS, nested
-from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_source
 from slide_fmu.systems.record.model import MeasuredRecords
@@ -52,7 +51,7 @@ def find_numbers(recipe: Recipe, folder: RunFolder, bar: Stages, workers: int | 
         StoreError: the store was made from other values.
         TrainingError: the checkpoint of the curve cannot be read.
     """
-    if "data.train" in recipe.automatic and recipe.system.kind != KIND:
+    if "data.train" in recipe.automatic and not recipe.system.is_record:
         _extend_curve(recipe, folder, bar, workers)
     found = known_numbers(recipe, folder)
     assert found is not None
@@ -67,7 +66,7 @@ def known_numbers(recipe: Recipe, folder: RunFolder) -> Resolved | None:
     Raises:
         RecipeError: a part of records has no stretch.
     """
-    if recipe.system.kind == KIND:
+    if recipe.system.is_record:
         return _numbers_of_records(recipe)
     train = recipe.data.train
     if "data.train" in recipe.automatic:
@@ -80,7 +79,7 @@ def known_numbers(recipe: Recipe, folder: RunFolder) -> Resolved | None:
 
 def least_numbers(recipe: Recipe) -> Resolved:
     """Return the numbers that a recipe leaves open, if its curve ends as soon as it can."""
-    if recipe.system.kind == KIND:
+    if recipe.system.is_record:
         return _numbers_of_records(recipe)
     open_curve = "data.train" in recipe.automatic
     return _numbers_with(recipe, FIRST if open_curve else recipe.data.train)
@@ -112,7 +111,7 @@ def _numbers_of_records(recipe: Recipe) -> Resolved:
 
 def kept_curve(recipe: Recipe, folder: RunFolder) -> Curve:
     """Return the learning curve of a recipe and its model, as far as it was found."""
-    if not folder.numbers.exists() or recipe.system.kind == KIND:
+    if not folder.numbers.exists() or recipe.system.is_record:
         return Curve()
     record = json.loads(folder.numbers.read_text(encoding="utf-8"))
     about, motion = _identity(recipe)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from slide_fmu.data.recorded import remarks_on_division
 from slide_fmu.fitting.history import Curve
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory.sizing import AnySizing
@@ -22,18 +21,17 @@ from slide_fmu.pipeline.stages import (
     generate_data,
     train_surrogate,
 )
-from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_source, recipe_system, reference_system
 from slide_fmu.systems.loading import load_picture
 from slide_fmu.systems.record.model import MeasuredRecords
-from slide_fmu.validation import report as reports
+from slide_fmu.validation import accuracy_sections, learning_sections
 from slide_fmu.validation.baselines import linear_size_remark
 from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.figures import side_by_side
 from slide_fmu.validation.model_card import model_card
 from slide_fmu.validation.record_remarks import remarks_on_records
-from slide_fmu.validation.report import Report, Section
+from slide_fmu.validation.report import Report, Section, remark_sections
 from slide_fmu.validation.response import is_affine
 
 PICTURE = "side_by_side.png"
@@ -136,29 +134,26 @@ def _full_report(
         "window": sizing.figures(),
         "parameters": surrogate.network.count_parameters(),
     }
-    sections = reports.validation_sections(validations)
-    if is_affine(surrogate) and recipe.system.kind != KIND:  # records have no exact response
-        section, data["response_matrix"] = reports.response_section(
+    sections = accuracy_sections.validation_sections(validations)
+    if is_affine(surrogate) and not recipe.system.is_record:  # records have no exact response
+        section, data["response_matrix"] = accuracy_sections.response_section(
             surrogate, recipe_system(recipe)
         )
         sections.append(section)
     if tests:
         data["stability"] = stability_figures(tests)
-        sections.append(reports.stability_section(tests, surrogate.window.step))
-    sections += [reports.sizing_section(sizing), reports.training_section(trained.histories)]
+        sections.append(learning_sections.stability_section(tests, surrogate.window.step))
+    sections += [
+        learning_sections.sizing_section(sizing),
+        learning_sections.training_section(trained.histories),
+    ]
     sections += _search_sections(trained, curve, data)
-    if recipe.system.kind == KIND:
-        data["record_remarks"] = _record_remarks(recipe, validations[IN_RANGE])
-        sections += reports.remark_sections(data["record_remarks"])
+    if recipe.system.is_record:
+        source = recipe_source(recipe)
+        assert isinstance(source, MeasuredRecords)
+        data["record_remarks"] = remarks_on_records(source, validations[IN_RANGE])
+        sections += remark_sections(data["record_remarks"])
     return Report(f"{recipe.name}: surrogate FMU", recipe.description, data, sections)
-
-
-def _record_remarks(recipe: Recipe, validation: Validation) -> list[str]:
-    """Return what one should know about the records of a recipe, and about the errors on them."""
-    source = recipe_source(recipe)
-    assert isinstance(source, MeasuredRecords)
-    found = [*source.remarks, *remarks_on_division(recipe, source)]
-    return [*found, *remarks_on_records(validation)]
 
 
 def _search_sections(trained: Trained, curve: Curve, data: dict[str, Any]) -> list[Section]:
@@ -171,8 +166,8 @@ def _search_sections(trained: Trained, curve: Curve, data: dict[str, Any]) -> li
     remarks = [remark for remark in (history.get("remark"), linear) if remark is not None]
     data["remark"] = "; ".join(remarks) or None
     if data["sizes_tried"] or data["remark"]:
-        sections.append(reports.sizes_section(data["sizes_tried"], data["remark"]))
+        sections.append(learning_sections.sizes_section(data["sizes_tried"], data["remark"]))
     if curve.points:
         data["learning_curve"] = curve.figures()
-        sections.append(reports.curve_section(data["learning_curve"]))
+        sections.append(learning_sections.curve_section(data["learning_curve"]))
     return sections

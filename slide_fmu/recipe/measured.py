@@ -49,7 +49,7 @@ def require_fitting_tables(recipe: Recipe) -> None:
     Raises:
         ValueError: the message names the key, its value, and the remedy.
     """
-    if recipe.system.kind == KIND:
+    if recipe.system.is_record:
         _require_no_model(recipe)
         _require_shares(recipe)
         return

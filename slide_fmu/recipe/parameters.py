@@ -9,7 +9,6 @@ from pydantic import model_validator
 
 from slide_fmu.core.parameters import Parameter, Transform
 from slide_fmu.recipe.learning import LeastSquaresRecipe, Table
-from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.specimens import require_specimens
 
 if TYPE_CHECKING:
@@ -82,10 +81,10 @@ def require_parameters(recipe: Recipe) -> None:
     Raises:
         ValueError: the message names the parameter, and the remedy.
     """
-    if recipe.system.kind == KIND:
+    if recipe.system.is_record:
         require_specimens(recipe)
     for name, table in recipe.parameters.items():
-        if table.values and recipe.system.kind != KIND:
+        if table.values and not recipe.system.is_record:
             raise ValueError(
                 f"parameters.{name}.values = {list(table.values)} with system.kind = "
                 f"{recipe.system.kind!r}; expected a range: values are those of measured records"

@@ -10,6 +10,7 @@ from slide_fmu.core.signals import Angle, Hold
 from slide_fmu.features.drive_law import DEFAULT_LAW
 from slide_fmu.recipe.learning import Table
 from slide_fmu.recipe.machine import ChainRecipe, DriveRecipe
+from slide_fmu.recipe.measured import KIND
 from slide_fmu.systems.specification import SignalChoice
 
 
@@ -70,6 +71,11 @@ class SystemRecipe(Table):
     picture: str | None = Field(default=None, pattern=r"^[\w.]+:\w+$")
     chain: ChainRecipe | None = None
     drive: DriveRecipe = DriveRecipe.named(DEFAULT_LAW)
+
+    @property
+    def is_record(self) -> bool:
+        """Whether there are measured records instead of a model that can be simulated."""
+        return self.kind == KIND
 
     @field_validator("chain", mode="before")
     @classmethod

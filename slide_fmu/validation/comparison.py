@@ -13,7 +13,6 @@ import numpy as np
 from slide_fmu.core.measures import relative_deviation, rms
 from slide_fmu.core.noise_floor import SHORTEST_PIECE, noise_of_residuals
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.motions import motions_of
@@ -191,7 +190,7 @@ class Validation:
 
     def _of_records(self, index: int) -> dict[str, float]:
         """Return the noise floor of records, and the error of free runs along them."""
-        if self.recipe.system.kind != KIND:
+        if not self.recipe.system.is_record:
             return {}
         found: dict[str, float] = {}
         reference, _ = _joined(self.comparisons)

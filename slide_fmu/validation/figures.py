@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.stability import AmplitudeTest
-from slide_fmu.recipe.measured import KIND
 from slide_fmu.validation.comparison import Comparison, Validation, relative_rmse
 from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.pictures import png as _png
@@ -34,7 +33,7 @@ def side_by_side(validation: Validation, output: int) -> bytes:
     chosen = {"median trajectory": ranked[len(ranked) // 2], "worst trajectory": ranked[-1]}
     if len(ranked) == 1:  # of a record there is often but one block
         chosen = {"the only trajectory": ranked[0]}
-    measured = validation.recipe.system.kind == KIND
+    measured = validation.recipe.system.is_record
     figure = Figure(figsize=(11, 7.2), layout="constrained")
     axes = figure.subplots(3, len(chosen), sharex="col", height_ratios=(1, 2, 1.3), squeeze=False)
     signal = validation.surrogate.outputs[output]

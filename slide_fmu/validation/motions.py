@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from slide_fmu.excitation.mix import names_of
-from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import Recipe
 
 
@@ -19,7 +18,7 @@ class Motion(NamedTuple):
 
 def motions_of(recipe: Recipe) -> list[Motion]:
     """Return the kinds of motion, in the order in which trajectories have their numbers."""
-    if recipe.system.kind == KIND:
+    if recipe.system.is_record:
         paths = [Path(path) for path in (recipe.system.model, *recipe.system.further)]
         names = [path.name for path in paths]
         alike = len(set(names)) < len(names)

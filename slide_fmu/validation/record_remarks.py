@@ -1,15 +1,48 @@
-"""What one should know about a surrogate of records, by its errors beside what was measured."""
+"""What one should know about a surrogate of records: of the records, and of the errors on them."""
 
 from __future__ import annotations
 
+from slide_fmu.data.recorded import remarks_on_division
+from slide_fmu.systems.record.model import MeasuredRecords
+from slide_fmu.systems.record.repeats import noise_of_repeats
 from slide_fmu.validation.comparison import Validation
 
 CUT_OFF = 1.5
 """A window cuts something off where the FMU errs so many times as much as the free network."""
 
 
-def remarks_on_records(validation: Validation) -> list[str]:
-    """Return one sentence each on outputs whose error is that of the window."""
+def remarks_on_records(source: MeasuredRecords, validation: Validation) -> list[str]:
+    """Return all remarks, one sentence each.
+
+    Raises:
+        RecipeError: the records cannot be divided as the recipe says.
+    """
+    return [
+        *source.remarks,
+        *remarks_on_division(validation.recipe, source),
+        *_on_repeats(source, validation),
+        *_on_what_is_cut_off(validation),
+    ]
+
+
+def _on_repeats(source: MeasuredRecords, validation: Validation) -> list[str]:
+    """Say how much outputs differ where inputs come again: what no surrogate can predict."""
+    if validation.recipe.parameters:
+        return []  # specimens differ where their inputs are the same, and that is no noise
+    stretches = [piece.trajectory for piece in source.pieces]
+    noise = noise_of_repeats(stretches, validation.surrogate.window.n_truncated)
+    if noise is None:
+        return []
+    found = zip(validation.figures()["outputs"], noise, strict=True)
+    return [
+        f"output {output['name']!r} has noise of {100 * size / output['rms_reference']:.3g} %, by "
+        "what it differs where the inputs repeat a period; an error can hardly be less beside it"
+        for output, size in found
+    ]
+
+
+def _on_what_is_cut_off(validation: Validation) -> list[str]:
+    """Name the outputs whose error is that of the window."""
     found = []
     for output in validation.figures()["outputs"]:
         error, free = output["relative_rmse"], output.get("free_relative_rmse")

@@ -63,3 +63,13 @@ def _error_of(row: Mapping[str, Any]) -> float:
 def _parameter_row(what: str, row: Mapping[str, Any], names: list[str]) -> Sequence[str]:
     values = (f"{row[name]:.4g}" for name in names)
     return what, *values, f"{100 * _error_of(row):.3g} %"
+
+
+def percent(value: float) -> str:
+    """Return a fraction as per cent with three digits."""
+    return f"{100 * value:.3g} %"
+
+
+def scientific(value: float) -> str:
+    """Return a small number with three digits."""
+    return f"{value:.2e}"

@@ -20,7 +20,6 @@ from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.data.parameter_draws import drawn_parameters
 from slide_fmu.data.pool import in_parallel, process_pool
 from slide_fmu.python_fmu.reference_slave import FROM_STATE, write_reference_fmu
-from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import (
     recipe_system,
@@ -97,7 +96,7 @@ def validate(
             nor on other draws.
         ValueError: the trajectories are too short to score anything.
     """
-    if recipe.system.kind == KIND:
+    if recipe.system.is_record:
         return validate_records(fmu, surrogate, recipe, task, progress)
     models = _Models(recipe)
     count = task.trajectories or recipe.validation.trajectories

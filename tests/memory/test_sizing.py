@@ -31,7 +31,7 @@ from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.base import Linearization, State
-from slide_fmu.validation.report import sizing_section
+from slide_fmu.validation.learning_sections import sizing_section
 from tests.recipes import TINY, tiny_recipe
 
 DECAY = 1.1513

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from slide_fmu.excitation.mix import names_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.validation import figures
+from slide_fmu.validation.accuracy_sections import validation_sections
 from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.model_card import model_card
-from slide_fmu.validation.report import validation_sections
 from tests.recipes import tiny_recipe
 from tests.validation.measured import FINER, PLAIN, figures_of
 
@@ -96,6 +96,15 @@ def test_bars_of_excitations_of_one_kind_lie_beside_each_other(
     figures.excitation_bars(replace(finer, recipe=recipe, comparisons=tuple(comparisons)))
     labels = [label.get_text() for label in drawn[0].axes[0].get_yticklabels()]
     assert labels == ["held_random 1 (1)", "held_random 3 (2)"]
+
+
+def test_texts_of_a_user_stay_texts_on_the_card(finer: Validation) -> None:
+    strange = FINER.model_copy(
+        update={"description": "a <script>alert(1)</script> | b", "equations": "x = 1\n```\n# y"}
+    )
+    text = model_card(finer.surrogate, strange, figures_of(finer), "picture.png")
+    assert "a &lt;script&gt;alert(1)&lt;/script&gt; \\| b." in text
+    assert text.count("```") == 4
 
 
 @pytest.mark.parametrize(("error", "factor", "warned"), [(0.3, 2, 1), (0.1, 2, 0), (0.3, 1, 0)])

@@ -15,9 +15,9 @@ from slide_fmu.pipeline.side_by_side import as_the_reference
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
+from slide_fmu.validation.accuracy_sections import validation_sections
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.model_card import model_card
-from slide_fmu.validation.report import validation_sections
 from slide_fmu.validation.validate import validate
 from tests.fmu.moving_inputs import Moving, forecasting
 from tests.fmu.samples import sum_surrogate

@@ -21,8 +21,8 @@ from slide_fmu.memory.stability import check_stability
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.simulation import simulate
+from slide_fmu.validation.accuracy_sections import validation_sections
 from slide_fmu.validation.comparison import Task, Validation
-from slide_fmu.validation.report import validation_sections
 from slide_fmu.validation.validate import validate
 from tests.progress import silent
 from tests.recipes import ESTIMATOR, tiny_state_space_recipe

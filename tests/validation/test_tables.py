@@ -8,7 +8,8 @@ import pytest
 
 from slide_fmu.cli.findings import show_search
 from slide_fmu.fitting.history import Curve, CurvePoint, TriedSize
-from slide_fmu.validation.report import Report, curve_section, sizes_section
+from slide_fmu.validation.learning_sections import curve_section, sizes_section
+from slide_fmu.validation.report import Report
 from slide_fmu.validation.tables import curve_rows, size_rows
 
 SIZES = [asdict(TriedSize(4, 0, 26, 0.0912, 0.08)), asdict(TriedSize(4, 16, 290, None, None))]

@@ -12,8 +12,8 @@ from slide_fmu.fmu.export import export_fmu
 from slide_fmu.recipe.systems import recipe_system, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
+from slide_fmu.validation.accuracy_sections import validation_sections
 from slide_fmu.validation.comparison import Task, Validation
-from slide_fmu.validation.report import validation_sections
 from slide_fmu.validation.validate import validate
 from tests.progress import silent
 from tests.recipes import tiny_recipe

@@ -15,8 +15,8 @@ from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.systems.base import Linearizable, State, StateMatrix, Stepping, System
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.fmu.file import FmuOptions, read_fmu_file, split_options
-from slide_fmu.systems.fmu.record import FAILURES, Records
 from slide_fmu.systems.fmu.remarks import default_hold, is_continuous, remarks_on
+from slide_fmu.systems.fmu.runs import FAILURES, Runs
 from slide_fmu.systems.fmu.solver import SolverSteps
 from slide_fmu.systems.fmu.steps import CoSimulationSteps, Plan, Steps
 from slide_fmu.systems.fmu.variables import (
@@ -91,7 +91,7 @@ class FmuSystem(Stepping):
         self.step, self.inputs, self.outputs = plan.step, plan.inputs, plan.outputs
         self.remarks = remarks_on(plan.file, hold_of(plan.inputs))
         self._plan = plan
-        self._records = Records(self._make_steps)
+        self._runs = Runs(self._make_steps)
 
     def _make_steps(self) -> Steps:
         exchanged = self._plan.file.interface == "model_exchange"
@@ -116,16 +116,16 @@ class FmuSystem(Stepping):
 
     def begin(self, held_input: FloatArray) -> None:
         """Go to the FMU's own start, initialized under an input that has always acted."""
-        self._records.begin(np.asarray(held_input, dtype=np.float64))
+        self._runs.begin(np.asarray(held_input, dtype=np.float64))
 
     def output(self) -> FloatArray:
-        return self._records.output()
+        return self._runs.output()
 
     def advance(self, inputs: FloatArray) -> FloatArray:
         values = np.asarray(inputs, dtype=np.float64)
         if values.shape != (len(self.inputs),) or not np.isfinite(values).all():
             raise ValueError(f"inputs {values}; expected {len(self.inputs)} finite values")
-        return self._records.advance(values)
+        return self._runs.advance(values)
 
 
 class SteppedFmu(FmuSystem):
@@ -137,7 +137,7 @@ class RestorableFmu(FmuSystem, Linearizable):
 
     @property
     def _steps(self) -> SolverSteps:
-        steps = self._records.steps
+        steps = self._runs.steps
         assert isinstance(steps, SolverSteps)
         return steps
 
@@ -158,10 +158,10 @@ class RestorableFmu(FmuSystem, Linearizable):
                 f"{self._steps.states().size}, the FMU's continuous states"
             )
         self._steps.start_at(state.coordinates)
-        self._records.forget()
+        self._runs.forget()
 
     def get_state(self) -> State:
-        return State(self._steps.states(), np.empty(0), self._records.last_input.copy())
+        return State(self._steps.states(), np.empty(0), self._runs.last_input.copy())
 
     def linearize(self, state: State) -> StateMatrix:
         """Linearize as the FMU tells, else by differences; the current state stays as it is.
@@ -169,7 +169,7 @@ class RestorableFmu(FmuSystem, Linearizable):
         Raises:
             SimulationError: the FMU cannot tell its derivatives.
         """
-        if not self._records.running:
+        if not self._runs.running:
             self.set_state(state)
         try:
             matrix = self._steps.state_matrix(state.coordinates, state.last_input)

@@ -1,4 +1,4 @@
-"""Records of an FMU: instances are used again where that is safe, and failures are told."""
+"""Runs of an FMU: instances are used again where that is safe, and failures are told."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ FAILURES = (FMICallException, RuntimeError, OSError)
 """What calls of an FMU and fmpy's solver raise."""
 
 
-class Records:
-    """Records are simulated one after another, each from the FMU's own start. Final.
+class Runs:
+    """Runs are simulated one after another, each from the FMU's own start. Final.
 
     Args:
         make: makes the steps of a fresh instance.
@@ -32,18 +32,18 @@ class Records:
         self._make = make
         self._steps: Steps | None = None
         self._resets: bool | None = None  # whether a reset instance is as a fresh one
-        self._seen: list[tuple[FloatArray, FloatArray]] = []  # of the first record
+        self._seen: list[tuple[FloatArray, FloatArray]] = []  # of the first run
         self._last, self._number = np.empty(0), 0
 
     @property
     def steps(self) -> Steps:
-        """The steps of the current record."""
+        """The steps of the current run."""
         assert self._steps is not None
         return self._steps
 
     @property
     def running(self) -> bool:
-        """Whether there is a record that can go on."""
+        """Whether there is a run that can go on."""
         return self._steps is not None
 
     @property
@@ -52,7 +52,7 @@ class Records:
         return self._last
 
     def begin(self, held: FloatArray) -> None:
-        """Begin a record under an input that has always acted, shape (n_inputs,).
+        """Begin a run under an input that has always acted, shape (n_inputs,).
 
         Raises:
             LoadError: the FMU cannot be instantiated.
@@ -80,7 +80,7 @@ class Records:
         """Go on by one sample step under inputs, (n_inputs,), and give the new outputs.
 
         Raises:
-            SimulationError: the FMU or the solver fails; the record cannot go on.
+            SimulationError: the FMU or the solver fails; the run cannot go on.
         """
         steps, number, before = self.steps, self._number, self._last
         begin = number * steps.plan.step
@@ -93,7 +93,7 @@ class Records:
         return outputs
 
     def forget(self) -> None:
-        """Hear that the record does not go on from the FMU's own start: it is no measure."""
+        """Hear that the run does not go on from the FMU's own start: it is no measure."""
         self._seen = []
 
     def _initialize(self, held: FloatArray) -> None:
@@ -104,7 +104,7 @@ class Records:
         self._last, self._number = held, 0
 
     def _reset(self, held: FloatArray) -> bool:
-        """Begin a record with the same instance; give whether that worked."""
+        """Begin a run with the same instance; give whether that worked."""
         try:
             self.steps.instance.calls.reset()
             self._initialize(held)
@@ -114,7 +114,7 @@ class Records:
         return True
 
     def _replays(self) -> bool:
-        """Find out whether the instance, once reset, gives its first record again."""
+        """Find out whether the instance, once reset, gives its first run again."""
         seen, self._seen = self._seen, []
         if len(seen) <= COMPARED[1]:
             return False

@@ -1,0 +1,118 @@
+"""Tables of a recipe about the window, the data, and the tests that a surrogate must pass."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from slide_fmu.excitation.base import PositiveRange
+from slide_fmu.excitation.mix import Excitation
+from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, Table
+from slide_fmu.recipe.measured import Part
+
+
+class WindowRecipe(Table):
+    """The table ``window`` says what the network sees and gives.
+
+    Attributes:
+        step: sample step h in s.
+        n_in: number of input samples; found from the decay time if ``"auto"`` or not given.
+        n_out: number of output samples; follows ``n_in`` if ``"auto"`` or not given.
+        inputs: what an importer of the FMU sets inputs with a first-order hold to before a step,
+            unless it sets the parameter ``inputs_at_step_end``: ``"now"``, what they are at its
+            begin, so that the FMU forecasts what they do within it; or ``"step_end"``, what they
+            reach by its end, which suits set points that are known ahead.
+        remaining_amplitude: fraction to which initial effects must have decayed.
+        allow_short: whether a window is accepted that is too short for the system.
+    """
+
+    step: PositiveFloat
+    n_in: PositiveInt
+    n_out: PositiveInt
+    inputs: Literal["now", "step_end"] = "now"
+    remaining_amplitude: float = Field(0.01, gt=0, lt=1)
+    allow_short: bool = False
+
+    @model_validator(mode="after")
+    def _fits(self) -> WindowRecipe:
+        if self.n_out > self.n_in:
+            raise ValueError(f"n_out = {self.n_out}; expected at most n_in = {self.n_in}")
+        return self
+
+
+class DataRecipe(Table):
+    """The table ``data`` describes the trajectories and their excitation.
+
+    Attributes:
+        seed: entropy of every trajectory's own seed.
+        duration: length of a trajectory in s, after the burn-in; from the window if ``"auto"`` or
+            not given.
+        burn_in: time in s that a random initial state is given to decay; not stored; one window
+            if ``"auto"`` or not given.
+        train, validation: numbers of trajectories; found from a learning curve if ``"auto"`` or
+            not given.
+        estimator, estimator_validation: those of the error estimator, if there is one; likewise.
+        budget_minutes: time for the learning curve and its data; it ends before a doubling that
+            would take longer. No limit if not given.
+        beyond: number of trajectories beyond the range; a state-space network learns from them
+            too, with a low weight, so that it stays sensible there.
+        beyond_factor: range of the factor on their excitation.
+        most_failures: part of all trajectories that may fail to be simulated; another draw takes
+            the place of each. One is always allowed.
+        excitation: kinds of excitation with their weights; a mix that follows from the step if
+            not given. There are none of records.
+        shares: of records, what part of all samples each of ``slide_fmu.recipe.measured.PARTS``
+            has; defaults if not given.
+        by: of records, whether they are divided by contiguous ``"block"`` in the order of time,
+            of all files end to end or of ``"each"`` by itself (the default with physical
+            parameters), by whole ``"record"``, or by whole ``"period"`` of inputs that repeat.
+    """
+
+    seed: int = Field(default=0, ge=0)
+    duration: PositiveFloat
+    burn_in: float = Field(ge=0, allow_inf_nan=False)
+    train: PositiveInt
+    validation: PositiveInt
+    estimator: int = Field(0, ge=0)
+    estimator_validation: int = Field(0, ge=0)
+    budget_minutes: PositiveFloat | None = None
+    beyond: int = Field(default=0, ge=0)
+    beyond_factor: PositiveRange = (1.0, 3.0)
+    most_failures: float = Field(default=0.02, ge=0, le=1)
+    excitation: tuple[Excitation, ...] = ()
+    shares: dict[Part, Annotated[float, Field(ge=0, le=1)]] = Field(default={})
+    by: Literal["block", "each", "record", "period"] = "block"
+
+
+class ValidationRecipe(Table):
+    """The table ``validation`` describes unseen trajectories on which an FMU is measured.
+
+    Attributes:
+        trajectories: their number.
+        duration: length of each in s, after the burn-in; as in the training data if not given.
+    """
+
+    trajectories: PositiveInt = 50
+    duration: PositiveFloat | None = None
+
+
+class StabilityRecipe(Table):
+    """The table ``stability`` says what a state-space network must keep to before it is exported.
+
+    Attributes:
+        amplitudes: factors on the trained amplitude at which it is tested.
+        growth: boundedness: largest deviation of an output from its mean allowed, relative to the
+            largest one at the trained amplitude times the factor.
+        contraction: fading memory: largest difference allowed between two runs from different
+            states, after the inputs of one window, relative to the output's standard deviation.
+        contraction_beyond: the same beyond the trained amplitude, for the median run: systems may
+            have several lasting responses there.
+        allow_unstable: whether a network that fails is exported all the same.
+    """
+
+    amplitudes: tuple[PositiveFloat, ...] = Field(default=(1.0, 2.0, 4.0, 10.0), min_length=1)
+    growth: PositiveFloat = 10.0
+    contraction: PositiveFloat = 0.02
+    contraction_beyond: PositiveFloat = 0.5
+    allow_unstable: bool = False

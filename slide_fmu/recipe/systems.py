@@ -115,7 +115,8 @@ def data_specification(recipe: Recipe) -> Specification:
         for tables in (system.inputs, system.outputs)
     )
     step, kind = recipe.window.step, system.kind
-    starts = {parameter.name: parameter.start_value for parameter in recipe.physical()}
+    parameters = () if system.is_record else recipe.physical()  # nobody sets those of records
+    starts = {parameter.name: parameter.start_value for parameter in parameters}
     return Specification(
         system.model, {**starts, **system.parameters}, step, kind, inputs, outputs, system.further
     )

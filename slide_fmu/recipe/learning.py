@@ -131,7 +131,8 @@ class StateSpaceRecipe(Table):
         readout: names of factors of the outputs, as the lever arm of a rotation.
         turned_pairs: pairs of states that LPV units see in the turned frame of the features.
         parameter_degree: total degree of the polynomials by which the weights follow physical
-            parameters, where the recipe has some.
+            parameters, where the recipe has some; if not given 2, but for records of few specimens
+            1.
     """
 
     LEARNS_BEYOND: ClassVar[bool] = True

@@ -42,6 +42,7 @@ from slide_fmu.fitting.state_space.normal_equations import (
 from slide_fmu.fitting.state_space.pole_penalty import PolePenalty, pole_grid, pole_radii
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
 from slide_fmu.fitting.state_space.segments import Segments
+from slide_fmu.fitting.state_space.smoothness import Smoothness
 from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.systems import require_turned_pairs
@@ -330,18 +331,23 @@ class MultiStart:
         return replace(PolePenalty.of(self.problem.window, slowest, residuals), grid=grid)
 
     def _least_squares(self, shape: CellShape, segments: Segments) -> LeastSquares:
-        """Return the problem on segments with the penalty on poles.
+        """Return the problem on segments with the penalties on poles and on coefficients.
 
         The validation error of an unstable A is infinite, so that it is never chosen.
         """
-        validation, penalty = self.data.validation, self._penalty(segments.targets.numel())
+        count, physical = segments.targets.numel(), self.problem.physical
+        validation, penalty = self.data.validation, self._penalty(count)
+        terms = None if physical is None else physical.terms("training")
+        smoothness = Smoothness.of(terms, count)
 
         def normal(theta: torch.Tensor) -> NormalEquations:
-            return penalty.join(normal_equations(shape, theta, segments), shape, theta)
+            found = penalty.join(normal_equations(shape, theta, segments), shape, theta)
+            return smoothness.join(found, shape, theta)
 
         def cost(theta: torch.Tensor) -> float:
             squares = sum_of_squares(shape, theta, segments)
-            return squares + penalty.cost(shape, theta) if math.isfinite(squares) else squares
+            more = penalty.cost(shape, theta) + smoothness.cost(shape, theta)
+            return squares + more if math.isfinite(squares) else squares
 
         def error(theta: torch.Tensor) -> float:
             squares = sum_of_squares(shape, theta, validation)

@@ -26,7 +26,7 @@ def split_pieces(pieces: Sequence[Piece], splitting: Splitting) -> Split:
         RecordError: a part has too few samples, or there are fewer records or different periods
             than parts; the message has the figures.
     """
-    ways = {"block": _by_block, "record": _by_record, "period": _by_period}
+    ways = {"block": _by_block, "each": _by_each, "record": _by_record, "period": _by_period}
     parts = ways[splitting.by](pieces, splitting)
     blocks = [_blocks(ranges, splitting.lead) for ranges in parts]
     for (name, share), found in zip(splitting.shares.items(), blocks, strict=True):
@@ -64,6 +64,17 @@ def _by_block(pieces: Sequence[Piece], splitting: Splitting) -> list[list[Range]
             for index, (begin, length) in enumerate(zip(begins[:-1], lengths, strict=True))
         ]
         parts.append([r for r in ranges if r[1] < r[2]])
+    return parts
+
+
+def _by_each(pieces: Sequence[Piece], splitting: Splitting) -> list[list[Range]]:
+    """Cut the pieces of every record at the shares."""
+    parts: list[list[Range]] = [[] for _ in splitting.shares]
+    for record in dict.fromkeys(piece.record for piece in pieces):
+        own = [index for index, piece in enumerate(pieces) if piece.record == record]
+        found = _by_block([pieces[index] for index in own], splitting)
+        for part, ranges in zip(parts, found, strict=True):
+            part += [(own[index], begin, end) for index, begin, end in ranges]
     return parts
 
 

@@ -42,6 +42,14 @@ def test_blocks_of_one_record_follow_each_other_with_their_lead_in_the_part_befo
     assert split["test"] == (Block(0, 800, 850, 1000),)
 
 
+def test_each_record_is_cut_by_itself_in_all_its_pieces() -> None:
+    pieces = [*noise(1000, 400), piece(np.arange(600.0), 1)]
+    split = split_pieces(pieces, Splitting(lead=10, by="each"))
+    assert split["train"] == (Block(0, 0, 10, 700), Block(1, 0, 10, 400), Block(2, 0, 10, 300))
+    assert split["validation"] == (Block(0, 690, 700, 850), Block(2, 290, 300, 450))
+    assert split["test"] == (Block(0, 840, 850, 1000), Block(2, 440, 450, 600))
+
+
 @given(
     st.lists(st.integers(1, 300), min_size=1, max_size=5),
     st.integers(0, 20),

@@ -165,7 +165,7 @@ class _Sensitivities:
         return matrices
 
     def advance(self, k: int) -> None:
-        """Take in sample k."""
+        """Take a step in sample k."""
         units = self._equations.units_with_slopes(k, self.state)
         slopes, terms = (self._gated if self._shape.gated else self._plain)(k, units)
         torch.bmm(self._a + slopes, self.values, out=self._next)
@@ -242,7 +242,8 @@ def _run(
     sensitivities = _Sensitivities(shape, equations)
     states, one = [], theta.new_ones(chunk.count, 1)
     for k in range(samples):
-        sensitivities.advance(k)
+        for _ in range(shape.substeps):
+            sensitivities.advance(k)
         if k < burn_in:
             continue
         factors = weights * torch.cat([one, inputs.readout[k]], 1)

@@ -25,6 +25,7 @@ from tests.fitting.state_space.cells import (
     FACTORS,
     GATED_SHAPES,
     READ,
+    SUBSTEPS,
     TURNED,
     plain,
     random_segments,
@@ -114,6 +115,7 @@ def test_cells_of_all_kinds_agree_with_forward_differentiation(
 
 @example(READ, 3, BLOCK + 1, 9, 0)
 @example(TURNED, 3, BLOCK + 1, 9, 0)
+@example(SUBSTEPS, 3, BLOCK + 1, 9, 0)
 @settings(max_examples=25)
 @given(
     learnt_cell_shapes(),

@@ -79,7 +79,7 @@ def test_network_that_leaves_hardly_more_than_noise_is_large_enough(
     training_error: float, parameters: int, enough: bool
 ) -> None:
     """Errors relative to the noise; parameters hide some of the noise in 5000 samples."""
-    noise, shape = 1e-3, SimpleNamespace(n_parameters=parameters)
+    noise, shape = 4e-3, SimpleNamespace(n_parameters=parameters)
     network: Any = SimpleNamespace(
         error=1.5 * noise, training_error=training_error * noise, shape=shape
     )

@@ -62,7 +62,8 @@ def init(
             metavar="NAME=LOW..HIGH",
             help="Give this input this range; once for each. Of an FMU the surrogate has these "
             "inputs alone if any are named, and the others keep their start values. Of a record "
-            "the name of each column that is an input is needed, and its range may be left out.",
+            "every input must be named; without a range, as --input NAME, it has what was "
+            "measured.",
         ),
     ] = None,
     outputs: Annotated[
@@ -70,22 +71,30 @@ def init(
         typer.Option(
             "--output",
             metavar="NAME",
-            help="Take this output; once for each. All outputs if not given.",
+            help="Take this output; once for each. If none is named, all outputs are taken; of a "
+            "record, all columns that are no inputs.",
         ),
     ] = None,
     kind: Annotated[
-        str | None, typer.Option(help="Take the model as this kind: class, exudyn, fmu, function.")
+        str | None,
+        typer.Option(
+            help="Take the model as this kind: class, exudyn, fmu, function, record. Its name "
+            "tells if not given."
+        ),
     ] = None,
     step: Annotated[
         float | None,
         typer.Option(
-            help="Sample step in s; found by simulation if not given, or that of the record. It "
-            "is needed for a record without times."
+            help="Take this sample step, in s. If not given, it is found by simulation, or it is "
+            "that of the record; a record without times needs it."
         ),
     ] = None,
     time: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Take this column of a record as its times."),
+        typer.Option(
+            metavar="NAME",
+            help="Take this column of a record as its times; found by its name if not given.",
+        ),
     ] = None,
     chain: Annotated[
         Path | None,
@@ -95,7 +104,7 @@ def init(
             "only one beside the model, where it fits.",
         ),
     ] = None,
-    name: Annotated[str | None, typer.Option(help="Name of the recipe and of the FMU.")] = None,
+    name: Annotated[str | None, typer.Option(help="Give recipe and FMU this name.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace what is there.")] = False,
 ) -> None:
     """Write a first recipe for a model of your own, and say what was found and assumed."""
@@ -189,7 +198,8 @@ def run(
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar, seed, data_seed)
         show_found(job.resolved)
-        finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
+        with job.folder.alone():
+            finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
     show_search(finished.figures)
     for name, validation in finished.figures["validation"].items():
         show_validation(validation, name)
@@ -241,8 +251,9 @@ def generate(
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar, data_seed=seed)
         check_window(job)
-        job = choose_numbers(job, workers, overwrite)
-        figures = generate_data(job, workers)
+        with job.folder.alone():
+            job = choose_numbers(job, workers, overwrite)
+            figures = generate_data(job, workers)
     write_json(json_path, figures)
     show_search(figures)
     console.print(f"data    {job.folder.store}")
@@ -263,7 +274,8 @@ def train(
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar, seed, data_seed)
         check_window(job)
-        figures = train_surrogate(job, threads)
+        with job.folder.alone():
+            figures = train_surrogate(job, threads)
     write_json(json_path, figures)
     show_search(figures)
     console.print(f"surrogate  {job.folder.surrogate}")

@@ -13,6 +13,7 @@ from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.archive import archive_problems, library_problems
 from slide_fmu.cosim.importer import Reader, open_slave
 from slide_fmu.cosim.synthetic import random_record
 from slide_fmu.fmu.description.fmi2 import guid_of
@@ -47,7 +48,7 @@ def check_fmu(path: Path) -> list[str]:
     """
     try:
         surrogate, _ = read_fmu(path)
-        problems = _unreadable(path)
+        problems = archive_problems(path) or _unreadable(path)
     except (FmuError, OSError) as error:
         return [str(error)]
     if problems:
@@ -56,11 +57,7 @@ def check_fmu(path: Path) -> list[str]:
         problems += [f"fmpy: {problem}" for problem in validate_fmu(str(path))]
         description = fmpy.read_model_description(str(path))
         fmi: FmiVersion = 3 if description.fmiVersion.startswith("3.") else 2
-        problems += [
-            f"binary {name} is missing; export again"
-            for name in library_members(surrogate.name, fmi)
-            if read_member(path, name) is None
-        ]
+        problems += library_problems(path, surrogate.name, fmi)
         problems += _compare_description(path, surrogate, description, fmi)
     except Exception as error:  # fmpy raises bare Exception for invalid XML
         problems.append(f"{DESCRIPTION}: {error}")

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 import zarr
 from numpy.typing import NDArray
+from zarr.codecs import Crc32cCodec, ZstdCodec
 
 from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.recipe.recipe import SPLITS, Recipe
@@ -203,7 +204,7 @@ def missing_trajectories(path: Path, split: str, count: int | None = None) -> li
         StoreError: the store is damaged.
     """
     with _damage_reported(path, split):
-        done = np.asarray(_group(path, "r")[f"{split}/done"][:count])
+        done = _read(_group(path, "r")[f"{split}/done"], count)
     wanted = range(len(done) if count is None else count)
     return [index for index in wanted if index >= len(done) or not done[index]]
 
@@ -248,12 +249,10 @@ def read_split(path: Path, split: str, count: int | None = None) -> Split:
         )
     with _damage_reported(path, split):
         has_parameters = f"{split}/parameters" in group
-        read = Split(
-            np.asarray(group[f"{split}/inputs"][:count]),
-            np.asarray(group[f"{split}/outputs"][:count]),
-            np.asarray(group[f"{split}/kinds"][:count], dtype=np.int64),
-            np.asarray(group[f"{split}/parameters"][:count]) if has_parameters else None,
-        )
+        names = ("inputs", "outputs", "kinds", *(["parameters"] if has_parameters else []))
+        found = {name: _read(group[f"{split}/{name}"], count) for name in names}
+        kinds = found.pop("kinds").astype(np.int64)
+        read = Split(kinds=kinds, **found)
         # a chunk whose file is lost reads as the fill value, which is not a number
         for values in (read.inputs, read.outputs, read.parameters):
             if values is None:
@@ -277,6 +276,24 @@ def _damage_reported(path: Path, split: str) -> Iterator[None]:
         ) from error
 
 
+def _read(array: Any, count: int | None) -> NDArray[Any]:
+    """Read an array's first rows, one chunk each.
+
+    Raises:
+        ValueError: a chunk is damaged; the message names its file.
+    """
+    try:
+        return np.asarray(array[:count])
+    except (RuntimeError, ValueError) as error:
+        for index in range(array.shape[0]):
+            try:
+                array[index]
+            except (RuntimeError, ValueError) as cause:
+                file = array.metadata.encode_chunk_key((index, *[0] * (array.ndim - 1)))
+                raise ValueError(f"{array.basename}/{file}: {cause}") from error
+        raise
+
+
 def _group(path: Path, mode: Any) -> Any:
     return zarr.open_group(path, mode=mode)
 
@@ -291,14 +308,23 @@ def _attributes(path: Path) -> dict[str, Any]:
 
 
 def _create_split(group: Any, count: int, shapes: Shapes) -> None:
-    """Create the arrays of a split: not a number where nothing is written, and no flag set."""
+    """Create the arrays of a split: not a number where nothing is written, and no flag set.
+
+    Every chunk ends with its checksum, so that a damaged one is not read.
+    """
+    kept = {"compressors": [ZstdCodec(), Crc32cCodec()]}
     for name, shape in shapes.items():
         group.create_array(
-            name, shape=(count, *shape), chunks=(1, *shape), dtype="float64", fill_value=np.nan
+            name,
+            shape=(count, *shape),
+            chunks=(1, *shape),
+            dtype="float64",
+            fill_value=np.nan,
+            **kept,
         )
     # there may be hundreds of files of records
     for name, dtype in (("kinds", "int32"), ("done", "int8")):
-        group.create_array(name, shape=(count,), chunks=(1,), dtype=dtype, fill_value=0)
+        group.create_array(name, shape=(count,), chunks=(1,), dtype=dtype, fill_value=0, **kept)
 
 
 def _first_difference(found: Any, wanted: Any, place: str = "") -> str | None:

@@ -21,11 +21,11 @@ from slide_fmu.data.store import Split
 from slide_fmu.features.base import Offered
 from slide_fmu.features.director import OTHER, kinds_of
 from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of, machine_of
+from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.family import FITS
 from slide_fmu.fitting.feature_choice import choose_features
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.problem import Problem
-from slide_fmu.fitting.training import TrainingError
 from slide_fmu.recipe.learning import (
     LeastSquaresRecipe,
     NetworkTable,

@@ -7,19 +7,17 @@ validation error"); warm-up, cosine decay and decoupled weight decay (AdamW: Los
 
 from __future__ import annotations
 
-import io
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from pickle import UnpicklingError
 from typing import Any
 
 import torch
 
-from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Progress
+from slide_fmu.fitting.checkpoint import read_checkpoint, reading, write_checkpoint
+from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.windows import WindowData
 from slide_fmu.recipe.learning import TrainingRecipe
@@ -75,10 +73,6 @@ def block_mean_square(n_out: int, newest_weight: float) -> Objective:
         return mean
 
     return Objective(loss, math.sqrt)
-
-
-class TrainingError(RuntimeError):
-    """The training diverged."""
 
 
 def train(
@@ -216,26 +210,8 @@ def _restore(
     if not checkpoint.exists():
         return {"step": 0, "history": [], "best_error": math.inf, "best": None}
     device = next(model.parameters()).device
-    with reading(checkpoint):
-        saved: dict[str, Any] = torch.load(checkpoint, map_location=device, weights_only=True)
+    saved: dict[str, Any] = read_checkpoint(checkpoint, device)
+    with reading(checkpoint):  # another version may have written it
         model.load_state_dict(saved["model"])
         optimizer.load_state_dict(saved["optimizer"])
         return {key: saved[key] for key in ("step", "history", "best_error", "best")}
-
-
-@contextmanager
-def reading(checkpoint: Path) -> Iterator[None]:
-    """Turn what a checkpoint that cannot be read raises into a TrainingError with the remedy."""
-    try:
-        yield
-    except (RuntimeError, LookupError, TypeError, ValueError, EOFError, UnpicklingError) as error:
-        raise TrainingError(
-            f"checkpoint {checkpoint} cannot be read ({error}); remove it to train from the start"
-        ) from error
-
-
-def write_checkpoint(checkpoint: Path, content: dict[str, Any]) -> None:
-    """Write plain values and tensors as checkpoint; its folder is made where there is none."""
-    buffer = io.BytesIO()
-    torch.save(content, buffer)
-    write_whole(checkpoint, buffer.getvalue())

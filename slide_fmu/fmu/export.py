@@ -26,6 +26,9 @@ MODULE_FILES = {".pt": "module.pt", ".pt2": "module.pt2"}
 """Endings of files of scripted (``torch.jit.save``) and exported (``torch.export.save``) modules,
 and their names in the FMU."""
 
+LARGEST = 2_000_000_000
+"""Members of more bytes than this, together or alone, are not unpacked: surrogates are small."""
+
 
 class FmuError(ValueError):
     """A file is no FMU, no FMU of slide-fmu, or damaged."""
@@ -174,12 +177,17 @@ def read_member(path: Path, name: str) -> bytes | None:
     """Read one file of an FMU, or None when it has no such file.
 
     Raises:
-        FmuError: the file is no zip archive or is damaged.
+        FmuError: the file is no zip archive or is damaged, or what is read is very large.
         OSError: the file cannot be read.
     """
     try:
         with zipfile.ZipFile(path) as archive:
-            return archive.read(name) if name in archive.namelist() else None
+            if name not in archive.namelist():
+                return None
+            size = archive.getinfo(name).file_size
+            if size > LARGEST:
+                raise FmuError(f"{path}: {name} has {size} bytes; expected at most {LARGEST}")
+            return archive.read(name)
     except (zipfile.BadZipFile, zlib.error, EOFError) as error:
         raise FmuError(f"{path} is no FMU or is damaged: {error}") from error
     except (NotImplementedError, RuntimeError) as error:

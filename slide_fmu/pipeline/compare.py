@@ -20,7 +20,7 @@ from slide_fmu.fitting.baselines.lesson import Lesson, lesson_of
 from slide_fmu.fitting.baselines.measured import UnseenTest
 from slide_fmu.fitting.baselines.polynomial import require_sysidentpy
 from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of
-from slide_fmu.fitting.training import TrainingError
+from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.network.base import Network
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace

@@ -106,8 +106,8 @@ def require_name(name: str | None) -> None:
     """
     if name is not None and not re.match(NAME, name):
         raise RecipeError(
-            f"--name {name!r}; expected a letter, then letters, digits or underscores, as in "
-            f"--name {recipe_name(name)}"
+            f"--name {name!r}; expected a letter, then letters, digits or underscores, 100 "
+            f"at most, as in --name {recipe_name(name)}"
         )
 
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import filelock
 from pydantic import ValidationError
 
 from slide_fmu.core.files import write_whole
@@ -17,7 +20,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 
 
 class StageError(ValueError):
-    """A stage is asked for before the one it builds on."""
+    """A stage is asked for before the one it builds on, or while another program does one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +43,25 @@ class RunFolder:
     """A run folder, ``runs/<name>``, holds the files of one recipe's run."""
 
     path: Path
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """Keep other programs from working in the folder, until the block or this program ends.
+
+        Raises:
+            StageError: another one does.
+        """
+        self.path.mkdir(parents=True, exist_ok=True)
+        lock = filelock.FileLock(self.path / ".lock", timeout=0)
+        try:
+            held = lock.acquire()
+        except filelock.Timeout as error:
+            raise StageError(
+                f"another program works in {self.path}; expected none: wait until it "
+                "has finished, or work in another folder (--runs FOLDER)"
+            ) from error
+        with held:
+            yield
 
     @property
     def store(self) -> Path:

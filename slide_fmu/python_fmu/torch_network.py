@@ -5,9 +5,12 @@ Modules are written by others: whatever goes wrong in them is reported in one se
 
 from __future__ import annotations
 
+import os
 import warnings
-from collections.abc import Callable, Sequence
-from pathlib import Path
+import zipfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
@@ -19,6 +22,12 @@ FloatArray = NDArray[np.float64]
 SAME = 1e-4
 """Of scaled outputs: what the same window may give the second time, when threads sum in another
 order."""
+
+CODE = "aotinductor", "custom_obj", "opaque_obj"
+"""Parts of the names of members of a ``torch.export`` archive that are no tensors or graphs."""
+
+FORCED = "TORCH_FORCE_WEIGHTS_ONLY_LOAD"
+"""The variable of the environment by which torch unpickles nothing but tensors."""
 
 
 class ModuleNetwork:
@@ -83,7 +92,38 @@ def _read_scripted(path: Path) -> Callable[[torch.Tensor], Any]:
 
 
 def _read_exported(path: Path) -> Callable[[torch.Tensor], Any]:
-    return torch.export.load(path).module()
+    _require_data_alone(path)
+    with _only_tensors_unpickled():
+        return torch.export.load(path).module()
+
+
+def _require_data_alone(path: Path) -> None:
+    """Reject a file with compiled code, or with objects other than tensors, which are pickles.
+
+    Raises:
+        ValueError: it has some; the message names the member.
+    """
+    with zipfile.ZipFile(path) as archive:
+        for name in archive.namelist():
+            if any(part.startswith(CODE) for part in PurePosixPath(name).parts):
+                raise ValueError(
+                    f"its member {name!r} may run any code; expected a module of tensors and "
+                    "operators of torch: save one without custom objects and compiled parts"
+                )
+
+
+@contextmanager
+def _only_tensors_unpickled() -> Iterator[None]:
+    """Let torch unpickle tensors only: it falls back to pickles that run any code otherwise."""
+    before = os.environ.get(FORCED)
+    os.environ[FORCED] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[FORCED]
+        else:
+            os.environ[FORCED] = before
 
 
 _READERS = {

@@ -36,8 +36,11 @@ from slide_fmu.recipe.tables import DataRecipe, StabilityRecipe, ValidationRecip
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond")
 """Trajectories that are kept. Test trajectories are drawn anew for every validation."""
 
-NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
-"""The name of a recipe is a C identifier, since its FMU has it."""
+NAME = r"^[A-Za-z][A-Za-z0-9_]{0,99}$"
+"""The name of a recipe is a C identifier, since its FMU has it, and short enough for a file's."""
+
+MOST_SAMPLES = 10_000_000
+"""Longer motions fit into no memory: this one takes 80 MB for each signal."""
 
 
 class RecipeError(ValueError):
@@ -261,6 +264,22 @@ class Recipe(Table):
                 raise ValueError(
                     f"{name} = {duration:g} s; expected at least {needed:g} s for a window of "
                     f"n_in = {window.n_in}, n_out = {window.n_out} samples{also}"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _trajectories_fit_into_memory(self) -> Recipe:
+        durations = {
+            "data.duration": self.data.duration,
+            "data.burn_in": self.data.burn_in,
+            "validation.duration": self.validation.duration or 0.0,
+            "window.n_in": self.window.n_in * self.window.step,
+        }
+        for name, duration in durations.items():
+            if duration > MOST_SAMPLES * self.window.step:
+                raise ValueError(
+                    f"{name} asks for {duration / self.window.step:.4g} samples; expected at most "
+                    f"{MOST_SAMPLES:,}: shorten it, or choose a larger window.step"
                 )
         return self
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from typing import Any
 
 import jinja2
@@ -44,6 +45,8 @@ def model_card(
     )
     environment.filters["percent"] = lambda value: f"{100 * value:.3g} %"
     environment.filters["seconds"] = seconds
+    environment.filters["plain"] = plain
+    environment.filters["fenced"] = lambda text: text.replace("```", "")
     return environment.get_template("card.md").render(
         variables=variable_table(surrogate),
         surrogate=surrogate,
@@ -58,10 +61,16 @@ def model_card(
     )
 
 
+def plain(text: str) -> str:
+    """Return a user's text as one line that Markdown shows as it is, in tables too."""
+    return " ".join(html.escape(text, quote=False).replace("|", "\\|").split())
+
+
 def variable_table(surrogate: Surrogate) -> str:
     """Return the FMU's variables in the order of their value references, as Markdown table."""
     rows = [
-        f"| `{v.name}` | {v.causality} | {v.unit or ''} | {_range_of(v)} | {v.description} |"
+        f"| `{v.name}` | {v.causality} | {plain(v.unit or '')} | {_range_of(v)} "
+        f"| {plain(v.description)} |"
         for v in fmu_variables(surrogate)
     ]
     return "\n".join(

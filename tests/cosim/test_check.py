@@ -67,13 +67,49 @@ def test_check_names_the_faults_of_a_damaged_fmu(fmu: Path) -> None:
         ({description: xml.replace(b"</ModelVariables>", b"")}, description),
         ({description: None}, description),
         ({"resources/surrogate.slide": b"SLIDEFMU"}, "surrogate file"),
-        ({"binaries/linux64/two_masses.so": b"no library"}, "native library failed"),
+        *(
+            ({name: data[:-9] + b"x" + data[-8:]}, f"binary {name} has the SHA-256 hash")
+            for name, data in members_of(fmu).items()
+            if name.startswith("binaries/")
+        ),
+        ({"binaries/linux32/two_masses.so": b"foreign"}, "linux32/two_masses.so is none of"),
+        ({"../outside": b""}, "'../outside' leaves the folder"),
+        ({"C:\\outside": b""}, "leaves the folder"),
     ]
+    assert len(faults) == 13
     for replaced, expected in faults:
-        if "linux64" in next(iter(replaced)) and fmpy.platform != "linux64":
-            continue
         problems = check_fmu(_changed(fmu, replaced))
         assert any(expected in problem for problem in problems), (expected, problems)
+
+
+def test_check_loads_no_library_that_it_does_not_know(
+    fmu: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def load(*_: object) -> None:
+        raise AssertionError("a library was run")
+
+    monkeypatch.setattr("slide_fmu.cosim.check.open_slave", load)
+    foreign = _changed(fmu, {f"binaries/{fmpy.platform}/two_masses.so": b"foreign"})
+    assert len(check_fmu(foreign)) == 1
+    assert "a library was run" in check_fmu(fmu)[0]
+
+
+def test_member_that_is_there_twice_is_named(fmu: Path) -> None:
+    members = members_of(fmu)
+    fmu.write_bytes(packed(members, [("modelDescription.xml", b"other")]))
+    assert "'modelDescription.xml' is there 2 times" in check_fmu(fmu)[0]
+
+
+def test_member_that_unpacks_to_more_than_memory_holds_is_not_read(
+    fmu: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("slide_fmu.fmu.export.LARGEST", 10_000)
+    monkeypatch.setattr("slide_fmu.cosim.archive.LARGEST", 10_000)
+    large = _changed(fmu, {"resources/surrogate.slide": bytes(20_000)})
+    with pytest.raises(FmuError, match=r"slide has 20000 bytes; expected at most 10000"):
+        read_fmu(large)
+    problem = check_fmu(_changed(fmu, {"extra/zeros": bytes(20_000)}))[0]
+    assert "the FMU unpacks to" in problem
 
 
 @pytest.mark.parametrize("fmi", [2, 3])

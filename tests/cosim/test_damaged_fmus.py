@@ -150,7 +150,7 @@ def test_the_reader_raises_one_kind_of_error(tmp_path: Path) -> None:
     [
         ("modelDescription.xml", b"<a/>", "modelDescription.xml begins with <a>"),
         ("modelDescription.xml", b"<", "modelDescription.xml is no XML"),
-        ("/outside", b"", "the FMU cannot be unpacked"),
+        ("/outside", b"", "leaves the folder of the FMU"),
         ("resources/provenance.json", b"[" * 100_000, "provenance.json is no JSON"),
         ("resources/provenance.json", b'{"a": "\\ud800"}', "provenance.json is no JSON"),
     ],

@@ -183,6 +183,23 @@ def test_damaged_file_is_named(store: Path) -> None:
         read_split(store, "train", 4)
 
 
+def test_chunk_with_a_flipped_bit_is_refused_and_its_file_is_named(store: Path) -> None:
+    for index in range(4):
+        write_trajectory(store, "train", index, trajectory(index), kind=1)
+    for chunk in (store / "train").rglob("c/2*"):
+        files = [chunk] if chunk.is_file() else [f for f in chunk.rglob("*") if f.is_file()]
+        name = files[0].relative_to(store / "train").as_posix()
+        whole = files[0].read_bytes()
+        for place in np.linspace(0, len(whole) - 1, 40).astype(int):
+            broken = bytearray(whole)
+            broken[place] ^= 1 << (place % 8)
+            files[0].write_bytes(broken)
+            with pytest.raises(StoreError, match=rf"'train' is damaged.*{name}.*--overwrite"):
+                read_split(store, "train", 4)
+        files[0].write_bytes(whole)
+    read_split(store, "train", 4)
+
+
 def test_missing_files_of_a_store_are_reported(store: Path) -> None:
     """Of a trajectory that is called done, of a split, of the whole."""
     for index in range(4):

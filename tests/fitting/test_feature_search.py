@@ -15,11 +15,11 @@ from slide_fmu.data.store import Split
 from slide_fmu.features.base import Offered
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.fitting import feature_search
+from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.family import FamilyFit
 from slide_fmu.fitting.feature_search import STAGE, Trials, choices, search_features
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.problem import Problem
-from slide_fmu.fitting.training import TrainingError
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.plants import ARM, STEP
 from tests.progress import no_stages

@@ -17,6 +17,7 @@ from slide_fmu.data.generation import generate
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.fitting.checkpoint import read_checkpoint
 from slide_fmu.fitting.family import FITS, FamilyFit
 from slide_fmu.fitting.feed_forward import FeedForwardModule
 from slide_fmu.fitting.fit import (
@@ -98,7 +99,7 @@ def test_torch_module_gives_what_numpy_gives(fit: Fit, folder: Path) -> None:
     surrogate, window = fit.surrogate, fit.surrogate.window
     inputs = FeatureMap(Differences(1))
     module = FeedForwardModule(LEARNING.network, window.n_in, inputs, window.n_out).double()
-    module.load_state_dict(torch.load(checkpoint, weights_only=True)["best"])
+    module.load_state_dict(read_checkpoint(checkpoint, torch.device("cpu"))["best"])
     test = read_split(folder / "store", "estimator_validation")
     windows = test.inputs[0][window.input_indices(window.starts(len(test.inputs[0])))]
     with torch.no_grad():

@@ -16,9 +16,9 @@ import pytest
 import torch
 
 import tests.fitting.regression as regression
+from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.training import (
     MEAN_SQUARE,
-    TrainingError,
     block_mean_square,
     evaluate,
     learning_rate,

@@ -14,7 +14,7 @@ from slide_fmu.core.measures import rms
 from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.data.unseen import unseen_motions
 from slide_fmu.fitting.baselines.base import Budget
-from slide_fmu.fitting.training import TrainingError
+from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.pipeline import compare as comparing
 from slide_fmu.pipeline.compare import Terms, compare_recipe
 from slide_fmu.pipeline.job import Job, open_job

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -56,3 +58,30 @@ def test_another_system_or_training_needs_another_surrogate(
 ) -> None:
     with pytest.raises(StageError, match="was trained from other values"):
         folder.load_surrogate(tiny_recipe(**changes))
+
+
+HOLDER = """
+import sys, time
+from pathlib import Path
+from slide_fmu.pipeline.run_folder import RunFolder
+with RunFolder(Path(sys.argv[1])).alone():
+    print("held", flush=True)
+    time.sleep(60)
+"""
+
+
+def test_folder_in_which_another_program_works_is_refused_until_that_ends(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path / "runs" / "x")
+    other = subprocess.Popen(
+        [sys.executable, "-c", HOLDER, str(folder.path)], stdout=subprocess.PIPE, text=True
+    )
+    try:
+        assert other.stdout is not None
+        assert other.stdout.readline() == "held\n"
+        with pytest.raises(StageError, match=r"another program works in .*x; .*--runs"):
+            folder.alone().__enter__()
+    finally:
+        other.kill()
+        other.communicate()
+    with folder.alone():  # a program that was killed keeps nothing
+        pass

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import io
+import pathlib
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -198,6 +201,50 @@ def test_scripted_module_comes_to_the_cpu(tmp_path: Path) -> None:
     script(WithValues(2).to("cuda"), path)
     description.write_text(DESCRIPTION, encoding="utf-8")
     export_module(path, description, tmp_path / "fine.fmu")
+
+
+class Trap:
+    """Writes a file when it is unpickled."""
+
+    def __init__(self, sprung: Path) -> None:
+        self._sprung = sprung
+
+    def __reduce__(self) -> tuple[Callable[..., object], tuple[object, ...]]:
+        return pathlib.Path.touch, (self._sprung,)
+
+
+def with_member(source: Path, target: Path, end_of_name: str, content: bytes) -> None:
+    """Copy an archive; the member whose name ends so has other content, or comes to the rest."""
+    with zipfile.ZipFile(source) as old, zipfile.ZipFile(target, "w") as new:
+        names = old.namelist()
+        found = [name for name in names if name.endswith(end_of_name)]
+        changed = found[0] if found else f"{names[0].split('/')[0]}/{end_of_name}"
+        for name in names:
+            if name != changed:
+                new.writestr(name, old.read(name))
+        new.writestr(changed, content)
+
+
+def test_pickle_in_an_exported_module_is_refused_and_does_not_run(tmp_path: Path) -> None:
+    fine, path, sprung = tmp_path / "fine.pt2", tmp_path / "strange.pt2", tmp_path / "sprung"
+    save_exported(WithValues(2), fine)
+    trap = io.BytesIO()
+    torch.save((Trap(sprung),), trap)
+    with_member(fine, path, "data/sample_inputs/model.pt", trap.getvalue())
+    assert "the file cannot be read" in refusal(path, tmp_path)
+    assert not sprung.exists()
+    torch.load(io.BytesIO(trap.getvalue()), weights_only=False)  # the trap works
+    assert sprung.exists()
+
+
+@pytest.mark.parametrize(
+    "member", ["data/constants/custom_obj_0", "data/aotinductor/model/code.wrapper.so"]
+)
+def test_exported_module_with_code_is_refused(member: str, tmp_path: Path) -> None:
+    fine, path = tmp_path / "fine.pt2", tmp_path / "strange.pt2"
+    save_exported(WithValues(2), fine)
+    with_member(fine, path, member, b"anything")
+    assert f"{member}' may run any code" in refusal(path, tmp_path)
 
 
 def test_module_on_another_device_is_refused(tmp_path: Path) -> None:

@@ -96,7 +96,7 @@ def test_reference_may_have_parameters_of_its_own() -> None:
     assert data_specification(recipe).parameters == {"damping": 40.0, "substeps": 6}
     assert Recipe.model_validate_json(recipe.model_dump_json()) == recipe
     assert parse_recipe(TINY, "mine.toml").system.reference == {}
-    with pytest.raises(RecipeError, match=r"system\.reference = 48: Input should be a valid dict"):
+    with pytest.raises(RecipeError, match=r"system\.reference = 48: expected a table of keys"):
         parse_recipe(text.replace("{ substeps = 48 }", "48"), "mine.toml")
 
 
@@ -248,3 +248,22 @@ def test_span_and_lags_fit(changes: dict[str, Any], message: str) -> None:
             "span": 88,
         },
     )
+
+
+@pytest.mark.parametrize(
+    ("changes", "key"),
+    [
+        ({"data": {"burn_in": 1e12}}, "data.burn_in"),
+        ({"data": {"duration": 1e9}}, "data.duration"),
+        ({"validation": {"duration": 1e9}}, "validation.duration"),
+    ],
+)
+def test_motions_that_fit_into_no_memory_are_refused(changes: dict[str, Any], key: str) -> None:
+    with pytest.raises(ValueError, match=rf"{key} asks for .* expected at most 10,000,000"):
+        tiny_recipe(**changes)
+
+
+def test_name_that_is_too_long_for_a_file_is_refused() -> None:
+    assert tiny_recipe(name="x" * 100).name == "x" * 100
+    with pytest.raises(ValueError, match="name"):
+        tiny_recipe(name="x" * 101)

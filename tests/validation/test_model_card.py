@@ -98,6 +98,15 @@ def test_bars_of_excitations_of_one_kind_lie_beside_each_other(
     assert labels == ["held_random 1 (1)", "held_random 3 (2)"]
 
 
+def test_texts_of_a_user_stay_texts_on_the_card(finer: Validation) -> None:
+    strange = FINER.model_copy(
+        update={"description": "a <script>alert(1)</script> | b", "equations": "x = 1\n```\n# y"}
+    )
+    text = model_card(finer.surrogate, strange, figures_of(finer), "picture.png")
+    assert "a &lt;script&gt;alert(1)&lt;/script&gt; \\| b." in text
+    assert text.count("```") == 4
+
+
 @pytest.mark.parametrize(("error", "factor", "warned"), [(0.3, 2, 1), (0.1, 2, 0), (0.3, 1, 0)])
 def test_card_warns_of_amplitudes_that_the_surrogate_does_not_know(
     finer: Validation, error: float, factor: float, warned: int

@@ -10,6 +10,7 @@ import numpy as np
 import torch
 
 from slide_fmu.core.progress import Progress
+from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.feature_choice import roles_of
 from slide_fmu.fitting.history import History, TriedUnits
 from slide_fmu.fitting.problem import Problem, Which
@@ -26,7 +27,6 @@ from slide_fmu.fitting.state_space.remarks import remark_on
 from slide_fmu.fitting.state_space.segments import Segments, cut_segments
 from slide_fmu.fitting.state_space.sizes import USED, Chosen, choose_sizes, still_learnable
 from slide_fmu.fitting.state_space.unit_choice import choose_units
-from slide_fmu.fitting.training import TrainingError
 from slide_fmu.network.state_space.cell import GATED, Cell
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.network.state_space.polynomial import CellPolynomial

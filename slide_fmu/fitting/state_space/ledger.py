@@ -12,9 +12,9 @@ from typing import Any, TypeVar
 import torch
 
 from slide_fmu.core.progress import Progress
+from slide_fmu.fitting.checkpoint import read_checkpoint, reading, write_checkpoint
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
-from slide_fmu.fitting.training import reading, write_checkpoint
 
 State = TypeVar("State", Iterate, Descent)
 
@@ -44,8 +44,9 @@ class Ledger:
         self._runs: dict[str, dict[str, Any]] = {}
         self._written = time.monotonic()
         if path.exists():
+            found = read_checkpoint(path, device)
             with reading(path):
-                self._runs = _checked(torch.load(path, map_location=device, weights_only=True))
+                self._runs = _checked(found)
 
     @property
     def iterations(self) -> int:

@@ -81,7 +81,9 @@ def _period_findings(record: Record, names: tuple[str, ...]) -> list[Finding]:
     if period is None:
         return []
     whole = len(values) // period.samples * period.samples
-    alike = np.isfinite(values).all() and not groups_of_periods(values[:whole], period.samples).any()
+    alike = (
+        np.isfinite(values).all() and not groups_of_periods(values[:whole], period.samples).any()
+    )
     return [
         Finding(
             "period",

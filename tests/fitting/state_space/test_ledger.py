@@ -10,9 +10,9 @@ import pytest
 import torch
 
 from slide_fmu.core.progress import Progress
+from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.state_space import ledger as module
 from slide_fmu.fitting.state_space.ledger import Ledger
-from slide_fmu.fitting.training import TrainingError
 from tests.progress import silent
 
 CPU = torch.device("cpu")

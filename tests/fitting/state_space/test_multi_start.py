@@ -12,6 +12,7 @@ import pytest
 import torch
 
 from slide_fmu.core.window import Window
+from slide_fmu.fitting.checkpoint import read_checkpoint
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space import ledger, preconditioned_descent, sizes
 from slide_fmu.fitting.state_space import multi_start as multi_start_module
@@ -43,7 +44,7 @@ TWO_PAIRS = np.array([-3 + 4j, -5 + 9j])
 
 def runs(problem: Problem) -> set[str]:
     """Names of the runs that a fit consisted of."""
-    return set(torch.load(problem.checkpoint, weights_only=True))
+    return set(read_checkpoint(problem.checkpoint, torch.device("cpu")))
 
 
 def short_records(folder: Path) -> Problem:
@@ -264,7 +265,7 @@ def test_planned_are_the_iterations_of_the_runs_to_come(
         dense_limit=limit,
         stretches=3,
     )
-    course = torch.load(problem.checkpoint, weights_only=True)
+    course = read_checkpoint(problem.checkpoint, torch.device("cpu"))
     done = {name: run["iterations"] for name, run in course.items()}
     linear = sum(count for name, count in done.items() if name.startswith("linear"))
     assert states[0][1] == 2 * LINEAR_ITERATIONS + 3 * 6 + 2 * 6 + 12

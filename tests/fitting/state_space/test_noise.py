@@ -73,7 +73,13 @@ def test_search_beside_noise_finds_units_that_lower_the_whole_error_little(
 
 @pytest.mark.parametrize(
     ("training_error", "parameters", "enough"),
-    [(1.0, 100, True), (1.2, 100, False), (0.9, 1000, True), (0.9, 4000, False), (0.9, 5000, False)],
+    [
+        (1.0, 100, True),
+        (1.2, 100, False),
+        (0.9, 1000, True),
+        (0.9, 4000, False),
+        (0.9, 5000, False),
+    ],
 )
 def test_network_that_leaves_hardly_more_than_noise_is_large_enough(
     training_error: float, parameters: int, enough: bool

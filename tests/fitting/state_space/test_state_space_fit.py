@@ -11,11 +11,12 @@ import pytest
 import torch
 
 from slide_fmu.core.window import Window
+from slide_fmu.fitting.checkpoint import read_checkpoint
+from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.state_space import ledger, preconditioned_descent
 from slide_fmu.fitting.state_space.fit import prepare
 from slide_fmu.fitting.state_space.multi_start import SHORTEST_RESPONSE
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
-from slide_fmu.fitting.training import TrainingError
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.cells import plain
 from tests.fitting.state_space.springs import (
@@ -178,7 +179,7 @@ def test_beyond_the_dense_limit_the_network_is_widened(
     fewest = max(h for h in range(12) if plain(4, 1, h, 1).n_parameters <= 50)
     problem = problem_of(tmp_path)
     assert fit(problem, **WIDE).content == widened.content
-    runs = torch.load(problem.checkpoint, weights_only=True)
+    runs = read_checkpoint(problem.checkpoint, torch.device("cpu"))
     kept = {name: run for name, run in runs.items() if name.startswith("kept")}
     assert kept.keys() == {f"kept {place}, 4 states, {fewest} units" for place in (0, 1)}
     assert "refined" not in runs

@@ -11,6 +11,7 @@ import pytest
 import torch
 
 from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.fitting.checkpoint import read_checkpoint
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.cell import simulate
 from slide_fmu.fitting.state_space.fit import prepare
@@ -93,7 +94,7 @@ def problem_in(folder: Path, eigenvalues: Any = None) -> Problem:
 
 def runs(problem: Problem) -> dict[str, Any]:
     """The runs that a fit consisted of, by name."""
-    return dict(torch.load(problem.checkpoint, weights_only=True))
+    return dict(read_checkpoint(problem.checkpoint, torch.device("cpu")))
 
 
 @pytest.mark.extended

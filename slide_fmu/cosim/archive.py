@@ -1,0 +1,84 @@
+"""What is wrong with the archive of an FMU, before anything in it is unpacked or run."""
+
+from __future__ import annotations
+
+import hashlib
+import zipfile
+from collections import Counter
+from pathlib import Path, PurePosixPath, PureWindowsPath
+
+from slide_fmu.fmu.export import LARGEST, read_member
+from slide_fmu.fmu.libraries.platforms import FmiVersion, libraries
+
+BINARIES = "binaries/"
+"""The libraries of an FMU lie below this folder (FMI 2.0, section 2.3; FMI 3.0, section 2.5)."""
+
+
+def archive_problems(path: Path) -> list[str]:
+    """Name members that leave the folder of the FMU, come twice, or unpack to very much.
+
+    Raises:
+        zipfile.BadZipFile, OSError: the file is no archive, or cannot be read.
+    """
+    with zipfile.ZipFile(path) as archive:
+        members = archive.infolist()
+    names = Counter(member.filename for member in members)
+    problems = [
+        f"member {name!r} leaves the folder of the FMU; expected names below it: do not unpack it"
+        for name in names
+        if _leaves(name)
+    ]
+    problems += [
+        f"member {name!r} is there {count} times; expected once: importers may read either"
+        for name, count in names.items()
+        if count > 1
+    ]
+    size = sum(member.file_size for member in members)
+    if size > LARGEST:
+        problems.append(
+            f"the FMU unpacks to {size / 1e9:.3g} GB; expected at most {LARGEST / 1e9:.3g} GB: do "
+            "not unpack it"
+        )
+    return problems
+
+
+def library_problems(path: Path, name: str, fmi: FmiVersion) -> list[str]:
+    """Name the libraries of an FMU, of any platform, that are not those of this version.
+
+    Args:
+        path: the FMU.
+        name: its model identifier.
+        fmi: its version of the standard.
+
+    Raises:
+        FileNotFoundError: the runtime has not been compiled here.
+        FmuError, OSError: the file cannot be read.
+    """
+    known = libraries(name, fmi)
+    problems = []
+    for member, expected in known.items():
+        found = read_member(path, member)
+        if found is None:
+            problems.append(f"binary {member} is missing; export again")
+        elif found != expected:
+            problems.append(
+                f"binary {member} has the SHA-256 hash {_hash(found)}; expected "
+                f"{_hash(expected)}: it is damaged, foreign, or of another version "
+                "of slide-fmu; export again"
+            )
+    with zipfile.ZipFile(path) as archive:
+        others = {n for n in archive.namelist() if n.startswith(BINARIES) and not n.endswith("/")}
+    problems += [
+        f"binary {member} is none of slide-fmu; expected {', '.join(known)}: export again"
+        for member in sorted(others - set(known))
+    ]
+    return problems
+
+
+def _leaves(name: str) -> bool:
+    posix, windows = PurePosixPath(name), PureWindowsPath(name)
+    return bool(posix.is_absolute() or windows.drive or windows.root or ".." in windows.parts)
+
+
+def _hash(content: bytes) -> str:
+    return f"{hashlib.sha256(content).hexdigest()[:12]}..."

@@ -1,0 +1,7 @@
+"""What a training raises."""
+
+from __future__ import annotations
+
+
+class TrainingError(RuntimeError):
+    """A training diverged, or its checkpoint cannot be used."""

@@ -31,11 +31,12 @@ def settled(surrogate: Surrogate, recipe: Recipe, system: Source) -> Surrogate:
         return surrogate
     if _is_stable(surrogate, recipe, system):
         return surrogate
-    other = replace(surrogate, network=with_half_the_room(network))
+    smaller = with_half_the_room(network)
     features = excited_features(surrogate, recipe, system, 1.0)
-    before, after = (one.run(features)[0] for one in (network, other.network))
-    fine = np.array_equal(before, after) and _is_stable(other, recipe, system)
-    return other if fine else surrogate
+    if not np.array_equal(network.run(features)[0], smaller.run(features)[0]):
+        return surrogate
+    other = replace(surrogate, network=smaller)
+    return other if _is_stable(other, recipe, system) else surrogate
 
 
 def _is_stable(surrogate: Surrogate, recipe: Recipe, system: Source) -> bool:

@@ -84,9 +84,9 @@ def check_stability(
         return _worst_of_corners(surrogate, recipe, system)
     # a network that diverges overflows: the test reports it, so numpy need not warn
     with np.errstate(over="ignore", invalid="ignore"):
-        unit, _ = network.run(_records(surrogate, recipe, system, 1.0))
+        unit, _ = network.run(excited_features(surrogate, recipe, system, 1.0))
     return tuple(
-        _test(network, _records(surrogate, recipe, system, factor), (factor, unit), recipe)
+        _test(network, excited_features(surrogate, recipe, system, factor), (factor, unit), recipe)
         for factor in recipe.stability.amplitudes
     )
 
@@ -210,8 +210,13 @@ def _problem(factor: float, growth: float, gaps: FloatArray, recipe: Recipe) -> 
     return None
 
 
-def _records(surrogate: Surrogate, recipe: Recipe, system: Source, factor: float) -> Float32Array:
-    """Draw records of the recipe's excitation as features, (RECORDS, WINDOWS n_in, n_features)."""
+def excited_features(
+    surrogate: Surrogate, recipe: Recipe, system: Source, factor: float
+) -> Float32Array:
+    """Draw inputs of the recipe's excitation as features, (RECORDS, WINDOWS n_in, n_features).
+
+    The factor is that on the excitation's amplitude.
+    """
     assert isinstance(surrogate.network, StateSpace)
     count = WINDOWS * surrogate.window.n_in
     inputs = _inputs(recipe, system, count, factor)

@@ -30,6 +30,9 @@ SHOWN = 0.02
 RIDGE = 1e-9
 """The regression is regularised by this part of the mean power of its columns: a record without
 noise has no unique model of a high order."""
+RIDGE_OF_INPUTS = 1e-4
+"""Columns of inputs have a larger one: inputs may excite a narrow band, and outside of it noise
+would pass for a pole that lasts. Those of outputs may not, since it would draw a pole at 1 away."""
 EXCITED = 0.999
 """The excited band holds this part of the inputs' power; poles beyond it are of the noise."""
 SURE = 2.0
@@ -193,8 +196,10 @@ class _Sums:
         )
         matrix = products[np.ix_(chosen, chosen)]
         right = products[chosen][:, -self._n_outputs :]
-        ridge = RIDGE * np.trace(matrix) / len(matrix) * np.eye(len(matrix))
-        found = scipy.linalg.solve(matrix + ridge, right, assume_a="pos")
+        ridge = np.full(len(matrix), RIDGE)
+        ridge[order * self._n_outputs :] = RIDGE_OF_INPUTS
+        damped = matrix + np.diag(ridge * np.trace(matrix) / len(matrix))
+        found = scipy.linalg.solve(damped, right, assume_a="pos")
         power = products[-self._n_outputs :, -self._n_outputs :]
         cross = found.T @ right
         return found, (power - cross - cross.T + found.T @ matrix @ found) / count, count

@@ -15,6 +15,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.core.units import require_unit
 from slide_fmu.pipeline.draft_signals import Ranges, names_of, require_name, widened
+from slide_fmu.pipeline.record_lengths import held_against
 from slide_fmu.recipe.measured import KIND, PARTS
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import DraftSignal, recipe_name
@@ -84,8 +85,10 @@ def propose_record(wish: RecordWish) -> RecordProposal:
     """Propose a recipe for records, which are read and examined.
 
     Raises:
-        RecipeError: a file cannot be read or used, inputs or outputs are no columns of it, or a
-            recipe cannot have the name that is wished.
+        LoadError: the records cannot be used as the recipe says.
+        RecipeError: a file cannot be read or used, inputs or outputs are no columns of it, a
+            recipe cannot have the name that is wished, or the records are too short for what the
+            machine remembers.
     """
     require_name(wish.name)
     try:
@@ -123,7 +126,8 @@ def _proposed(wish: RecordWish) -> RecordProposal:
         sum(len(record.time) for record in records) >= ENOUGH,
         parameters,
     )
-    return RecordProposal(record_recipe_text(draft), draft, tuple(remarks))
+    draft, more = held_against(draft, wish.paths)
+    return RecordProposal(record_recipe_text(draft), draft, (*remarks, *more))
 
 
 def _read(wish: RecordWish) -> tuple[tuple[Record, ...], dict[str, Any]]:

@@ -30,6 +30,7 @@ class RecordDraft:
         by: how the records are divided.
         by_origin: why.
         estimates: whether the recipe has an error estimator.
+        remaining_amplitude: part of what happened before that the window leaves.
     """
 
     name: str
@@ -43,6 +44,7 @@ class RecordDraft:
     by_origin: str
     estimates: bool
     parameters: dict[str, Any] = field(default_factory=dict)
+    remaining_amplitude: float = 1e-3
 
 
 def record_recipe_text(draft: RecordDraft) -> str:
@@ -66,7 +68,7 @@ def record_recipe_text(draft: RecordDraft) -> str:
             "The lengths n_in and n_out follow from the poles of a linear fit: until this part of "
             "what happened before is left."
         ),
-        "remaining_amplitude = 0.001",
+        f"remaining_amplitude = {value_text(draft.remaining_amplitude)}",
         "",
         "[data]",
         *comment_lines(draft.by_origin),
@@ -76,12 +78,13 @@ def record_recipe_text(draft: RecordDraft) -> str:
             "test = 0.15 }, with an error estimator also estimator and estimator_validation."
         ),
         "",
+        "[network]",
         *comment_lines(
-            "Where the FMU will be used beyond what was measured, units may be chosen by trials "
-            "that hold out the largest amplitudes:"
+            "Half of the units are clipped cubes, half of them tanh: springs that harden need "
+            'fewer of both. "auto" lets trials choose that hold out the largest amplitudes, for '
+            "an FMU that will be used beyond them."
         ),
-        "# [network]",
-        '# units = "auto"',
+        'units = "mixed"',
         "",
         *_estimator_lines(draft.estimates),
     ]

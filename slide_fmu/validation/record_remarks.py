@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from slide_fmu.data.recorded import left_out
+from slide_fmu.memory.rest import apart_at_rest
 from slide_fmu.systems.record.model import MeasuredRecords
 from slide_fmu.systems.record.repeats import noise_of_repeats
 from slide_fmu.validation.comparison import Validation
 
 CUT_OFF = 1.5
 """A window cuts something off where the FMU errs so many times as much as the free network."""
+APART = 2e-3
+"""Outputs come to rest elsewhere where they stay apart by more than this part of their standard
+deviation: twice what a window usually leaves of the past. Networks of systems that forget leave
+1e-5."""
 
 
 def remarks_on_records(source: MeasuredRecords, validation: Validation) -> list[str]:
@@ -23,6 +28,7 @@ def remarks_on_records(source: MeasuredRecords, validation: Validation) -> list[
         *([] if short is None else [short]),
         *_on_repeats(source, validation),
         *_on_what_is_cut_off(validation),
+        *_on_rest(source, validation),
     ]
 
 
@@ -54,3 +60,20 @@ def _on_what_is_cut_off(validation: Validation) -> list[str]:
                 "that helps"
             )
     return found
+
+
+def _on_rest(source: MeasuredRecords, validation: Validation) -> list[str]:
+    """Name the outputs that come to rest elsewhere after each motion."""
+    surrogate = validation.surrogate
+    apart = apart_at_rest(surrogate, validation.recipe, source)
+    if apart is None:
+        return []
+    return [
+        f"output {signal.name!r}: after different motions of the record the network comes to rest "
+        f"apart, by {100 * share:.2g} % of the output's standard deviation one window after the "
+        f"inputs stand still; expected at most {100 * APART:g} %: the system seems to have "
+        "hysteresis or dry friction, or to be damped less where it hardly moves. Trust the "
+        "surrogate under inputs that keep it moving as the record does, and not at rest"
+        for signal, share in zip(surrogate.outputs, apart, strict=True)
+        if share > APART
+    ]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from typer.testing import CliRunner, Result
 
 from slide_fmu.cli import app
@@ -80,11 +81,36 @@ def test_inputs_that_repeat_many_periods_are_divided_by_them(tmp_path: Path) -> 
     waves = np.concatenate([np.tile(rng.normal(size=250), 2) for _ in range(8)])
     one = np.tile(waves[:250], 16)
     for force, by in ((waves, "period"), (one, "block")):
-        columns = {"time": STEP * np.arange(4000), "force": force, "travel": np.cumsum(force)}
+        travel = lfilter([1], [1, -0.9], force)
+        columns = {"time": STEP * np.arange(4000), "force": force, "travel": travel}
         wish = RecordWish((str(write_columns(tmp_path / "a.csv", **columns)),), {"force": None})
         proposal = propose_record(wish)
         assert proposal.draft.by == by
         assert any("repeat a period of 250 samples" in remark for remark in proposal.remarks)
+
+
+def test_record_that_is_too_short_for_its_memory_is_refused_with_the_length_it_needs(
+    tmp_path: Path,
+) -> None:
+    path = write_record(tmp_path / "a.csv", 500)
+    with pytest.raises(RecipeError, match=r"the records have 499 samples.* at least \d+ samples"):
+        recipe_for(path)
+
+
+def test_short_record_gets_a_window_that_leaves_more_of_the_past(tmp_path: Path) -> None:
+    path = write_record(tmp_path / "a.csv", 1000)
+    proposal = propose_record(RecordWish((str(path),), {"force": None}))
+    assert parse_recipe(proposal.text, "proposed").window.remaining_amplitude == 0.01
+    assert any("the window leaves 1 % of what happened before" in r for r in proposal.remarks)
+
+
+def test_output_that_is_an_integral_is_refused_with_the_advice_to_learn_its_rate(
+    tmp_path: Path,
+) -> None:
+    force, travel = force_and_travel(4000)
+    columns = {"time": STEP * np.arange(4000), "force": force, "way": np.cumsum(travel)}
+    with pytest.raises(RecipeError, match="Learn the rate of the output instead"):
+        recipe_for(write_columns(tmp_path / "a.csv", **columns))
 
 
 def test_many_records_are_divided_as_whole_ones(tmp_path: Path) -> None:

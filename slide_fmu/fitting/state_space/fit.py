@@ -63,7 +63,7 @@ def fit_state_space(
     multi_start = MultiStart(problem, network, training, data, progress)
     if problem.start is not None:
         multi_start.plan(training.iterations)
-        winner = multi_start.refine(begun_with(problem.start, multi_start))
+        winner = multi_start.refine_known(begun_with(problem.start, multi_start))
         return freeze(winner, problem, data), _history(winner, data)
     multi_start.plan(2 * LINEAR_ITERATIONS + _iterations(training, training.iterations))
     chosen = choose_sizes(multi_start)

@@ -41,6 +41,7 @@ from slide_fmu.fitting.state_space.normal_equations import (
 )
 from slide_fmu.fitting.state_space.pole_penalty import PolePenalty, pole_grid, pole_radii
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
+from slide_fmu.fitting.state_space.prior import STRENGTHS, Prior
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
@@ -278,6 +279,22 @@ class MultiStart:
         """Run the winner on all data; the run has a name of its own."""
         theta, iterations = candidate.state.best, self.training.iterations
         return self._descend(name, candidate.shape, theta, self.data.whole, iterations)
+
+    def refine_known(self, candidate: Candidate) -> Candidate:
+        """Run a known network on all data, held ever less strongly to what it was at first.
+
+        What is best by validation is returned.
+        """
+        shape, theta = candidate.shape, candidate.state.best
+        least_squares = self._least_squares(shape, self.data.whole)
+        found = [Candidate(shape, Iterate.begin(theta, least_squares))]
+        for strength in STRENGTHS:
+            problem = Prior.around(shape, theta, strength).joined(least_squares)
+            begin = Iterate.begin(found[-1].state.theta, problem)
+            iterations = max(1, self.training.iterations // len(STRENGTHS))
+            name = f"refined, prior {strength:g}"
+            found.append(self._go_down(name, shape, begin, problem, iterations))
+        return min(found, key=lambda one: one.error)
 
     def widened(self, candidate: Candidate, units: int) -> Candidate:
         """Run a network of more units than normal equations can be solved for, from a smaller one.

@@ -54,6 +54,9 @@ parameters, and the search sees a part of the data."""
 BESIDE_NOISE = 0.15
 """Beside noise, a network is good whose own error is below this part of the noise: it raises the
 whole error by one per cent."""
+FITTED = 0.3
+"""It is large enough if so much is left over of what it learnt from, beside the noise: a larger
+one would learn the noise. The fit on all data brings the rest."""
 
 Place = tuple[int, int]
 """A size, by its positions among the orders and among the numbers of units."""
@@ -151,11 +154,14 @@ class _Search:
     def with_more_states(self, place: Place) -> Candidate | None:
         """Return the network of more states than at a place, for units to make use of.
 
-        There is none for a linear network, whose states the guess of the order has counted.
+        There is none for a linear network, whose states the guess of the order has counted, and
+        none where a network leaves hardly more than noise.
         """
-        found = self._best_of(self._beyond(place, [STATES]))
         linear = self._units[place[1]] == 0
-        return None if linear or found is None else self._candidate(found)
+        if linear or (self._noise and self._is_good(place)):
+            return None
+        found = self._best_of(self._beyond(place, [STATES]))
+        return None if found is None else self._candidate(found)
 
     def chosen(self, place: Place, larger: Candidate | None) -> Chosen:
         """Return the size at a place, with all that were tried."""
@@ -191,7 +197,8 @@ class _Search:
 
     def _is_good(self, place: Place) -> bool:
         """Whether the network has units, and is accurate enough for the search."""
-        return self._units[place[1]] > 0 and _good(self._candidate(place), self._noise)
+        samples = samples_of_part(self._multi_start)
+        return self._units[place[1]] > 0 and _good(self._candidate(place), self._noise, samples)
 
     def _linear_suffices(self, place: Place) -> bool:
         """Whether the network is linear and good, and its residual cannot be predicted."""
@@ -217,13 +224,27 @@ class _Search:
         )
 
 
-def _good(candidate: Candidate, noise: float) -> bool:
+def samples_of_part(multi_start: MultiStart) -> int:
+    """Return the number of values of outputs that sizes are judged on."""
+    return multi_start.data.part.targets.numel()
+
+
+def _good(candidate: Candidate, noise: float, samples: int) -> bool:
+    """Whether a network is accurate enough, and need not be larger; it learnt from samples."""
     if not noise:
         return min(candidate.error, candidate.training_error) < GOOD
     own = without_noise(candidate.error, noise)
     # an error far below the noise says that the training has no such noise
     known = candidate.training_error < min(GOOD, PART * noise)
-    return known or own < min(GOOD, BESIDE_NOISE * noise)
+    left = without_noise(_with_free_parameters(candidate, samples), noise)
+    fitted = left < min(GOOD, FITTED * noise)
+    return known or fitted or own < min(GOOD, BESIDE_NOISE * noise)
+
+
+def _with_free_parameters(candidate: Candidate, samples: int) -> float:
+    """Return the training error as it would be if parameters had not learnt some of the noise."""
+    free = samples - candidate.shape.n_parameters
+    return candidate.training_error * math.sqrt(samples / free) if free > 0 else math.inf
 
 
 def judge(multi_start: MultiStart, order: int, units: int) -> Candidate:
@@ -241,7 +262,7 @@ def judge(multi_start: MultiStart, order: int, units: int) -> Candidate:
     found = multi_start.judged(best)
     for number in range(1, MOST_ROUNDS):
         noise = noise_in(found, multi_start.data.validation)
-        if _good(found, noise):
+        if _good(found, noise, samples_of_part(multi_start)):
             break
         multi_start.plan(training.kept_iterations)
         before, found = found.error, multi_start.judged_again(found, number)

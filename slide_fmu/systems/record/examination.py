@@ -9,8 +9,17 @@ import numpy as np
 from slide_fmu.systems.record.column_findings import column_findings
 from slide_fmu.systems.record.finding import Finding
 from slide_fmu.systems.record.measured import Record
-from slide_fmu.systems.record.periods import find_period
+from slide_fmu.systems.record.periods import find_period, groups_of_periods
 from slide_fmu.systems.record.timing import time_findings
+
+SEVERAL_PERIODS = (
+    "split by whole periods, so that none is learnt from and tested with; one period that comes "
+    "again and again tells nothing about others"
+)
+ONE_PERIOD = (
+    "record other inputs too: it is one period that comes again and again, so that what is tested "
+    "was learnt from, and the measured error says nothing about other inputs"
+)
 
 
 def examine(
@@ -67,9 +76,12 @@ def _constant(records: Sequence[Record], name: str) -> list[Finding]:
 
 def _period_findings(record: Record, names: tuple[str, ...]) -> list[Finding]:
     """Remark inputs that repeat a period."""
-    period = find_period(record.chosen(names))
+    values = record.chosen(names)
+    period = find_period(values)
     if period is None:
         return []
+    whole = len(values) // period.samples * period.samples
+    alike = np.isfinite(values).all() and not groups_of_periods(values[:whole], period.samples).any()
     return [
         Finding(
             "period",
@@ -79,7 +91,6 @@ def _period_findings(record: Record, names: tuple[str, ...]) -> list[Finding]:
             f"{100 * period.share:.0f} % of the record repeat a period of {period.samples} "
             "samples",
             "inputs that do not come again",
-            "split by whole periods, so that none is learnt from and tested with; one period that "
-            "comes again and again tells nothing about others",
+            ONE_PERIOD if alike else SEVERAL_PERIODS,
         )
     ]

@@ -85,7 +85,11 @@ def init(
     ] = None,
     time: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Take this column of a record as its times."),
+        typer.Option(
+            metavar="NAME",
+            help="Take this column of a record as its times; none, with --step: even samples, "
+            "whatever its times say.",
+        ),
     ] = None,
     chain: Annotated[
         Path | None,
@@ -102,9 +106,9 @@ def init(
     from slide_fmu.core.files import write_whole
     from slide_fmu.pipeline.draft_signals import parse_range
     from slide_fmu.pipeline.proposal import Proposal, Wish, propose
+    from slide_fmu.pipeline.record_columns import RecordWish
     from slide_fmu.pipeline.record_proposal import (
         RecordProposal,
-        RecordWish,
         are_records,
         propose_record,
     )

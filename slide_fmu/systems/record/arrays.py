@@ -66,6 +66,8 @@ def columns_of(
 def table_of(found: dict[str, Column], choice: Choice) -> Table:
     """Read the wanted columns; where none are named, those of the most frequent length.
 
+    Where all others are wanted too, only those of the same length are.
+
     Columns of times are left out where they have another length than what is wanted.
 
     Raises:
@@ -78,11 +80,11 @@ def table_of(found: dict[str, Column], choice: Choice) -> Table:
             "a column for each"
         )
     kept = choice.kept({name: column.unit for name, column in found.items()})
-    wanted = [n for n in kept if choice.names is None or n in (*choice.names, choice.time)]
+    wanted = [n for n in kept if not choice.names or n in (*choice.names, choice.time)]
     lengths = Counter(found[name].length for name in wanted)
     length = lengths.most_common(1)[0][0]
     others = [name for name in wanted if found[name].length != length]
-    if others and choice.names is not None:
+    if others and choice.names:
         told = {name: found[name].length for name in wanted}
         raise RecordError(
             f"{choice.path} has columns of the lengths {told}; expected one length for all that "

@@ -8,6 +8,12 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 
+GIVE_STEP = (
+    "give the step, so that the times do not count: --time none --step SECONDS in slide-fmu init, "
+    "sample_step in system.parameters of a recipe"
+)
+"""The remedy for times that are wrong where samples are even."""
+
 
 class RecordError(ValueError):
     """A record cannot be read, or cannot be used as it is."""

@@ -40,6 +40,7 @@ class Choice:
     Attributes:
         path: the file, as the user named it.
         names: columns that are wanted; None for all.
+        others: whether all other columns are wanted too.
         time: name of the column of times; None where it is to be found.
         step: whether the step is given, so that no column of times is needed.
         most: number of samples times columns that are read at most.
@@ -47,9 +48,15 @@ class Choice:
 
     path: str
     names: tuple[str, ...] | None = None
+    others: bool = False
     time: str | None = None
     step: bool = False
     most: int = MOST_NUMBERS
+
+    @property
+    def all(self) -> bool:
+        """Whether all columns are wanted."""
+        return self.names is None or self.others
 
     def kept(self, units: dict[str, str]) -> list[str]:
         """Give the columns to read, in the order of the file, of all that it has.
@@ -69,7 +76,7 @@ class Choice:
                 f"{self.path} has no columns {missing}; it has {shortened(units)}: "
                 "name columns that it has"
             )
-        if self.names is None:
+        if self.all:
             return list(units)
         return [
             name

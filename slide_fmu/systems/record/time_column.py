@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
+
 from slide_fmu.core.signals import FloatArray
 
 SECONDS = {
@@ -30,13 +32,27 @@ TIME = re.compile(
 """Names of columns of times, perhaps with a folder before them and a unit behind."""
 
 
+FALLING = 0.1
+"""A column that falls at more than this part of its samples is no clock: a temperature T, say."""
+
+
 def is_time(name: str, unit: str) -> bool:
     """Tell whether a column may be one of times, by its name and unit."""
     return TIME.fullmatch(name) is not None and unit.lower() in SECONDS
 
 
+def told_unit(name: str, unit: str) -> str:
+    """Give the unit of times, in small letters, or the one that ends their name; else nothing."""
+    match = TIME.fullmatch(name)
+    return unit.lower() or ((match["unit"] or "").lower() if match else "")
+
+
 def in_seconds(name: str, unit: str, values: FloatArray) -> FloatArray:
     """Convert times, shape (N,), to s by their unit, or by the unit that ends their name."""
-    match = TIME.fullmatch(name)
-    told = unit.lower() or ((match["unit"] or "").lower() if match else "")
-    return values * SECONDS[told]
+    return values * SECONDS[told_unit(name, unit)]
+
+
+def rises(values: FloatArray) -> bool:
+    """Tell whether values, shape (N,), rise as times do, of which a few may fall back."""
+    differences = np.diff(values[np.isfinite(values)])
+    return bool(np.count_nonzero(differences < 0) <= FALLING * len(differences))

@@ -6,7 +6,7 @@ import numpy as np
 
 from slide_fmu.systems.record.clock import EVEN, Clock, clock_of, drift
 from slide_fmu.systems.record.finding import Finding
-from slide_fmu.systems.record.measured import Record
+from slide_fmu.systems.record.measured import GIVE_STEP, Record
 
 LOST = 0.5
 """Two clocks that drift apart by more than this part of a step over the record are two."""
@@ -24,7 +24,7 @@ def time_findings(record: Record) -> list[Finding]:
                 "time",
                 f"the time never rises: {record.time[0]:.6g} s at all {len(record.time)} samples",
                 "rising times in s",
-                "name another column of times, or give the step",
+                f"name another column of times, or {GIVE_STEP}",
             )
         ]
     clock = clock_of(record.time)
@@ -43,7 +43,7 @@ def time_findings(record: Record) -> list[Finding]:
                 f"times are off even ones by {100 * clock.jitter:.2g} % of the step "
                 f"{clock.step:.6g} s (root mean square)",
                 f"at most {100 * EVEN:g} %",
-                "the record is resampled to even times; give the step if only the stamps are off",
+                f"the record is resampled to even times; if only the stamps are off, {GIVE_STEP}",
             )
         )
     return found
@@ -65,7 +65,7 @@ def _broken(record: Record, broken: np.ndarray) -> Finding:
         "time",
         f"the time {what} at sample {sample}{line}, {len(broken)} times in all",
         "a number in s at every sample",
-        "mend or cut the file, or give the step",
+        f"mend or cut the file, or {GIVE_STEP}",
     )
 
 
@@ -81,7 +81,7 @@ def _order(record: Record, clock: Clock) -> list[Finding]:
                 f"the time falls back by {record.time[at - 1] - record.time[at]:.6g} s at "
                 f"{record.place(at)}, {len(clock.falls)} times in all",
                 "times that rise",
-                "cut the file there into several records, or give the step",
+                f"cut the file there into several records, or {GIVE_STEP}",
             )
         )
     if clock.repeats:
@@ -92,7 +92,7 @@ def _order(record: Record, clock: Clock) -> list[Finding]:
                 f"the time stays the same at {record.place(clock.repeats[0])}, "
                 f"{len(clock.repeats)} times in all",
                 "times that rise",
-                "remove samples that are there twice; give the step if the clock is too coarse",
+                f"remove samples that are there twice; if the clock is too coarse, {GIVE_STEP}",
             )
         )
     return found
@@ -130,7 +130,8 @@ def _other_clocks(record: Record, clock: Clock) -> list[Finding]:
                     f"this clock and {record.clock!r} drift apart by {off:.6g} s within "
                     f"{duration:.6g} s",
                     "one clock for all columns",
-                    "name the one that the columns belong to, and use no columns of the other",
+                    "name the one that the columns belong to (--time NAME in slide-fmu init, time "
+                    "in system.parameters of a recipe), and use no columns of the other",
                 )
             )
     return found

@@ -79,7 +79,7 @@ def test_column_that_only_one_file_has_does_not_matter_where_outputs_are_named(
     )
     records, _ = read_wished(wish(*paths, outputs=("x",)))
     assert [list(record.columns) for record in records] == [["F", "x"]] * 2
-    with pytest.raises(RecordError, match="extra.*name the columns that both have as inputs"):
+    with pytest.raises(RecordError, match=r"extra.*name the columns that both have as inputs"):
         read_wished(wish(*paths))
 
 

@@ -10,7 +10,7 @@ from slide_fmu.systems.record.column_findings import column_findings
 from slide_fmu.systems.record.finding import Finding
 from slide_fmu.systems.record.measured import Record
 from slide_fmu.systems.record.periods import find_period, groups_of_periods
-from slide_fmu.systems.record.timing import time_findings
+from slide_fmu.systems.record.timing import clock_unit_findings, time_findings
 
 SEVERAL_PERIODS = (
     "split by whole periods, so that none is learnt from and tested with; one period that comes "
@@ -47,6 +47,7 @@ def examine(
         for name in names:
             found += column_findings(record, name)
         found += _period_findings(record, tuple(inputs) or names)
+    found += clock_unit_findings(records)
     found += [finding for name in names for finding in _constant(records, name)]
     return tuple(found)
 
@@ -81,7 +82,9 @@ def _period_findings(record: Record, names: tuple[str, ...]) -> list[Finding]:
     if period is None:
         return []
     whole = len(values) // period.samples * period.samples
-    alike = np.isfinite(values).all() and not groups_of_periods(values[:whole], period.samples).any()
+    alike = (
+        np.isfinite(values).all() and not groups_of_periods(values[:whole], period.samples).any()
+    )
     return [
         Finding(
             "period",

@@ -17,7 +17,14 @@ from slide_fmu.systems.record.mat_file import read_mat
 from slide_fmu.systems.record.measured import NoTimesError, Record, RecordError
 from slide_fmu.systems.record.parquet_file import read_parquet
 from slide_fmu.systems.record.table import MOST_NUMBERS, Choice, Table, shortened
-from slide_fmu.systems.record.time_column import SECONDS, in_seconds, is_time, rises
+from slide_fmu.systems.record.time_column import (
+    SECONDS,
+    counts_samples,
+    in_seconds,
+    is_time,
+    rises,
+    told_unit,
+)
 
 READERS: dict[str, Callable[[Path, Choice], Table]] = {
     ".csv": read_csv,
@@ -141,6 +148,7 @@ def _with_time(table: Table, choice: Choice, step: float | None, digest: str) ->
         clock_is_chosen=choice.time is not None,
         texts=texts,
         first_line=table.first_line,
+        clock_unit="s" if clock is None else told_unit(clock, table.units[clock]),
     )
 
 
@@ -164,8 +172,12 @@ def _clocks(table: Table, choice: Choice) -> dict[str, FloatArray]:
 
 def _signals(table: Table, choice: Choice, clocks: dict[str, FloatArray]) -> list[str]:
     """Give the columns that are wanted and are no times."""
-    wanted = choice.names or ()
-    return [n for n in table.columns if n in wanted or (choice.all and n not in clocks)]
+    others = {
+        name
+        for name, values in table.columns.items()
+        if choice.all and name not in clocks and not counts_samples(name, values)
+    }
+    return [name for name in table.columns if name in others or name in (choice.names or ())]
 
 
 def _unit(unit: str, name: str, choice: Choice) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.record.measured import RecordError, Text
-from slide_fmu.systems.record.time_column import is_time
+from slide_fmu.systems.record.time_column import may_be_time
 
 MOST_NUMBERS = 50_000_000
 """A record of more numbers, samples times columns, is refused: these take 400 MB of memory."""
@@ -81,7 +81,7 @@ class Choice:
         return [
             name
             for name, unit in units.items()
-            if name in wanted or (not self.step and is_time(name, unit))
+            if name in wanted or (not self.step and may_be_time(name, unit))
         ]
 
     def require_room(self, samples: int, columns: int, at_least: bool = False) -> None:

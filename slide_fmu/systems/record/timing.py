@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from slide_fmu.systems.record.clock import EVEN, Clock, clock_of, drift
@@ -47,6 +49,21 @@ def time_findings(record: Record) -> list[Finding]:
             )
         )
     return found
+
+
+def clock_unit_findings(records: Sequence[Record]) -> list[Finding]:
+    """Remark once that times have no unit, of which 10 may be 10 ms; name the first such file."""
+    silent = [record for record in records if record.clock is not None and not record.clock_unit]
+    if not silent:
+        return []
+    first = silent[0]
+    more = f", nor those of {len(silent) - 1} more files" if len(silent) > 1 else ""
+    found = (
+        f"the times have no unit{more}, and count as s: the record takes "
+        f"{first.time[-1] - first.time[0]:.6g} s"
+    )
+    remedy = f'if they are in ms, say so in the header: "{first.clock} [ms]"'
+    return [Finding("unit", "remarked", first.path, first.clock or "", found, "a unit", remedy)]
 
 
 def _finding(record: Record, kind: str, found: str, expected: str, remedy: str) -> Finding:

@@ -28,6 +28,7 @@ from slide_fmu.fitting.history import History
 from slide_fmu.fitting.input_forecast import fit_forecast
 from slide_fmu.fitting.physical import physical_of, require_chosen_features
 from slide_fmu.fitting.problem import Problem
+from slide_fmu.fitting.settled import settled
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.offers import offered_features
@@ -176,7 +177,7 @@ def _fit_network(
     at_step_end = recipe.window.inputs == "step_end"
     forecast = fit_forecast(system.inputs, splits[0].inputs, at_step_end)
     surrogate = dataclasses.replace(surrogate, forecast=forecast)
-    return surrogate, {**tried, "surrogate": history}
+    return settled(surrogate, recipe, system), {**tried, "surrogate": history}
 
 
 def _corners(recipe: Recipe) -> list[Recipe]:

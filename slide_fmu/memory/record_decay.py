@@ -32,7 +32,7 @@ RIDGE = 1e-9
 noise has no unique model of a high order."""
 RIDGE_OF_INPUTS = 1e-4
 """Columns of inputs have a larger one: inputs may excite a narrow band, and outside of it noise
-would pass for a pole that lasts. Those of outputs may not, since it would draw a pole at 1 away."""
+would pass for a pole that lasts. Those of outputs may not: it would draw a pole at 1 away."""
 EXCITED = 0.999
 """The excited band holds this part of the inputs' power; poles beyond it are of the noise."""
 SURE = 2.0

@@ -83,9 +83,9 @@ def check_stability(
         return _worst_of_corners(surrogate, recipe, system)
     # a network that diverges overflows: the test reports it, so numpy need not warn
     with np.errstate(over="ignore", invalid="ignore"):
-        unit, _ = network.run(_records(surrogate, recipe, system, 1.0))
+        unit, _ = network.run(excited_features(surrogate, recipe, system, 1.0))
     return tuple(
-        _test(network, _records(surrogate, recipe, system, factor), (factor, unit), recipe)
+        _test(network, excited_features(surrogate, recipe, system, factor), (factor, unit), recipe)
         for factor in recipe.stability.amplitudes
     )
 
@@ -124,11 +124,12 @@ def require_stability(tests: tuple[AmplitudeTest, ...], recipe: Recipe, picture:
     """
     problems = [test.problem for test in tests if test.problem is not None]
     if problems and not recipe.stability.allow_unstable:
+        # nothing is known of what lies beyond records
+        more = "" if recipe.system.is_record else "trajectories beyond the range (data.beyond) "
         raise UnstableSurrogateError(
             f"surrogate {recipe.name!r} is not exported: {'; '.join(problems)}; see {picture}. "
             "Train with another training.seed, fewer units, tanh units (network.units), "
-            "trajectories beyond the range (data.beyond) or a longer window, or set "
-            "stability.allow_unstable = true"
+            f"{more}or a longer window, or set stability.allow_unstable = true"
         )
 
 
@@ -206,8 +207,13 @@ def _problem(factor: float, growth: float, gaps: FloatArray, recipe: Recipe) -> 
     return None
 
 
-def _records(surrogate: Surrogate, recipe: Recipe, system: Source, factor: float) -> Float32Array:
-    """Draw records of the recipe's excitation as features, (RECORDS, WINDOWS n_in, n_features)."""
+def excited_features(
+    surrogate: Surrogate, recipe: Recipe, system: Source, factor: float
+) -> Float32Array:
+    """Draw inputs of the recipe's excitation as features, (RECORDS, WINDOWS n_in, n_features).
+
+    The factor is that on the excitation's amplitude.
+    """
     assert isinstance(surrogate.network, StateSpace)
     count = WINDOWS * surrogate.window.n_in
     inputs = _inputs(recipe, system, count, factor)

@@ -41,8 +41,8 @@ def known_start(recipe: Recipe, source: Source) -> Surrogate | None:
     for what, value in wanted.items():
         if found[what] != value:
             raise RecipeError(
-                f"{place} has the {what} {found[what]}; expected {value}, as the recipe: name "
-                "signals and choose step and units alike in both"
+                f"{place} has the {what} {found[what]}; expected {value}, as the recipe: give "
+                "signals the same names, units and holds, and the same step, in both"
             )
     return surrogate
 
@@ -51,6 +51,11 @@ def _meaning(about: Surrogate | Source, step: float) -> dict[str, object]:
     """Return what must be the same, by its name in messages."""
     return {
         "step": step,
-        "inputs": [(s.name, s.unit, s.hold, s.angle) for s in about.inputs],
-        "outputs": [(s.name, s.unit) for s in about.outputs],
+        "inputs": [_told(s.name, s.unit, s.hold, s.angle) for s in about.inputs],
+        "outputs": [_told(s.name, s.unit) for s in about.outputs],
     }
+
+
+def _told(name: str, *meaning: str | None) -> str:
+    """Return what must be the same of a signal, as ``force: N, zero_order``."""
+    return f"{name}: {', '.join(part for part in meaning if part is not None)}"

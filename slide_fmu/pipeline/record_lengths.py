@@ -23,9 +23,7 @@ COARSER = 1e-2
 """Short records get a window that leaves this part of what happened before it."""
 
 
-def held_against(
-    draft: RecordDraft, paths: Sequence[str]
-) -> tuple[RecordDraft, tuple[str, ...]]:
+def held_against(draft: RecordDraft, paths: Sequence[str]) -> tuple[RecordDraft, tuple[str, ...]]:
     """Return the draft with a window that fits into the records, and remarks.
 
     The window leaves more of the past than usual, if only such a one fits. The paths are those of

@@ -52,6 +52,21 @@ def test_report_has_the_error_beside_the_noise_of_the_record(place: Path) -> Non
     assert "By file" in page
 
 
+def test_record_that_has_changed_since_is_not_measured_on(place: Path) -> None:
+    file, fmu = place / "bench.csv", place / "runs/bench/bench.fmu"
+    whole = file.read_bytes()
+    try:
+        file.write_bytes(b"\n".join(whole.splitlines()[:3000]) + b"\n")
+        done = invoke("validate", fmu)
+        assert done.exit_code == 1
+        message = " ".join(done.output.split())
+        assert "record 'bench.csv' has the SHA-256 hash" in message
+        assert "restore the file, or train again" in message
+    finally:
+        file.write_bytes(whole)
+    assert invoke("validate", fmu).exit_code == 0
+
+
 def test_fmu_follows_the_record_in_an_importer(place: Path) -> None:
     force, travel = force_and_travel(6000)
     rows = slice(5000, 6000)

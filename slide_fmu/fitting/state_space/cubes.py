@@ -8,13 +8,18 @@ it, and not much later, so that the cell stays bounded.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import torch
 
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.network.activations import CLIPPED
-from slide_fmu.network.state_space.cell import MIXED_UNITS
+from slide_fmu.network.state_space.cell import MIXED_UNITS, Cell
 from slide_fmu.network.state_space.equations import times
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.network.state_space.polynomial import CellPolynomial
 
 ROOM = 3.0
 """Cubes are clipped at this factor on the largest argument of the training."""
@@ -37,6 +42,34 @@ def with_room(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torc
         cell.w[::2] *= factors[:, None]
         cell.e[:, ::2] /= factors**3
     return result
+
+
+def with_half_the_room(network: StateSpace) -> StateSpace:
+    """Return a network whose cubes are clipped at half the arguments, and which else is the same.
+
+    All factors are powers of two, so that nothing is rounded.
+    """
+    weights = network.cell if network.polynomial is None else network.polynomial
+    if isinstance(weights, CellPolynomial):
+        terms = tuple(_clipped_sooner(cell) for cell in weights.terms)
+        weights = CellPolynomial(weights.basis, terms)
+    else:
+        weights = _clipped_sooner(weights)
+    return StateSpace(
+        weights,
+        network.n_samples,
+        network.n_out,
+        network.features,
+        network.roles,
+        network.turned,
+    )
+
+
+def _clipped_sooner(cell: Cell) -> Cell:
+    w, e = cell.w.copy(), cell.e.copy()
+    w[::2] *= np.float32(2.0)
+    e[:, ::2] /= np.float32(2.0**3)
+    return replace(cell, w=w, e=e)
 
 
 def _peaks(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torch.Tensor:

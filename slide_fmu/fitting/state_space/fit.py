@@ -40,6 +40,9 @@ ENOUGH = 12_288
 """Sizes are judged on at least this many samples, where there are as many: fewer would judge a
 linear model, fitted to all data, better than the many parameters of units."""
 
+WITH_MORE_STATES = "refined with more states"
+"""The run of the network of more states than the search has chosen is called so."""
+
 
 def fit_state_space(
     problem: Problem,
@@ -168,11 +171,14 @@ def compete(multi_start: MultiStart, chosen: Chosen) -> Candidate:
     multi_start.plan(last)
     if dense != units:
         return multi_start.widened(winner, units)
-    refined, larger = multi_start.refine(winner), chosen.larger
+    larger = chosen.larger
     if larger is None or larger.shape.n_units != units:
-        return refined
+        return multi_start.refine(winner)
+    if larger.error < USED * winner.error:  # it makes use of its states already
+        return multi_start.refine(larger, WITH_MORE_STATES)
+    refined = multi_start.refine(winner)
     multi_start.plan(last)
-    other = multi_start.refine(larger, "refined with more states")
+    other = multi_start.refine(larger, WITH_MORE_STATES)
     return other if other.error < USED * refined.error else refined
 
 

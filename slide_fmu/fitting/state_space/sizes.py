@@ -54,6 +54,8 @@ parameters, and the search sees a part of the data."""
 BESIDE_NOISE = 0.15
 """Beside noise, a network is good whose own error is below this part of the noise: it raises the
 whole error by one per cent."""
+ACCURATE = 1e-3
+"""It is also good below this, relative to the outputs' deviation, however small the noise is."""
 FITTED = 0.3
 """It is large enough if so much is left over of what it learnt from, beside the noise: a larger
 one would learn the noise. The fit on all data brings the rest."""
@@ -158,7 +160,8 @@ class _Search:
         none where a network leaves hardly more than noise.
         """
         linear = self._units[place[1]] == 0
-        if linear or (self._noise and self._is_good(place)):
+        samples = samples_of_part(self._multi_start)
+        if linear or _leaves_noise_alone(self._candidate(place), self._noise, samples):
             return None
         found = self._best_of(self._beyond(place, [STATES]))
         return None if found is None else self._candidate(found)
@@ -236,15 +239,20 @@ def _good(candidate: Candidate, noise: float, samples: int) -> bool:
     own = without_noise(candidate.error, noise)
     # an error far below the noise says that the training has no such noise
     known = candidate.training_error < min(GOOD, PART * noise)
-    left = without_noise(_with_free_parameters(candidate, samples), noise)
-    fitted = left < min(GOOD, FITTED * noise)
-    return known or fitted or own < min(GOOD, BESIDE_NOISE * noise)
+    accurate = own < max(ACCURATE, min(GOOD, BESIDE_NOISE * noise))
+    return known or accurate or _leaves_noise_alone(candidate, noise, samples)
 
 
-def _with_free_parameters(candidate: Candidate, samples: int) -> float:
-    """Return the training error as it would be if parameters had not learnt some of the noise."""
+def _leaves_noise_alone(candidate: Candidate, noise: float, samples: int) -> bool:
+    """Whether a network leaves hardly more than noise of the samples that it learnt from.
+
+    Its parameters have learnt some of the noise, which the training error lacks.
+    """
     free = samples - candidate.shape.n_parameters
-    return candidate.training_error * math.sqrt(samples / free) if free > 0 else math.inf
+    if not noise or free <= 0:
+        return False
+    left = without_noise(candidate.training_error * math.sqrt(samples / free), noise)
+    return left < min(GOOD, FITTED * noise)
 
 
 def judge(multi_start: MultiStart, order: int, units: int) -> Candidate:

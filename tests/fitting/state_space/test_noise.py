@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
+from slide_fmu.fitting.state_space import sizes
 from slide_fmu.fitting.state_space.fit import prepare
 from slide_fmu.fitting.state_space.multi_start import Candidate, FitData, MultiStart
 from slide_fmu.fitting.state_space.noise import noise_in, without_noise
@@ -66,3 +69,24 @@ def test_search_beside_noise_finds_units_that_lower_the_whole_error_little(
     assert errors[0] is not None
     assert errors[chosen.units] is not None
     assert 0.8 * errors[0] < errors[chosen.units] < errors[0]
+
+
+@pytest.mark.parametrize(
+    ("training_error", "parameters", "enough"),
+    [
+        (1.0, 100, True),
+        (1.2, 100, False),
+        (0.9, 1000, True),
+        (0.9, 4000, False),
+        (0.9, 5000, False),
+    ],
+)
+def test_network_that_leaves_hardly_more_than_noise_is_large_enough(
+    training_error: float, parameters: int, enough: bool
+) -> None:
+    """Errors relative to the noise; parameters hide some of the noise in 5000 samples."""
+    noise, shape = 4e-3, SimpleNamespace(n_parameters=parameters)
+    network: Any = SimpleNamespace(
+        error=1.5 * noise, training_error=training_error * noise, shape=shape
+    )
+    assert sizes._good(network, noise, 5000) == enough

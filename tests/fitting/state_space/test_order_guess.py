@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+import torch
 
 from slide_fmu.fitting.state_space import sizes
 from slide_fmu.fitting.state_space.fit import compete
@@ -35,7 +36,7 @@ def search(
     monkeypatch.setattr(sizes, "still_learnable", lambda _multi_start, found: found.error)
     return SimpleNamespace(
         network=SimpleNamespace(order="auto", hidden="auto"),
-        data=SimpleNamespace(validation=None),
+        data=SimpleNamespace(validation=None, part=SimpleNamespace(targets=torch.zeros(9000))),
         eigenvalues_known=eigenvalues,
         first_order=lambda: shown,
         highest_order=lambda: 20,
@@ -97,3 +98,24 @@ def test_more_states_are_taken_where_they_do_better_in_the_end(more: float, stat
     )
     found = compete(multi_start, Chosen(4, 16, network(4), network(6)))
     assert found.shape.n_states == states
+
+
+def test_network_that_uses_more_states_already_is_refined_alone() -> None:
+    refined = []
+
+    def refine(candidate: Any, name: str = "") -> Any:
+        refined.append(candidate.shape.n_states)
+        return candidate
+
+    networks = [
+        SimpleNamespace(shape=SimpleNamespace(n_units=16, n_states=order), error=error)
+        for order, error in ((4, 1.0), (6, 0.9))
+    ]
+    multi_start: Any = SimpleNamespace(
+        training=LeastSquaresRecipe(),
+        dense_units=lambda order, units: units,
+        plan=lambda iterations: None,
+        refine=refine,
+    )
+    found: Any = compete(multi_start, Chosen(4, 16, *networks))  # type: ignore[arg-type]
+    assert (found.shape.n_states, refined) == (6, [6])

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 import scipy.signal
+from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.memory.modes import time_to_decay
@@ -88,7 +89,8 @@ def decay_of_records(
     """Fit a linear model to pieces of records, and find its slowest pole.
 
     Raises:
-        ValueError: there are too few samples for a model of the lowest order.
+        ValueError: there are too few samples for a model of the lowest order that follow each
+            other without a gap.
     """
     sums = _Sums(_scaled(trajectories))
     order, poles = sums.chosen()
@@ -110,17 +112,22 @@ def decay_of_records(
 
 
 def _scaled(trajectories: Sequence[Trajectory]) -> list[tuple[FloatArray, FloatArray]]:
-    """Return inputs and outputs about their means, over their standard deviations."""
-    inputs = np.concatenate([one.inputs for one in trajectories])
-    outputs = np.concatenate([one.outputs for one in trajectories])
-    tiny = np.finfo(np.float64).tiny
+    """Return inputs and outputs about their means, over their standard deviations.
+
+    Outputs that are missing stay NaN.
+    """
+    inputs = _scale(np.concatenate([one.inputs for one in trajectories]))
+    outputs = _scale(np.concatenate([one.outputs for one in trajectories]))
     return [
-        (
-            (one.inputs - inputs.mean(axis=0)) / np.maximum(inputs.std(axis=0), tiny),
-            (one.outputs - outputs.mean(axis=0)) / np.maximum(outputs.std(axis=0), tiny),
-        )
+        ((one.inputs - inputs[0]) / inputs[1], (one.outputs - outputs[0]) / outputs[1])
         for one in trajectories
     ]
+
+
+def _scale(values: FloatArray) -> FloatArray:
+    """Return mean and standard deviation of values, (N, channels), where there are any, (2, n)."""
+    deviation = np.maximum(np.nanstd(values, axis=0), np.finfo(np.float64).tiny)
+    return np.stack([np.nanmean(values, axis=0), deviation])
 
 
 def _band_edge(trajectories: Sequence[Trajectory]) -> float:
@@ -152,16 +159,8 @@ class _Sums:
 
     def __init__(self, parts: Sequence[tuple[FloatArray, FloatArray]]) -> None:
         self._n_outputs, self._n_inputs = parts[0][1].shape[1], parts[0][0].shape[1]
-        total = sum(len(inputs) for inputs, _ in parts)
         self._length = max(len(inputs) for inputs, _ in parts)
-        width = self._n_outputs + self._n_inputs
-        most = total // (SAMPLES_PER_COEFFICIENT * width)
-        self._orders = [order for order in ORDERS if order <= most]
-        if not self._orders:
-            raise ValueError(
-                f"records of {total} samples with {width} signals; expected at least "
-                f"{ORDERS[0] * SAMPLES_PER_COEFFICIENT * width} for a linear fit: record more"
-            )
+        self._orders = _orders(parts)
         self._most = self._orders[-1]
         self._products = _stretch_products(parts, self._most)
         self.stretches = tuple(range(len(self._products)))
@@ -218,6 +217,35 @@ class _Sums:
         return a, b, coefficients.T
 
 
+def _orders(parts: Sequence[tuple[FloatArray, FloatArray]]) -> list[int]:
+    """Return the orders for which pieces have enough samples with a whole past behind them.
+
+    Raises:
+        ValueError: there is none.
+    """
+    width = sum(values.shape[1] for values in parts[0])
+    wanted = SAMPLES_PER_COEFFICIENT * width
+    counts = {order: sum(len(_rows(part[1], order)) for part in parts) for order in ORDERS}
+    orders = [order for order in ORDERS if counts[order] >= wanted * order]
+    if not orders:
+        total, least = sum(len(inputs) for inputs, _ in parts), ORDERS[0]
+        raise ValueError(
+            f"records of {total} samples with {width} signals, in {len(parts)} pieces, of which "
+            f"{counts[least]} follow {least} others without a gap; expected at least "
+            f"{least * wanted} for a linear fit: record more, with fewer gaps, or give a longer "
+            "step of the window"
+        )
+    return orders
+
+
+def _rows(outputs: FloatArray, order: int) -> NDArray[np.intp]:
+    """Return the samples that have an output, and as many before them as the order is."""
+    known = np.isfinite(outputs).all(axis=1)
+    seen = np.concatenate([[0], np.cumsum(known)])
+    whole = seen[order + 1 :] - seen[: -(order + 1)] == order + 1
+    return np.flatnonzero(whole) + order
+
+
 def _stretch_products(
     parts: Sequence[tuple[FloatArray, FloatArray]], order: int
 ) -> list[tuple[FloatArray, int]]:
@@ -231,8 +259,9 @@ def _stretch_products(
     found = [(np.zeros((width, width)), 0) for _ in range(STRETCHES)]
     passed = 0
     for inputs, outputs in parts:
+        usable = _rows(outputs, order)
         for begin in range(order, len(outputs), size):
-            rows = np.arange(begin, min(begin + size, len(outputs)))
+            rows = usable[(usable >= begin) & (usable < begin + size)]
             index = min(STRETCHES - 1, (passed + begin) // size)
             columns = [outputs[rows - lag] for lag in range(1, order + 1)]
             columns += [inputs[rows - lag] for lag in range(1, order + 1)]

@@ -73,10 +73,37 @@ def test_pole_beyond_the_excited_band_does_not_count() -> None:
 
 
 def test_too_few_samples_are_refused_with_their_number() -> None:
-    with pytest.raises(
-        ValueError, match="records of 20 samples with 2 signals; expected at least"
-    ):
+    with pytest.raises(ValueError, match="records of 20 samples with 2 signals, in 1 pieces"):
         decay_of_records(pieces(21), 0.01)
+
+
+@pytest.mark.parametrize("length", [60, 20])
+def test_pieces_shorter_than_the_highest_order_tell_what_a_whole_one_tells(length: int) -> None:
+    [whole] = pieces(12_000, 0.003)
+    cut = [
+        Trajectory(STEP, whole.inputs[a : a + length - 1], whole.outputs[a : a + length])
+        for a in range(0, 11_900, length)
+    ]
+    assert decay_of_records(cut, 0.01).rate == pytest.approx(-RATE, rel=0.2)
+
+
+def test_pieces_that_are_all_too_short_are_refused_with_the_figures() -> None:
+    [whole] = pieces(1000)
+    cut = [
+        Trajectory(STEP, whole.inputs[a : a + 1], whole.outputs[a : a + 2])
+        for a in range(0, 900, 2)
+    ]
+    with pytest.raises(ValueError, match="450 pieces, of which 0 follow 2 others without a gap"):
+        decay_of_records(cut, 0.01)
+
+
+def test_missing_outputs_are_left_out_with_what_follows_from_them() -> None:
+    [whole] = pieces(12_000, 0.003)
+    outputs = whole.outputs.copy()
+    outputs[9::10] = np.nan
+    found = decay_of_records([Trajectory(STEP, whole.inputs, outputs)], 0.01)
+    assert found.order <= 8
+    assert found.rate == pytest.approx(-RATE, rel=0.2)
 
 
 def test_decay_that_does_not_end_has_no_time() -> None:

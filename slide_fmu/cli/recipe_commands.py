@@ -93,7 +93,8 @@ def init(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Take this column of a record as its times; found by its name if not given.",
+            help="Take this column of a record as its times; found by its name if not given. "
+            "none, with --step: even samples, whatever the times say.",
         ),
     ] = None,
     chain: Annotated[
@@ -111,9 +112,9 @@ def init(
     from slide_fmu.core.files import write_whole
     from slide_fmu.pipeline.draft_signals import parse_range
     from slide_fmu.pipeline.proposal import Proposal, Wish, propose
+    from slide_fmu.pipeline.record_columns import RecordWish
     from slide_fmu.pipeline.record_proposal import (
         RecordProposal,
-        RecordWish,
         are_records,
         propose_record,
     )

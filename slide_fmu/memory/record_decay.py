@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.memory.modes import time_to_decay
+from slide_fmu.systems.record.outliers import outliers
 
 ORDERS = (2, 4, 8, 16, 32, 64)
 """Orders that are tried; Schwarz's criterion chooses."""
@@ -88,6 +89,8 @@ def decay_of_records(
 ) -> RecordDecay:
     """Fit a linear model to pieces of records, and find its slowest pole.
 
+    Samples that touch an outlier, of an input or an output, are left out.
+
     Raises:
         ValueError: there are too few samples for a model of the lowest order that follow each
             other without a gap.
@@ -114,14 +117,21 @@ def decay_of_records(
 def _scaled(trajectories: Sequence[Trajectory]) -> list[tuple[FloatArray, FloatArray]]:
     """Return inputs and outputs about their means, over their standard deviations.
 
-    Outputs that are missing stay NaN.
+    Outputs that are missing stay NaN, and outliers become so.
     """
-    inputs = _scale(np.concatenate([one.inputs for one in trajectories]))
-    outputs = _scale(np.concatenate([one.outputs for one in trajectories]))
-    return [
-        ((one.inputs - inputs[0]) / inputs[1], (one.outputs - outputs[0]) / outputs[1])
-        for one in trajectories
-    ]
+    parts = [(_sound(one.inputs), _sound(one.outputs)) for one in trajectories]
+    inputs = _scale(np.concatenate([part[0] for part in parts]))
+    outputs = _scale(np.concatenate([part[1] for part in parts]))
+    return [((u - inputs[0]) / inputs[1], (y - outputs[0]) / outputs[1]) for u, y in parts]
+
+
+def _sound(values: FloatArray) -> FloatArray:
+    """Return values, (N, channels), of which outliers are missing."""
+    sound = values.copy()
+    for column in sound.T:
+        where = np.flatnonzero(np.isfinite(column))
+        column[where[outliers(column[where])]] = np.nan
+    return sound
 
 
 def _scale(values: FloatArray) -> FloatArray:
@@ -225,7 +235,7 @@ def _orders(parts: Sequence[tuple[FloatArray, FloatArray]]) -> list[int]:
     """
     width = sum(values.shape[1] for values in parts[0])
     wanted = SAMPLES_PER_COEFFICIENT * width
-    counts = {order: sum(len(_rows(part[1], order)) for part in parts) for order in ORDERS}
+    counts = {order: sum(len(_rows(part, order)) for part in parts) for order in ORDERS}
     orders = [order for order in ORDERS if counts[order] >= wanted * order]
     if not orders:
         total, least = sum(len(inputs) for inputs, _ in parts), ORDERS[0]
@@ -238,9 +248,14 @@ def _orders(parts: Sequence[tuple[FloatArray, FloatArray]]) -> list[int]:
     return orders
 
 
-def _rows(outputs: FloatArray, order: int) -> NDArray[np.intp]:
-    """Return the samples that have an output, and as many before them as the order is."""
+def _rows(part: tuple[FloatArray, FloatArray], order: int) -> NDArray[np.intp]:
+    """Return the samples of a piece that have a whole past: as many others as the order is.
+
+    That past has all outputs, and all inputs up to the sample before.
+    """
+    inputs, outputs = part
     known = np.isfinite(outputs).all(axis=1)
+    known[: len(inputs)] &= np.isfinite(inputs).all(axis=1)
     seen = np.concatenate([[0], np.cumsum(known)])
     whole = seen[order + 1 :] - seen[: -(order + 1)] == order + 1
     return np.flatnonzero(whole) + order
@@ -259,7 +274,7 @@ def _stretch_products(
     found = [(np.zeros((width, width)), 0) for _ in range(STRETCHES)]
     passed = 0
     for inputs, outputs in parts:
-        usable = _rows(outputs, order)
+        usable = _rows((inputs, outputs), order)
         for begin in range(order, len(outputs), size):
             rows = usable[(usable >= begin) & (usable < begin + size)]
             index = min(STRETCHES - 1, (passed + begin) // size)

@@ -6,15 +6,16 @@ import math
 import os
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from slide_fmu.core.signals import Hold
 from slide_fmu.core.units import require_unit
-from slide_fmu.pipeline.draft_signals import Ranges, names_of, require_name, widened
+from slide_fmu.pipeline.draft_signals import names_of, require_name, widened
+from slide_fmu.pipeline.record_columns import RecordWish, read_wished, wished_columns
 from slide_fmu.pipeline.record_division import proposed_division
 from slide_fmu.pipeline.record_lengths import held_against
 from slide_fmu.recipe.measured import KIND, PARTS
@@ -23,40 +24,16 @@ from slide_fmu.recipe.writing import DraftSignal, recipe_name
 from slide_fmu.recipe.writing_records import RecordDraft, record_recipe_text
 from slide_fmu.systems.record.clock import clock_of, neat_step
 from slide_fmu.systems.record.examination import examine
-from slide_fmu.systems.record.measured import NoTimesError, Record, RecordError
+from slide_fmu.systems.record.measured import Record, RecordError
 from slide_fmu.systems.record.model import PAIRINGS, recognises
 from slide_fmu.systems.record.pairing import answer_of
 from slide_fmu.systems.record.preparation import Pairing, Preparation, stretches_of
-from slide_fmu.systems.record.reading import read_records
 from slide_fmu.systems.specification import SignalChoice
 
 HELD = 0.5
 """Inputs of which more than this part of the samples equals the one before are held."""
 ENOUGH = 20_000
 """Records of at least so many samples have some to spare for an error estimator."""
-
-
-@dataclass(frozen=True)
-class RecordWish:
-    """A RecordWish is what the user said about the recipe to be.
-
-    Attributes:
-        paths: the files, at least one.
-        inputs: ranges of inputs by the names of their columns, None for what was measured.
-        outputs: columns that are outputs; all others if empty.
-        step: sample step in s: that of files without times, else what they are resampled to.
-        time: column of times; found if None.
-        name: name of the recipe; that of the first file if None.
-        folder: folder of the recipe to be, from which the files are found.
-    """
-
-    paths: tuple[str, ...]
-    inputs: Ranges = field(default_factory=dict)
-    outputs: tuple[str, ...] = ()
-    step: float | None = None
-    time: str | None = None
-    name: str | None = None
-    folder: Path = Path()
 
 
 @dataclass(frozen=True)
@@ -96,8 +73,8 @@ def propose_record(wish: RecordWish) -> RecordProposal:
 
 
 def _proposed(wish: RecordWish) -> RecordProposal:
-    records, parameters = _read(wish)
-    names = _columns(wish, records[0])
+    records, parameters = read_wished(wish)
+    names = wished_columns(wish, records[0])
     findings = examine(records, *names)
     refused = [finding.message for finding in findings if finding.severity == "refused"]
     if refused:
@@ -127,42 +104,6 @@ def _proposed(wish: RecordWish) -> RecordProposal:
     )
     draft, more = held_against(draft, wish.paths)
     return RecordProposal(record_recipe_text(draft), draft, (*remarks, *more))
-
-
-def _read(wish: RecordWish) -> tuple[tuple[Record, ...], dict[str, Any]]:
-    """Read the files, and return what the recipe must say to read them again."""
-    parameters = {} if wish.time is None else {"time": wish.time}
-    try:
-        return read_records(wish.paths, time=wish.time), dict(parameters)
-    except NoTimesError as error:
-        if wish.step is None:
-            raise RecordError(
-                f"{error}; with slide-fmu init: --time NAME, or --step SECONDS"
-            ) from error
-        return read_records(wish.paths, step=wish.step), {"sample_step": wish.step}
-
-
-def _columns(wish: RecordWish, record: Record) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the columns that are inputs, and those that are outputs."""
-    inputs, found = tuple(wish.inputs), list(record.columns)
-    outputs = wish.outputs or tuple(name for name in found if name not in inputs)
-    for what, names in (("input", inputs), ("output", outputs)):
-        unknown = [name for name in names if name not in found]
-        if unknown:
-            raise RecipeError(
-                f"--{what} {unknown[0]}: {record.path} has no such column; expected some of "
-                f"{found}"
-            )
-    both = [name for name in inputs if name in outputs]
-    if both:
-        raise RecipeError(f"--input {both[0]} is an output too; expected one of both: remove one")
-    if not inputs or not outputs:
-        raise RecipeError(
-            f"{record.path} has the columns {found}; expected which of them are inputs, and at "
-            "least one that is an output: give --input NAME, and --output NAME for those that the "
-            "surrogate shall have"
-        )
-    return inputs, outputs
 
 
 def _step(wish: RecordWish, record: Record) -> tuple[float, str]:

@@ -110,3 +110,13 @@ def test_decay_that_does_not_end_has_no_time() -> None:
     found = RecordDecay(0.1, 0.01, 0.0, 0.01, 4, 2, 10.0)
     assert found.time == np.inf
     assert found.lasts
+
+
+def test_samples_that_touch_outliers_do_not_move_the_poles() -> None:
+    [clean] = pieces(6000, 0.003)
+    spoilt = Trajectory(STEP, clean.inputs.copy(), clean.outputs.copy())
+    spoilt.outputs[[700, 1900, 3333, 4800]] += 400.0
+    spoilt.inputs[[1200, 5100]] -= 600.0
+    found, expected = (decay_of_records([one], 0.01) for one in (spoilt, clean))
+    assert found.rate == pytest.approx(expected.rate, rel=0.05)
+    assert found.deviation < 3 * expected.deviation

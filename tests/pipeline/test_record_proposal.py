@@ -11,7 +11,8 @@ from scipy.signal import lfilter
 from typer.testing import CliRunner, Result
 
 from slide_fmu.cli import app
-from slide_fmu.pipeline.record_proposal import RecordWish, propose_record
+from slide_fmu.pipeline.record_columns import RecordWish
+from slide_fmu.pipeline.record_proposal import propose_record
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from tests.own_records import STEP, force_and_travel, write_record
@@ -191,8 +192,8 @@ def test_unit_that_fmi_does_not_know_is_remarked_and_left_out(tmp_path: Path) ->
     ("arguments", "message"),
     [
         ([], "expected which of them are inputs"),
-        (["--input", "speed"], "--input speed: "),
-        (["--input", "force", "--output", "speed"], "--output speed: "),
+        (["--input", "speed"], "no columns ['speed']; it has"),
+        (["--input", "force", "--output", "speed"], "no columns ['speed']; it has"),
         (["--input", "force", "--output", "force"], "is an output too"),
         (["--input", "force", "--name", "1st"], "--name '1st'; expected a letter"),
         (["--input", "force", "--time", "clock"], "clock"),

@@ -10,8 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.record.measured import RecordError
+from slide_fmu.systems.record.measured import RecordError, Text
 from slide_fmu.systems.record.table import Choice, Table
+
+NUMBERS = "biufc"
+"""Kinds of arrays that are read, in the words of numpy; complex ones are told as faults."""
 
 MOST_COLUMNS = 1000
 """An array with more columns than this is taken for something else, such as pictures."""
@@ -29,7 +32,7 @@ class Column:
 
     length: int
     unit: str
-    values: Callable[[], FloatArray]
+    values: Callable[[], NDArray[np.generic]]
 
 
 Rows = slice | int
@@ -52,19 +55,21 @@ def columns_of(
     long = [length for length in shape if length != 1]
     if len(long) == 1:
         whole = (slice(None),) * len(shape)
-        return {name: Column(long[0], unit, lambda: _floats(read(whole)).reshape(-1))}
+        return {name: Column(long[0], unit, lambda: np.reshape(read(whole), -1))}
     if len(shape) != 2 or not 0 < min(shape) <= MOST_COLUMNS:
         return {}
 
     def column(index: int) -> Column:
         part = (index, slice(None)) if shape[0] < shape[1] else (slice(None), index)
-        return Column(max(shape), unit, lambda: _floats(read(part)))
+        return Column(max(shape), unit, lambda: read(part))
 
     return {f"{name}_{index + 1}": column(index) for index in range(min(shape))}
 
 
 def table_of(found: dict[str, Column], choice: Choice) -> Table:
     """Read the wanted columns; where none are named, those of the most frequent length.
+
+    Where all others are wanted too, only those of the same length are.
 
     Columns of times are left out where they have another length than what is wanted.
 
@@ -78,11 +83,11 @@ def table_of(found: dict[str, Column], choice: Choice) -> Table:
             "a column for each"
         )
     kept = choice.kept({name: column.unit for name, column in found.items()})
-    wanted = [n for n in kept if choice.names is None or n in (*choice.names, choice.time)]
+    wanted = [n for n in kept if not choice.names or n in (*choice.names, choice.time)]
     lengths = Counter(found[name].length for name in wanted)
     length = lengths.most_common(1)[0][0]
     others = [name for name in wanted if found[name].length != length]
-    if others and choice.names is not None:
+    if others and choice.names:
         told = {name: found[name].length for name in wanted}
         raise RecordError(
             f"{choice.path} has columns of the lengths {told}; expected one length for all that "
@@ -90,10 +95,16 @@ def table_of(found: dict[str, Column], choice: Choice) -> Table:
         )
     kept = [name for name in kept if found[name].length == length]
     choice.require_room(length, len(kept))
-    return Table(
-        {name: found[name].values() for name in kept}, {name: found[name].unit for name in kept}
-    )
+    columns: dict[str, FloatArray] = {}
+    texts: list[Text] = []
+    for name in kept:
+        columns[name], text = _floats(name, found[name].values())
+        texts.extend([text] if text else [])
+    return Table(columns, {name: found[name].unit for name in kept}, tuple(texts))
 
 
-def _floats(values: NDArray[np.generic]) -> FloatArray:
-    return np.asarray(values, dtype=np.float64)
+def _floats(name: str, values: NDArray[np.generic]) -> tuple[FloatArray, Text | None]:
+    """Give the numbers of a column; complex ones are NaN, and told like texts."""
+    if not np.iscomplexobj(values):
+        return np.asarray(values, dtype=np.float64), None
+    return np.full(values.shape, np.nan), Text(name, values.size, 0, str(values.flat[0])[:40])

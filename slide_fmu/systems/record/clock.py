@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.record.measured import RecordError
+from slide_fmu.systems.record.measured import GIVE_STEP, RecordError
 
 GAP = 1.5
 """Two samples that are more steps apart than this have a gap between them."""
@@ -66,7 +66,7 @@ def clock_of(time: FloatArray) -> Clock:
     if not np.isfinite(time).all() or not len(rising):
         raise RecordError(
             f"{np.count_nonzero(~np.isfinite(time))} of {len(time)} times are not finite, "
-            f"{len(rising)} rise; expected finite times that rise: mend the time, or give the step"
+            f"{len(rising)} rise; expected finite times that rise: mend the time, or {GIVE_STEP}"
         )
     median = float(np.median(rising))
     step = float(rising[np.abs(rising - median) <= 0.5 * median].mean())

@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.systems.record.csv_column import CsvColumn
 from slide_fmu.systems.record.csv_format import NOTHING, CsvFormat, find_format
+from slide_fmu.systems.record.csv_lines import ShortLines, require_no_surplus
 from slide_fmu.systems.record.measured import RecordError, Text
 from slide_fmu.systems.record.table import Choice, Table, library
+from slide_fmu.systems.record.time_column import may_be_time
 
 CHUNK = 1_000_000
 """So many numbers are read at a time."""
@@ -19,43 +22,63 @@ CHUNK = 1_000_000
 def read_csv(path: Path, choice: Choice) -> Table:
     """Read the wanted columns of a text file, whose lines are samples, in chunks.
 
-    Empty lines at its end are left out; an empty line elsewhere is a sample without values.
+    Empty lines at its end are left out; an empty line elsewhere is a sample without values. Times
+    may be dates as of ISO 8601, which become seconds since the first of them.
 
     Raises:
-        RecordError: no header, wrong columns, lines with too many values, or too many samples.
+        RecordError: no header, wrong columns, lines with too many or too few values, or too many
+            samples.
     """
     form = find_format(path, choice.path)
-    kept = choice.kept(form.units)
     pandas = library("pandas", choice.path)
-    parts: dict[str, list[FloatArray]] = {name: [] for name in kept}
-    texts: dict[str, Text] = {}
-    places = {name: index for index, name in enumerate(form.units)}
-    samples = 0
+    columns = {
+        name: CsvColumn(pandas, name, form.decimal, _may_have_dates(name, form, choice))
+        for name in choice.kept(form.units)
+    }
     try:
-        with _chunks(pandas, path, form) as chunks:
-            for chunk in chunks:
-                _require_width(chunk, samples, form, choice.path)
-                for name in kept:
-                    values, text = _numbers(
-                        pandas, chunk[places[name]], form.decimal, name, samples
-                    )
-                    parts[name].append(values)
-                    if text is not None:
-                        texts[name] = _joined(texts.get(name), text)
-                samples += len(chunk)
-                choice.require_room(samples, len(kept), at_least=True)
+        _read(pandas, path, (form, choice), columns)
+    except pandas.errors.EmptyDataError as error:
+        raise RecordError(
+            f"{choice.path} has nothing from line {form.first_line} on; expected a line for each "
+            "sample there: is the file whole?"
+        ) from error
     except (pandas.errors.ParserError, UnicodeError) as error:
         raise RecordError(
             f"{choice.path}: {str(error).strip()}; expected {len(form.units)} values in each "
             "line, as many as there are names: correct the file"
         ) from error
-    columns = {name: _whole(parts.pop(name)) for name in kept}
+    texts = {name: column.text for name, column in columns.items() if column.text is not None}
     return Table(
-        _trimmed(columns, texts),
-        {name: form.units[name] for name in kept},
+        _trimmed({name: column.values() for name, column in columns.items()}, texts),
+        {name: "s" if column.is_dates else form.units[name] for name, column in columns.items()},
         tuple(texts.values()),
         form.first_line,
     )
+
+
+def _may_have_dates(name: str, form: CsvFormat, choice: Choice) -> bool:
+    """Tell whether a column may be one of times, which may be dates."""
+    is_signal = name in (choice.names or ())
+    return name == choice.time or (not is_signal and may_be_time(name, form.units[name]))
+
+
+def _read(
+    pandas: Any, path: Path, told: tuple[CsvFormat, Choice], columns: dict[str, CsvColumn]
+) -> None:
+    """Read all chunks into the columns."""
+    form, choice = told
+    places = {name: index for index, name in enumerate(form.units)}
+    short = ShortLines(form)
+    samples = 0
+    with _chunks(pandas, path, form) as chunks:
+        for chunk in chunks:
+            require_no_surplus(chunk, samples, form, choice.path)
+            short.look_at(chunk, samples)
+            for name, column in columns.items():
+                column.add(chunk[places[name]], samples)
+            samples += len(chunk)
+            choice.require_room(samples, len(columns), at_least=True)
+    short.require_none(path, choice.path)
 
 
 def _chunks(pandas: Any, path: Path, form: CsvFormat) -> Any:
@@ -77,48 +100,6 @@ def _chunks(pandas: Any, path: Path, form: CsvFormat) -> Any:
         chunksize=max(1, CHUNK // len(form.units)),
         low_memory=False,
     )
-
-
-def _require_width(chunk: Any, samples: int, form: CsvFormat, path: str) -> None:
-    """Refuse lines of fewer or more values than names; a last separator does not count."""
-    width = len(form.units)
-    wrong = np.flatnonzero(chunk.iloc[:, width:].notna().any(axis=1).to_numpy())
-    if chunk.shape[1] < width or len(wrong):
-        line = form.first_line + samples + (int(wrong[0]) if len(wrong) else 0)
-        raise RecordError(
-            f"{path}, line {line} has {chunk.shape[1]} values; expected {width} values in each "
-            "line, as many as there are names: correct the file"
-        )
-
-
-def _numbers(
-    pandas: Any, column: Any, decimal: str, name: str, samples: int
-) -> tuple[FloatArray, Text | None]:
-    """Give the numbers of one chunk of a column, NaN for texts; tell how many texts it has."""
-    if pandas.api.types.is_bool_dtype(column) or pandas.api.types.is_numeric_dtype(column):
-        return column.to_numpy(dtype=np.float64), None
-    written = column.astype("string").str.strip()
-    if decimal == ",":  # a point would separate thousands
-        grouped = written.str.contains(".", regex=False)
-        written = written.mask(grouped, "text").str.replace(",", ".", regex=False)
-    values = pandas.to_numeric(written, errors="coerce").to_numpy(
-        dtype=np.float64, na_value=np.nan
-    )
-    wrong = np.flatnonzero(np.isnan(values) & ~column.isna().to_numpy())
-    if not len(wrong):
-        return values, None
-    first = int(wrong[0])
-    return values, Text(name, len(wrong), samples + first, str(column.iloc[first])[:40])
-
-
-def _joined(before: Text | None, text: Text) -> Text:
-    if before is None:
-        return text
-    return Text(text.column, before.count + text.count, before.sample, before.value)
-
-
-def _whole(parts: list[FloatArray]) -> FloatArray:
-    return np.concatenate(parts) if parts else np.empty(0)
 
 
 def _trimmed(columns: dict[str, FloatArray], texts: dict[str, Text]) -> dict[str, FloatArray]:

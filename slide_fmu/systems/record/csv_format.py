@@ -10,6 +10,7 @@ from pathlib import Path
 
 from slide_fmu.systems.record.measured import RecordError
 from slide_fmu.systems.record.table import UNIT, named
+from slide_fmu.systems.record.time_column import INDEX
 
 HEAD = 1024 * 1024
 """So many bytes of the file are looked at to find out how it is written."""
@@ -17,7 +18,10 @@ HEAD = 1024 * 1024
 LOOKED_AT = 50
 """So many lines of them at most."""
 
-SEPARATORS = {";": ";", "\t": "\t", ",": ",", "|": "|", " ": r"\s+"}
+BLANKS = r"\s+"
+"""What pandas calls blanks that separate."""
+
+SEPARATORS = {";": ";", "\t": "\t", ",": ",", "|": "|", " ": BLANKS}
 """Separators that are tried, in this order, and what pandas calls them."""
 
 NUMBERS = {
@@ -52,8 +56,9 @@ class CsvFormat:
 def find_format(path: Path, name: str) -> CsvFormat:
     """Find out how a text file is written, from its first lines.
 
-    The first line has names; the second may have units. A line that begins with ``#`` or ``%``
-    may have the names too.
+    The names stand in the first line whose fields go together with the lines below; what stands
+    above is a title. The line below the names may have units. A line that begins with ``#`` or
+    ``%`` may have the names too. A first column without a name is the index of a table of pandas.
 
     Raises:
         RecordError: there is no header, or no number below it; the message says what was found.
@@ -69,25 +74,50 @@ def find_format(path: Path, name: str) -> CsvFormat:
             f"{name} has {len(lines)} lines within its first {len(head)} bytes; expected a header "
             "with the names of the columns, and a line for each sample: is it a text file?"
         )
-    separator, decimal = _signs(lines)
-    header = _fields(lines[0].lstrip("#% "), separator)
+    titles = _titles(lines)
+    separator, decimal = _signs(lines[titles:])[1]
+    names = lines[titles]
+    header = _fields(names.lstrip("#% "), separator)
     if all(_is_number(field, decimal) for field in header):
         raise RecordError(
-            f"{name}, line 1 has {lines[0][:60]!r}; expected the names of the columns: a header "
-            "is required"
+            f"{name}, line {titles + 1} has {names[:60]!r}; expected the names of the columns: a "
+            "header is required"
         )
-    if header and not header[-1].strip() and len(header) > 1:
+    units = named(_completed(header), name)
+    second = _fields(lines[titles + 1], separator)
+    if not _are_units(second, decimal):
+        return CsvFormat(SEPARATORS[separator], decimal, encoding, units, titles + 2)
+    units = {
+        key: own or _bare(field)
+        for (key, own), field in zip(units.items(), _padded(second, len(units)), strict=True)
+    }
+    return CsvFormat(SEPARATORS[separator], decimal, encoding, units, titles + 3)
+
+
+def _titles(lines: list[str]) -> int:
+    """Count the lines above the names; none where no line goes together with those below it."""
+    for index in range(min(LOOKED_AT, len(lines) - 1)):
+        fits, (separator, decimal) = _signs(lines[index:])
+        if lines[index].strip() and fits:
+            fields = _fields(lines[index].lstrip("#% "), separator)
+            return 0 if any(_is_number(field, decimal) for field in fields) else index
+    return 0
+
+
+def _completed(header: list[str]) -> list[str]:
+    """Leave out what is behind a last separator, and give the index of a table its name."""
+    if len(header) > 1 and not header[-1].strip():
         header = header[:-1]  # every line ends with a separator
-    units = named(header, name)
-    second = _fields(lines[1], separator)
-    filled = [field for field in second if field.strip()]
-    if filled and not any(_is_value(field, decimal) for field in filled):
-        units = {
-            key: own or _bare(field)
-            for (key, own), field in zip(units.items(), _padded(second, len(units)), strict=True)
-        }
-        return CsvFormat(SEPARATORS[separator], decimal, encoding, units, 3)
-    return CsvFormat(SEPARATORS[separator], decimal, encoding, units, 2)
+    if len(header) > 1 and not header[0].strip():
+        header = [INDEX[0], *header[1:]]
+    return header
+
+
+def _are_units(fields: list[str], decimal: str) -> bool:
+    """Tell whether the fields of a line are units; a 1 among them is that of a ratio."""
+    filled = [field.strip() for field in fields if field.strip()]
+    values = [field for field in filled if _is_value(field, decimal)]
+    return 2 * len(values) < len(filled) and all(field == "1" for field in values)
 
 
 def _decoded(head: bytes) -> tuple[str, str]:
@@ -102,8 +132,12 @@ def _decoded(head: bytes) -> tuple[str, str]:
         return "cp1252", head.decode("cp1252", errors="replace")
 
 
-def _signs(lines: list[str]) -> tuple[str, str]:
-    """Find separator and decimal sign: with them most fields are numbers, as many as names."""
+def _signs(lines: list[str]) -> tuple[bool, tuple[str, str]]:
+    """Find separator and decimal sign: with them most fields are numbers, as many as names.
+
+    Returns:
+        Whether there are several columns of which that is true, and both signs.
+    """
     best, found = (False, -1.0, 0), (",", ".")
     below = [line for line in lines[1 : LOOKED_AT + 1] if line.strip()]
     for separator in SEPARATORS:
@@ -119,7 +153,7 @@ def _signs(lines: list[str]) -> tuple[str, str]:
             score = (width > 1 and part > 0.3, part, width)
             if score > best:
                 best, found = score, (separator, decimal)
-    return found
+    return best[0], found
 
 
 def _fields(line: str, separator: str) -> list[str]:

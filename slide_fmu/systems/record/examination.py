@@ -12,7 +12,7 @@ from slide_fmu.systems.record.finding import Finding
 from slide_fmu.systems.record.measured import Record
 from slide_fmu.systems.record.period_cuts import whole_periods
 from slide_fmu.systems.record.periods import find_period
-from slide_fmu.systems.record.timing import time_findings
+from slide_fmu.systems.record.timing import clock_unit_findings, time_findings
 
 ENOUGH_PERIODS = 3
 """So many different periods have one to learn from, one to choose by and one to test with."""
@@ -51,6 +51,7 @@ def examine(
             found += column_findings(record, name)
         found += _period_findings(record, tuple(inputs) or names)
     found += _alike_findings(records, tuple(inputs) or names)
+    found += clock_unit_findings(records)
     found += [finding for name in names for finding in _constant(records, name)]
     return tuple(found)
 

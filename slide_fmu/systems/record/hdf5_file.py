@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from slide_fmu.systems.record.arrays import Column, columns_of, table_of
+import numpy as np
+
+from slide_fmu.systems.record.arrays import NUMBERS, Column, columns_of, table_of
 from slide_fmu.systems.record.measured import RecordError
 from slide_fmu.systems.record.table import Choice, Table, library
 
@@ -23,7 +25,7 @@ def read_hdf5(path: Path, choice: Choice) -> Table:
     found: dict[str, Column] = {}
 
     def visit(name: str, item: Any) -> None:
-        numeric = isinstance(item, h5py.Dataset) and item.dtype.kind in "biuf"
+        numeric = isinstance(item, h5py.Dataset) and item.dtype.kind in NUMBERS
         hidden = name.startswith("#") or item.attrs.get("MATLAB_class") == b"char"
         if numeric and not hidden and item.shape:
             found.update(columns_of(name, item.shape, _unit(item), lambda part: item[part]))
@@ -41,4 +43,6 @@ def read_hdf5(path: Path, choice: Choice) -> Table:
 def _unit(item: Any) -> str:
     """Give the unit in the attributes of a dataset; empty if there is none."""
     told = item.attrs.get("unit", item.attrs.get("units", ""))
+    if isinstance(told, np.ndarray):  # as MATLAB and others write texts
+        told = told.flat[0] if told.size == 1 else ""
     return told.decode(errors="replace") if isinstance(told, bytes) else str(told)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.io import loadmat, whosmat
 from scipy.io.matlab import MatReadError
 
-from slide_fmu.systems.record.arrays import Column, Rows, columns_of, table_of
+from slide_fmu.systems.record.arrays import NUMBERS, Column, Rows, columns_of, table_of
 from slide_fmu.systems.record.hdf5_file import read_hdf5
 from slide_fmu.systems.record.measured import RecordError
 from slide_fmu.systems.record.table import Choice, Table
@@ -32,7 +32,8 @@ HDF5 = b"\x89HDF\r\n\x1a\n"
 def read_mat(path: Path, choice: Choice) -> Table:
     """Read the wanted columns of a MAT file: variables, and the fields of structures.
 
-    The field ``road`` of a structure ``data`` is the column ``data.road``.
+    The field ``road`` of a structure ``data`` is the column ``data.road``, and so are fields of
+    structures in it.
 
     Raises:
         RecordError: the file is no MAT file, lacks a column, or has too many samples.
@@ -73,10 +74,17 @@ def _load(path: Path, name: str) -> Any:
 def _fields(path: Path, name: str, choice: Choice) -> dict[str, Column]:
     """Give the columns in the fields of a structure, which can be read only as a whole."""
     choice.require_room(path.stat().st_size // 8, 1)
+    return _of_structure(name, _load(path, name))
+
+
+def _of_structure(name: str, structure: Any) -> dict[str, Column]:
+    """Give the columns in the fields of a structure of one element, and in structures there."""
     found: dict[str, Column] = {}
-    fields = _load(path, name).reshape(-1)[0]
+    fields = structure.reshape(-1)[0]
     for field in fields.dtype.names or ():
-        values = np.asarray(fields[field])
-        if values.dtype.kind in "biuf":
-            found.update(columns_of(f"{name}.{field}", values.shape, "", values.__getitem__))
+        values, inner = np.asarray(fields[field]), f"{name}.{field}"
+        if values.dtype.kind in NUMBERS:
+            found.update(columns_of(inner, values.shape, "", values.__getitem__))
+        elif values.dtype.names and values.size == 1:
+            found.update(_of_structure(inner, values))
     return found

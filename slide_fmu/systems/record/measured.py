@@ -8,6 +8,12 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 
+GIVE_STEP = (
+    "give the step, so that the times do not count: --time none --step SECONDS in slide-fmu init, "
+    "sample_step in system.parameters of a recipe"
+)
+"""The remedy for times that are wrong where samples are even."""
+
 
 class RecordError(ValueError):
     """A record cannot be read, or cannot be used as it is."""
@@ -51,6 +57,7 @@ class Record:
         clock_is_chosen: whether the user named the column of times.
         texts: what was found in place of numbers.
         first_line: line of the first sample in the file; 0 where the file has no lines.
+        clock_unit: unit of the times in the file; empty where they have none, and count as s.
 
     Raises:
         RecordError: the shapes do not belong together.
@@ -66,6 +73,7 @@ class Record:
     clock_is_chosen: bool = False
     texts: tuple[Text, ...] = ()
     first_line: int = 0
+    clock_unit: str = "s"
 
     def __post_init__(self) -> None:
         shapes = {n: v.shape for n, v in {**self.columns, **self.other_clocks}.items()}

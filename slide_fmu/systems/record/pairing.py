@@ -22,6 +22,9 @@ SURE = 8.0
 UNSURE = 4.0
 """An input does not count if it is less than that; chance gives as much in one of many fits."""
 
+FAIR = 1e-3
+"""Evidence below this part of the largest is rounding, where records have hardly any noise."""
+
 MOST_SAMPLES = 100_000
 """So many samples are enough."""
 
@@ -49,9 +52,19 @@ class Answer:
     @property
     def pairing(self) -> Pairing | None:
         """The pairing that the evidence is for; None where it does not tell."""
-        if self.now > SURE:
+        fair = self._fair
+        if self.now > max(SURE, fair):
             return "same"
-        return "later" if self.before > SURE and self.now < UNSURE else None
+        return "later" if self.before > SURE and self.now < max(UNSURE, fair) else None
+
+    @property
+    def foresees(self) -> bool:
+        """Whether an output depends on an input that comes later."""
+        return self.ahead > max(SURE, self._fair)
+
+    @property
+    def _fair(self) -> float:
+        return FAIR * max(self.ahead, self.now, self.before)
 
 
 def answer_of(inputs: FloatArray, outputs: FloatArray) -> Answer | None:
@@ -119,7 +132,7 @@ def _contradictions(record: Record, preparation: Preparation, answer: Answer) ->
         f"a linear fit weighs u[k+1], u[k] and u[k-1] in y[k] by {answer.ahead:.1f}, "
         f"{answer.now:.1f} and {answer.before:.1f} standard deviations"
     )
-    if answer.ahead > SURE:
+    if answer.foresees:
         what = "outputs that no later input moves"
         remedy = "the outputs are stamped too early, or were filtered: shift or record them anew"
     elif answer.pairing not in (None, preparation.pairing):

@@ -29,7 +29,7 @@ def read_parquet(path: Path, choice: Choice) -> Table:
             named_units = named(schema.names, choice.path)
             written = dict(zip(named_units, schema.names, strict=True))
             units = {
-                name: unit or _unit(schema.field(written[name]))
+                name: _unit(arrow, schema.field(written[name]), unit)
                 for name, unit in named_units.items()
             }
             kept = choice.kept(units)
@@ -38,8 +38,6 @@ def read_parquet(path: Path, choice: Choice) -> Table:
             texts: list[Text] = []
             for name in kept:
                 column = file.read(columns=[written[name]]).column(0)
-                if arrow.types.is_timestamp(column.type):
-                    units[name] = "s"
                 columns[name], text = _numbers(arrow, column, name)
                 texts.extend([text] if text else [])
     except (arrow.ArrowException, OSError) as error:
@@ -49,10 +47,12 @@ def read_parquet(path: Path, choice: Choice) -> Table:
     return Table(columns, {name: units[name] for name in kept}, tuple(texts))
 
 
-def _unit(column: Any) -> str:
-    """Give the unit in the metadata of a column; empty if there is none."""
+def _unit(arrow: Any, column: Any, named_unit: str) -> str:
+    """Give the unit of dates, or that of the name, or in the metadata; empty if there is none."""
+    if arrow.types.is_timestamp(column.type):
+        return "s"
     told = column.metadata or {}
-    return (told.get(b"unit") or told.get(b"units") or b"").decode(errors="replace")
+    return named_unit or (told.get(b"unit") or told.get(b"units") or b"").decode(errors="replace")
 
 
 def _numbers(arrow: Any, column: Any, name: str) -> tuple[FloatArray, Text | None]:

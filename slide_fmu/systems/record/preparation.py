@@ -10,7 +10,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Hold, Trajectory
 from slide_fmu.systems.record.clock import Clock, clock_of, neat_step
-from slide_fmu.systems.record.measured import Record, RecordError
+from slide_fmu.systems.record.measured import GIVE_STEP, Record, RecordError
 from slide_fmu.systems.record.resampling import LONGER, Resampling, plan_resampling, resampled
 
 Pairing = Literal["same", "later"]
@@ -130,7 +130,7 @@ def _sound_clock(record: Record) -> Clock:
     if wrong:
         raise RecordError(
             f"{record.path}: the time does not rise at {record.place(wrong[0])}; expected times "
-            "that rise: cut the file there into several records, or give the step"
+            f"that rise: cut the file there into several records, or {GIVE_STEP}"
         )
     return clock
 

@@ -17,7 +17,14 @@ from slide_fmu.systems.record.mat_file import read_mat
 from slide_fmu.systems.record.measured import NoTimesError, Record, RecordError
 from slide_fmu.systems.record.parquet_file import read_parquet
 from slide_fmu.systems.record.table import MOST_NUMBERS, Choice, Table, shortened
-from slide_fmu.systems.record.time_column import SECONDS, in_seconds, is_time
+from slide_fmu.systems.record.time_column import (
+    SECONDS,
+    counts_samples,
+    in_seconds,
+    is_time,
+    rises,
+    told_unit,
+)
 
 READERS: dict[str, Callable[[Path, Choice], Table]] = {
     ".csv": read_csv,
@@ -36,6 +43,7 @@ def read_record(
     path: str,
     names: Sequence[str] | None = None,
     *,
+    others: bool = False,
     time: str | None = None,
     step: float | None = None,
     most: int = MOST_NUMBERS,
@@ -44,8 +52,11 @@ def read_record(
 
     Args:
         path: the file, from here or from a folder in which modules are looked for.
-        names: columns that are wanted; None for all. No others are kept in memory.
-        time: column of times; None where it is to be found by its name and unit.
+        names: columns that are wanted, which are no times whatever they are called; None for all.
+            No others are kept in memory.
+        others: whether all other columns are wanted too.
+        time: column of times; None where it is to be found by its name and unit. A column that
+            falls as often as signals do is none if there is another one.
         step: sample step in s, where the file has no times, or where they shall not count.
         most: number of samples times columns that are read at most.
 
@@ -58,7 +69,8 @@ def read_record(
             f"{path}: step = {step} s with the time column {time!r}; expected a positive, finite "
             "step without a time column, or a time column alone"
         )
-    choice = Choice(path, None if names is None else tuple(names), time, step is not None, most)
+    wanted = None if names is None else tuple(names)
+    choice = Choice(path, wanted, others, time, step is not None, most)
     found = _found(path)
     reader = READERS.get(found.suffix.lower())
     if reader is None:
@@ -78,6 +90,7 @@ def read_records(
     paths: Sequence[str],
     names: Sequence[str] | None = None,
     *,
+    others: bool = False,
     time: str | None = None,
     step: float | None = None,
     most: int = MOST_NUMBERS,
@@ -95,7 +108,7 @@ def read_records(
     records: list[Record] = []
     left = most
     for path in paths:
-        record = read_record(path, names, time=time, step=step, most=left)
+        record = read_record(path, names, others=others, time=time, step=step, most=left)
         left = max(0, left - len(record.time) * (1 + len(record.columns)))
         for other in records:
             _require_another(other, record)
@@ -116,33 +129,21 @@ def _found(path: str) -> Path:
 
 def _with_time(table: Table, choice: Choice, step: float | None, digest: str) -> Record:
     """Tell the times from the other columns, in s."""
-    columns, units = dict(table.columns), table.units
-    clocks: dict[str, FloatArray] = {}
-    wanted = choice.names or ()
-    if step is None:
-        for name in list(columns):
-            if name == choice.time or (is_time(name, units[name]) and name not in wanted):
-                clocks[name] = in_seconds(
-                    name, _unit(units[name], name, choice), columns.pop(name)
-                )
-        if not clocks:
-            raise NoTimesError(
-                f"{choice.path} has no column of times among {shortened(columns)}; expected one "
-                "named time, t or the like: name it with time, or give the step"
-            )
+    clocks = _clocks(table, choice)
+    columns = {name: table.columns[name] for name in _signals(table, choice, clocks)}
+    if step is not None:
+        length = len(next(iter(table.columns.values()), ()))
+        clock, clocks = None, {}
+        times = step * np.arange(length, dtype=np.float64)
+    else:
         clock = choice.time or next(iter(clocks))
         times = clocks.pop(clock)
-    else:
-        columns = {n: v for n, v in columns.items() if n in wanted or not is_time(n, units[n])}
-        length = len(next(iter(table.columns.values()), ()))
-        clock, times = None, step * np.arange(length, dtype=np.float64)
     texts = tuple(text for text in table.texts if text.column in (*columns, clock))
     _require_samples(times, clock, columns, choice.path)
-    kept = {name: units[name] for name in columns}
     return Record(
         times,
         columns,
-        kept,
+        {name: table.units[name] for name in columns},
         choice.path,
         digest,
         clock,
@@ -150,7 +151,36 @@ def _with_time(table: Table, choice: Choice, step: float | None, digest: str) ->
         clock_is_chosen=choice.time is not None,
         texts=texts,
         first_line=table.first_line,
+        clock_unit="s" if clock is None else told_unit(clock, table.units[clock]),
     )
+
+
+def _clocks(table: Table, choice: Choice) -> dict[str, FloatArray]:
+    """Give the columns that are times, in s, by name; one at least, unless the step is given."""
+    found: dict[str, FloatArray] = {}
+    for name, values in table.columns.items():
+        unit = table.units[name]
+        if name == choice.time or (is_time(name, unit) and name not in (choice.names or ())):
+            found[name] = in_seconds(name, _unit(unit, name, choice), values)
+    rising = {name: times for name, times in found.items() if name == choice.time or rises(times)}
+    if rising or choice.step:
+        return rising
+    if not found:
+        raise NoTimesError(
+            f"{choice.path} has no column of times among {shortened(table.columns)}; expected one "
+            "named time, t or the like: name it with time, or give the step"
+        )
+    return found
+
+
+def _signals(table: Table, choice: Choice, clocks: dict[str, FloatArray]) -> list[str]:
+    """Give the columns that are wanted and are no times."""
+    others = {
+        name
+        for name, values in table.columns.items()
+        if choice.all and name not in clocks and not counts_samples(name, values)
+    }
+    return [name for name in table.columns if name in others or name in (choice.names or ())]
 
 
 def _unit(unit: str, name: str, choice: Choice) -> str:
@@ -189,6 +219,6 @@ def _require_alike(first: Record, other: Record) -> None:
         differ = set(first.units.items()) ^ set(other.units.items())
         raise RecordError(
             f"{other.path} and {first.path} differ in the columns {sorted(differ)}; expected the "
-            "same names and units in all records: name the columns that both have, or correct "
-            "the headers"
+            "same names and units in all records: name the columns that both have as inputs and "
+            "outputs, or correct the headers"
         )

@@ -10,7 +10,7 @@ from typing import Any
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.record.measured import RecordError, Text
-from slide_fmu.systems.record.time_column import is_time
+from slide_fmu.systems.record.time_column import may_be_time
 
 MOST_NUMBERS = 50_000_000
 """A record of more numbers, samples times columns, is refused: these take 400 MB of memory."""
@@ -40,6 +40,7 @@ class Choice:
     Attributes:
         path: the file, as the user named it.
         names: columns that are wanted; None for all.
+        others: whether all other columns are wanted too.
         time: name of the column of times; None where it is to be found.
         step: whether the step is given, so that no column of times is needed.
         most: number of samples times columns that are read at most.
@@ -47,9 +48,15 @@ class Choice:
 
     path: str
     names: tuple[str, ...] | None = None
+    others: bool = False
     time: str | None = None
     step: bool = False
     most: int = MOST_NUMBERS
+
+    @property
+    def all(self) -> bool:
+        """Whether all columns are wanted."""
+        return self.names is None or self.others
 
     def kept(self, units: dict[str, str]) -> list[str]:
         """Give the columns to read, in the order of the file, of all that it has.
@@ -69,12 +76,12 @@ class Choice:
                 f"{self.path} has no columns {missing}; it has {shortened(units)}: "
                 "name columns that it has"
             )
-        if self.names is None:
+        if self.all:
             return list(units)
         return [
             name
             for name, unit in units.items()
-            if name in wanted or (not self.step and is_time(name, unit))
+            if name in wanted or (not self.step and may_be_time(name, unit))
         ]
 
     def require_room(self, samples: int, columns: int, at_least: bool = False) -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from slide_fmu.systems.record.clock import EVEN, Clock, clock_of, drift
 from slide_fmu.systems.record.finding import Finding
-from slide_fmu.systems.record.measured import Record
+from slide_fmu.systems.record.measured import GIVE_STEP, Record
 
 LOST = 0.5
 """Two clocks that drift apart by more than this part of a step over the record are two."""
@@ -24,7 +26,7 @@ def time_findings(record: Record) -> list[Finding]:
                 "time",
                 f"the time never rises: {record.time[0]:.6g} s at all {len(record.time)} samples",
                 "rising times in s",
-                "name another column of times, or give the step",
+                f"name another column of times, or {GIVE_STEP}",
             )
         ]
     clock = clock_of(record.time)
@@ -43,10 +45,25 @@ def time_findings(record: Record) -> list[Finding]:
                 f"times are off even ones by {100 * clock.jitter:.2g} % of the step "
                 f"{clock.step:.6g} s (root mean square)",
                 f"at most {100 * EVEN:g} %",
-                "the record is resampled to even times; give the step if only the stamps are off",
+                f"the record is resampled to even times; if only the stamps are off, {GIVE_STEP}",
             )
         )
     return found
+
+
+def clock_unit_findings(records: Sequence[Record]) -> list[Finding]:
+    """Remark once that times have no unit, of which 10 may be 10 ms; name the first such file."""
+    silent = [record for record in records if record.clock is not None and not record.clock_unit]
+    if not silent:
+        return []
+    first = silent[0]
+    more = f", nor those of {len(silent) - 1} more files" if len(silent) > 1 else ""
+    found = (
+        f"the times have no unit{more}, and count as s: the record takes "
+        f"{first.time[-1] - first.time[0]:.6g} s"
+    )
+    remedy = f'if they are in ms, say so in the header: "{first.clock} [ms]"'
+    return [Finding("unit", "remarked", first.path, first.clock or "", found, "a unit", remedy)]
 
 
 def _finding(record: Record, kind: str, found: str, expected: str, remedy: str) -> Finding:
@@ -65,7 +82,7 @@ def _broken(record: Record, broken: np.ndarray) -> Finding:
         "time",
         f"the time {what} at sample {sample}{line}, {len(broken)} times in all",
         "a number in s at every sample",
-        "mend or cut the file, or give the step",
+        f"mend or cut the file, or {GIVE_STEP}",
     )
 
 
@@ -81,7 +98,7 @@ def _order(record: Record, clock: Clock) -> list[Finding]:
                 f"the time falls back by {record.time[at - 1] - record.time[at]:.6g} s at "
                 f"{record.place(at)}, {len(clock.falls)} times in all",
                 "times that rise",
-                "cut the file there into several records, or give the step",
+                f"cut the file there into several records, or {GIVE_STEP}",
             )
         )
     if clock.repeats:
@@ -92,7 +109,7 @@ def _order(record: Record, clock: Clock) -> list[Finding]:
                 f"the time stays the same at {record.place(clock.repeats[0])}, "
                 f"{len(clock.repeats)} times in all",
                 "times that rise",
-                "remove samples that are there twice; give the step if the clock is too coarse",
+                f"remove samples that are there twice; if the clock is too coarse, {GIVE_STEP}",
             )
         )
     return found
@@ -130,7 +147,8 @@ def _other_clocks(record: Record, clock: Clock) -> list[Finding]:
                     f"this clock and {record.clock!r} drift apart by {off:.6g} s within "
                     f"{duration:.6g} s",
                     "one clock for all columns",
-                    "name the one that the columns belong to, and use no columns of the other",
+                    "name the one that the columns belong to (--time NAME in slide-fmu init, time "
+                    "in system.parameters of a recipe), and use no columns of the other",
                 )
             )
     return found

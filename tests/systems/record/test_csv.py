@@ -157,3 +157,82 @@ def test_csv_of_two_bytes_for_each_character_is_read(tmp_path: Path) -> None:
     record = read_record(str(tmp_path / "a.csv"))
     assert record.units == {"u": "°C"}
     assert record.columns["u"].tolist() == [1, 2]
+
+
+def test_lines_of_a_title_above_the_names_are_passed_over(tmp_path: Path) -> None:
+    title = "Test bench 7, run 13\nDate: 2024-05-01\n\n"
+    for names, unit in (("t,u,y", ""), ("t,u,y\ns,N,mm", "mm")):
+        as_csv(tmp_path / "a.csv", f"{title}{names}\n0,1,2\n0.1,2,3\n0.2,3,fault\n")
+        record = read_record(str(tmp_path / "a.csv"))
+        assert record.columns["u"].tolist() == [1, 2, 3]
+        assert record.units["y"] == unit
+        assert f"line {8 if unit else 7}," in record.place(2)
+
+
+def test_names_that_are_too_few_are_no_title(tmp_path: Path) -> None:
+    as_csv(tmp_path / "a.csv", "t,u\n0,1,2\n1,2,3\n2,3,4\n")
+    with pytest.raises(RecordError, match=r"a.csv.*expected 2 values in each line"):
+        read_record(str(tmp_path / "a.csv"))
+
+
+def test_header_above_nothing_is_refused_with_its_file_and_line(tmp_path: Path) -> None:
+    as_csv(tmp_path / "a.csv", "t,u\ns,N\n")
+    with pytest.raises(RecordError, match=r"a\.csv has nothing from line 3 on; expected a line"):
+        read_record(str(tmp_path / "a.csv"))
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t", " "])
+@pytest.mark.parametrize("short", [1, 2, 3])
+def test_line_of_fewer_values_than_names_is_refused(
+    tmp_path: Path, separator: str, short: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("slide_fmu.systems.record.csv_file.CHUNK", 30)
+    rows = [separator.join([f"{0.1 * k:.1f}", str(k), str(k), str(k)]) for k in range(50)]
+    rows[37] = separator.join(rows[37].split(separator)[:short])
+    as_csv(tmp_path / "a.csv", "\n".join([separator.join("tuvy"), *rows]))
+    with pytest.raises(RecordError, match=f"line 39 has {short} values; expected 4 values"):
+        read_record(str(tmp_path / "a.csv"))
+
+
+def test_line_whose_last_values_are_empty_is_a_sample(tmp_path: Path) -> None:
+    as_csv(tmp_path / "a.csv", "t,u,y\n0,1,2\n1,2,\n2,,nan\n3,4,5\n")
+    record = read_record(str(tmp_path / "a.csv"))
+    assert record.columns["y"] == pytest.approx([2, np.nan, np.nan, 5], nan_ok=True)
+
+
+@pytest.mark.parametrize("sign", ["T", " "])
+@pytest.mark.parametrize("zone", ["", "Z", "+02:00"])
+def test_dates_become_seconds_since_the_first(
+    tmp_path: Path, sign: str, zone: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("slide_fmu.systems.record.csv_file.CHUNK", 30)
+    dates = [f"2024-05-01{sign}12:00:{0.01 * k:09.6f}{zone}" for k in range(100)]
+    rows = [f"{date};{k}" for k, date in enumerate(dates)]
+    as_csv(tmp_path / "a.csv", "\n".join(["time;u", *rows]))
+    record = read_record(str(tmp_path / "a.csv"))
+    assert record.time == pytest.approx(0.01 * np.arange(100), abs=1e-9)
+    assert (record.clock, record.clock_unit, record.texts) == ("time", "s", ())
+
+
+def test_text_among_dates_is_found(tmp_path: Path) -> None:
+    as_csv(tmp_path / "a.csv", "time,u\n2024-05-01 12:00:00,1\nlater,2\n2024-05-01 12:00:01,3\n")
+    record = read_record(str(tmp_path / "a.csv"))
+    assert record.time == pytest.approx([0, np.nan, 1], nan_ok=True)
+    assert [(t.column, t.sample, t.value) for t in record.texts] == [("time", 1, "later")]
+
+
+def test_index_of_a_table_counts_samples_or_is_the_time(tmp_path: Path) -> None:
+    as_csv(tmp_path / "a.csv", ",time [s],u\n0,0.0,1\n1,0.1,2\n2,0.2,3\n")
+    record = read_record(str(tmp_path / "a.csv"))
+    assert (record.clock, list(record.columns)) == ("time", ["u"])
+    as_csv(tmp_path / "a.csv", ",u\n2024-05-01 12:00:00,1\n2024-05-01 12:00:02,2\n")
+    for names in (None, ["u"]):
+        record = read_record(str(tmp_path / "a.csv"), names)
+        assert (record.time.tolist(), list(record.columns)) == ([0, 2], ["u"])
+
+
+def test_one_among_units_is_that_of_a_ratio(tmp_path: Path) -> None:
+    as_csv(tmp_path / "a.csv", "t,u,slip,y\ns,N,1,mm\n0,1,2,3\n1,2,3,4\n")
+    assert read_record(str(tmp_path / "a.csv")).units == {"u": "N", "slip": "1", "y": "mm"}
+    as_csv(tmp_path / "a.csv", "t,u,slip\n1,fault,1\n2,2,3\n")
+    assert [text.value for text in read_record(str(tmp_path / "a.csv")).texts] == ["fault"]

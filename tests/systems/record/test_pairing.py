@@ -97,3 +97,15 @@ def test_second_input_that_acts_at_once_tells_the_pairing() -> None:
 def test_missing_column_is_refused() -> None:
     with pytest.raises(RecordError, match="no columns"):
         check_pairing([record(oscillator("zoh"))], Preparation(("u",), ("x",)))
+
+
+def test_rounding_of_a_record_without_noise_is_no_evidence() -> None:
+    assert not Answer(21.7, 5e15, 4e15).foresees
+    assert Answer(21.7, 500.0, 400.0).foresees
+    assert Answer(3.0, 21.7, 5e15).pairing == "later"
+
+
+def test_record_of_held_steps_without_noise_raises_no_alarm() -> None:
+    u = np.repeat(np.random.default_rng(5).integers(0, 2, N // 5) * 2.0 - 1, 5)
+    found = record({"u": u, "y": response(u, "foh", 1e-2)})
+    assert check_pairing([found], Preparation(("u",), ("y",), pairing="same")) == ()

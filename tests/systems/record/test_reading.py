@@ -241,3 +241,41 @@ def test_library_that_is_there_is_imported() -> None:
 def test_columns_of_unequal_length_make_no_record() -> None:
     with pytest.raises(RecordError, match="the same length for all"):
         Record(np.zeros(3), {"u": np.zeros(2)}, {"u": ""}, "a.csv", "")
+
+
+def test_complex_numbers_are_found_like_texts(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["t"], file["u"], file["y"] = TIME, ROAD, TRAVEL + 1j
+    savemat(tmp_path / "a.mat", {"t": TIME, "u": ROAD, "y": TRAVEL + 1j})
+    savemat(tmp_path / "b.mat", {"data": {"t": TIME, "u": ROAD, "y": TRAVEL + 1j}})
+    for name, column in (("a.h5", "y"), ("a.mat", "y"), ("b.mat", "data.y")):
+        record = read_record(str(tmp_path / name))
+        assert [(t.column, t.count, t.sample) for t in record.texts] == [(column, 200, 0)]
+        assert record.texts[0].value.endswith("1j)")
+        assert np.isnan(record.columns[column]).all()
+
+
+def test_unit_that_is_an_array_of_one_text_is_that_text(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["t"], file["u"], file["y"] = TIME, ROAD, TRAVEL
+        file["u"].attrs["unit"] = np.array(["mm"], dtype=h5py.string_dtype())
+        file["y"].attrs["units"] = np.array([b"kN"])
+    assert read_record(str(tmp_path / "a.h5")).units == {"u": "mm", "y": "kN"}
+
+
+def test_mat_structures_within_structures_give_their_fields(tmp_path: Path) -> None:
+    content = {"t": TIME, "in": {"road": ROAD}, "out": {"travel": TRAVEL}}
+    savemat(tmp_path / "a.mat", {"data": content})
+    record = read_record(str(tmp_path / "a.mat"))
+    assert list(record.columns) == ["data.in.road", "data.out.travel"]
+    assert np.array_equal(record.columns["data.out.travel"], TRAVEL)
+
+
+def test_unnamed_dates_of_a_parquet_table_are_its_time(tmp_path: Path) -> None:
+    table = pd.DataFrame({"u": ROAD, "y": TRAVEL})
+    table.index = pd.Timestamp("2024-05-01") + pd.to_timedelta(TIME, unit="s")
+    table.to_parquet(tmp_path / "a.parquet")
+    for names in (None, ["u", "y"]):
+        record = read_record(str(tmp_path / "a.parquet"), names)
+        assert record.time == pytest.approx(TIME, abs=1e-9)
+        assert list(record.columns) == ["u", "y"]

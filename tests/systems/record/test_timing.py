@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 from slide_fmu.systems.record.clock import clock_of, drift, neat_step
 from slide_fmu.systems.record.examination import examine
 from slide_fmu.systems.record.measured import Record, RecordError, Text
+from slide_fmu.systems.record.reading import read_record
 from tests.systems.record.samples import STEP, record, the_one
 
 RNG = np.random.default_rng(1)
@@ -122,3 +124,17 @@ def test_step_has_as_few_digits_as_do_no_harm() -> None:
     assert neat_step(exact, 100_000) == pytest.approx(1 / 3000, rel=1e-7)
     assert neat_step(exact, 10) == 0.000333
     assert neat_step(clock_of(STEP * (1 + 1e-9) * np.arange(1000)), 1000) == STEP
+
+
+def test_times_without_a_unit_are_remarked_once_for_all_records() -> None:
+    silent = replace(timed(10 * np.arange(300.0)), clock_unit="")
+    message = the_one(examine([timed(np.arange(300.0)), silent, silent]), "unit", "remarked")
+    assert "have no unit, nor those of 1 more files, and count as s" in message
+    assert "takes 2990 s; expected a unit: if they are in ms, say so" in message
+    assert message.endswith('in the header: "time [ms]"')
+
+
+@pytest.mark.parametrize(("header", "unit"), [("time", ""), ("time [ms]", "ms"), ("t_ms", "ms")])
+def test_unit_of_the_times_is_known_by_the_header(tmp_path: Path, header: str, unit: str) -> None:
+    (tmp_path / "a.csv").write_text(f"{header},u\n0,1\n10,2\n", encoding="utf-8")
+    assert read_record(str(tmp_path / "a.csv")).clock_unit == unit

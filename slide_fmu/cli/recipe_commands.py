@@ -199,8 +199,7 @@ def run(
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar, seed, data_seed)
         show_found(job.resolved)
-        with job.folder.alone():
-            finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
+        finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
     show_search(finished.figures)
     for name, validation in finished.figures["validation"].items():
         show_validation(validation, name)

@@ -134,8 +134,7 @@ def learn(
         console.print(f"remark: {remark}")
     with shown(console) as bar:
         job = job_of_text(text, f"slide.learn of {name!r}", Path(runs), bar)
-        with job.folder.alone():
-            finished = run_recipe(job, UNSEEN_SEED, None, workers, threads, overwrite)
+        finished = run_recipe(job, UNSEEN_SEED, None, workers, threads, overwrite)
     return Learnt(load(finished.fmu), finished.fmu, finished.page, finished.figures)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,7 @@ from slide_fmu.systems.loading import load_picture
 from slide_fmu.systems.record.model import MeasuredRecords
 from slide_fmu.validation import accuracy_sections, learning_sections
 from slide_fmu.validation.baselines import linear_size_remark
-from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.figures import side_by_side
 from slide_fmu.validation.model_card import model_card
 from slide_fmu.validation.record_remarks import remarks_on_records
@@ -71,22 +72,30 @@ def run_recipe(
     Raises:
         LoadError, RecipeError: the recipe's systems or networks cannot be made.
         ShortWindowError: the window is too short for the system.
+        StageError: another program works in the run folder.
         StoreError: the trajectories in the run folder were made from other values.
         TrainingError: a training diverged.
         UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
     """
-    sizing = check_window(job)
-    job = choose_numbers(job, workers, overwrite)
-    generate_data(job, workers)
-    train_surrogate(job, threads)
+    sizing = check_window(job)  # before anything is made
+    with job.folder.alone():
+        job = choose_numbers(job, workers, overwrite)
+        generate_data(job, workers)
+        train_surrogate(job, threads)
+        return _measured(job, sizing, tasks(job.recipe, seed, trajectories), workers)
+
+
+def _measured(
+    job: Job, sizing: AnySizing, wanted: Mapping[str, Task], workers: int | None
+) -> Finished:
+    """Write the FMU of a trained surrogate, measure it, and let it carry what was measured."""
     recipe, fmu = job.recipe, job.folder.fmu(job.recipe)
     trained = job.folder.load_surrogate(recipe)
     surrogate, origin = trained.surrogate, provenance(job, trained.versions)
     tests = examine_stability(job, surrogate)
     export_fmu(surrogate, fmu, provenance=origin)
     validations = {
-        name: validate_fmu_file(fmu, task, job.bar, workers)
-        for name, task in tasks(recipe, seed, trajectories).items()
+        name: validate_fmu_file(fmu, task, job.bar, workers) for name, task in wanted.items()
     }
     report = _full_report(
         trained, recipe, sizing, validations, tests, kept_curve(recipe, job.folder)

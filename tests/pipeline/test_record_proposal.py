@@ -149,6 +149,8 @@ def test_records_that_share_a_stretch_elsewhere_are_said_to_be_learnt_from_and_t
     proposal = propose_record(RecordWish(tuple(paths), {"force": None}))
     assert proposal.draft.by == "block"
     assert "What is tested was learnt from in part" in proposal.draft.by_origin
+
+
 def test_record_that_is_too_short_for_its_memory_is_refused_with_the_length_it_needs(
     tmp_path: Path,
 ) -> None:

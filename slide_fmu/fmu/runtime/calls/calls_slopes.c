@@ -28,8 +28,10 @@ static SlideStatus check_arguments(const SlideInstance *instance, const SlideSen
                             (unsigned long long)of->n_seed, (unsigned long long)of->n_sensitivity,
                             (unsigned long long)seeded, (unsigned long long)found);
     }
+    bool by_parameters = false;
     for (size_t i = 0; i < of->n_knowns; ++i) {
         const SlideVariableKind kind = slide_variable(instance, of->knowns[i]).kind;
+        by_parameters |= kind == SLIDE_MODEL_PARAMETER;
         if (kind != SLIDE_INPUT && kind != SLIDE_MODEL_PARAMETER) {
             return slide_report(instance, SLIDE_ERROR,
                                 "known with value reference %u; expected inputs, 0 to %u, or "
@@ -38,9 +40,16 @@ static SlideStatus check_arguments(const SlideInstance *instance, const SlideSen
         }
     }
     for (size_t i = 0; i < of->n_unknowns; ++i) {
-        if (!slide_variable(instance, of->unknowns[i]).is_output) {
+        const SlideVariable unknown = slide_variable(instance, of->unknowns[i]);
+        if (!unknown.is_output) {
             return slide_report(instance, SLIDE_ERROR,
                                 "unknown with value reference %u; expected a scalar output",
+                                of->unknowns[i]);
+        }
+        if (by_parameters && unknown.kind == SLIDE_TRUNCATION_ERROR) {
+            return slide_report(instance, SLIDE_ERROR,
+                                "unknown with value reference %u, a truncation error, by tunable "
+                                "parameters; expected outputs: differentiate it by inputs only",
                                 of->unknowns[i]);
         }
     }

@@ -9,6 +9,7 @@ from slide_fmu.data.apart import guarded
 from slide_fmu.data.draws import probe_draws
 from slide_fmu.fmu.description.surrogate_variables import require_free_names
 from slide_fmu.memory.modes import UnstableModeError
+from slide_fmu.pipeline.known_start import known_start
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import (
     recipe_source,
@@ -29,12 +30,13 @@ def check_recipe(recipe: Recipe) -> None:
 
     Raises:
         LoadError: one of the recipe's systems cannot be made, or records cannot be used.
-        RecipeError: they do not fit each other or the excitation, or a network sees what the
-            system has not.
+        RecipeError: they do not fit each other or the excitation, a network sees what the system
+            has not, or the FMU that the training begins with does not fit.
         ContractError: the system that makes the data does not keep its word.
         SimulationError: it could not be simulated on a short record, or its library crashes.
     """
     system = recipe_source(recipe)
+    known_start(recipe, system)
     require_names_in_fmu(recipe, system)
     if not isinstance(system, System):
         return require_features(recipe, system)

@@ -16,8 +16,6 @@ from slide_fmu.core.signals import Angle, FloatArray, Signal
 from slide_fmu.systems.base import Linearizable, RandomStates, State
 from slide_fmu.systems.exudyn.plant_system import PlantSystem
 
-DEFLECTION_LIMIT = 0.11
-"""The deflection lies between this and its negative, in m."""
 _SHORTEST_DIRECTOR = 1e-6
 """A director that is shorter than this has no direction."""
 
@@ -47,12 +45,13 @@ class SliderCrank(PlantSystem[SliderCrankPlant], RandomStates, Linearizable):
             substeps are wrong by 0.02 % of the deflection's standard deviation; 6 and 10 by
             0.09 %, in less than half the time; 6 and 4 by 0.44 %, in a quarter of it.
         speed_limit: largest speed of the crank in random states, in rad/s.
+        deflection_limit: range of the deflection in m.
 
     Raises:
         ValueError: a value is out of its range.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 (each is a number that recipes may give)
         self,
         *,
         proportional: float = 1000.0,
@@ -63,6 +62,7 @@ class SliderCrank(PlantSystem[SliderCrankPlant], RandomStates, Linearizable):
         step: float = 1.0 / 32.0,
         substeps: int = 20,
         speed_limit: float = 8.0,
+        deflection_limit: float = 0.11,
     ) -> None:
         self._mechanism = Mechanism(
             proportional, differential, bending_stiffness, slider_mass, elements, step, substeps
@@ -75,7 +75,7 @@ class SliderCrank(PlantSystem[SliderCrankPlant], RandomStates, Linearizable):
         self.step = step
         self.inputs = (_director_signal("x", "cosine"), _director_signal("y", "sine"))
         meaning = "distance of the rod's middle from the line between its ends, positive left"
-        self.outputs = (Signal("deflection", "m", -DEFLECTION_LIMIT, DEFLECTION_LIMIT, meaning),)
+        self.outputs = (Signal("deflection", "m", -deflection_limit, deflection_limit, meaning),)
 
     def _build(self) -> SliderCrankPlant:
         return SliderCrankPlant(self._mechanism)

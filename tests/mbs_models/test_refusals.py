@@ -34,6 +34,7 @@ BAD_PARAMETERS: dict[type[Any], list[tuple[str, Any]]] = {
         ("proportional", -1.0),
         ("differential", NAN),
         ("bending_stiffness", 0.0),
+        ("slider_mass", 0.0),
         ("elements", 5),
         ("elements", 0),
         ("elements", 2.5),

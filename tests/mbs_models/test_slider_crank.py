@@ -98,6 +98,16 @@ def test_a_stiff_rod_moves_like_a_rigid_one() -> None:
         assert slider == pytest.approx(slider_position(crank_angle(state)), abs=STRETCH)
 
 
+def test_heavier_slider_bends_the_rod_more() -> None:
+    """Its inertia presses along the rod, which the rod's own inertia has bent."""
+    found = []
+    for mass in (1.0, 2.0):
+        system = fast(slider_mass=mass)
+        start = system.rest_state(director(0.0))
+        found.append(np.std(simulate(system, directors(swing(150)), start).outputs))
+    assert found[1] > 1.1 * found[0]
+
+
 def test_bending_shortens_the_rod_by_what_a_bow_does() -> None:
     system = SliderCrank()
     for state in states(system, swing(150)):

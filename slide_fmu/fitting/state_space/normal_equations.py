@@ -26,8 +26,8 @@ SENSITIVITIES = {"cpu": 150_000, "cuda": 100_000_000}
 holds, or what keeps a GPU busy."""
 BLOCK = 16
 """Samples whose rows of J are multiplied at once."""
-ROWS_PER_WEIGHT = 50
-"""Residuals for each weight of a cell that J'J is made of, at least, where there are as many."""
+ROWS_PER_PARAMETER = 50
+"""Residuals for each parameter that J'J is made of, at least, where there are as many."""
 THINNEST = 8
 """Samples of which at least one goes into J'J; divides ``BLOCK``."""
 
@@ -94,11 +94,8 @@ def _chunks(shape: CellShape, segments: Segments) -> list[Segments]:
 
 
 def thinning(shape: CellShape, segments: Segments) -> int:
-    """Return t for which every t-th sample goes into J'J: enough rows for the weights of a cell.
-
-    The coefficients of its polynomials, where there are some, are told apart by trajectories.
-    """
-    thin, enough = 1, 2 * ROWS_PER_WEIGHT * shape.n_weights
+    """Return t for which every t-th sample goes into J'J: enough rows for the parameters."""
+    thin, enough = 1, 2 * ROWS_PER_PARAMETER * shape.n_parameters
     while thin < THINNEST and segments.targets.numel() >= enough * thin:
         thin *= 2
     return thin

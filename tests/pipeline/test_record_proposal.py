@@ -98,6 +98,11 @@ def test_record_that_is_too_short_for_its_memory_is_refused_with_the_length_it_n
         recipe_for(path)
 
 
+def test_record_of_two_samples_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RecipeError, match="record more"):
+        recipe_for(write_record(tmp_path / "a.csv", 2))
+
+
 def test_short_record_gets_a_window_that_leaves_more_of_the_past(tmp_path: Path) -> None:
     path = write_record(tmp_path / "a.csv", 1000)
     proposal = propose_record(RecordWish((str(path),), {"force": None}))

@@ -99,11 +99,11 @@ def prepared(records: Sequence[Record], preparation: Preparation) -> Prepared:
         RecordError: a record lacks a column, its time does not rise, or no stretch is left.
     """
     clocks = [_sound_clock(record) for record in records]
-    step = preparation.step or neat_step(clocks[0], _longest(clocks[0], len(records[0].time)))
+    step = preparation.step or neat_step(clocks[0], clocks[0].longest(len(records[0].time)))
     pieces: list[Piece] = []
     remarks: list[str] = []
     for index, (record, clock) in enumerate(zip(records, clocks, strict=True)):
-        length = _longest(clock, len(record.time))
+        length = clock.longest(len(record.time))
         plan = plan_resampling(clock.step, step, clock.jitter, length)
         remarks += _about_resampling(record, plan, preparation.hold)
         stretches = stretches_of(record, clock, preparation)
@@ -135,10 +135,6 @@ def _sound_clock(record: Record) -> Clock:
     return clock
 
 
-def _longest(clock: Clock, length: int) -> int:
-    return max(end - begin for begin, end in clock.stretches(length))
-
-
 def stretches_of(record: Record, clock: Clock, preparation: Preparation) -> list[tuple[int, int]]:
     """Give begin and end (excluded) of all stretches of samples that follow each other."""
     values = record.chosen((*preparation.inputs, *preparation.outputs))
@@ -148,6 +144,20 @@ def stretches_of(record: Record, clock: Clock, preparation: Preparation) -> list
         edges = np.flatnonzero(np.diff(np.concatenate([[False], usable[begin:end], [False]])))
         found += [(begin + int(a), begin + int(b)) for a, b in edges.reshape(-1, 2)]
     return found
+
+
+def longest_stretch(record: Record, preparation: Preparation) -> tuple[FloatArray, FloatArray]:
+    """Give inputs and outputs of the longest stretch, (n, n_inputs) and (n, n_outputs).
+
+    They are as they were measured; there are none where no sample is whole.
+
+    Raises:
+        RecordError: a column is missing, or no time rises.
+    """
+    stretches = stretches_of(record, clock_of(record.time), preparation)
+    begin, end = max(stretches, key=lambda stretch: stretch[1] - stretch[0], default=(0, 0))
+    inputs, outputs = record.chosen(preparation.inputs), record.chosen(preparation.outputs)
+    return inputs[begin:end], outputs[begin:end]
 
 
 def _piece(

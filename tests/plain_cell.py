@@ -30,6 +30,7 @@ class PlainCell:
     v: FloatArray | None
     roles: Roles
     turned: int
+    substeps: int = 1
 
     @staticmethod
     def of(network: StateSpace) -> PlainCell:
@@ -70,7 +71,8 @@ class PlainCell:
 
     def step(self, x: FloatArray, features: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The next state (n,) and its values (n_values,)."""
-        x = self.a @ x + self.b @ self.role(features, "drive") + self.units(x, features)
+        for _ in range(self.substeps):
+            x = self.a @ x + self.b @ self.role(features, "drive") + self.units(x, features)
         rows = self.c @ x + self.d @ self.role(features, "static") + self.d0
         factors = np.array([1.0, *self.role(features, "readout")])
         return x, rows.reshape(-1, len(factors)) @ factors

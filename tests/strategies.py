@@ -97,6 +97,7 @@ def cell_shapes(draw: st.DrawFn) -> CellShape:
         turned=draw(st.integers(0, states // 2)) if activation == GATED else 0,
         factors=draw(st.sampled_from([0, 0, 1, 3])),
         parameters=draw(st.sampled_from([0, 0, 1, 2])),
+        substeps=draw(st.sampled_from([1, 1, 2, 3])),
     )
 
 
@@ -197,4 +198,6 @@ def learnt_cell_shapes(draw: st.DrawFn) -> LearntShape:
     )
     bias = gated or draw(st.booleans())
     n_units, n_outputs = draw(st.integers(0, 4)), draw(st.integers(1, 3))
-    return LearntShape(n_states, n_units, n_outputs, roles, units, bias, turned)
+    substeps = draw(st.sampled_from([1, 1, 3]))
+    sizes = n_states, n_units, n_outputs
+    return LearntShape(*sizes, roles, units, bias, turned, substeps=substeps)

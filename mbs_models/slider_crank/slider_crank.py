@@ -16,12 +16,14 @@ from slide_fmu.core.signals import Angle, FloatArray, Signal
 from slide_fmu.systems.base import Linearizable, RandomStates, State
 from slide_fmu.systems.exudyn.plant_system import PlantSystem
 
+DEFLECTION_LIMIT = 0.11
+"""The deflection lies between this and its negative, in m."""
 _SHORTEST_DIRECTOR = 1e-6
 """A director that is shorter than this has no direction."""
 
 
 class SliderCrank(PlantSystem[SliderCrankPlant], RandomStates, Linearizable):
-    """The mechanism has a rigid crank (0.5 m, 2 kg), a flexible rod (1 m, 4 kg), a slider (1 kg).
+    """The mechanism has a rigid crank (0.5 m, 2 kg), a flexible rod (1 m, 4 kg), a slider.
 
     It moves in the plane, without gravity and friction. The torque on the crank is
     P (s - phi) + D (s' - phi') for its angle phi (paper, eq. SCControl), where s(t) goes through
@@ -38,13 +40,13 @@ class SliderCrank(PlantSystem[SliderCrankPlant], RandomStates, Linearizable):
             memory is 46 s.
         differential: D in N m s/rad.
         bending_stiffness: E I of the rod in N m^2.
+        slider_mass: mass in kg of the slider with what it carries.
         elements: even number of finite elements of the rod.
         step: sample step h in s.
         substeps: integration steps per sample. With the default step, 10 elements and 20
             substeps are wrong by 0.02 % of the deflection's standard deviation; 6 and 10 by
             0.09 %, in less than half the time; 6 and 4 by 0.44 %, in a quarter of it.
         speed_limit: largest speed of the crank in random states, in rad/s.
-        deflection_limit: range of the deflection in m.
 
     Raises:
         ValueError: a value is out of its range.
@@ -56,14 +58,14 @@ class SliderCrank(PlantSystem[SliderCrankPlant], RandomStates, Linearizable):
         proportional: float = 1000.0,
         differential: float = 100.0,
         bending_stiffness: float = 13.8,
+        slider_mass: float = 1.0,
         elements: int = 10,
         step: float = 1.0 / 32.0,
         substeps: int = 20,
         speed_limit: float = 8.0,
-        deflection_limit: float = 0.11,
     ) -> None:
         self._mechanism = Mechanism(
-            proportional, differential, bending_stiffness, elements, step, substeps
+            proportional, differential, bending_stiffness, slider_mass, elements, step, substeps
         )
         drives = 1
         super().__init__(self._mechanism.coordinates + drives, n_inputs=2)
@@ -73,7 +75,7 @@ class SliderCrank(PlantSystem[SliderCrankPlant], RandomStates, Linearizable):
         self.step = step
         self.inputs = (_director_signal("x", "cosine"), _director_signal("y", "sine"))
         meaning = "distance of the rod's middle from the line between its ends, positive left"
-        self.outputs = (Signal("deflection", "m", -deflection_limit, deflection_limit, meaning),)
+        self.outputs = (Signal("deflection", "m", -DEFLECTION_LIMIT, DEFLECTION_LIMIT, meaning),)
 
     def _build(self) -> SliderCrankPlant:
         return SliderCrankPlant(self._mechanism)

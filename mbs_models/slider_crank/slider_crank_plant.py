@@ -39,7 +39,6 @@ from slide_fmu.systems.exudyn.plant import Plant
 
 CRANK_LENGTH, CRANK_MASS = 0.5, 2.0
 ROD_LENGTH, ROD_MASS = 1.0, 4.0
-SLIDER_MASS = 1.0
 """Lengths are in m and masses in kg; the crank and the rod are uniform."""
 AXIAL_STIFFNESS = 414e3
 """The rod has this axial stiffness E A in N."""
@@ -65,6 +64,7 @@ class Mechanism:
     proportional: float
     differential: float
     bending_stiffness: float
+    slider_mass: float
     elements: int
     step: float
     substeps: int
@@ -72,6 +72,7 @@ class Mechanism:
     def __post_init__(self) -> None:
         expect_not_negative(proportional=self.proportional, differential=self.differential)
         expect_positive(bending_stiffness=self.bending_stiffness, step=self.step)
+        expect_positive(slider_mass=self.slider_mass)
         expect_substeps(self.substeps)
         even = self.elements >= 2 and self.elements % 2 == 0
         expect("elements", self.elements, even, "an even whole number from 2")
@@ -146,7 +147,7 @@ class SliderCrankPlant:
         crank_node, tip = self._add_crank()
         rod = self._add_rod(mechanism)
         self._join(tip, self._mbs.AddMarker(MarkerNodePosition(nodeNumber=rod[0])))
-        self._add_slider(rod[-1])
+        self._add_slider(rod[-1], mechanism.slider_mass)
         self._drive = self._mbs.AddObject(
             CoordinateSpringDamperExt(
                 markerNumbers=[self._ground, add_marker(self._mbs, crank_node, 2)],
@@ -196,9 +197,9 @@ class SliderCrankPlant:
             self._mbs.AddObject(element)
         return nodes
 
-    def _add_slider(self, rod_end: Any) -> None:
+    def _add_slider(self, rod_end: Any, mass: float) -> None:
         """Add the slider at the end of the rod, guided along x."""
-        slider = add_mass(self._mbs, SLIDER_MASS, CRANK_LENGTH + ROD_LENGTH)
+        slider = add_mass(self._mbs, mass, CRANK_LENGTH + ROD_LENGTH)
         along, across = (add_marker(self._mbs, rod_end, axis) for axis in (0, 1))
         for pair in ([slider, along], [self._ground, across]):
             self._mbs.AddObject(CoordinateConstraint(markerNumbers=pair))

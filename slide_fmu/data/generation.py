@@ -96,7 +96,8 @@ def _keep_stretches(
         found = stretches(recipe, source, split) if indices else []
         for index in indices:
             stretch = found[index]
-            write_trajectory(path, split, index, stretch.trajectory, stretch.file)
+            values = as_row(stretch.parameters) if stretch.parameters else None
+            write_trajectory(path, split, index, stretch.trajectory, stretch.file, values)
             made += 1
             progress(done + made, total)
     return made

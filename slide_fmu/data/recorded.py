@@ -6,6 +6,7 @@ may lie in the part before, and are not scored there.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,12 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, Trajectory, on_circles
 from slide_fmu.recipe.measured import shares_of
 from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.recipe.specimens import (
+    scarce_specimens,
+    specimens,
+    too_few_specimens,
+    values_in_file,
+)
 from slide_fmu.systems.record.blocks import Block, Split, Splitting
 from slide_fmu.systems.record.measured import RecordError
 from slide_fmu.systems.record.model import MeasuredRecords
@@ -28,11 +35,13 @@ class Stretch:
         trajectory: N inputs and N + 1 outputs in their units, the lead included.
         file: number of the file that it comes from.
         lead: number of its first inputs whose outputs are not scored.
+        parameters: physical parameters of the specimen in the file, by name.
     """
 
     trajectory: Trajectory
     file: int
     lead: int
+    parameters: dict[str, float]
 
 
 def divided(recipe: Recipe, source: MeasuredRecords, lead: int | None = None) -> Split:
@@ -41,27 +50,71 @@ def divided(recipe: Recipe, source: MeasuredRecords, lead: int | None = None) ->
     The lead is another number of samples if it is not None.
 
     Raises:
-        RecipeError: a part has too few samples, or the inputs repeat no period although the
-            recipe divides by periods.
+        RecipeError: a part has too few samples, the inputs repeat no period although the recipe
+            divides by periods, or the part to learn from has too few specimens for the parameters.
     """
     lead = recipe.window.n_in - recipe.window.n_out if lead is None else lead
     shares = {str(part): share for part, share in shares_of(recipe).items() if share}
     by = recipe.data.by
     try:
         splitting = Splitting(lead, by, shares, _period(source) if by == "period" else None)
-        return split_pieces(source.pieces, splitting)
+        found = split_pieces(source.pieces, splitting)
     except RecordError as error:
         raise RecipeError(f"recipe {recipe.name!r}: {error}") from error
+    problem = too_few_specimens(recipe, _files(source, found["train"]))
+    if problem is not None:
+        raise RecipeError(f"recipe {recipe.name!r}: data.by = {by!r}: {problem}")
+    return found
 
 
-def learnt_pieces(recipe: Recipe, source: MeasuredRecords) -> list[Trajectory]:
-    """Return the whole blocks that are learnt from, without leads.
+def _files(source: MeasuredRecords, blocks: Sequence[Block]) -> list[int]:
+    """Return the numbers of the files that blocks are cut from."""
+    return [source.pieces[block.piece].record for block in blocks]
+
+
+def learnt_pieces(recipe: Recipe, source: MeasuredRecords) -> list[list[Trajectory]]:
+    """Return the whole blocks that are learnt from, without leads, of one specimen after another.
+
+    Without physical parameters there is one.
 
     Raises:
         RecipeError: as of ``divided``.
     """
     blocks = divided(recipe, source, lead=0)["train"]
-    return [block.cut(source.pieces) for block in blocks]
+    found: dict[tuple[float, ...], list[Trajectory]] = {}
+    for block, file in zip(blocks, _files(source, blocks), strict=True):
+        specimen = tuple(values_in_file(recipe, file).values())
+        found.setdefault(specimen, []).append(block.cut(source.pieces))
+    return list(found.values())
+
+
+def about_specimens(recipe: Recipe, source: MeasuredRecords) -> list[str | None]:
+    """Say what the measured error does not tell of specimens; None stands for nothing to say.
+
+    Raises:
+        RecipeError: as of ``divided``.
+    """
+    if not recipe.parameters:
+        return []
+    parts = divided(recipe, source)
+    learnt, tested = (
+        [values_in_file(recipe, file) for file in _files(source, parts[part])]
+        for part in ("train", "test")
+    )
+    lacking = [one for one in specimens(recipe) if one not in tested]
+    names = "; ".join(", ".join(f"{k} = {v:g}" for k, v in one.items()) for one in lacking)
+    seen = all(one in learnt for one in tested)
+    return [
+        scarce_specimens(recipe),
+        f"no error is measured at {names}: the part to test has none of these records; give it a "
+        'larger share, or divide each file by itself (data.by = "each")'
+        if lacking and seen
+        else None,
+        "the error is measured on specimens that were learnt from; to see the one between them, "
+        'hold whole files out (data.by = "record"; the last ones are tested)'
+        if seen
+        else None,
+    ]
 
 
 def stretches(recipe: Recipe, source: MeasuredRecords, part: str) -> list[Stretch]:
@@ -80,8 +133,18 @@ def stretches(recipe: Recipe, source: MeasuredRecords, part: str) -> list[Stretc
     for block in divided(recipe, source).get(part, ()):
         for first in _firsts(block, scored):
             whole = Block(block.piece, first - lead, first, first + scored)
-            found.append(_stretch(source, whole))
+            found.append(_stretch(recipe, source, whole))
     return found
+
+
+def remarks_on_division(recipe: Recipe, source: MeasuredRecords) -> list[str]:
+    """Say what is lost of the records by their division.
+
+    Raises:
+        RecipeError: as of ``divided``.
+    """
+    found = left_out(recipe, source), *about_specimens(recipe, source)
+    return [remark for remark in found if remark is not None]
 
 
 def left_out(recipe: Recipe, source: MeasuredRecords) -> str | None:
@@ -126,7 +189,8 @@ def unseen_stretches(recipe: Recipe, source: MeasuredRecords) -> list[Stretch]:
     found = []
     for block in divided(recipe, source)["test"]:
         start = max(0, block.scored - recipe.window.n_in)
-        found.append(_stretch(source, Block(block.piece, start, block.scored, block.stop)))
+        whole = Block(block.piece, start, block.scored, block.stop)
+        found.append(_stretch(recipe, source, whole))
     return found
 
 
@@ -155,9 +219,10 @@ def inputs_beyond(
     return np.stack(found)
 
 
-def _stretch(source: MeasuredRecords, block: Block) -> Stretch:
-    file = source.pieces[block.piece].record
-    return Stretch(block.cut(source.pieces), file, block.scored - block.start)
+def _stretch(recipe: Recipe, source: MeasuredRecords, block: Block) -> Stretch:
+    (file,) = _files(source, [block])
+    lead = block.scored - block.start
+    return Stretch(block.cut(source.pieces), file, lead, values_in_file(recipe, file))
 
 
 def _firsts(block: Block, scored: int) -> list[int]:

@@ -87,7 +87,10 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     }
     if recipe.parameters:
         tables = recipe.model_dump(mode="json", include={"parameters"})
-        fingerprint["parameters"] = tables["parameters"]
+        fingerprint["parameters"] = {
+            name: table if measured else {k: v for k, v in table.items() if k != "values"}
+            for name, table in tables["parameters"].items()
+        }
     if recipe.estimator is not None:
         keys = {"amplitude_factor", "in_range"}
         fingerprint["estimator"] = recipe.estimator.model_dump(mode="json", include=keys)

@@ -35,7 +35,7 @@ from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_source
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import Linearizable, Source
+from slide_fmu.systems.base import Linearizable, Source, System
 
 LEARNT_BY = {"window", "network", "training", "parameters"}
 """Tables of a recipe by which its network is learnt."""
@@ -163,8 +163,7 @@ def _fit_network(
 
     training, validation, *beyond = (seen(*pair) for pair in values)
     more = beyond[0] if beyond else None
-    corners = [eigenvalues_at_rest(recipe_source(corner)) for corner in _corners(recipe)]
-    physical = physical_of(recipe, splits, corners)
+    physical = physical_of(recipe, splits, eigenvalues_at_corners(recipe, system))
     problem = Problem(
         window, features, training, validation, checkpoint, eigenvalues, more, physical=physical
     )
@@ -178,13 +177,6 @@ def _fit_network(
     forecast = fit_forecast(system.inputs, splits[0].inputs, at_step_end)
     surrogate = dataclasses.replace(surrogate, forecast=forecast)
     return settled(surrogate, recipe, system), {**tried, "surrogate": history}
-
-
-def _corners(recipe: Recipe) -> list[Recipe]:
-    """Return the recipe at the corners of its parameters' box; none where it has none."""
-    if not recipe.parameters:
-        return []
-    return [recipe.at(corner) for corner in corners_of(recipe.physical())]
 
 
 def eigenvalues_at_rest(system: Source) -> NDArray[np.complex128] | None:
@@ -201,6 +193,20 @@ def eigenvalues_at_rest(system: Source) -> NDArray[np.complex128] | None:
     start = np.array([signal.start_value for signal in system.inputs])
     found = spectrum(system.linearize(system.rest_state(start)))
     return np.array([mode.eigenvalue for mode in found.modes], dtype=np.complex128)
+
+
+def eigenvalues_at_corners(recipe: Recipe, source: Source) -> list[NDArray[np.complex128] | None]:
+    """Return what ``eigenvalues_at_rest`` gives at all corners of the parameters' box.
+
+    There are none where the recipe has no parameters, or the source cannot be set, as records.
+
+    Raises:
+        UnstableModeError: a mode grows at a corner.
+    """
+    if not (recipe.parameters and isinstance(source, System)):
+        return []
+    corners = corners_of(recipe.physical())
+    return [eigenvalues_at_rest(recipe_source(recipe.at(corner))) for corner in corners]
 
 
 def require_symmetry(signals: tuple[Signal, ...]) -> None:

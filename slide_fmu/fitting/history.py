@@ -32,12 +32,16 @@ class TriedUnits:
 
     Attributes:
         units: the kind, as in recipes.
+        number: number of units.
+        substeps: number of sub-steps.
         validation_error: RMS in scaled units within the amplitudes that were learnt from.
         error_beyond: RMS in scaled units at those that were held out; infinite where the network
             diverged.
     """
 
     units: str
+    number: int
+    substeps: int
     validation_error: float
     error_beyond: float
 

@@ -23,7 +23,13 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of, machine_of
 from slide_fmu.fitting.feature_choice import choose_features
 from slide_fmu.fitting.feature_search import Trials, search_features
-from slide_fmu.fitting.fit import eigenvalues_at_rest, standard_deviation_scaling
+from slide_fmu.fitting.fit import (
+    LEARNT_BY,
+    eigenvalues_at_corners,
+    eigenvalues_at_rest,
+    standard_deviation_scaling,
+)
+from slide_fmu.fitting.physical import physical_of, require_chosen_features
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.fit import prepare
 from slide_fmu.fitting.state_space.multi_start import (
@@ -53,6 +59,7 @@ class _Scales:
     outputs: Affine
     features: FeatureMap
     eigenvalues: NDArray[np.complex128] | None
+    at_corners: list[NDArray[np.complex128] | None]
     key: str
 
 
@@ -97,6 +104,7 @@ class LearningCurve:
             self._seen(splits[1], scales),
             place,
             scales.eigenvalues,
+            physical=physical_of(self._recipe, splits, scales.at_corners),
         )
         data = prepare(problem, self._network, self._training)
         fit = MultiStart(problem, self._network, self._training, data, progress)
@@ -121,17 +129,19 @@ class LearningCurve:
         system, recipe, split = self._system, self._recipe, splits[0]
         inputs, eigenvalues = range_scaling(system.inputs), eigenvalues_at_rest(system)
         offered = offered_features(recipe, system, inputs)
+        require_chosen_features(recipe, offered, len(system.outputs))
         window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
         trials = Trials(offered, window, (split, splits[1]), eigenvalues, self._checkpoints)
         network, _ = search_features(self._network, self._training, trials, lambda _: progress)
         assert isinstance(network, StateSpaceRecipe)
         self._network = network
-        tables = recipe.model_dump(mode="json", include={"window", "network", "training"})
+        tables = recipe.model_dump(mode="json", include=LEARNT_BY)
         return _Scales(
             inputs,
             standard_deviation_scaling(system.outputs, split),
             choose_features(network.feature_names(), offered, inputs.apply(split.inputs)),
             eigenvalues,
+            eigenvalues_at_corners(recipe, system),
             checkpoint_key(content_of(split), machine_of(offered), tables),
         )
 

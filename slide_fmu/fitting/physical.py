@@ -36,7 +36,7 @@ def physical_of(
     assert training is not None
     assert validation is not None
     known = [values for values in corners if values is not None]
-    eigenvalues = np.concatenate(known) if len(known) == len(corners) else None
+    eigenvalues = np.concatenate(known) if known and len(known) == len(corners) else None
     return Physical(basis, training, validation, beyond[0] if beyond else None, eigenvalues)
 
 

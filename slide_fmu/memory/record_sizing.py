@@ -139,16 +139,19 @@ class RecordSizing:
 def size_records(recipe: Recipe, source: MeasuredRecords) -> RecordSizing:
     """Fit the records that a recipe learns from, and hold its window against the decay.
 
+    With physical parameters, those of each specimen are fitted by themselves: the longest counts.
+
     Raises:
         RecipeError: there are too few samples.
     """
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
-    pieces = learnt_pieces(recipe, source)
+    groups = learnt_pieces(recipe, source)
     try:
-        decay = decay_of_records(pieces, recipe.window.remaining_amplitude)
+        decays = [decay_of_records(own, recipe.window.remaining_amplitude) for own in groups]
     except ValueError as error:
         raise RecipeError(f"recipe {recipe.name!r}: {error}") from error
-    return RecordSizing(window, decay, sum(len(piece.inputs) for piece in pieces))
+    slowest = max(decays, key=lambda decay: (decay.lasts, decay.time))
+    return RecordSizing(window, slowest, sum(len(p.inputs) for own in groups for p in own))
 
 
 def wanted_samples(sizing: RecordSizing) -> int:

@@ -21,6 +21,7 @@ from slide_fmu.memory.decay_figures import finite
 from slide_fmu.network.base import Float32Array
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.specimens import specimens
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Source, System
 from slide_fmu.systems.record.model import MeasuredRecords
@@ -95,10 +96,12 @@ def _worst_of_corners(
 ) -> tuple[AmplitudeTest, ...]:
     """Test at the corners of the parameters' box, and return the worst at each amplitude.
 
-    The inputs are those of the system at the parameters' start values.
+    The inputs are those of the system at the parameters' start values. Of records, the box is
+    tested where they reach: at their specimens.
     """
     found = []
-    for corner in corners_of(surrogate.parameters):
+    simulated = isinstance(system, System)
+    for corner in corners_of(surrogate.parameters) if simulated else specimens(recipe):
         tests = check_stability(surrogate.at(corner), recipe, system)
         where = ", ".join(f"{name} = {value:g}" for name, value in corner.items())
         found.append([_told_where(test, where) for test in tests])

@@ -24,7 +24,8 @@ all of a sample together: those of the ages, 0 the newest, which fall from n_sam
 n_samples, oldest first, where the count of the ages is 0.
 Kind 3 was kind 1 with weights of float16; it is no longer written, and refused.
 Kind 2, state space (``state_space/equations.py``): n_states, n_values >= 1; units 3 tanh, 5 cubic,
-6 gated, 7 mixed (every second one cubic, from the first on, the others tanh).
+6 gated, 7 mixed (every second one cubic, from the first on, the others tanh), plus 256 for every
+sub-step of a sample beyond the first, of which there are 16 at most.
 n_arguments = n_states + n_drive + 1, of gated units n_schedule + 1; n_products = n_states +
 n_gated of gated units, else V is absent and n_gated = n_schedule = 0; n_rows = n_values (1 +
 n_readout). n_turn is 2 where turned > 0, else 0; turned needs gated units, and 2 turned <=

@@ -148,7 +148,7 @@ def _examined(records: tuple[Record, ...], preparation: Preparation) -> tuple[st
     found = [
         finding
         for finding in found
-        if finding.kind != "period"
+        if finding.kind not in ("period", "alike")
         and not (finding.kind == "constant" and finding.column in preparation.inputs)
     ]
     refused = [finding.message for finding in found if finding.severity == "refused"]

@@ -124,6 +124,8 @@ def _identity(recipe: Recipe) -> tuple[dict[str, Any], FloatArray]:
     """Return what a curve depends on: the recipe but for numbers and seeds, and the model."""
     data = recipe.data.model_dump(mode="json", exclude={*SPLITS, "seed", "budget_minutes"})
     tables = recipe.model_dump(mode="json", include={"system", "window", "network", "training"})
+    if recipe.parameters:
+        tables |= recipe.model_dump(mode="json", include={"parameters"})
     del tables["training"]["seed"]
     of_seed_0 = recipe.model_copy(update={"data": recipe.data.model_copy(update={"seed": 0})})
     about = json.loads(json.dumps({**tables, "data": data}))

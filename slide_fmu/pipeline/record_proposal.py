@@ -8,14 +8,15 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, Hold
+from slide_fmu.core.signals import Hold
 from slide_fmu.core.units import require_unit
 from slide_fmu.pipeline.draft_signals import names_of, require_name, widened
 from slide_fmu.pipeline.record_columns import RecordWish, read_wished, wished_columns
+from slide_fmu.pipeline.record_division import proposed_division
 from slide_fmu.pipeline.record_lengths import held_against
 from slide_fmu.recipe.measured import KIND, PARTS
 from slide_fmu.recipe.recipe import RecipeError
@@ -26,7 +27,6 @@ from slide_fmu.systems.record.examination import examine
 from slide_fmu.systems.record.measured import Record, RecordError
 from slide_fmu.systems.record.model import PAIRINGS, recognises
 from slide_fmu.systems.record.pairing import answer_of
-from slide_fmu.systems.record.periods import find_period, groups_of_periods
 from slide_fmu.systems.record.preparation import Pairing, Preparation, longest_stretch
 from slide_fmu.systems.specification import SignalChoice
 
@@ -34,8 +34,6 @@ HELD = 0.5
 """Inputs of which more than this part of the samples equals the one before are held."""
 ENOUGH = 20_000
 """Records of at least so many samples have some to spare for an error estimator."""
-MANY = 10
-"""So many records and more are divided as whole ones."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +86,8 @@ def _proposed(wish: RecordWish) -> RecordProposal:
     remarks = [finding.message for finding in findings]
     inputs = tuple(_signal(records, n, wish.inputs.get(n), acts, remarks) for n in names[0])
     outputs = tuple(_signal(records, n, None, None, remarks) for n in names[1])
-    by, by_origin = _division(records, names[0])
+    division = proposed_division(records, names[0])
+    enough = sum(len(record.time) for record in records) >= ENOUGH
     name = wish.name or recipe_name(Path(wish.paths[0]).stem)
     draft = RecordDraft(
         name,
@@ -98,9 +97,9 @@ def _proposed(wish: RecordWish) -> RecordProposal:
         outputs,
         step,
         step_origin,
-        by,
-        by_origin,
-        sum(len(record.time) for record in records) >= ENOUGH,
+        division.by,
+        division.origin,
+        enough and division.groups >= len(PARTS),
         parameters,
     )
     draft, more = held_against(draft, wish.paths)
@@ -199,18 +198,3 @@ def _measured(records: Sequence[Record], column: str) -> tuple[float, float]:
 
 def _neat(value: float) -> float:
     return float(f"{value:.12g}")
-
-
-def _division(
-    records: Sequence[Record], inputs: tuple[str, ...]
-) -> tuple[Literal["block", "record", "period"], str]:
-    """Return how records are divided into parts, and why."""
-    moved: FloatArray = records[0].chosen(inputs)
-    found = find_period(moved) if len(records) == 1 and np.isfinite(moved).all() else None
-    if found is not None:
-        whole = len(moved) // found.samples * found.samples
-        if len(set(groups_of_periods(moved[:whole], found.samples).tolist())) >= len(PARTS):
-            return "period", "The inputs repeat periods: no part has one that another part has."
-    if len(records) >= MANY:
-        return "record", "There are many records: each of them is in one part as a whole."
-    return "block", "The records are cut in the order of time: training first, test last."

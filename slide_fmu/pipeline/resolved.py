@@ -57,7 +57,7 @@ def resolved_lengths(
     if isinstance(system, System):
         found = guarded_recipe(recipe, system, _lengths, patience)
     else:
-        found = _lengths(recipe, patience)
+        found = find_lengths(recipe, system, Patience(patience))
     if found.sizing is not None and found.sizing.left_out is not None:
         return found.values, found.sizing
     place.parent.mkdir(parents=True, exist_ok=True)

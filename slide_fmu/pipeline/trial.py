@@ -10,7 +10,7 @@ from typing import Any
 
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.draws import PROBE, Stream, draw, simulate_draw
-from slide_fmu.data.recorded import left_out
+from slide_fmu.data.recorded import remarks_on_division
 from slide_fmu.memory.failing import Tolerance
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.checks import guarded_recipe
@@ -111,7 +111,7 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
     system, seconds, failed = recipe_source(job.recipe), None, None
     said = system.remarks
     if isinstance(system, MeasuredRecords):
-        failed = left_out(job.recipe, system)
+        said = (*remarks_on_division(job.recipe, system), *said)
     if isinstance(system, System):
         seconds, failed, said = guarded_recipe(job.recipe, system, _seconds)
     progress(3, STEPS)

@@ -115,9 +115,13 @@ class StateSpaceRecipe(Table):
             without end beyond the trained range. Mixed units are tanh and clipped cubes in turns:
             bounded, and more accurate just beyond the range where springs harden. ``"auto"``:
             tanh or, without padding, mixed or cubic, by trials in which the largest amplitudes
-            are held out. Gated units (LPV units, linear parameter-varying)
+            are held out; with ``hidden = "auto"`` these find the number of cubes and the
+            sub-steps too. Gated units (LPV units, linear parameter-varying)
             make the response linear with coefficients that follow scheduling variables: for
             mechanisms whose inertia depends on their configuration.
+        substeps: number of steps that the states take in every sample. Where a sample is long for
+            a spring that hardens, a few cubes that act several times follow it better than many
+            that act once, also beyond the range.
         bias: whether there are constant terms; without, the network answers -u with -y: for
             features that change their sign with the inputs, and no readout.
         drive: names of the features in the state input (``slide_fmu.features.sets``); ``"auto"``
@@ -131,7 +135,8 @@ class StateSpaceRecipe(Table):
         readout: names of factors of the outputs, as the lever arm of a rotation.
         turned_pairs: pairs of states that LPV units see in the turned frame of the features.
         parameter_degree: total degree of the polynomials by which the weights follow physical
-            parameters, where the recipe has some.
+            parameters, where the recipe has some; if not given 2, but for records of few specimens
+            1.
     """
 
     LEARNS_BEYOND: ClassVar[bool] = True
@@ -141,6 +146,7 @@ class StateSpaceRecipe(Table):
     hidden: Annotated[int | Literal["auto"], PlainValidator(_size_from(0))] = "auto"
     padding: int = Field(default=2, ge=0)
     units: Literal["tanh", "cubic", "mixed", "gated", "auto"] = "tanh"
+    substeps: int = Field(default=1, ge=1, le=16)
     bias: bool = True
     drive: FeatureNames | None = None
     static: FeatureNames | None = None
@@ -169,6 +175,8 @@ class StateSpaceRecipe(Table):
                 f"units = {self.units!r} with gated = {seen}, turned_pairs = "
                 f"{self.turned_pairs}; expected neither without gated units"
             )
+        if gated and self.substeps > 1:
+            raise ValueError(f"substeps = {self.substeps} with gated units; expected 1")
         if gated and not self.bias:
             raise ValueError("bias = false with gated units; expected true")
         if not self.bias:

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from pydantic import model_validator
+
 from slide_fmu.core.parameters import Parameter, Transform
 from slide_fmu.recipe.learning import LeastSquaresRecipe, Table
+from slide_fmu.recipe.specimens import require_specimens
 
 if TYPE_CHECKING:
     from slide_fmu.recipe.recipe import Recipe
@@ -24,19 +27,32 @@ class ParameterRecipe(Table):
     """A table ``parameters.NAME`` declares a parameter of the model, with its range.
 
     The model has a parameter of this name: a class a keyword argument, a function or an FMU a
-    parameter. The error estimator, if there is one, sees the inputs alone: what it estimates is
-    the usual error over all values of the parameters.
+    parameter. Of measured records, it has a value in each file. The error estimator, if there is
+    one, sees the inputs alone: what it estimates is the usual error over all values of the
+    parameters.
 
     Attributes:
-        range: lowest and highest value, in ``unit``.
+        range: lowest and highest value, in ``unit``; of records those of ``values``.
+        values: of records, the value in each file, in ``unit``, in the order of ``system.model``
+            and ``system.further``.
         unit, description, start, transform: as of ``slide_fmu.core.parameters.Parameter``.
     """
 
-    range: tuple[float, float]
+    range: tuple[float, float] | None = None
+    values: tuple[float, ...] = ()
     unit: str = "1"
     description: str = ""
     start: float | None = None
     transform: Transform = "linear"
+
+    @model_validator(mode="after")
+    def _has_a_range_or_values(self) -> ParameterRecipe:
+        if (self.range is None) == (not self.values):
+            raise ValueError(
+                f"range = {self.range}, values = {list(self.values)}; expected the range of a "
+                "parameter that the model has, or the values in the files of measured records"
+            )
+        return self
 
     def parameter(self, name: str) -> Parameter:
         """Return the parameter of a name.
@@ -44,9 +60,8 @@ class ParameterRecipe(Table):
         Raises:
             ValueError: its range, start or transform make no sense.
         """
-        return Parameter(
-            name, self.unit, *self.range, self.start, self.description, self.transform
-        )
+        low, high = self.range or (min(self.values), max(self.values))
+        return Parameter(name, self.unit, low, high, self.start, self.description, self.transform)
 
 
 def with_iterations(tables: dict[str, Any]) -> dict[str, Any]:
@@ -66,7 +81,14 @@ def require_parameters(recipe: Recipe) -> None:
     Raises:
         ValueError: the message names the parameter, and the remedy.
     """
+    if recipe.system.is_record:
+        require_specimens(recipe)
     for name, table in recipe.parameters.items():
+        if table.values and not recipe.system.is_record:
+            raise ValueError(
+                f"parameters.{name}.values = {list(table.values)} with system.kind = "
+                f"{recipe.system.kind!r}; expected a range: values are those of measured records"
+            )
         table.parameter(name)
         if name == "step":
             raise ValueError(
@@ -90,18 +112,9 @@ def _require_learnable(recipe: Recipe) -> None:
             f"parameters {names} with network.family = {recipe.network.family!r}; expected none: "
             "the weights of state-space networks alone follow them"
         )
-    if recipe.system.is_record:
-        raise ValueError(
-            f"parameters {names} of measured records; expected none: nobody can set them there"
-        )
     training = recipe.training
     if isinstance(training, LeastSquaresRecipe) and training.start is not None:
         raise ValueError(
             f"training.start = {training.start!r} with parameters {names}; expected none: a "
             "training that begins with the network of an FMU follows no parameters"
-        )
-    if "data.train" in recipe.automatic:
-        raise ValueError(
-            f'data.train is left out, or "auto", with parameters {names}; expected a number: the '
-            "learning curve knows no parameters. 100 trajectories suit one parameter, 200 two"
         )

@@ -30,6 +30,7 @@ from slide_fmu.recipe.parameters import (
     require_parameters,
     with_iterations,
 )
+from slide_fmu.recipe.specimens import with_division
 from slide_fmu.recipe.system import SystemRecipe
 from slide_fmu.recipe.tables import DataRecipe, StabilityRecipe, ValidationRecipe, WindowRecipe
 
@@ -76,7 +77,9 @@ class Recipe(Table):
     @model_validator(mode="before")
     @classmethod
     def _guess_what_is_automatic(cls, values: Any) -> Any:
-        return with_iterations(with_guesses(values)) if isinstance(values, dict) else values
+        if not isinstance(values, dict):
+            return values
+        return with_division(with_iterations(with_guesses(values)))
 
     @model_validator(mode="after")
     def _parameters_can_be_learnt(self) -> Recipe:

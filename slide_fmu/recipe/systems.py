@@ -11,6 +11,7 @@ from typing import TypeVar
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.features.sets import feature_set
 from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
+from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.systems.base import Source, System, chain_of
@@ -115,7 +116,8 @@ def data_specification(recipe: Recipe) -> Specification:
         for tables in (system.inputs, system.outputs)
     )
     step, kind = recipe.window.step, system.kind
-    starts = {parameter.name: parameter.start_value for parameter in recipe.physical()}
+    parameters = () if kind == KIND else recipe.physical()  # nobody sets those of records
+    starts = {parameter.name: parameter.start_value for parameter in parameters}
     return Specification(
         system.model, {**starts, **system.parameters}, step, kind, inputs, outputs, system.further
     )

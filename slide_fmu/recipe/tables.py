@@ -65,7 +65,8 @@ class DataRecipe(Table):
         shares: of records, what part of all samples each of ``slide_fmu.recipe.measured.PARTS``
             has; defaults if not given.
         by: of records, whether they are divided by contiguous ``"block"`` in the order of time,
-            by whole ``"record"``, or by whole ``"period"`` of inputs that repeat.
+            of all files end to end or of ``"each"`` by itself (the default with physical
+            parameters), by whole ``"record"``, or by whole ``"period"`` of inputs that repeat.
     """
 
     seed: int = Field(default=0, ge=0)
@@ -81,7 +82,7 @@ class DataRecipe(Table):
     most_failures: float = Field(default=0.02, ge=0, le=1)
     excitation: tuple[Excitation, ...] = ()
     shares: dict[Part, Annotated[float, Field(ge=0, le=1)]] = Field(default={})
-    by: Literal["block", "record", "period"] = "block"
+    by: Literal["block", "each", "record", "period"] = "block"
 
 
 class ValidationRecipe(Table):

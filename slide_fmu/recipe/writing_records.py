@@ -40,7 +40,7 @@ class RecordDraft:
     outputs: tuple[DraftSignal, ...]
     step: float
     step_origin: str
-    by: Literal["block", "record", "period"]
+    by: Literal["block", "each", "record", "period"]
     by_origin: str
     estimates: bool
     parameters: dict[str, Any] = field(default_factory=dict)
@@ -122,8 +122,8 @@ def _estimator_lines(estimates: bool) -> list[str]:
         ]
     return [
         *comment_lines(
-            "An error estimator needs samples of its own, of which there are few here; the table "
-            "[estimator] brings one all the same."
+            "An error estimator needs samples and inputs of its own, of which there are few here; "
+            "the table [estimator] brings one all the same."
         ),
         "",
     ]

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from slide_fmu.core.progress import Progress
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.cosim.run import unpacked
 from slide_fmu.data.draws import Draw
 from slide_fmu.data.recorded import unseen_stretches
@@ -44,8 +44,9 @@ def validate_records(
         for stretch in found:
             measured = stretch.trajectory
             drawn = Draw(stretch.file, 1.0, None, measured.inputs, stretch.lead)
-            comparison = beside(files, surrogate, drawn, measured.outputs, np.empty(0))
-            free = _free(surrogate, measured.inputs, measured.outputs[1:])
+            own, values = surrogate, stretch.parameters
+            comparison = beside(files, own, drawn, measured.outputs, np.empty(0), values)
+            free = _free(own.at(values) if values else own, measured)
             scored = len(comparison.reference)
             free = None if free is None else free[-scored:]
             comparisons.append(replace(comparison, free=free))
@@ -53,11 +54,11 @@ def validate_records(
     return Validation(task, surrogate, recipe, tuple(comparisons))
 
 
-def _free(surrogate: Surrogate, inputs: FloatArray, outputs: FloatArray) -> FloatArray | None:
+def _free(surrogate: Surrogate, measured: Trajectory) -> FloatArray | None:
     """Run the network freely along a record, whose first outputs tell its state there.
 
     They lie in the lead, which is not scored. Networks without a state have no such run.
     """
-    first = min(surrogate.window.n_truncated, len(inputs) - 1)
-    found = free_run(surrogate, inputs, outputs, max(1, first))
+    first = min(surrogate.window.n_truncated, len(measured.inputs) - 1)
+    found = free_run(surrogate, measured.inputs, measured.outputs[1:], max(1, first))
     return None if found is None else found.outputs

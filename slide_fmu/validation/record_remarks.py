@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from slide_fmu.data.recorded import left_out
+from slide_fmu.data.recorded import remarks_on_division
 from slide_fmu.memory.rest import apart_at_rest
 from slide_fmu.systems.record.model import MeasuredRecords
 from slide_fmu.systems.record.repeats import noise_of_repeats
@@ -22,10 +22,9 @@ def remarks_on_records(source: MeasuredRecords, validation: Validation) -> list[
     Raises:
         RecipeError: the records cannot be divided as the recipe says.
     """
-    short = left_out(validation.recipe, source)
     return [
         *source.remarks,
-        *([] if short is None else [short]),
+        *remarks_on_division(validation.recipe, source),
         *_on_repeats(source, validation),
         *_on_what_is_cut_off(validation),
         *_on_rest(source, validation),

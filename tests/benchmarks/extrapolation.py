@@ -5,9 +5,10 @@
 The Duffing oscillator under forces that are held for random times. Forces of up to 0.5 of the
 range are learnt from; errors are those of the newest outputs of every step, as an FMU gives them,
 below 0.5 and from 0.5 to 1 of the range, relative to the RMS of the outputs there. Kinds of units
-beside each other: ``tanh``, and what ``auto`` chooses. What is learnt from has white noise, as
-records have; errors are beside the truth without noise, and ``measured`` ones beside records with
-such noise. Each training has a seed of its own; medians are over the seeds.
+beside each other: eight of ``tanh``, and what ``auto`` chooses, with their number and sub-steps.
+What is learnt from has white noise, as records have; errors are beside the truth without noise,
+and ``measured`` ones beside records with such noise. Each seed has noise and a training of its
+own; medians are over the seeds.
 """
 
 from __future__ import annotations
@@ -47,7 +48,8 @@ LONGEST_HOLD = 60
 LEARNT, BEYOND = (0.02, 0.5), (0.5, 1.0)
 """Amplitudes, as parts of the range."""
 FEATURES = FeatureMap(Differences(1))
-KINDS = ("tanh", "auto")
+KINDS: dict[str, dict[str, Any]] = {"tanh": {"hidden": 8}, "auto": {"hidden": "auto"}}
+"""Tanh units are eight: beyond the range more of them are worse."""
 FAR = (2.0, 4.0, 10.0)
 """Factors on the largest amplitude that was learnt: there the outputs must stay bounded."""
 
@@ -89,7 +91,7 @@ def fit(
 ) -> tuple[StateSpace, float]:
     """Fit one seed; the network, and CPU seconds."""
     begin = time.process_time()
-    network = StateSpaceRecipe(order=2, hidden=8, units=units, bias=False)
+    network = StateSpaceRecipe(order=2, units=units, bias=False, **KINDS[units])
     training = LeastSquaresRecipe(seed=seed, part=3, starts=3, kept=1, iterations=40)
     with tempfile.TemporaryDirectory() as folder:
         parts = (part.tensors() for part in data)
@@ -140,14 +142,17 @@ def study(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     exact = [records(*plan) for plan in plans]
     scale = exact[0].positions.std()
     exact = [Records(part.forces, part.positions / scale) for part in exact]
-    noisy = [part.noisy(arguments.noise, 10 + k) for k, part in enumerate(exact)]
     kinds = {}
     for units in KINDS:
         rows = []
         for seed in range(arguments.seeds):
             advance = bar(f"{units}, seed {seed}")
+            draws = enumerate(exact, 10 + 100 * seed)
+            noisy = [part.noisy(arguments.noise, draw) for draw, part in draws]
             network, seconds = fit((noisy[0], noisy[1]), units, seed, advance)
-            about = {"seed": seed, "units": network.cell.activation, "cpu_seconds": seconds}
+            cell = network.cell
+            kind = {"units": cell.activation, "number": len(cell.w), "substeps": cell.substeps}
+            about = {"seed": seed, **kind, "cpu_seconds": seconds}
             far = {"growth_beyond": growth(network, exact[2])}
             rows.append({**about, **errors_of(network, exact[2:], noisy[2:]), **far})
         kinds[units] = {"seeds": rows, **summary(rows)}

@@ -121,7 +121,7 @@ def test_inputs_beyond_are_those_of_the_training_with_a_larger_amplitude(tmp_pat
     recipe = recipe_of(write_record(tmp_path / "a.csv"))
     source = source_of(recipe)
     one, two = (inputs_beyond(recipe, source, 300, 5, factor) for factor in (1.0, 2.0))
-    learnt = learnt_pieces(recipe, source)[0].inputs
+    learnt = learnt_pieces(recipe, source)[0][0].inputs
     mean = learnt.mean(axis=0)
     np.testing.assert_allclose(two - mean, 2 * (one - mean))
     assert one.shape == (5, 300, 1)

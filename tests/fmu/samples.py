@@ -48,6 +48,7 @@ class CellShape:
     turned: int = 0
     factors: int = 0
     parameters: int = 0  # that its weights follow
+    substeps: int = 1
 
 
 @dataclass(frozen=True)
@@ -213,6 +214,7 @@ def random_cell(
         d=weights(rows, len(roles.static), 0.3),
         d0=rng.normal(0, 0.1, rows).astype(np.float32),
         activation=shape.activation,
+        substeps=shape.substeps,
     )
 
 

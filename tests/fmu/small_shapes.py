@@ -43,6 +43,7 @@ MOVING = replace(RAMP, n_inputs=2, forecasts=True)
 SWINGING = replace(TURNING, forecasts=True)
 
 PARAMETRIC = replace(CELLS, n_out=2, cell=CellShape(2, 3, parameters=2))
+SUBSTEPS = replace(CELLS, n_out=2, cell=CellShape(9, 3, "mixed", substeps=3))
 
 FUZZED = (
     SMALL,
@@ -60,6 +61,7 @@ FUZZED = (
     MOVING,
     SWINGING,
     PARAMETRIC,
+    SUBSTEPS,
 )
 """All families, sets of features, kinds of units and of error estimators.
 

@@ -6,13 +6,18 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data import pool
 from slide_fmu.data.store import read_split
+from slide_fmu.fitting import learning_curve
 from slide_fmu.fitting.history import Curve, CurvePoint
+from slide_fmu.fitting.problem import Physical, Problem
+from slide_fmu.fitting.state_space.fit import prepare
+from slide_fmu.fitting.state_space.multi_start import FitData
 from slide_fmu.pipeline import numbers
 from slide_fmu.pipeline.job import Job, open_job, provenance
 from slide_fmu.pipeline.numbers import known_numbers
@@ -90,6 +95,27 @@ def test_numbers_are_found_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert again.resolved == job.resolved == {"data": {"train": 2 * FEW, "validation": FEW}}
     other = opened(tmp_path, OPEN.replace("damping = 40.0", "damping = 41.0"))
     assert known_numbers(other.recipe, other.folder) is None
+
+
+def test_curve_follows_physical_parameters(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its networks are ones with parameters, and other ranges are another curve."""
+    pays(monkeypatch, 0.0)
+    seen: list[Physical | None] = []
+
+    def noting(problem: Problem, *others: Any) -> FitData:
+        seen.append(problem.physical)
+        return prepare(problem, *others)
+
+    monkeypatch.setattr(learning_curve, "prepare", noting)
+    text = OPEN + "\n[parameters.mass]\nrange = [1.0, 3.0]\n"
+    job = choose_numbers(opened(tmp_path, text), None, overwrite=False)
+    assert job.recipe.count("train") == 2 * FEW
+    shapes = [physical.training.shape for physical in seen if physical is not None]
+    assert shapes == [(FEW, 1), (2 * FEW, 1)]
+    wider = opened(tmp_path, text.replace("3.0]", "3.5]"))
+    assert known_numbers(wider.recipe, wider.folder) is None
 
 
 def test_released_fmu_knows_its_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -119,6 +119,71 @@ def test_output_that_is_an_integral_is_refused_with_the_advice_to_learn_its_rate
         recipe_for(write_columns(tmp_path / "a.csv", **columns))
 
 
+@pytest.mark.parametrize(
+    ("number", "by", "remedy"),
+    [
+        (1, "block", "says nothing about other inputs"),
+        (2, "block", "says nothing about other inputs"),
+        (3, "period", 'data.by = "period"'),
+        (4, "period", 'data.by = "period"'),
+    ],
+)
+def test_few_periods_divide_a_record_without_estimator_if_three_parts_have_one(
+    tmp_path: Path, number: int, by: str, remedy: str
+) -> None:
+    rng = np.random.default_rng(0)
+    times = 24_000 // 250 // number
+    force = np.concatenate([np.tile(rng.normal(size=250), times) for _ in range(number)])
+    columns = {
+        "time": STEP * np.arange(len(force)),
+        "force": force,
+        "travel": lfilter([1], [1, -0.9], force),
+    }
+    wish = RecordWish((str(write_columns(tmp_path / "a.csv", **columns)),), {"force": None})
+    proposal = propose_record(wish)
+    recipe = parse_recipe(proposal.text, "proposed")
+    assert recipe.data.by == by
+    assert (recipe.estimator is None) == (by == "period")
+    assert ("too few of them for an error estimator" in proposal.draft.by_origin) == (number >= 3)
+    [remark] = [remark for remark in proposal.remarks if "period of 250 samples" in remark]
+    assert f"{number} of them are different" in remark
+    assert remedy in remark
+
+
+@pytest.mark.parametrize(
+    ("drives", "by"), [((0, 0), "each"), ((0, 0, 1, 2), "record"), ((0,) * 10, "each")]
+)
+def test_records_of_one_drive_signal_are_divided_so_that_no_part_has_what_another_has(
+    tmp_path: Path, drives: tuple[int, ...], by: str
+) -> None:
+    rng = np.random.default_rng(0)
+    signals = rng.normal(size=(3, 1500))
+    paths = []
+    for number, drive in enumerate(drives):
+        travel = lfilter([1], [1, -0.9], signals[drive]) + 0.01 * rng.normal(size=1500)
+        columns = {"time": STEP * np.arange(1500), "force": signals[drive], "travel": travel}
+        paths.append(str(write_columns(tmp_path / f"{number}.csv", **columns)))
+    proposal = propose_record(RecordWish(tuple(paths), {"force": None}))
+    assert parse_recipe(proposal.text, "proposed").data.by == by
+    assert any(
+        "0.csv" in r and "the inputs are those of" in r and "1.csv" in r for r in proposal.remarks
+    )
+
+
+def test_records_that_share_a_stretch_elsewhere_are_said_to_be_learnt_from_and_tested(
+    tmp_path: Path,
+) -> None:
+    force, travel = force_and_travel(4000)
+    paths = []
+    for begin in (0, 1000):
+        rows = slice(begin, begin + 3000)
+        columns = {"time": STEP * np.arange(3000), "force": force[rows], "travel": travel[rows]}
+        paths.append(str(write_columns(tmp_path / f"{begin}.csv", **columns)))
+    proposal = propose_record(RecordWish(tuple(paths), {"force": None}))
+    assert proposal.draft.by == "block"
+    assert "What is tested was learnt from in part" in proposal.draft.by_origin
+
+
 def test_many_records_are_divided_as_whole_ones(tmp_path: Path) -> None:
     paths = tuple(str(write_record(tmp_path / f"{n}.csv", 400, seed=n)) for n in range(12))
     proposal = propose_record(RecordWish(paths, {"force": None}, folder=tmp_path))

@@ -25,6 +25,7 @@ FAMILIES = {
     "tanh cell": {"cell": CellShape(4, 6)},
     "mixed cell": {"cell": CellShape(4, 7, "mixed", roles=True)},
     "cubic cell": {"cell": CellShape(4, 6, "cubic", roles=True, factors=2)},
+    "cell with sub-steps": {"cell": CellShape(3, 4, "mixed", substeps=3)},
     "gated cell": {"cell": CellShape(5, 6, "gated", turned=2, factors=2)},
 }
 CASES = list(itertools.product(SEEN, FAMILIES))

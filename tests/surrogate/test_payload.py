@@ -210,6 +210,7 @@ def test_cell_of_impossible_sizes_is_refused_with_its_sizes() -> None:
         (4, 0, "0 rows"),
         (5, 2, "units 2 of a cell"),
         (5, 8, "units 8 of a cell"),
+        (5, 3 + 256 * 16, "17 sub-steps of a cell"),
         (6, 1, "1 turned pairs"),
         (8, 4, "role of feature 4; there are 4"),
         (2, 2**32 - 1, "bytes expected"),

@@ -36,6 +36,7 @@ class CellShape:
         terms: number K of terms phi_k of physical parameters p, of which every weight is a sum,
             sum over k of phi_k(p) Theta_k; the parameters are those of the K cells of
             coefficients one after the other. A plain cell has the constant term alone.
+        substeps: number of steps that the states take in every sample.
     """
 
     n_states: int
@@ -46,6 +47,7 @@ class CellShape:
     bias: bool = True
     turned: int = 0
     terms: int = 1
+    substeps: int = 1
 
     @property
     def gated(self) -> bool:
@@ -118,7 +120,7 @@ class CellShape:
             for name, part in zip(shapes, flat, strict=True)
         }
         parts.setdefault("d0", theta.new_zeros(self.n_outputs * self.n_factors))
-        return Cell(**parts, activation=self.units)
+        return Cell(**parts, activation=self.units, substeps=self.substeps)
 
     def cells(self, theta: torch.Tensor) -> list[Cell]:
         """Return the cells of coefficients of a parameter vector, one for each term."""

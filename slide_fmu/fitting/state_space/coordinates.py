@@ -11,6 +11,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+import scipy.linalg
 import torch
 
 from slide_fmu.fitting.state_space.cell import CellShape
@@ -69,6 +71,32 @@ def _rms(states: torch.Tensor) -> torch.Tensor:
     """
     rms = states.square().mean(0).sqrt()
     return rms.clamp_min(1e-9 * float(rms.max()) + 1e-30)
+
+
+def in_substeps(cells: Sequence[Cell], substeps: int) -> list[Cell]:
+    """Return linear cells, one for each term, that answer in several steps as others in one.
+
+    A is a power of the new A, and B the sum of what the features add in all steps. In the terms
+    of physical parameters A and B are 0: they do not move a start.
+
+    Raises:
+        ValueError: a pole changes its sign in every sample, so that no real A has this power.
+    """
+    if substeps == 1:
+        return list(cells)
+    first, *others = cells
+    power = scipy.linalg.fractional_matrix_power(first.a.double().numpy(), 1 / substeps)
+    root = torch.from_numpy(np.real(power).copy())
+    if not torch.allclose(torch.linalg.matrix_power(root, substeps), first.a.double(), atol=1e-6):
+        poles = torch.linalg.eigvals(first.a.double()).numpy()
+        raise ValueError(
+            f"network.substeps = {substeps} with the poles {np.round(poles, 3)}; expected none "
+            "near the negative axis: choose 1 sub-step, or a shorter window.step"
+        )
+    together = sum(torch.linalg.matrix_power(root, step) for step in range(substeps))
+    b = torch.linalg.solve(together, first.b.double())
+    still = [replace(cell, a=0 * cell.a, b=0 * cell.b, substeps=substeps) for cell in others]
+    return [replace(first, a=root.to(first.a), b=b.to(first.b), substeps=substeps), *still]
 
 
 def widen_all(cells: Sequence[Cell], new: CellShape, generator: torch.Generator) -> torch.Tensor:

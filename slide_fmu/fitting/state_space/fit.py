@@ -89,7 +89,7 @@ def begun_with(start: StateSpace, multi_start: MultiStart) -> Candidate:
     cell = start.cell
     units = GATED if cell.gated else cell.activation
     sizes = len(cell.a), len(cell.w), start.n_values
-    shape = CellShape(*sizes, start.roles, units, True, start.turned)
+    shape = CellShape(*sizes, start.roles, units, True, start.turned, substeps=cell.substeps)
     arrays: dict[str, Any] = {
         name: torch.from_numpy(part.astype(np.float64)) for name, part in cell.arrays().items()
     }

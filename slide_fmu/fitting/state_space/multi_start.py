@@ -19,7 +19,7 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space import levenberg_marquardt, preconditioned_descent
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
-from slide_fmu.fitting.state_space.coordinates import rescale, widen_all
+from slide_fmu.fitting.state_space.coordinates import in_substeps, rescale, widen_all
 from slide_fmu.fitting.state_space.ledger import Ledger
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate, LeastSquares
 from slide_fmu.fitting.state_space.linear_start import (
@@ -43,6 +43,7 @@ from slide_fmu.fitting.state_space.pole_penalty import PolePenalty, pole_grid, p
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
 from slide_fmu.fitting.state_space.prior import STRENGTHS, Prior
 from slide_fmu.fitting.state_space.segments import Segments
+from slide_fmu.fitting.state_space.smoothness import Smoothness
 from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.systems import require_turned_pairs
@@ -145,6 +146,7 @@ class MultiStart:
             self.network.bias,
             pairs,
             1 if self.problem.physical is None else len(self.problem.physical.basis.degrees),
+            self.network.substeps if units else 1,
         )
 
     def dense_units(self, order: int, units: int) -> int:
@@ -220,6 +222,9 @@ class MultiStart:
         """Run a random start from a linear model; every second one in whitened coordinates.
 
         The number of the start, from 0, fixes the random numbers together with the seed.
+
+        Raises:
+            ValueError: the linear model cannot be divided into sub-steps.
         """
         old, order = linear.shape, linear.shape.n_states
         shape = self.shape(order, units)
@@ -228,6 +233,7 @@ class MultiStart:
         cells = old.cells(linear.state.best)
         if not shape.turned:  # pairs that turn keep their coordinates
             cells = [rescale(old, cell, states, whiten=number % 2 == 1) for cell in cells]
+        cells = in_substeps(cells, shape.substeps)
         seed = (self.training.seed * START_STRIDE + number) % 2**32
         theta = widen_all(cells, shape, torch.Generator().manual_seed(seed))
         name = f"start {number}, {order} states, {units} units"
@@ -306,7 +312,7 @@ class MultiStart:
         generator = torch.Generator().manual_seed(training.seed)
         theta = widen_all(old.cells(candidate.state.best), shape, generator)
         validation = self._least_squares(shape, self.data.validation).validation
-        radius = self._penalty(1).radius
+        radius = self._penalty(shape, 1).radius
 
         def stretch(state: Descent) -> Descent:
             return preconditioned_descent.advance_stretch(
@@ -335,7 +341,7 @@ class MultiStart:
         self._ledger.show()
         return Candidate(shape, done)
 
-    def _penalty(self, residuals: int) -> PolePenalty:
+    def _penalty(self, shape: CellShape, residuals: int) -> PolePenalty:
         excited, step = self._excited(), self.problem.window.step
         physical, grid = self.problem.physical, None
         if physical is not None:
@@ -344,21 +350,27 @@ class MultiStart:
                 excited = physical.eigenvalues
         # poles of the system itself: a mode v has the pole exp(v h)
         slowest = 0.0 if excited is None else float(np.exp(excited.real * step).max())
-        return replace(PolePenalty.of(self.problem.window, slowest, residuals), grid=grid)
+        penalty = PolePenalty.of(self.problem.window, slowest, residuals)
+        return replace(penalty, radius=penalty.radius ** (1 / shape.substeps), grid=grid)
 
     def _least_squares(self, shape: CellShape, segments: Segments) -> LeastSquares:
-        """Return the problem on segments with the penalty on poles.
+        """Return the problem on segments with the penalties on poles and on coefficients.
 
         The validation error of an unstable A is infinite, so that it is never chosen.
         """
-        validation, penalty = self.data.validation, self._penalty(segments.targets.numel())
+        count, physical = segments.targets.numel(), self.problem.physical
+        validation, penalty = self.data.validation, self._penalty(shape, count)
+        terms = None if physical is None else physical.terms("training")
+        smoothness = Smoothness.of(terms, count)
 
         def normal(theta: torch.Tensor) -> NormalEquations:
-            return penalty.join(normal_equations(shape, theta, segments), shape, theta)
+            found = penalty.join(normal_equations(shape, theta, segments), shape, theta)
+            return smoothness.join(found, shape, theta)
 
         def cost(theta: torch.Tensor) -> float:
             squares = sum_of_squares(shape, theta, segments)
-            return squares + penalty.cost(shape, theta) if math.isfinite(squares) else squares
+            more = penalty.cost(shape, theta) + smoothness.cost(shape, theta)
+            return squares + more if math.isfinite(squares) else squares
 
         def error(theta: torch.Tensor) -> float:
             squares = sum_of_squares(shape, theta, validation)

@@ -17,7 +17,7 @@ from functools import partial
 import torch
 
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
-from slide_fmu.fitting.state_space.each_segment import EachSegment
+from slide_fmu.fitting.state_space.each_segment import Blocks, EachSegment
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.network.state_space.equations import ByRole, Equations, Units, outputs, turned
 
@@ -26,8 +26,8 @@ SENSITIVITIES = {"cpu": 150_000, "cuda": 100_000_000}
 holds, or what keeps a GPU busy."""
 BLOCK = 16
 """Samples whose rows of J are multiplied at once."""
-ROWS_PER_PARAMETER = 50
-"""Residuals for each parameter that J'J is made of, at least, where there are as many."""
+ROWS_PER_WEIGHT = 50
+"""Residuals for each weight of a cell that J'J is made of, at least, where there are as many."""
 THINNEST = 8
 """Samples of which at least one goes into J'J; divides ``BLOCK``."""
 
@@ -50,12 +50,6 @@ class NormalEquations:
         self.gradient.addmv_(flat.T, residual)
         self.cost += float(residual @ residual)
 
-    def join(self, of_each: EachSegment, phi: torch.Tensor) -> None:
-        """Add what each segment of a chunk says, of the terms phi, (B, terms)."""
-        self.matrix += of_each.matrix(phi)
-        self.gradient += of_each.gradient(phi)
-        self.cost += of_each.cost
-
 
 def sum_of_squares(shape: CellShape, theta: torch.Tensor, segments: Segments) -> float:
     """Return the sum of squares over all scored samples; not finite if the cell diverges."""
@@ -67,24 +61,44 @@ def sum_of_squares(shape: CellShape, theta: torch.Tensor, segments: Segments) ->
 
 def normal_equations(shape: CellShape, theta: torch.Tensor, segments: Segments) -> NormalEquations:
     """Accumulate the normal equations of a least-squares step at theta, shape (n_parameters,)."""
-    count, thin = shape.n_parameters, thinning(shape, segments)
-    total = NormalEquations(0.0, theta.new_zeros(count, count), theta.new_zeros(count))
-    numbers = SENSITIVITIES[theta.device.type]
-    size = max(8, numbers // (shape.n_states * shape.n_dynamic))
     with torch.no_grad():
-        for chunk in segments.chunks(size):
-            if chunk.phi is None:
-                _run(shape, theta, chunk, partial(total.add, thin=thin))
-            else:
-                of_each = EachSegment(thin)
-                _run(shape, shape.weights(theta, chunk.phi), chunk, of_each.add)
-                total.join(of_each, chunk.phi)
-    return total
+        if segments.phi is not None:
+            return _of_coefficients(shape, theta, segments, segments.phi.shape[1])
+        count, thin = shape.n_parameters, thinning(shape, segments)
+        total = NormalEquations(0.0, theta.new_zeros(count, count), theta.new_zeros(count))
+        for chunk in _chunks(shape, segments):
+            _run(shape, theta, chunk, partial(total.add, thin=thin))
+        return total
+
+
+def _of_coefficients(
+    shape: CellShape, theta: torch.Tensor, segments: Segments, n_terms: int
+) -> NormalEquations:
+    """Accumulate the normal equations of a cell whose weights follow physical parameters."""
+    thin, cost = thinning(shape, segments), 0.0
+    blocks, gradient = Blocks(n_terms, shape.n_weights, theta), torch.zeros_like(theta)
+    for chunk in _chunks(shape, segments):
+        of_each, phi = EachSegment(thin), chunk.phi
+        assert phi is not None
+        _run(shape, shape.weights(theta, phi), chunk, of_each.add)
+        blocks.add(*of_each.products(phi))
+        gradient += of_each.gradient(phi)
+        cost += of_each.cost
+    return NormalEquations(cost, blocks.matrix(), gradient)
+
+
+def _chunks(shape: CellShape, segments: Segments) -> list[Segments]:
+    """Split segments so that the sensitivities of a piece are as many as work well."""
+    numbers = SENSITIVITIES[segments.targets.device.type]
+    return segments.chunks(max(8, numbers // (shape.n_states * shape.n_dynamic)))
 
 
 def thinning(shape: CellShape, segments: Segments) -> int:
-    """Return t for which every t-th sample goes into J'J: enough rows for the parameters."""
-    thin, enough = 1, 2 * ROWS_PER_PARAMETER * shape.n_parameters
+    """Return t for which every t-th sample goes into J'J: enough rows for the weights of a cell.
+
+    The coefficients of its polynomials, where there are some, are told apart by trajectories.
+    """
+    thin, enough = 1, 2 * ROWS_PER_WEIGHT * shape.n_weights
     while thin < THINNEST and segments.targets.numel() >= enough * thin:
         thin *= 2
     return thin
@@ -151,7 +165,7 @@ class _Sensitivities:
         return matrices
 
     def advance(self, k: int) -> None:
-        """Take in sample k."""
+        """Take a step in sample k."""
         units = self._equations.units_with_slopes(k, self.state)
         slopes, terms = (self._gated if self._shape.gated else self._plain)(k, units)
         torch.bmm(self._a + slopes, self.values, out=self._next)
@@ -228,7 +242,8 @@ def _run(
     sensitivities = _Sensitivities(shape, equations)
     states, one = [], theta.new_ones(chunk.count, 1)
     for k in range(samples):
-        sensitivities.advance(k)
+        for _ in range(shape.substeps):
+            sensitivities.advance(k)
         if k < burn_in:
             continue
         factors = weights * torch.cat([one, inputs.readout[k]], 1)

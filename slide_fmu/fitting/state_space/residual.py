@@ -63,6 +63,7 @@ class _Units:
         phi = None if segments.phi is None else segments.phi.mean(0, keepdim=True)
         mean = shape.weights(theta, phi).flatten()
         poles = torch.linalg.eigvals(shape.split(mean).a.double())
+        poles = poles**shape.substeps  # of whole samples
         upper = poles[poles.imag >= 0]  # one of each conjugate pair
         slowest = torch.argsort(upper.abs(), descending=True, stable=True)
         self._poles = [complex(pole) for pole in upper[slowest][:POLES] if abs(pole) < 1]

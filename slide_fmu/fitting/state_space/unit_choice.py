@@ -7,6 +7,7 @@ errors within and beyond together. The kind that wins is then learnt from all da
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -32,6 +33,15 @@ TRIAL_UNITS = 8
 """Trials have so many units where a search is to find their number."""
 TRIAL_STARTS = 2
 """A trial has so many random starts, the best of which goes on."""
+FEWER = (1, 2, 4)
+"""Where a search is to find their number, fewer cubes are tried too: each more follows the noise
+of what was measured, and cubes carry that far beyond the range."""
+TURN, MOST_TIMES = 0.05, 8
+"""A few cubes act so often in a sample that no pole of the linear model turns or decays by more
+than the first, in rad, in a sub-step; up to so many times. Sub-steps need no more weights. A map
+that is no motion has none, so that one step is tried too."""
+AS_GOOD = 1.02
+"""Fewer units do as well where the product of both errors is at most this many times the least."""
 CLEARLY = 0.8
 """Other units are taken where the product of both errors is below this part of that of tanh."""
 FAR, GROWTH = 10.0, 10.0
@@ -57,37 +67,98 @@ def choose_units(
         {"units": MIXED_UNITS, "padding": 0},
         {"units": "cubic", "padding": 0},
     )
-    tanh, *others = (network.model_copy(update=kind) for kind in kinds)
+    recipes = [network.model_copy(update=kind) for kind in kinds]
     small, large = _divided(data)
     if large.count < FEWEST_HELD_OUT:
-        return tanh, ()
-    tried = []
-    for recipe in (tanh, *others):
-        name = f"units-{recipe.units}-{problem.checkpoint.name}"
-        trial = replace(problem, checkpoint=problem.checkpoint.with_name(name))
-        multi_start = MultiStart(trial, recipe, training, small, progress)
-        found = _try(multi_start)
-        theta = with_room(found.shape, found.state.best, small.whole)
-        beyond = _error(found.shape, theta, large)
-        tried.append(TriedUnits(recipe.units, found.error, beyond))
-    best = min(range(1, len(tried)), key=lambda place: _score(tried[place]))
-    chosen = others[best - 1] if _score(tried[best]) < CLEARLY * _score(tried[0]) else tanh
-    return chosen, tuple(tried)
+        return recipes[0], ()
+    trials = _Trials(problem, training, (small, large), progress)
+    tanh, *others = (trials.of(recipe) for recipe in recipes)
+    best = min(others, key=_score)
+    if not _score(best) < CLEARLY * _score(tanh):
+        return recipes[0], tuple(trials.done)
+    chosen = recipes[1 + others.index(best)]
+    if network.hidden == "auto":
+        chosen = _with_fewest(trials, chosen, best)
+    return chosen, tuple(trials.done)
+
+
+def _with_fewest(trials: _Trials, recipe: StateSpaceRecipe, many: TriedUnits) -> StateSpaceRecipe:
+    """Return the recipe with the fewest cubes that do as well as many; as it is if none do.
+
+    Many cubes that act once in a sample can do what a few do that act several times in it.
+    """
+    several = sorted({substeps_for(trials.linear), 1}, reverse=True)
+    for number, substeps in itertools.product(FEWER, several):
+        # a single cube is the same of both kinds, but for its bound
+        kind = MIXED_UNITS if number == 1 else recipe.units
+        few = {"hidden": number, "units": kind, "substeps": substeps}
+        fewer = recipe.model_copy(update=few)
+        if _score(trials.of(fewer)) <= AS_GOOD * _score(many):
+            return fewer
+    return recipe
+
+
+def substeps_for(linear: Candidate) -> int:
+    """Return the number of sub-steps that are short beside the fastest pole of a linear model.
+
+    It is 1 where a pole has no real part above 0: such a model cannot be divided.
+    """
+    poles = torch.linalg.eigvals(linear.shape.cells(linear.state.best)[0].a.double())
+    if float(poles.real.min()) <= 0:
+        return 1
+    return max(1, min(MOST_TIMES, math.ceil(float(poles.log().abs().max()) / TURN)))
+
+
+class _Trials:
+    """Trials learn small networks from the smaller amplitudes, and keep what they found. Final."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        training: LeastSquaresRecipe,
+        divided: tuple[FitData, Segments],
+        progress: Progress,
+    ) -> None:
+        self.done: list[TriedUnits] = []
+        self._linear: Candidate | None = None  # the same of all kinds
+        self._problem, self._training, self._progress = problem, training, progress
+        self._small, self._large = divided
+
+    @property
+    def linear(self) -> Candidate:
+        """The linear model that all trials start from; there is one after the first trial."""
+        assert self._linear is not None
+        return self._linear
+
+    def of(self, recipe: StateSpaceRecipe) -> TriedUnits:
+        """Learn a network of the recipe's kind, number of units and sub-steps; test it beyond."""
+        number = TRIAL_UNITS if recipe.hidden == "auto" else int(recipe.hidden)
+        found = self._learn(self._multi_start(recipe, number), number)
+        theta = with_room(found.shape, found.state.best, self._small.whole)
+        beyond = _error(found.shape, theta, self._large)
+        self.done.append(TriedUnits(recipe.units, number, recipe.substeps, found.error, beyond))
+        return self.done[-1]
+
+    def _multi_start(self, recipe: StateSpaceRecipe, number: int) -> MultiStart:
+        """Return the multi-start of a trial, with a checkpoint of its own."""
+        file = self._problem.checkpoint
+        name = f"units-{recipe.units}-{number}-{recipe.substeps}-{file.name}"
+        problem = replace(self._problem, checkpoint=file.with_name(name))
+        return MultiStart(problem, recipe, self._training, self._small, self._progress)
+
+    def _learn(self, multi_start: MultiStart, units: int) -> Candidate:
+        """Learn a small network of so many units from the smaller amplitudes."""
+        if self._linear is None:
+            self._linear = multi_start.linear(orders_to_try(multi_start)[0])
+        training, linear = multi_start.training, self._linear
+        multi_start.plan(TRIAL_STARTS * training.start_iterations + training.kept_iterations)
+        units = multi_start.dense_units(linear.shape.n_states, units)
+        starts = [multi_start.start(linear, units, number) for number in range(TRIAL_STARTS)]
+        return multi_start.judged(min(starts, key=lambda start: start.error))
 
 
 def _score(tried: TriedUnits) -> float:
     return tried.validation_error * tried.error_beyond
-
-
-def _try(multi_start: MultiStart) -> Candidate:
-    """Learn a small network of the recipe's units from the smaller amplitudes."""
-    network, training = multi_start.network, multi_start.training
-    units = TRIAL_UNITS if network.hidden == "auto" else int(network.hidden)
-    linear = multi_start.linear(orders_to_try(multi_start)[0])
-    multi_start.plan(TRIAL_STARTS * training.start_iterations + training.kept_iterations)
-    units = multi_start.dense_units(linear.shape.n_states, units)
-    starts = [multi_start.start(linear, units, number) for number in range(TRIAL_STARTS)]
-    return multi_start.judged(min(starts, key=lambda start: start.error))
 
 
 def _divided(data: FitData) -> tuple[FitData, Segments]:

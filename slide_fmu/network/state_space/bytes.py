@@ -20,6 +20,7 @@ from slide_fmu.network.state_space.cell import (
     CELL_ACTIVATIONS,
     GATED,
     MIXED_UNITS,
+    MOST_SUBSTEPS,
     Cell,
     Roles,
     cell_shapes,
@@ -29,6 +30,9 @@ from slide_fmu.network.state_space.polynomial import CellPolynomial
 
 UNITS = (*ACTIVATIONS, GATED, MIXED_UNITS)
 """Units of cells; their order is their number."""
+
+SUBSTEP = 256
+"""Every sub-step beyond the first adds this to the number of the units."""
 
 MOST_DEGREE = 16
 """Largest degree of a parameter in a file: a bound against damaged ones."""
@@ -41,7 +45,7 @@ def encode_state_space(network: StateSpace) -> bytes:
     head += struct.pack(
         "<IIIII", network.n_samples, network.n_out, *cell.e.shape, network.n_values
     )
-    head += struct.pack("<II", UNITS.index(cell.activation), network.turned)
+    head += struct.pack("<II", _kind_of(cell), network.turned)
     head += b"".join(indices_bytes(getattr(roles, field.name)) for field in fields(roles))
     return head + b"".join(array.astype("<f4").tobytes() for array in cell.arrays().values())
 
@@ -54,15 +58,23 @@ def decode_state_space(section: Reader, n_inputs: int) -> StateSpace:
     """
     features = decode_features(section, n_inputs)
     n_samples, n_out, n, units, values = (section.u32() for _ in range(5))
-    number, turned = section.u32(), section.u32()
+    kind, turned = section.u32(), section.u32()
+    number, substeps = kind % SUBSTEP, kind // SUBSTEP + 1
     if number >= len(UNITS) or UNITS[number] not in CELL_ACTIVATIONS:
         expected = [UNITS.index(name) for name in CELL_ACTIVATIONS]
         raise ValueError(f"units {number} of a cell; expected one of {expected}")
+    if substeps > MOST_SUBSTEPS:
+        raise ValueError(f"{substeps} sub-steps of a cell; expected 1 to {MOST_SUBSTEPS}")
     roles = Roles(*(section.indices() for _ in fields(Roles)))
     shapes = cell_shapes(roles, UNITS[number], n, units, values * (1 + len(roles.readout)))
     arrays = {name: section.f32(*shape) for name, shape in shapes.items()}
-    cell = Cell(**arrays, activation=UNITS[number])
+    cell = Cell(**arrays, activation=UNITS[number], substeps=substeps)
     return StateSpace(cell, n_samples, n_out, features, roles, turned)
+
+
+def _kind_of(cell: Cell) -> int:
+    """Return the number that says the units of a cell, and its sub-steps."""
+    return UNITS.index(cell.activation) + SUBSTEP * (cell.substeps - 1)
 
 
 def _written(network: StateSpace) -> Cell:

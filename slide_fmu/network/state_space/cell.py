@@ -19,6 +19,9 @@ MIXED_UNITS = "mixed"
 """Units of which every second one, from the first on, is a clipped cube, and the others ``tanh``:
 tanh alone saturates just beyond what was learnt, where a spring that hardens goes on as a cube."""
 
+MOST_SUBSTEPS = 16
+"""A cell has at most so many sub-steps: a bound against damaged files."""
+
 CELL_ACTIVATIONS = ("tanh", "cubic", GATED, MIXED_UNITS)
 """Activations that a cell may have: odd, and both exact and fast in the C runtime."""
 
@@ -65,6 +68,8 @@ class Cell:
         d0: shape (p R,).
         activation: one of ``CELL_ACTIVATIONS``; without units (H = 0) the cell is linear.
         v: V of gated units, shape (H, n + n_gated), [x, g]; else None.
+        substeps: in every sample the states take so many steps, under the same features. A spring
+            that hardens is a cube in a short step, and no longer one in a long step.
     """
 
     a: Array
@@ -76,6 +81,7 @@ class Cell:
     d0: Array
     activation: str = "tanh"
     v: Array | None = None
+    substeps: int = 1
 
     @property
     def gated(self) -> bool:
@@ -123,15 +129,7 @@ def check_cell(cell: Cell, roles: Roles, n_signals: int, turned: int) -> None:
         ValueError: with the numbers found and expected: a shape is another one, a weight not
             float32 or not finite, the activation unknown, or a feature of a role not there.
     """
-    if cell.activation not in CELL_ACTIVATIONS:
-        raise ValueError(
-            f"cell: activation {cell.activation!r}; expected one of {list(CELL_ACTIVATIONS)}"
-        )
-    if (cell.v is not None) != cell.gated:
-        raise ValueError(
-            f"cell: activation {cell.activation!r} and v {'is' if cell.gated else 'not'} "
-            "missing; expected v for gated units alone"
-        )
+    _check_kind(cell)
     if roles.highest() >= n_signals:
         raise ValueError(
             f"state-space network: role of feature {roles.highest()}; there are {n_signals}"
@@ -160,4 +158,23 @@ def check_cell(cell: Cell, roles: Roles, n_signals: int, turned: int) -> None:
         raise ValueError(
             "state-space network: gated, scheduling or turned features of a cell "
             f"with {cell.activation} units; expected them for gated units alone"
+        )
+
+
+def _check_kind(cell: Cell) -> None:
+    """Reject an unknown activation, a wrong number of sub-steps, and a V that does not fit.
+
+    Raises:
+        ValueError: with what was found and expected.
+    """
+    if cell.activation not in CELL_ACTIVATIONS:
+        raise ValueError(
+            f"cell: activation {cell.activation!r}; expected one of {list(CELL_ACTIVATIONS)}"
+        )
+    if not 1 <= cell.substeps <= MOST_SUBSTEPS:
+        raise ValueError(f"cell: {cell.substeps} sub-steps; expected 1 to {MOST_SUBSTEPS}")
+    if (cell.v is not None) != cell.gated:
+        raise ValueError(
+            f"cell: activation {cell.activation!r} and v {'is' if cell.gated else 'not'} "
+            "missing; expected v for gated units alone"
         )

@@ -5,6 +5,9 @@
     h[k]   = act(W_x x[k] + W_f f[k] + w_1),  or of gated units
     h[k]   = tanh(W_f s[k] + w_1) * (V_x T[k]' x[k] + V_g g[k])
 
+A cell with sub-steps moves its states several times in each sample, by the same features; the
+values come after the last time.
+
 The features f, w, s, g, r of a sample, and cosine and sine of the turn T, come by their roles
 (``Roles``). T turns the first pairs of states out of the frame in which gated units act. The
 class of models is the nonlinear state space of system identification (Paduart et al., 2010, with
@@ -110,10 +113,16 @@ class Equations:
 
     def run(self, state: Array) -> Array:
         """Give the states after all samples, (N, B, n), from those before them, (B, n)."""
+        substeps = self.cell.substeps
+        return self.path(state)[substeps - 1 :: substeps]
+
+    def path(self, state: Array) -> Array:
+        """Give the states after all sub-steps of all samples, (N substeps, B, n)."""
         states = []
         for k in range(len(self._driven)):
-            state = self.after(k, state, self.units(k, state))
-            states.append(state)
+            for _ in range(self.cell.substeps):
+                state = self.after(k, state, self.units(k, state))
+                states.append(state)
         return self._xp.stack(states)
 
     def units(self, k: int, state: Array) -> Array:
@@ -134,7 +143,7 @@ class Equations:
         return Units(values, self._activation.slope(arguments, values, self._xp))
 
     def after(self, k: int, state: Array, units: Array) -> Array:
-        """Give the states after sample k, (B, n), from those before it and its units."""
+        """Give the states after a step in sample k, (B, n), from those before and their units."""
         moved = self._plus(self._driven[k], state, self.cell.a)
         if self.turned == 0:
             return self._plus(moved, units, self.cell.e)

@@ -30,17 +30,18 @@ class _CellTape:
         self._cell = in_double(network.cell)
         self._equations = Equations(self._cell, self._inputs, network.turned, np)
         first = np.zeros((len(features), len(network.cell.a)))
-        self._states = np.concatenate([first[None], self._equations.run(first)])
+        self._states = np.concatenate([first[None], self._equations.path(first)])
 
     def pull_back(self, weights: FloatArray) -> FloatArray:
         """Weights (B, n_out, n_outputs) to the gradient of the features, (B, n_in, n_features)."""
         batch, count, n_features = self._shape
         gradient, of_x = np.zeros((count, batch, n_features)), np.zeros(self._states.shape[1:])
-        first = count - self._n_out
+        first, substeps = count - self._n_out, self._cell.substeps
         for k in reversed(range(count)):
             if k >= first:
                 of_x = of_x + self._pull_back_values(k, weights[:, k - first], gradient[k])
-            of_x = self._pull_back_step(k, of_x, gradient[k])
+            for place in reversed(range(k * substeps, (k + 1) * substeps)):
+                of_x = self._pull_back_step(k, place, of_x, gradient[k])
         return np.moveaxis(gradient, 0, 1)
 
     def _add(self, gradient: FloatArray, role: str, values: FloatArray) -> None:
@@ -52,25 +53,35 @@ class _CellTape:
         """What weights (B, n_outputs) of the values after an input give to the state after it."""
         of, readout = self._cell, self._inputs.readout[k]
         factors = np.concatenate([np.ones((len(readout), 1)), readout], axis=1)
-        parts = rows(of, self._states[k + 1], self._inputs.static[k]).reshape(*weights.shape, -1)
+        parts = rows(of, self._after(k), self._inputs.static[k]).reshape(*weights.shape, -1)
         self._add(gradient, "readout", np.einsum("bp,bpr->br", weights, parts[:, :, 1:]))
         of_rows = (weights[:, :, None] * factors[:, None]).reshape(len(readout), -1)
         self._add(gradient, "static", of_rows @ of.d)
         return np.asarray(of_rows @ of.c)
 
-    def _pull_back_step(self, k: int, of_next: FloatArray, gradient: FloatArray) -> FloatArray:
-        """From the state after an input to that before it."""
+    def _after(self, k: int) -> FloatArray:
+        """States after an input, (B, n)."""
+        return np.asarray(self._states[(k + 1) * self._cell.substeps])
+
+    def _pull_back_step(
+        self, k: int, place: int, of_next: FloatArray, gradient: FloatArray
+    ) -> FloatArray:
+        """From the state after a step under an input to that before it, at a place of the path."""
         cell, equations = self._cell, self._equations
         self._add(gradient, "drive", of_next @ cell.b)
         if cell.gated:
-            return np.asarray(of_next @ cell.a + self._pull_back_gated(k, of_next, gradient))
-        units = equations.units_with_slopes(k, self._states[k])
+            return np.asarray(
+                of_next @ cell.a + self._pull_back_gated(k, place, of_next, gradient)
+            )
+        units = equations.units_with_slopes(k, self._states[place])
         of_arguments = of_next @ cell.e * units.slope
         self._add(gradient, "drive", of_arguments @ equations.w_f)
         return np.asarray(of_next @ cell.a + of_arguments @ equations.w_x)
 
-    def _pull_back_gated(self, k: int, of_next: FloatArray, gradient: FloatArray) -> FloatArray:
-        equations, x, turn = self._equations, self._states[k], self._inputs.turn[k]
+    def _pull_back_gated(
+        self, k: int, place: int, of_next: FloatArray, gradient: FloatArray
+    ) -> FloatArray:
+        equations, x, turn = self._equations, self._states[place], self._inputs.turn[k]
         units, pairs, e = equations.units_with_slopes(k, x), equations.turned, self._cell.e
         of_units = turned(of_next, turn, pairs, np, back=True) @ e
         of_products = of_units * units.gates

@@ -40,7 +40,11 @@ class CellPolynomial:
                 "each term of the parameters' polynomials"
             )
         shapes = [
-            (cell.activation, {name: part.shape for name, part in cell.arrays().items()})
+            (
+                cell.activation,
+                cell.substeps,
+                {name: part.shape for name, part in cell.arrays().items()},
+            )
             for cell in self.terms
         ]
         if any(shape != shapes[0] for shape in shapes):

@@ -13,7 +13,7 @@ from slide_fmu.systems.record.preparation import Piece
 SHARES = {"train": 0.7, "validation": 0.15, "test": 0.15}
 """The parts where nothing is said."""
 
-By = Literal["block", "record", "period"]
+By = Literal["block", "each", "record", "period"]
 
 
 @dataclass(frozen=True)
@@ -23,8 +23,9 @@ class Splitting:
     Attributes:
         lead: so many samples before the first one that is scored are only there to fill the
             window or to burn in; they may lie in the part before.
-        by: by contiguous ``"block"`` in the order of time, whole ``"record"``, or whole
-            ``"period"``, of which those that are alike stay together.
+        by: by contiguous ``"block"`` in the order of time, of all records end to end or of
+            ``"each"`` by itself; by whole ``"record"``; or by whole ``"period"``, of which those
+            that are alike stay together.
         shares: what part of all samples each part has, by its name, in the order of time; 0 for
             none.
         period: length of the period in samples, where the split is by periods.

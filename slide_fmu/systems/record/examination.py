@@ -6,19 +6,22 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from slide_fmu.systems.record.alike import alike_inputs, groups_of_records
 from slide_fmu.systems.record.column_findings import column_findings
 from slide_fmu.systems.record.finding import Finding
 from slide_fmu.systems.record.measured import Record
-from slide_fmu.systems.record.periods import find_period, groups_of_periods
+from slide_fmu.systems.record.period_cuts import whole_periods
+from slide_fmu.systems.record.periods import find_period
 from slide_fmu.systems.record.timing import clock_unit_findings, time_findings
 
+ENOUGH_PERIODS = 3
+"""So many different periods have one to learn from, one to choose by and one to test with."""
 SEVERAL_PERIODS = (
-    "split by whole periods, so that none is learnt from and tested with; one period that comes "
-    "again and again tells nothing about others"
+    'split by whole periods (data.by = "period"), so that none is learnt from and tested with'
 )
-ONE_PERIOD = (
-    "record other inputs too: it is one period that comes again and again, so that what is tested "
-    "was learnt from, and the measured error says nothing about other inputs"
+FEW_PERIODS = (
+    "record other inputs too: what is tested was learnt from, and the measured error says nothing "
+    "about other inputs"
 )
 
 
@@ -48,6 +51,7 @@ def examine(
             found += column_findings(record, name)
         found += _period_findings(record, tuple(inputs) or names)
     found += clock_unit_findings(records)
+    found += _alike_findings(records, tuple(inputs) or names)
     found += [finding for name in names for finding in _constant(records, name)]
     return tuple(found)
 
@@ -75,16 +79,38 @@ def _constant(records: Sequence[Record], name: str) -> list[Finding]:
     ]
 
 
+def _alike_findings(records: Sequence[Record], names: tuple[str, ...]) -> list[Finding]:
+    """Remark records that have the same inputs."""
+    if len(records) < 2:
+        return []
+    alike = alike_inputs([record.chosen(names) for record in records])
+    numbers = groups_of_records(alike, len(records))
+    found = []
+    for number in range(max(numbers) + 1):
+        paths = [r.path for r, own in zip(records, numbers, strict=True) if own == number]
+        if len(paths) > 1:
+            found.append(
+                Finding(
+                    "alike",
+                    "remarked",
+                    paths[0],
+                    ", ".join(names),
+                    f"the inputs are those of {', '.join(paths[1:])}, wholly or in part",
+                    "other inputs in each file, so that nothing is tested that was learnt from",
+                    'divide by whole records (data.by = "record"), of which those that are alike '
+                    'stay together, or each by itself (data.by = "each") if they run together',
+                )
+            )
+    return found
+
+
 def _period_findings(record: Record, names: tuple[str, ...]) -> list[Finding]:
     """Remark inputs that repeat a period."""
     values = record.chosen(names)
     period = find_period(values)
     if period is None:
         return []
-    whole = len(values) // period.samples * period.samples
-    alike = (
-        np.isfinite(values).all() and not groups_of_periods(values[:whole], period.samples).any()
-    )
+    number = len({one.number for one in whole_periods([values], period.samples)})
     return [
         Finding(
             "period",
@@ -92,8 +118,8 @@ def _period_findings(record: Record, names: tuple[str, ...]) -> list[Finding]:
             record.path,
             ", ".join(names),
             f"{100 * period.share:.0f} % of the record repeat a period of {period.samples} "
-            "samples",
+            f"samples, and {number} of them are different",
             "inputs that do not come again",
-            ONE_PERIOD if alike else SEVERAL_PERIODS,
+            SEVERAL_PERIODS if number >= ENOUGH_PERIODS else FEW_PERIODS,
         )
     ]

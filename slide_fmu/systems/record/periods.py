@@ -45,7 +45,7 @@ def find_period(inputs: FloatArray) -> Period | None:
     All inputs repeat it together. At least two periods lie in the record; where only parts of it
     repeat, as with several periods that come twice each, these are at least half of it.
     """
-    scaled = _standardized(inputs)
+    scaled = standardized(inputs)
     length = len(scaled)
     if length < 4 or not scaled.shape[1]:
         return None
@@ -75,7 +75,7 @@ def groups_of_periods(inputs: FloatArray, period: int) -> NDArray[np.intp]:
     They are compared wherever they begin, so that a period which was cut elsewhere is known again.
     Shape (N // period,); numbers rise in the order in which periods first come.
     """
-    scaled = _standardized(inputs)
+    scaled = standardized(inputs)
     count = len(scaled) // period
     periods = scaled[: count * period].reshape(count, period, scaled.shape[1])
     known: list[FloatArray] = []
@@ -97,8 +97,8 @@ def _are_alike(one: FloatArray, other: FloatArray) -> bool:
     return off <= ALIKE * power
 
 
-def _standardized(inputs: FloatArray) -> FloatArray:
-    """Scale inputs to mean 0 and standard deviation 1; leave out those that never move.
+def standardized(inputs: FloatArray) -> FloatArray:
+    """Scale inputs, (N, n_inputs), to mean 0 and deviation 1; leave out those that never move.
 
     What is not finite counts as the mean.
     """

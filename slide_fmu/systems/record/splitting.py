@@ -7,9 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from slide_fmu.systems.record.alike import alike_inputs, groups_of_records
 from slide_fmu.systems.record.blocks import Block, Split, Splitting
 from slide_fmu.systems.record.measured import RecordError
-from slide_fmu.systems.record.periods import groups_of_periods
+from slide_fmu.systems.record.period_cuts import whole_periods
 from slide_fmu.systems.record.preparation import Piece
 
 Range = tuple[int, int, int]
@@ -26,7 +27,7 @@ def split_pieces(pieces: Sequence[Piece], splitting: Splitting) -> Split:
         RecordError: a part has too few samples, or there are fewer records or different periods
             than parts; the message has the figures.
     """
-    ways = {"block": _by_block, "record": _by_record, "period": _by_period}
+    ways = {"block": _by_block, "each": _by_each, "record": _by_record, "period": _by_period}
     parts = ways[splitting.by](pieces, splitting)
     blocks = [_blocks(ranges, splitting.lead) for ranges in parts]
     for (name, share), found in zip(splitting.shares.items(), blocks, strict=True):
@@ -67,28 +68,39 @@ def _by_block(pieces: Sequence[Piece], splitting: Splitting) -> list[list[Range]
     return parts
 
 
+def _by_each(pieces: Sequence[Piece], splitting: Splitting) -> list[list[Range]]:
+    """Cut the pieces of every record at the shares."""
+    parts: list[list[Range]] = [[] for _ in splitting.shares]
+    for record in dict.fromkeys(piece.record for piece in pieces):
+        own = [index for index, piece in enumerate(pieces) if piece.record == record]
+        found = _by_block([pieces[index] for index in own], splitting)
+        for part, ranges in zip(parts, found, strict=True):
+            part += [(own[index], begin, end) for index, begin, end in ranges]
+    return parts
+
+
 def _by_record(pieces: Sequence[Piece], splitting: Splitting) -> list[list[Range]]:
-    """Give each part whole records, with all their pieces."""
+    """Give each part whole records, with all their pieces; those that are alike to the same."""
+    numbers = sorted({piece.record for piece in pieces})
+    inputs = [[p.trajectory.inputs for p in pieces if p.record == n] for n in numbers]
+    alike = alike_inputs([np.concatenate(own) for own in inputs])
+    group = dict(zip(numbers, groups_of_records(alike, len(numbers)), strict=True))
     members: dict[int, list[Range]] = {}
     for index, piece in enumerate(pieces):
-        members.setdefault(piece.record, []).append((index, 0, len(piece.trajectory.inputs)))
-    return _shared_out(list(members.values()), splitting, "records")
+        one = (index, 0, len(piece.trajectory.inputs))
+        members.setdefault(group[piece.record], []).append(one)
+    return _shared_out(list(members.values()), splitting, "records of different inputs")
 
 
 def _by_period(pieces: Sequence[Piece], splitting: Splitting) -> list[list[Range]]:
     """Give each part whole periods, those that are alike to the same; a rest is left out."""
     period = splitting.period or 1
-    ranges = [
-        (index, begin, begin + period)
-        for index, piece in enumerate(pieces)
-        for begin in range(0, len(piece.trajectory.inputs) - period + 1, period)
-    ]
-    if not ranges:
+    found = whole_periods([piece.trajectory.inputs for piece in pieces], period)
+    if not found:
         return [[] for _ in splitting.shares]
-    inputs = [pieces[piece].trajectory.inputs[begin:end] for piece, begin, end in ranges]
     members: dict[int, list[Range]] = {}
-    for one, number in zip(ranges, groups_of_periods(np.concatenate(inputs), period), strict=True):
-        members.setdefault(int(number), []).append(one)
+    for one in found:
+        members.setdefault(one.number, []).append((one.piece, one.begin, one.end))
     parts = _shared_out(
         list(members.values()), splitting, f"different periods of {period} samples"
     )

@@ -37,6 +37,7 @@ def plain(
     return CellShape(n_states, n_units, n_outputs, Roles(every, every), units, bias)
 
 
+SUBSTEPS = CellShape(3, 2, 2, Roles((0, 1), (1,)), "cubic", substeps=3)
 FACTORS = CellShape(5, 3, 2, Roles((0, 1), (2,), readout=(2, 0)), "cubic")
 """A plain cell with features of its own for every role."""
 GATED = CellShape(4, 3, 1, Roles((0, 1), (0, 1), gated=(0, 1), schedule=(2,)), "gated")
@@ -122,7 +123,7 @@ def plain_cell(shape: CellShape, theta: torch.Tensor) -> PlainCell:
         w = np.concatenate([w, np.zeros((shape.n_units, 1))], 1)
     assert at == len(values)
     matrices = (f[:, :n], f[:, n : n + q], f[:, n + q :], w, c, d, d0)
-    return PlainCell(*matrices, shape.units, v, roles, shape.turned)
+    return PlainCell(*matrices, shape.units, v, roles, shape.turned, shape.substeps)
 
 
 def numpy_network(shape: CellShape, theta: torch.Tensor) -> StateSpace:

@@ -15,6 +15,7 @@ from tests.fitting.state_space.cells import (
     FACTORS,
     GATED_SHAPES,
     READ,
+    SUBSTEPS,
     TURNED,
     numpy_network,
     plain,
@@ -32,6 +33,7 @@ SAME = 1e-12
 
 
 @example(FACTORS, 30, 4, 0)
+@example(SUBSTEPS, 30, 4, 0)
 @example(READ, 30, 4, 0)
 @example(TURNED, 30, 4, 0)
 @given(learnt_cell_shapes(), st.integers(1, 30), st.integers(1, 4), st.integers(0, 100))

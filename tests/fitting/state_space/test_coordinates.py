@@ -8,7 +8,13 @@ import pytest
 import torch
 
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
-from slide_fmu.fitting.state_space.coordinates import PAD_GAIN, PAD_POLE, rescale, widen
+from slide_fmu.fitting.state_space.coordinates import (
+    PAD_GAIN,
+    PAD_POLE,
+    in_substeps,
+    rescale,
+    widen,
+)
 from slide_fmu.fitting.state_space.normal_equations import normal_equations
 from tests.fitting.state_space.cells import (
     FACTORS,
@@ -184,3 +190,30 @@ def test_widening_keeps_the_precision() -> None:
     single = old.split(random_theta(old).float())
     assert widen(single, new, generator()).dtype == torch.float32
     assert rescale(old, single, random(30, 2).float(), True).a.dtype == torch.float32
+
+
+@pytest.mark.parametrize("substeps", [1, 2, 5])
+def test_linear_cell_in_several_steps_answers_as_in_one(substeps: int) -> None:
+    shape, features = plain(4, 2, 0, 2), random_features(40, 3, plain(4, 2, 0, 2))
+    turn = torch.linalg.matrix_exp(random(4, 4, seed=2) / 4)  # has roots of every order
+    cell = replace(shape.split(random_theta(shape)), a=0.9 * turn / torch.linalg.norm(turn, 2))
+    (found,) = in_substeps([cell], substeps)
+    expected, _ = simulate(shape, shape.join(cell), features)
+    several = replace(shape, substeps=substeps)
+    values, _ = simulate(several, several.join(found), features)
+    torch.testing.assert_close(values, expected, rtol=0, atol=SAME)
+
+
+def test_terms_of_parameters_do_not_move_a_cell_with_substeps() -> None:
+    shape = plain(1, 1, 0, 1)
+    cells = [shape.split(random_theta(shape, seed).abs()) for seed in range(2)]
+    _, other = in_substeps(cells, 2)
+    assert not torch.cat([other.a, other.b], 1).any()
+    torch.testing.assert_close(other.c, cells[1].c)
+
+
+def test_pole_that_changes_its_sign_has_no_substeps() -> None:
+    shape = plain(1, 1, 0, 1)
+    cell = replace(shape.split(random_theta(shape)), a=torch.tensor([[-0.3]]).double())
+    with pytest.raises(ValueError, match=r"substeps = 2 with the poles \[-0\.3.*choose 1"):
+        in_substeps([cell], 2)

@@ -14,7 +14,7 @@ from slide_fmu.fitting.state_space import normal_equations as module
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.normal_equations import (
     BLOCK,
-    ROWS_PER_PARAMETER,
+    ROWS_PER_WEIGHT,
     THINNEST,
     normal_equations,
     sum_of_squares,
@@ -25,6 +25,7 @@ from tests.fitting.state_space.cells import (
     FACTORS,
     GATED_SHAPES,
     READ,
+    SUBSTEPS,
     TURNED,
     plain,
     random_segments,
@@ -114,6 +115,7 @@ def test_cells_of_all_kinds_agree_with_forward_differentiation(
 
 @example(READ, 3, BLOCK + 1, 9, 0)
 @example(TURNED, 3, BLOCK + 1, 9, 0)
+@example(SUBSTEPS, 3, BLOCK + 1, 9, 0)
 @settings(max_examples=25)
 @given(
     learnt_cell_shapes(),
@@ -131,7 +133,7 @@ def test_all_rows_give_the_exact_normal_equations(
     j, r = rows.reshape(-1, shape.n_parameters), residuals.reshape(-1)
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(module.SENSITIVITIES, "cpu", 1)  # chunks of eight segments
-        patch.setattr(module, "ROWS_PER_PARAMETER", 10**9)  # nothing is left out
+        patch.setattr(module, "ROWS_PER_WEIGHT", 10**9)  # nothing is left out
         found = normal_equations(shape, theta, segments)
     assert deviation(found.matrix, j.T @ j) < EXACT
     assert deviation(found.gradient, j.T @ r) < EXACT
@@ -180,9 +182,9 @@ def test_thinned_matrix_is_that_of_some_samples(units: str, bias: bool) -> None:
     ("residuals", "thin"), [(1.0, 1), (1.99, 1), (2.0, 2), (4.0, 4), (7.99, 4), (8.0, 8), (99, 8)]
 )
 def test_thinning_leaves_enough_rows(residuals: float, thin: int) -> None:
-    """Number of residuals relative to ROWS_PER_PARAMETER times the parameters."""
+    """Number of residuals relative to ROWS_PER_WEIGHT times the weights."""
     shape = plain(2, 1, 3, 1)
-    least = ROWS_PER_PARAMETER * shape.n_parameters
+    least = ROWS_PER_WEIGHT * shape.n_weights
     count = math.ceil(residuals * least)
     samples = torch.zeros(count, 1, 1)
     found = thinning(shape, Segments(samples, samples, torch.ones(1)))

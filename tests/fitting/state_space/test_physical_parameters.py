@@ -103,7 +103,7 @@ def test_normal_equations_are_those_of_automatic_differentiation(
     r, j = residuals(theta), torch.autograd.functional.jacobian(residuals, theta)
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(module.SENSITIVITIES, "cpu", 1)  # chunks of eight segments
-        patch.setattr(module, "ROWS_PER_PARAMETER", 10**9)  # nothing is left out
+        patch.setattr(module, "ROWS_PER_WEIGHT", 10**9)  # nothing is left out
         found = normal_equations(shape, theta, segments)
     scale = float((j.T @ j).abs().max().clamp_min(1e-300))
     assert float((found.matrix - j.T @ j).abs().max()) < EXACT * scale

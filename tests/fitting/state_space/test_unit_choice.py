@@ -12,6 +12,8 @@ import torch
 
 from slide_fmu.fitting.state_space import unit_choice
 from slide_fmu.fitting.state_space.fit import prepare
+from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
+from slide_fmu.fitting.state_space.multi_start import Candidate
 from slide_fmu.fitting.state_space.unit_choice import choose_units
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.cells import plain, random_segments, random_theta
@@ -122,6 +124,36 @@ def test_largest_amplitudes_are_held_out(tmp_path: Path) -> None:
     for segments in (small.whole, small.part, small.validation):
         assert segments.count > 0
         assert float((segments.targets - middle).abs().max()) < least
+
+
+def test_fewest_cubes_that_do_as_well_are_taken_where_their_number_is_open(
+    tmp_path: Path,
+) -> None:
+    """The spring is a map with one cube, whose samples have one step."""
+    problem = problem_of(tmp_path, training=hardening(1, 2), validation=hardening(20))
+    network = StateSpaceRecipe(order=2, units="auto", bias=False)
+    training = LeastSquaresRecipe(**{**QUICK, "start_iterations": 12, "kept_iterations": 20})
+    data = prepare(problem, network, training)
+    recipe, tried = choose_units(problem, network, training, data, silent)
+    assert [trial.units for trial in tried[:3]] == ["tanh", "mixed", "cubic"]
+    few = [trial for trial in tried[3:] if trial.number == recipe.hidden]
+    assert (recipe.hidden, recipe.units, recipe.substeps) == (1, "mixed", 1)
+    assert (recipe.units, recipe.substeps) == (few[-1].units, few[-1].substeps)
+    many = min(map(unit_choice._score, tried[1:3]))
+    assert unit_choice._score(few[-1]) <= unit_choice.AS_GOOD * many
+
+
+@pytest.mark.parametrize(
+    ("poles", "expected"),
+    [((0.98, 0.97), 1), ((0.9, 0.82), 4), ((0.9, 0.01), 8), ((0.9, -0.2), 1)],
+)
+def test_substeps_are_short_beside_the_fastest_pole(
+    poles: tuple[float, float], expected: int
+) -> None:
+    shape = plain(2, 1, 0, 1)
+    cell = replace(shape.split(random_theta(shape)), a=torch.diag(torch.tensor(poles)).double())
+    theta = shape.join(cell)
+    assert unit_choice.substeps_for(Candidate(shape, Iterate(theta, theta, 0.0))) == expected
 
 
 def test_single_segment_gets_tanh_units(tmp_path: Path) -> None:

@@ -42,6 +42,14 @@ def test_blocks_of_one_record_follow_each_other_with_their_lead_in_the_part_befo
     assert split["test"] == (Block(0, 800, 850, 1000),)
 
 
+def test_each_record_is_cut_by_itself_in_all_its_pieces() -> None:
+    pieces = [*noise(1000, 400), piece(np.arange(600.0), 1)]
+    split = split_pieces(pieces, Splitting(lead=10, by="each"))
+    assert split["train"] == (Block(0, 0, 10, 700), Block(1, 0, 10, 400), Block(2, 0, 10, 300))
+    assert split["validation"] == (Block(0, 690, 700, 850), Block(2, 290, 300, 450))
+    assert split["test"] == (Block(0, 840, 850, 1000), Block(2, 440, 450, 600))
+
+
 @given(
     st.lists(st.integers(1, 300), min_size=1, max_size=5),
     st.integers(0, 20),
@@ -105,7 +113,9 @@ def test_every_part_has_a_record_and_every_record_a_part(lengths: list[int]) -> 
 
 
 def test_fewer_records_than_parts_are_refused() -> None:
-    with pytest.raises(RecordError, match="2 records for 3 parts; expected at least one for each"):
+    with pytest.raises(
+        RecordError, match="2 records of different inputs for 3 parts; expected at least one"
+    ):
         split_pieces(noise(500, 500), Splitting(lead=10, by="record"))
     split = split_pieces(
         noise(500, 500),
@@ -146,6 +156,34 @@ def test_period_that_begins_elsewhere_in_another_piece_is_known_again() -> None:
     assert [(b.piece, b.scored, b.stop) for b in split["train"]] == [(0, 20, 400), (1, 20, 200)]
     assert [(b.piece, b.scored, b.stop) for b in split["validation"]] == [(0, 400, 800)]
     assert [(b.piece, b.scored, b.stop) for b in split["test"]] == [(0, 800, 1200)]
+
+
+@pytest.mark.parametrize("before", [0, 30, 100, 170])
+def test_periods_of_a_record_that_begins_in_the_middle_of_one_are_cut_where_they_change(
+    before: int,
+) -> None:
+    """Samples are numbered by their wave and place in it; none is scored in two parts."""
+    order = [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
+    values = periods(order)[before:]
+    names = (1000 * np.repeat(order, 200) + np.tile(np.arange(200), len(order)))[before:]
+    split = split_pieces([piece(values)], Splitting(lead=20, by="period", period=200))
+    found = [
+        {int(names[k]) for block in blocks for k in range(block.scored, block.stop)}
+        for blocks in parts_of(split)
+    ]
+    for one, other in ((0, 1), (0, 2), (1, 2)):
+        assert len(found[one] & found[other]) <= 2
+    assert sum(len(part) for part in found) > 900
+
+
+def test_rest_before_periods_is_no_period() -> None:
+    order = [0, 0, 1, 1, 2, 2]
+    values = np.concatenate([np.zeros(130), periods(order)])
+    split = split_pieces([piece(values)], Splitting(lead=20, by="period", period=200))
+    [train], [validation], [test] = parts_of(split)
+    assert abs(train.stop - 530) <= 1
+    assert abs(validation.stop - 930) <= 1
+    assert test.stop == 1330
 
 
 def test_one_period_that_comes_again_and_again_is_refused() -> None:

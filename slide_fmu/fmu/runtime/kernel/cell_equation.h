@@ -157,18 +157,16 @@ static inline void open_units(const SlideCell *cell, const Real *features, Real 
     }
 }
 
-static void advance(const SlideCell *cell, const Real *features, const Real *states, Real *next,
-                    Real *rows) {
+/* Move both states by what the features give; next is not states. */
+static inline void move(const SlideCell *cell, const Real *features, const Real *states,
+                        Real *next) {
     const size_t units = cell->unit_panels * SLIDE_LANES, n = cell->state_panels * SLIDE_LANES;
-    const Pair x = {states, states + n}, moved = {next, next + n};
+    const Pair x = {states, states + n};
     const Pair zeros = {cell->zeros, cell->zeros}, offered = {cell->offered, cell->offered};
-    const Pair driven = {cell->driven, cell->driven}, shared = {cell->rows, cell->rows};
+    const Pair driven = {cell->driven, cell->driven};
     const bool turns = cell->turned > 0;
     Real *h = cell->units, *pushed = cell->pushed, *turned_back = cell->seen;
     Pair seen = x;
-    multiply(&cell->to_units, features, cell->unit_panels, cell->offered);
-    multiply(&cell->to_states, features, cell->state_panels, cell->driven);
-    multiply(&cell->to_rows, features, cell->row_panels, cell->rows);
     if (turns) {
         memcpy(turned_back, states, 2 * n * sizeof(Real));
         turn_pairs(turned_back, cell->turned, features[0], -features[1]);
@@ -185,6 +183,20 @@ static void advance(const SlideCell *cell, const Real *features, const Real *sta
     }
     affine_pair(cell->states_of_states, (Pair){pushed, pushed + n}, x, cell->n_states,
                 cell->state_panels, next);
+}
+
+static void advance(const SlideCell *cell, const Real *features, const Real *states, Real *next,
+                    Real *rows) {
+    const size_t n = cell->state_panels * SLIDE_LANES;
+    const Pair moved = {next, next + n}, shared = {cell->rows, cell->rows};
+    multiply(&cell->to_units, features, cell->unit_panels, cell->offered);
+    multiply(&cell->to_states, features, cell->state_panels, cell->driven);
+    multiply(&cell->to_rows, features, cell->row_panels, cell->rows);
+    move(cell, features, states, next);
+    for (size_t substep = 1; substep < cell->substeps; ++substep) {
+        memcpy(cell->between, next, 2 * n * sizeof(Real));
+        move(cell, features, cell->between, next);
+    }
     affine_pair(cell->rows_of_states, shared, moved, cell->n_states, cell->row_panels, rows);
 }
 

@@ -26,6 +26,7 @@ typedef struct {
  * the kernel. Matrices lie in panels, [panel][column][SLIDE_LANES], zeros where no row is. */
 typedef struct {
     size_t n_states;
+    size_t substeps; /* of a sample, at least 1: the states move so often by its features */
     size_t turned; /* pairs of states; their cosine and sine are then the first two features */
     size_t unit_panels, state_panels, row_panels;
     uint32_t activation; /* of the units; SLIDE_GATED: they are multiplied by their gates;
@@ -41,6 +42,7 @@ typedef struct {
     void *open, *offered, *driven, *rows; /* what the four parts of the features give */
     void *cubes;         /* of both states, those of mixed units: half of them */
     void *seen, *pushed; /* of both states: turned back; E h */
+    void *between;       /* both states between sub-steps; NULL where there is one step */
     void *units;         /* of both states, in whole SLIDE_PANELs */
     const void *zeros;   /* as long as a state */
 } SlideCell;

@@ -77,6 +77,7 @@ static void place_parts(SlideCell *cell, const SlideCellView *view, SlideArena *
 static void place_weights(SlideCell *cell, const SlideCellView *view, SlideArena *arena) {
     const size_t n = view->n_states, units = view->n_units, rows = (size_t)view->n_rows;
     *cell = (SlideCell){.n_states = n,
+                        .substeps = view->substeps,
                         .turned = view->turned,
                         .unit_panels = slide_panels_for(units),
                         .state_panels = slide_panels_for(n),
@@ -169,6 +170,7 @@ void slide_cell_place_scratch(SlideCell *cell, size_t number, SlideArena *arena)
     cell->driven = slide_place(arena, states, panel);
     cell->seen = slide_place(arena, 2 * states, panel);
     cell->pushed = slide_place(arena, 2 * states, panel);
+    cell->between = cell->substeps > 1 ? slide_place(arena, 2 * states, panel) : NULL;
     cell->zeros = slide_place(arena, states, panel);
     cell->rows = slide_place(arena, cell->row_panels, panel);
 }

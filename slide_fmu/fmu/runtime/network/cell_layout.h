@@ -15,6 +15,7 @@ typedef struct {
 typedef struct {
     uint32_t n_samples, n_out, n_states, n_units, n_values;
     uint32_t units;  /* SlideUnits */
+    uint32_t substeps;
     uint32_t turned; /* pairs of states */
     SlideRoles roles;
     uint64_t n_rows;                  /* n_values * (1 + factors) */

@@ -1,11 +1,16 @@
 #include "cell_layout.h"
 
+/* Every sub-step beyond the first adds SUBSTEP to the number of the units. */
+enum { SUBSTEP = 256, MOST_SUBSTEPS = 16 };
+
 static void read_sizes(SlideCellView *cell, SlideCursor *cursor) {
     uint32_t *const sizes[] = {&cell->n_samples, &cell->n_out, &cell->n_states, &cell->n_units,
                                &cell->n_values,  &cell->units, &cell->turned};
     for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; ++i) {
         *sizes[i] = slide_take_u32(cursor, "a cell");
     }
+    cell->substeps = cell->units / SUBSTEP + 1;
+    cell->units %= SUBSTEP;
     slide_check(cursor, cell->n_out >= 1 && cell->n_out <= cell->n_samples,
                 "surrogate file: n_samples %u, n_out %u of a cell; expected 1 <= n_out "
                 "<= n_samples",
@@ -18,6 +23,9 @@ static void read_sizes(SlideCellView *cell, SlideCursor *cursor) {
                 "surrogate file: units %u of a cell; expected %d, %d, %d or %d",
                 (unsigned)cell->units, (int)SLIDE_TANH, (int)SLIDE_CUBIC, (int)SLIDE_GATED,
                 (int)SLIDE_MIXED);
+    slide_check(cursor, cell->substeps <= MOST_SUBSTEPS,
+                "surrogate file: %u sub-steps of a cell; expected 1 to %d",
+                (unsigned)cell->substeps, (int)MOST_SUBSTEPS);
     slide_check(cursor,
                 (uint64_t)cell->turned * 2 <= cell->n_states &&
                     (cell->turned == 0 || cell->units == SLIDE_GATED),

@@ -1,0 +1,128 @@
+"""Physical parameters of measured records: each file is of a specimen, whose values are known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from math import comb
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slide_fmu.core.parameter_basis import ParameterBasis
+from slide_fmu.recipe.learning import StateSpaceRecipe
+from slide_fmu.recipe.measured import is_measured
+
+if TYPE_CHECKING:
+    from slide_fmu.recipe.recipe import Recipe
+
+
+SPECIMENS_PER_TERM = 2
+"""Polynomials with fewer specimens than this for each of their terms may be anything between."""
+DEGREES = 2, 1
+"""Of these degrees the first that the specimens suffice for is taken, or else the last."""
+
+
+def with_division(tables: dict[str, Any]) -> dict[str, Any]:
+    """Return the tables of a recipe of specimens with its division and degree, if not given.
+
+    Each file is divided by itself, so that every part has every specimen. The degree of the
+    polynomials is one that the specimens suffice for.
+    """
+    data, network = tables.get("data", {}), tables.get("network", {})
+    parameters = tables.get("parameters")
+    known = all(isinstance(table, Mapping) for table in (parameters, data, network))
+    if not (known and parameters and is_measured(tables)):
+        return tables
+    degree = {"parameter_degree": _degree(parameters)}
+    return {**tables, "data": {"by": "each", **data}, "network": {**degree, **network}}
+
+
+def _degree(parameters: Mapping[str, Any]) -> int:
+    """Return the degree that the values in tables, which are not checked yet, suffice for."""
+    columns = [
+        table.get("values", ()) for table in parameters.values() if isinstance(table, Mapping)
+    ]
+    different = len(set(zip(*columns, strict=False)))
+    for degree in DEGREES:
+        if different >= SPECIMENS_PER_TERM * comb(len(columns) + degree, degree):
+            break
+    return degree
+
+
+def values_in_file(recipe: Recipe, file: int) -> dict[str, float]:
+    """Return the parameters of the specimen in a file of a recipe of records, by name.
+
+    The files are numbered from 0. There are none where the recipe has none.
+    """
+    return {name: table.values[file] for name, table in recipe.parameters.items()}
+
+
+def specimens(recipe: Recipe) -> list[dict[str, float]]:
+    """Return the different specimens in the files of a recipe of records, in their order."""
+    found = [values_in_file(recipe, file) for file in range(1 + len(recipe.system.further))]
+    return [one for index, one in enumerate(found) if one not in found[:index]]
+
+
+def require_specimens(recipe: Recipe) -> None:
+    """Refuse parameters of records without one value for each file, or too few different ones.
+
+    Raises:
+        ValueError: the message names the parameter, and the remedy.
+    """
+    files = 1 + len(recipe.system.further)
+    for name, table in recipe.parameters.items():
+        given = list(table.values)
+        if len(given) != files:
+            raise ValueError(
+                f"parameters.{name}.values = {given}; expected {files} of them, one for each file "
+                "of records: system.model first, then those of system.further in their order"
+                + ("" if table.range is None else "; remove the range, which follows from them")
+            )
+        if len(set(given)) == 1:
+            raise ValueError(
+                f"parameters.{name}.values = {given}; expected at least two that differ: records "
+                "of one value alone teach no parameter; remove it, or measure other specimens"
+            )
+    problem = too_few_specimens(recipe, range(files))
+    if problem is not None:
+        raise ValueError(problem)
+
+
+def scarce_specimens(recipe: Recipe) -> str | None:
+    """Say that the specimens determine the network's polynomials with little to spare.
+
+    None if they do not, or if the recipe has no parameters.
+    """
+    if not recipe.parameters or not isinstance(recipe.network, StateSpaceRecipe):
+        return None
+    degree, different = recipe.network.parameter_degree, len(specimens(recipe))
+    wanted = SPECIMENS_PER_TERM * comb(len(recipe.parameters) + degree, degree)
+    if different >= wanted:
+        return None
+    return (
+        f"there are {different} specimens for polynomials of degree {degree} in "
+        f"{list(recipe.parameters)}; expected at least {wanted}: between them the surrogate may "
+        "be far off; measure more specimens, or set network.parameter_degree lower"
+    )
+
+
+def too_few_specimens(recipe: Recipe, files: Iterable[int]) -> str | None:
+    """Say that the specimens in some files do not determine the network's polynomials.
+
+    The numbers of the files count from 0. None if they do, or if the recipe has no parameters.
+    """
+    parameters, network = recipe.physical(), recipe.network
+    if not parameters or not isinstance(network, StateSpaceRecipe):
+        return None
+    rows = {tuple(values_in_file(recipe, file).values()) for file in files}
+    basis = ParameterBasis.of_degree(parameters, network.parameter_degree)
+    terms = len(basis.degrees)
+    determined = int(np.linalg.matrix_rank(basis.values(np.array(sorted(rows), dtype=np.float64))))
+    if determined == terms:
+        return None
+    return (
+        f"parameters {list(recipe.parameters)} have {len(rows)} different values in the records "
+        f"to learn from, which determine {determined} of the {terms} terms of polynomials of "
+        f"degree {network.parameter_degree}; expected values that determine all: measure more "
+        "specimens, or set network.parameter_degree lower"
+    )

@@ -32,7 +32,11 @@ def time_findings(record: Record) -> list[Finding]:
 
 def clock_unit_findings(records: Sequence[Record]) -> list[Finding]:
     """Remark once that times have no unit, of which 10 may be 10 ms; name the first such file."""
-    silent = [record for record in records if record.clock is not None and not record.clock_unit]
+    silent = [
+        record
+        for record in records
+        if record.clock is not None and not record.clock_unit and np.isfinite(record.time).all()
+    ]
     if not silent:
         return []
     first = silent[0]
@@ -41,7 +45,7 @@ def clock_unit_findings(records: Sequence[Record]) -> list[Finding]:
         f"the times have no unit{more}, and count as s: the record takes "
         f"{first.time[-1] - first.time[0]:.6g} s"
     )
-    remedy = f'if they are in ms, say so in the header: "{first.clock} [ms]"'
+    remedy = 'if they are in ms, call their column "time_ms"'
     return [Finding("unit", "remarked", first.path, first.clock or "", found, "a unit", remedy)]
 
 

@@ -25,7 +25,7 @@ from slide_fmu.systems.record.examination import examine
 from slide_fmu.systems.record.measured import NoTimesError, Record, RecordError
 from slide_fmu.systems.record.model import PAIRINGS, recognises
 from slide_fmu.systems.record.pairing import answer_of
-from slide_fmu.systems.record.preparation import Pairing, Preparation, stretches_of
+from slide_fmu.systems.record.preparation import Pairing, stretches_of
 from slide_fmu.systems.record.reading import read_records
 from slide_fmu.systems.specification import SignalChoice
 
@@ -107,7 +107,8 @@ def _proposed(wish: RecordWish) -> RecordProposal:
     inputs = tuple(_signal(records, n, wish.inputs.get(n), acts, remarks) for n in names[0])
     outputs = tuple(_signal(records, n, None, None, remarks) for n in names[1])
     division = proposed_division(records, names[0])
-    enough = sum(len(record.time) for record in records) >= ENOUGH
+    whole = all(np.isfinite(record.chosen(names[1])).all() for record in records)
+    enough = whole and sum(len(record.time) for record in records) >= ENOUGH
     name = wish.name or recipe_name(Path(wish.paths[0]).stem)
     draft = RecordDraft(
         name,
@@ -179,8 +180,8 @@ class _Acts(NamedTuple):
 
 def _acts(records: Sequence[Record], names: tuple[tuple[str, ...], ...]) -> _Acts:
     """Find out how inputs act, by a linear fit of the first record's longest stretch."""
-    record, preparation = records[0], Preparation(names[0], names[1])
-    stretches = stretches_of(record, clock_of(record.time), preparation)
+    record = records[0]
+    stretches = stretches_of(record, clock_of(record.time), (*names[0], *names[1]))
     begin, end = max(stretches, key=lambda s: s[1] - s[0], default=(0, 0))
     inputs = record.chosen(names[0])[begin:end]
     answer = answer_of(inputs, record.chosen(names[1])[begin:end])

@@ -103,9 +103,9 @@ def check_pairing(records: Sequence[Record], preparation: Preparation) -> tuple[
     Raises:
         RecordError: a record lacks a column, or its time does not rise.
     """
-    found = []
+    found, names = [], (*preparation.inputs, *preparation.outputs)
     for record in records:
-        stretches = stretches_of(record, clock_of(record.time), preparation)
+        stretches = stretches_of(record, clock_of(record.time), names)
         begin, end = max(stretches, key=lambda s: s[1] - s[0], default=(0, 0))
         inputs = record.chosen(preparation.inputs)[begin:end]
         answer = answer_of(inputs, record.chosen(preparation.outputs)[begin:end])

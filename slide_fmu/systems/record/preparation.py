@@ -60,7 +60,7 @@ class Preparation:
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A Piece is a stretch of a record without gaps, as a trajectory.
+    """A Piece is a stretch of a record without gaps, as a trajectory; outputs may lack, as NaN.
 
     Of N measured samples, ``trajectory`` has N outputs and N - 1 inputs: ``outputs[k]`` is y[k],
     and ``inputs[k]`` is the newest input that y[k+1] answers, which is u[k+1] if they are paired
@@ -93,7 +93,8 @@ class Prepared:
 def prepared(records: Sequence[Record], preparation: Preparation) -> Prepared:
     """Make trajectories of one even step from records.
 
-    A record is cut at its gaps, and where a column that is used has no finite value.
+    A record is cut at its gaps, and where an input has no finite value. Outputs that are missing
+    are NaN, but a record that is resampled is cut there too, since nothing is invented.
 
     Raises:
         RecordError: a record lacks a column, its time does not rise, or no stretch is left.
@@ -106,7 +107,8 @@ def prepared(records: Sequence[Record], preparation: Preparation) -> Prepared:
         length = _longest(clock, len(record.time))
         plan = plan_resampling(clock.step, step, clock.jitter, length)
         remarks += _about_resampling(record, plan, preparation.hold)
-        stretches = stretches_of(record, clock, preparation)
+        needed = (*preparation.inputs, *(preparation.outputs if plan.needed else ()))
+        stretches = stretches_of(record, clock, needed)
         found = [_piece(record, index, s, plan, preparation) for s in stretches]
         kept = [piece for piece in found if piece is not None]
         if len(stretches) > 1 or len(kept) < len(stretches):
@@ -139,9 +141,9 @@ def _longest(clock: Clock, length: int) -> int:
     return max(end - begin for begin, end in clock.stretches(length))
 
 
-def stretches_of(record: Record, clock: Clock, preparation: Preparation) -> list[tuple[int, int]]:
-    """Give begin and end (excluded) of all stretches of samples that follow each other."""
-    values = record.chosen((*preparation.inputs, *preparation.outputs))
+def stretches_of(record: Record, clock: Clock, names: tuple[str, ...]) -> list[tuple[int, int]]:
+    """Give begin and end (excluded) of stretches without gaps in time or named columns."""
+    values = record.chosen(names)
     usable = np.asarray(np.isfinite(values).all(axis=1))
     found = []
     for begin, end in clock.stretches(len(usable)):

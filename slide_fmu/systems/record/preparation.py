@@ -166,6 +166,7 @@ def _piece(
     outputs = resampled(time, record.chosen(preparation.outputs)[rows], plan, "smooth")
     if len(outputs) < preparation.least:
         return None
+    outputs = np.where(np.isfinite(outputs), outputs, np.nan)
     start = float(time[0]) + plan.edge * plan.step
     return Piece(_paired(inputs, outputs, plan.step, preparation.pairing), index, start)
 

@@ -242,8 +242,8 @@ def _orders(parts: Sequence[tuple[FloatArray, FloatArray]]) -> list[int]:
         raise ValueError(
             f"records of {total} samples with {width} signals, in {len(parts)} pieces, of which "
             f"{counts[least]} follow {least} others without a gap; expected at least "
-            f"{least * wanted} for a linear fit: record more, with fewer gaps, or give a longer "
-            "step of the window"
+            f"{least * wanted} for a linear fit: record more, with fewer gaps, or, where outputs "
+            "are missing in every other line, leave these lines out, which makes a longer step"
         )
     return orders
 

@@ -27,7 +27,7 @@ from slide_fmu.systems.record.examination import examine
 from slide_fmu.systems.record.measured import Record, RecordError
 from slide_fmu.systems.record.model import PAIRINGS, recognises
 from slide_fmu.systems.record.pairing import answer_of
-from slide_fmu.systems.record.preparation import Pairing, Preparation, longest_stretch
+from slide_fmu.systems.record.preparation import Pairing, longest_stretch
 from slide_fmu.systems.specification import SignalChoice
 
 HELD = 0.5
@@ -87,7 +87,8 @@ def _proposed(wish: RecordWish) -> RecordProposal:
     inputs = tuple(_signal(records, n, wish.inputs.get(n), acts, remarks) for n in names[0])
     outputs = tuple(_signal(records, n, None, None, remarks) for n in names[1])
     division = proposed_division(records, names[0])
-    enough = sum(len(record.time) for record in records) >= ENOUGH
+    whole = all(np.isfinite(record.chosen(names[1])).all() for record in records)
+    enough = whole and sum(len(record.time) for record in records) >= ENOUGH
     name = wish.name or recipe_name(Path(wish.paths[0]).stem)
     draft = RecordDraft(
         name,
@@ -123,9 +124,9 @@ class _Acts(NamedTuple):
     origin: str
 
 
-def _acts(records: Sequence[Record], names: tuple[tuple[str, ...], ...]) -> _Acts:
+def _acts(records: Sequence[Record], names: tuple[tuple[str, ...], tuple[str, ...]]) -> _Acts:
     """Find out how inputs act, by a linear fit of the first record's longest stretch."""
-    inputs, outputs = longest_stretch(records[0], Preparation(names[0], names[1]))
+    inputs, outputs = longest_stretch(records[0], *names)
     answer = answer_of(inputs, outputs)
     pairing = None if answer is None else answer.pairing
     still = len(inputs) > 1 and bool(np.all(np.mean(np.diff(inputs, axis=0) == 0, axis=0) > HELD))

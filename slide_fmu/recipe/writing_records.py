@@ -122,8 +122,8 @@ def _estimator_lines(estimates: bool) -> list[str]:
         ]
     return [
         *comment_lines(
-            "An error estimator needs samples and inputs of its own, of which there are few here; "
-            "the table [estimator] brings one all the same."
+            "An error estimator needs samples and inputs of its own, with all outputs, of which "
+            "there are few here; with enough of them the table [estimator] brings one."
         ),
         "",
     ]

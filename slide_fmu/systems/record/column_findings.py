@@ -74,7 +74,7 @@ def _empty(record: Record, name: str, finite: NDArray[np.bool_]) -> list[Finding
             "numbers throughout",
             "leave the column out, or record it anew"
             if refused
-            else "the record is cut there into stretches",
+            else "the record is cut there, if this is an input; no output counts there",
         )
     ]
 

@@ -117,7 +117,8 @@ def check_pairing(records: Sequence[Record], preparation: Preparation) -> tuple[
     """
     found = []
     for record in records:
-        answer = answer_of(*longest_stretch(record, preparation))
+        stretch = longest_stretch(record, preparation.inputs, preparation.outputs)
+        answer = answer_of(*stretch)
         if answer is not None:
             found += _contradictions(record, preparation, answer)
     return tuple(found)

@@ -26,6 +26,11 @@ from slide_fmu.systems.record.model import MeasuredRecords
 from slide_fmu.systems.record.periods import find_period
 from slide_fmu.systems.record.splitting import split_pieces
 
+FEWEST = 8
+"""So many samples in a row have all outputs somewhere in each part."""
+MOST = 0.9
+"""Stretches are so short that this part of the samples is used, at least."""
+
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
@@ -120,20 +125,29 @@ def about_specimens(recipe: Recipe, source: MeasuredRecords) -> list[str | None]
 def stretches(recipe: Recipe, source: MeasuredRecords, part: str) -> list[Stretch]:
     """Cut all blocks of a part into stretches of the recipe's duration, which all overlap.
 
-    They overlap by the truncated part of the window. The last stretch of a block ends where the
+    They overlap by the truncated part of the window, in which outputs may be missing, as NaN, but
+    not in what is scored. The last stretch of a block ends where the
     block ends, so that none of its samples is lost, and a few are scored twice. A block that is
     shorter than a stretch is left out.
 
     Raises:
-        RecipeError: as of ``divided``.
+        RecipeError: as of ``divided``, or outputs are missing that an estimator needs.
     """
     lead = recipe.window.n_in - recipe.window.n_out
     scored = round(recipe.data.duration / recipe.window.step) - lead
     found = []
-    for block in divided(recipe, source).get(part, ()):
+    for block in _with_outputs(recipe, source).get(part, ()):
         for first in _firsts(block, scored):
             whole = Block(block.piece, first - lead, first, first + scored)
             found.append(_stretch(recipe, source, whole))
+    lacking = part.startswith("estimator") and not all(
+        np.isfinite(one.trajectory.outputs).all() for one in found
+    )
+    if lacking:
+        raise RecipeError(
+            f"recipe {recipe.name!r}: outputs are missing in the part {part!r}; expected all of "
+            "them for an error estimator: remove the table [estimator]"
+        )
     return found
 
 
@@ -143,8 +157,63 @@ def remarks_on_division(recipe: Recipe, source: MeasuredRecords) -> list[str]:
     Raises:
         RecipeError: as of ``divided``.
     """
-    found = left_out(recipe, source), *about_specimens(recipe, source)
+    found = [
+        _behind_no_lead(recipe, source),
+        left_out(recipe, source),
+        *about_specimens(recipe, source),
+    ]
     return [remark for remark in found if remark is not None]
+
+
+def _with_outputs(recipe: Recipe, source: MeasuredRecords) -> Split:
+    """Divide records as ``divided`` does, and cut what is scored where outputs are missing.
+
+    What leads in is not cut: it needs no outputs.
+
+    Raises:
+        RecipeError: as of ``divided``, or outputs are missing nearly everywhere.
+    """
+    parts = {}
+    for part, blocks in divided(recipe, source).items():
+        found = [own for block in blocks for own in _runs(source, block)]
+        longest = max((block.stop - block.scored for block in found), default=0)
+        wanted = max(FEWEST, recipe.window.n_out)
+        if longest < min(wanted, max(block.stop - block.scored for block in blocks)):
+            raise RecipeError(
+                f"recipe {recipe.name!r}: outputs are missing so often that at most {longest} "
+                f"samples in a row have all of them in the part {part!r}; expected {wanted} in a "
+                "row: leave out the lines of the file without outputs, if that makes even times "
+                "of a longer step, learn fewer outputs, or give a smaller window.n_out"
+            )
+        parts[part] = tuple(found)
+    return parts
+
+
+def _runs(source: MeasuredRecords, block: Block) -> list[Block]:
+    """Cut a block to those that score whole outputs only; all have its lead."""
+    outputs = source.pieces[block.piece].trajectory.outputs
+    known = np.isfinite(outputs[block.scored + 1 : block.stop + 1]).all(axis=1)
+    edges = np.flatnonzero(np.diff(known.astype(np.int8), prepend=0, append=0)) + block.scored
+    lead = block.scored - block.start
+    return [
+        Block(block.piece, begin - lead, begin, end)
+        for begin, end in edges.reshape(-1, 2).tolist()
+    ]
+
+
+def _behind_no_lead(recipe: Recipe, source: MeasuredRecords) -> str | None:
+    """Say which pieces are so short that nothing of them is scored; None if there are none."""
+    lead = recipe.window.n_in - recipe.window.n_out
+    lengths = [len(piece.trajectory.inputs) for piece in source.pieces]
+    short = [length for length in lengths if length <= lead]
+    if not short:
+        return None
+    return (
+        f"{len(short)} of {len(lengths)} pieces of the records, with {sum(short)} of "
+        f"{sum(lengths)} samples, are no longer than the {lead} samples that the window truncates "
+        "and left out: nobody knows what was before them. Record with fewer gaps, or shorten the "
+        "window"
+    )
 
 
 def left_out(recipe: Recipe, source: MeasuredRecords) -> str | None:
@@ -157,7 +226,7 @@ def left_out(recipe: Recipe, source: MeasuredRecords) -> str | None:
     """
     lead = recipe.window.n_in - recipe.window.n_out
     scored = round(recipe.data.duration / recipe.window.step) - lead
-    parts = divided(recipe, source)
+    parts = _with_outputs(recipe, source)
     blocks = [block for part, found in parts.items() if part != "test" for block in found]
     short = [b.stop - b.scored for b in blocks if b.stop - b.scored < scored]
     if not short:
@@ -170,14 +239,24 @@ def left_out(recipe: Recipe, source: MeasuredRecords) -> str | None:
 
 
 def longest_stretch(recipe: Recipe, source: MeasuredRecords) -> int:
-    """Return how many samples a stretch can score so that every part to learn from has one.
+    """Return how many samples a stretch can score so that all parts to learn from have most.
+
+    That is ``MOST`` of the samples of each part, where gaps make blocks of unequal lengths; those
+    that are shorter than the window's output do not count.
 
     Raises:
         RecipeError: as of ``divided``.
     """
-    parts = divided(recipe, source)
-    longest = [max(b.stop - b.scored for b in parts[part]) for part in parts if part != "test"]
-    return min(longest)
+    parts = _with_outputs(recipe, source)
+    found = []
+    for part in parts:
+        if part != "test":
+            scored = [block.stop - block.scored for block in parts[part]]
+            shortest = min(recipe.window.n_out, max(scored))
+            lengths = np.sort([length for length in scored if length >= shortest])[::-1]
+            share = np.cumsum(lengths) / lengths.sum()
+            found.append(int(lengths[np.searchsorted(share, MOST)]))
+    return min(found)
 
 
 def unseen_stretches(recipe: Recipe, source: MeasuredRecords) -> list[Stretch]:
@@ -187,7 +266,7 @@ def unseen_stretches(recipe: Recipe, source: MeasuredRecords) -> list[Stretch]:
         RecipeError: as of ``divided``.
     """
     found = []
-    for block in divided(recipe, source)["test"]:
+    for block in _with_outputs(recipe, source)["test"]:
         start = max(0, block.scored - recipe.window.n_in)
         whole = Block(block.piece, start, block.scored, block.stop)
         found.append(_stretch(recipe, source, whole))

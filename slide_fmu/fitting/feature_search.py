@@ -213,6 +213,7 @@ def _first(split: Split) -> Split:
 def _scaled(few: list[Split], offered: Offered) -> list[Values]:
     """Values of the splits, outputs about their mean over their standard deviation."""
     outputs = few[0].outputs.reshape(-1, few[0].outputs.shape[2])
+    outputs = outputs[np.isfinite(outputs).all(axis=1)]
     mean, deviation = outputs.mean(0), outputs.std(0)
     return [
         (offered.scaling.apply(split.inputs), (split.outputs - mean) / deviation) for split in few

@@ -226,7 +226,7 @@ def require_symmetry(signals: tuple[Signal, ...]) -> None:
 
 
 def require_motion(signals: tuple[Signal, ...], values: FloatArray) -> None:
-    """Refuse data (n_trajectories, samples, n_signals) in which a signal never moves.
+    """Refuse data (..., n_signals) in which a signal never moves.
 
     Raises:
         ValueError: nothing can be learnt about a signal, which the message names.
@@ -247,6 +247,8 @@ def standard_deviation_scaling(signals: tuple[Signal, ...], split: Split) -> Aff
     Raises:
         ValueError: an output never moves.
     """
-    require_motion(signals, split.outputs)
-    deviation = split.outputs.reshape(-1, len(signals)).std(axis=0)
+    outputs = split.outputs.reshape(-1, len(signals))
+    outputs = outputs[np.isfinite(outputs).all(axis=1)]
+    require_motion(signals, outputs)
+    deviation = outputs.std(axis=0)
     return Affine(range_scaling(signals).offset, deviation)

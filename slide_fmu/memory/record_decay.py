@@ -242,8 +242,8 @@ def _orders(parts: Sequence[tuple[FloatArray, FloatArray]]) -> list[int]:
         raise ValueError(
             f"records of {total} samples with {width} signals, in {len(parts)} pieces, of which "
             f"{counts[least]} follow {least} others without a gap; expected at least "
-            f"{least * wanted} for a linear fit: record more, with fewer gaps, or give a longer "
-            "step of the window"
+            f"{least * wanted} for a linear fit: record more, with fewer gaps, or, where outputs "
+            "are missing in every other line, leave these lines out, which makes a longer step"
         )
     return orders
 
@@ -254,8 +254,8 @@ def _rows(part: tuple[FloatArray, FloatArray], order: int) -> NDArray[np.intp]:
     That past has all outputs, and all inputs up to the sample before.
     """
     inputs, outputs = part
-    known = np.isfinite(outputs).all(axis=1)
-    known[: len(inputs)] &= np.isfinite(inputs).all(axis=1)
+    known = np.asarray(np.isfinite(outputs).all(axis=1))
+    known[: len(inputs)] &= np.asarray(np.isfinite(inputs).all(axis=1))
     seen = np.concatenate([[0], np.cumsum(known)])
     whole = seen[order + 1 :] - seen[: -(order + 1)] == order + 1
     return np.flatnonzero(whole) + order

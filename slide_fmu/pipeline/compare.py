@@ -66,13 +66,21 @@ def require_comparable(recipe: Recipe) -> None:
     """Refuse a recipe that models of other kinds cannot learn.
 
     Raises:
-        RecipeError: it has physical parameters.
+        RecipeError: it has physical parameters, or records that lack outputs.
+        LoadError: its records cannot be read.
     """
     if recipe.parameters:
         raise RecipeError(
             f"recipe {recipe.name!r}: a comparison with parameters {list(recipe.parameters)}; "
             "expected none: models of other kinds follow no parameters. Compare with a recipe "
             "that has fixed values (system.parameters)"
+        )
+    source = recipe_source(recipe) if recipe.system.is_record else None
+    if isinstance(source, MeasuredRecords) and source.lacks_outputs:
+        raise RecipeError(
+            f"recipe {recipe.name!r}: a comparison with records in which outputs are missing; "
+            "expected all of them, since models of other kinds look back at outputs: cut the "
+            "files where they are missing"
         )
 
 

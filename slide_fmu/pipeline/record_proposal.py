@@ -27,7 +27,7 @@ from slide_fmu.systems.record.examination import examine
 from slide_fmu.systems.record.measured import Record, RecordError
 from slide_fmu.systems.record.model import PAIRINGS, recognises
 from slide_fmu.systems.record.pairing import answer_of
-from slide_fmu.systems.record.preparation import Pairing, Preparation, stretches_of
+from slide_fmu.systems.record.preparation import Pairing, longest_stretch
 from slide_fmu.systems.specification import SignalChoice
 
 HELD = 0.5
@@ -87,7 +87,8 @@ def _proposed(wish: RecordWish) -> RecordProposal:
     inputs = tuple(_signal(records, n, wish.inputs.get(n), acts, remarks) for n in names[0])
     outputs = tuple(_signal(records, n, None, None, remarks) for n in names[1])
     division = proposed_division(records, names[0])
-    enough = sum(len(record.time) for record in records) >= ENOUGH
+    whole = all(np.isfinite(record.chosen(names[1])).all() for record in records)
+    enough = whole and sum(len(record.time) for record in records) >= ENOUGH
     name = wish.name or recipe_name(Path(wish.paths[0]).stem)
     draft = RecordDraft(
         name,
@@ -110,8 +111,9 @@ def _step(wish: RecordWish, record: Record) -> tuple[float, str]:
     if wish.step is not None:
         return wish.step, "The sample step in s that was given."
     clock = clock_of(record.time)
-    longest = max(end - begin for begin, end in clock.stretches(len(record.time)))
-    return neat_step(clock, longest), "The sample step in s of the first file."
+    return neat_step(
+        clock, clock.longest(len(record.time))
+    ), "The sample step in s of the first file."
 
 
 class _Acts(NamedTuple):
@@ -122,13 +124,10 @@ class _Acts(NamedTuple):
     origin: str
 
 
-def _acts(records: Sequence[Record], names: tuple[tuple[str, ...], ...]) -> _Acts:
+def _acts(records: Sequence[Record], names: tuple[tuple[str, ...], tuple[str, ...]]) -> _Acts:
     """Find out how inputs act, by a linear fit of the first record's longest stretch."""
-    record, preparation = records[0], Preparation(names[0], names[1])
-    stretches = stretches_of(record, clock_of(record.time), preparation)
-    begin, end = max(stretches, key=lambda s: s[1] - s[0], default=(0, 0))
-    inputs = record.chosen(names[0])[begin:end]
-    answer = answer_of(inputs, record.chosen(names[1])[begin:end])
+    inputs, outputs = longest_stretch(records[0], *names)
+    answer = answer_of(inputs, outputs)
     pairing = None if answer is None else answer.pairing
     still = len(inputs) > 1 and bool(np.all(np.mean(np.diff(inputs, axis=0) == 0, axis=0) > HELD))
     if pairing == "later" or (pairing is None and still):

@@ -47,11 +47,35 @@ class RecordDraft:
     remaining_amplitude: float = 1e-3
 
 
+_NETWORK = (
+    "[network]",
+    *comment_lines(
+        "Half of the units are clipped cubes, half of them tanh: springs that harden need "
+        'fewer of both. "auto" lets trials choose that hold out the largest amplitudes, for '
+        "an FMU that will be used beyond them."
+    ),
+    'units = "mixed"',
+    "",
+)
+
+
 def record_recipe_text(draft: RecordDraft) -> str:
     """Write a recipe as TOML; ``slide_fmu.recipe.reading.parse_recipe`` reads it."""
-    model, *further = draft.paths
     lines = [
         *heading_lines(draft.name, draft.description),
+        *_system_lines(draft),
+        *signals_lines(draft.inputs, draft.outputs),
+        *_window_lines(draft),
+        *_data_lines(draft),
+        *_NETWORK,
+        *_estimator_lines(draft.estimates),
+    ]
+    return "\n".join(lines)
+
+
+def _system_lines(draft: RecordDraft) -> list[str]:
+    model, *further = draft.paths
+    return [
         "[system]",
         'kind = "record"',
         f"model = {value_text(model)}",
@@ -59,8 +83,10 @@ def record_recipe_text(draft: RecordDraft) -> str:
         *([f"parameters = {value_text(draft.parameters)}"] if draft.parameters else []),
         "",
     ]
-    lines += [
-        *signals_lines(draft.inputs, draft.outputs),
+
+
+def _window_lines(draft: RecordDraft) -> list[str]:
+    return [
         "[window]",
         *comment_lines(draft.step_origin),
         f"step = {value_text(draft.step)}",
@@ -70,6 +96,11 @@ def record_recipe_text(draft: RecordDraft) -> str:
         ),
         f"remaining_amplitude = {value_text(draft.remaining_amplitude)}",
         "",
+    ]
+
+
+def _data_lines(draft: RecordDraft) -> list[str]:
+    return [
         "[data]",
         *comment_lines(draft.by_origin),
         f"by = {value_text(draft.by)}",
@@ -79,17 +110,7 @@ def record_recipe_text(draft: RecordDraft) -> str:
         ),
         "# shares = { train = 0.7, validation = 0.15, test = 0.15 }",
         "",
-        "[network]",
-        *comment_lines(
-            "Half of the units are clipped cubes, half of them tanh: springs that harden need "
-            'fewer of both. "auto" lets trials choose that hold out the largest amplitudes, for '
-            "an FMU that will be used beyond them."
-        ),
-        'units = "mixed"',
-        "",
-        *_estimator_lines(draft.estimates),
     ]
-    return "\n".join(lines)
 
 
 def _estimator_lines(estimates: bool) -> list[str]:
@@ -101,8 +122,8 @@ def _estimator_lines(estimates: bool) -> list[str]:
         ]
     return [
         *comment_lines(
-            "An error estimator needs samples and inputs of its own, of which there are few here; "
-            "the table [estimator] brings one all the same."
+            "An error estimator needs samples and inputs of its own, with all outputs, of which "
+            "there are few here; with enough of them the table [estimator] brings one."
         ),
         "",
     ]

@@ -57,8 +57,11 @@ def validate_records(
 def _free(surrogate: Surrogate, measured: Trajectory) -> FloatArray | None:
     """Run the network freely along a record, whose first outputs tell its state there.
 
-    They lie in the lead, which is not scored. Networks without a state have no such run.
+    They lie in the lead, which is not scored. Networks without a state have no such run, nor has a
+    record without outputs there.
     """
-    first = min(surrogate.window.n_truncated, len(measured.inputs) - 1)
-    found = free_run(surrogate, measured.inputs, measured.outputs[1:], max(1, first))
+    first = max(1, min(surrogate.window.n_truncated, len(measured.inputs) - 1))
+    if not np.isfinite(measured.outputs[1 : first + 1]).any():
+        return None
+    found = free_run(surrogate, measured.inputs, measured.outputs[1:], first)
     return None if found is None else found.outputs

@@ -15,6 +15,7 @@ from slide_fmu.data.recorded import (
     inputs_beyond,
     learnt_pieces,
     left_out,
+    longest_stretch,
     stretches,
     unseen_stretches,
 )
@@ -166,3 +167,52 @@ def test_store_holds_the_stretches_and_is_refused_after_a_change_of_the_file(
     write_record(path, seed=3)
     with pytest.raises(StoreError, match="has changed since"):
         made(recipe, store)
+
+
+def without_outputs(path: Path, rows: slice, count: int = 4000) -> Path:
+    """Write a record in which the outputs of some rows are empty."""
+    write_record(path, count, noise=0.01)
+    header, *lines = path.read_text().splitlines()
+    for index in range(count)[rows]:
+        lines[index] = lines[index].rpartition(",")[0] + ","
+    path.write_text("\n".join([header, *lines]) + "\n")
+    return path
+
+
+def test_outputs_that_are_missing_cut_what_is_scored_but_not_what_leads_in(tmp_path: Path) -> None:
+    recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(100, None, 200)))
+    source = source_of(recipe)
+    assert len(source.pieces) == 1
+    assert longest_stretch(recipe, source) == 199
+    whole, parts = divided(recipe, source), ("train", "validation")
+    for part in parts:
+        found = stretches(
+            with_resolved(recipe, {"data": {"duration": 7.0}}, "bench.toml"), source, part
+        )
+        assert all(np.isfinite(one.trajectory.outputs[LEAD + 1 :]).all() for one in found)
+        assert any(np.isnan(one.trajectory.outputs).any() for one in found)
+        assert len(found) >= sum(b.stop - b.scored for b in whole[part]) // 200 - 1 > 0
+    tested = unseen_stretches(recipe, source)
+    assert all(np.isfinite(one.trajectory.outputs[one.lead + 1 :]).all() for one in tested)
+    count = sum(len(one.trajectory.inputs) - one.lead for one in tested)
+    assert count == whole["test"][0].stop - whole["test"][0].scored - 3
+
+
+def test_outputs_that_are_missing_nearly_everywhere_are_refused_with_a_remedy(
+    tmp_path: Path,
+) -> None:
+    recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(None, None, 2)))
+    with pytest.raises(RecipeError, match=r"at most 1 samples in a row .* leave out the lines"):
+        longest_stretch(recipe, source_of(recipe))
+
+
+def test_store_keeps_missing_outputs_of_records_but_refuses_a_lost_chunk(tmp_path: Path) -> None:
+    recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(100, None, 200)))
+    lengths = {"data": {"duration": 7.0, "burn_in": 2.4, "train": 2, "validation": 1}}
+    recipe = with_resolved(recipe, lengths, "bench.toml")
+    made(recipe, tmp_path / "data.zarr")
+    outputs = read_split(tmp_path / "data.zarr", "train").outputs
+    assert 0 < np.isnan(outputs).sum() < 5
+    (tmp_path / "data.zarr" / "train" / "outputs" / "c" / "0" / "0" / "0").unlink()
+    with pytest.raises(StoreError, match="trajectory 0 is not whole"):
+        read_split(tmp_path / "data.zarr", "train")

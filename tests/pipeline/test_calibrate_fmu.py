@@ -89,6 +89,31 @@ def test_record_with_a_gap_and_another_record_count_together(
     assert any("1 gaps, 60 samples" in remark for remark in remarks)
 
 
+def test_outputs_that_are_missing_do_not_count_and_do_not_cut(
+    fmu: Path, surrogate: Surrogate, tmp_path: Path
+) -> None:
+    columns = columns_of(surrogate)
+    columns["y0"] = columns["y0"].copy()
+    columns["y0"][10::15] = np.nan
+    found, _ = calibrate_fmu(fmu, Measured((write(tmp_path / "a.csv", columns),)), {}, 0)
+    assert found.values == pytest.approx(TRUE, abs=SAME)
+    assert found.samples == 599 - surrogate.window.n_truncated
+    assert any("measured outputs are missing and do not count" in r for r in found.remarks)
+
+
+def test_record_that_is_too_short_to_count_is_remarked(
+    fmu: Path, surrogate: Surrogate, tmp_path: Path
+) -> None:
+    columns = columns_of(surrogate)
+    tiny = {name: values[:10] for name, values in columns.items()}
+    paths = write(tmp_path / "a.csv", columns), write(tmp_path / "tiny.csv", tiny)
+    found, _ = calibrate_fmu(fmu, Measured(paths), {}, 0)
+    [remark] = [r for r in found.remarks if "left out" in r]
+    assert "1 of 2 records or stretches of them, with 9 samples" in remark
+    alone, _ = calibrate_fmu(fmu, Measured(paths[:1]), {}, 0)
+    assert not any("left out" in r for r in alone.remarks)
+
+
 def test_finer_record_is_resampled_to_the_step_of_the_fmu(
     fmu: Path, surrogate: Surrogate, tmp_path: Path
 ) -> None:

@@ -90,6 +90,35 @@ def test_inputs_that_repeat_many_periods_are_divided_by_them(tmp_path: Path) -> 
         assert any("repeat a period of 250 samples" in remark for remark in proposal.remarks)
 
 
+def test_record_that_is_too_short_for_its_memory_is_refused_with_the_length_it_needs(
+    tmp_path: Path,
+) -> None:
+    path = write_record(tmp_path / "a.csv", 500)
+    with pytest.raises(RecipeError, match=r"the records have 499 samples.* at least \d+ samples"):
+        recipe_for(path)
+
+
+def test_record_of_two_samples_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RecipeError, match="record more"):
+        recipe_for(write_record(tmp_path / "a.csv", 2))
+
+
+def test_short_record_gets_a_window_that_leaves_more_of_the_past(tmp_path: Path) -> None:
+    path = write_record(tmp_path / "a.csv", 1000)
+    proposal = propose_record(RecordWish((str(path),), {"force": None}))
+    assert parse_recipe(proposal.text, "proposed").window.remaining_amplitude == 0.01
+    assert any("the window leaves 1 % of what happened before" in r for r in proposal.remarks)
+
+
+def test_output_that_is_an_integral_is_refused_with_the_advice_to_learn_its_rate(
+    tmp_path: Path,
+) -> None:
+    force, travel = force_and_travel(4000)
+    columns = {"time": STEP * np.arange(4000), "force": force, "way": np.cumsum(travel)}
+    with pytest.raises(RecipeError, match="Learn the rate of the output instead"):
+        recipe_for(write_columns(tmp_path / "a.csv", **columns))
+
+
 @pytest.mark.parametrize(
     ("number", "by", "remedy"),
     [
@@ -105,7 +134,11 @@ def test_few_periods_divide_a_record_without_estimator_if_three_parts_have_one(
     rng = np.random.default_rng(0)
     times = 24_000 // 250 // number
     force = np.concatenate([np.tile(rng.normal(size=250), times) for _ in range(number)])
-    columns = {"time": STEP * np.arange(len(force)), "force": force, "travel": np.roll(force, 3)}
+    columns = {
+        "time": STEP * np.arange(len(force)),
+        "force": force,
+        "travel": lfilter([1], [1, -0.9], force),
+    }
     wish = RecordWish((str(write_columns(tmp_path / "a.csv", **columns)),), {"force": None})
     proposal = propose_record(wish)
     recipe = parse_recipe(proposal.text, "proposed")
@@ -127,7 +160,7 @@ def test_records_of_one_drive_signal_are_divided_so_that_no_part_has_what_anothe
     signals = rng.normal(size=(3, 1500))
     paths = []
     for number, drive in enumerate(drives):
-        travel = np.cumsum(signals[drive]) + rng.normal(size=1500)
+        travel = lfilter([1], [1, -0.9], signals[drive]) + 0.01 * rng.normal(size=1500)
         columns = {"time": STEP * np.arange(1500), "force": signals[drive], "travel": travel}
         paths.append(str(write_columns(tmp_path / f"{number}.csv", **columns)))
     proposal = propose_record(RecordWish(tuple(paths), {"force": None}))
@@ -149,30 +182,6 @@ def test_records_that_share_a_stretch_elsewhere_are_said_to_be_learnt_from_and_t
     proposal = propose_record(RecordWish(tuple(paths), {"force": None}))
     assert proposal.draft.by == "block"
     assert "What is tested was learnt from in part" in proposal.draft.by_origin
-
-
-def test_record_that_is_too_short_for_its_memory_is_refused_with_the_length_it_needs(
-    tmp_path: Path,
-) -> None:
-    path = write_record(tmp_path / "a.csv", 500)
-    with pytest.raises(RecipeError, match=r"the records have 499 samples.* at least \d+ samples"):
-        recipe_for(path)
-
-
-def test_short_record_gets_a_window_that_leaves_more_of_the_past(tmp_path: Path) -> None:
-    path = write_record(tmp_path / "a.csv", 1000)
-    proposal = propose_record(RecordWish((str(path),), {"force": None}))
-    assert parse_recipe(proposal.text, "proposed").window.remaining_amplitude == 0.01
-    assert any("the window leaves 1 % of what happened before" in r for r in proposal.remarks)
-
-
-def test_output_that_is_an_integral_is_refused_with_the_advice_to_learn_its_rate(
-    tmp_path: Path,
-) -> None:
-    force, travel = force_and_travel(4000)
-    columns = {"time": STEP * np.arange(4000), "force": force, "way": np.cumsum(travel)}
-    with pytest.raises(RecipeError, match="Learn the rate of the output instead"):
-        recipe_for(write_columns(tmp_path / "a.csv", **columns))
 
 
 def test_many_records_are_divided_as_whole_ones(tmp_path: Path) -> None:

@@ -31,11 +31,13 @@ class Measurements:
         scored: measured outputs of all records that count, one after the other, shape
             (T, n_outputs), in the outputs' units; NaN where nothing was measured.
         lead: number of samples at the begin of each record that do not count.
+        left_out: lengths of the records of which nothing counts, since they are no longer.
     """
 
     inputs: tuple[FloatArray, ...]
     scored: FloatArray
     lead: int
+    left_out: tuple[int, ...] = ()
 
     @staticmethod
     def of(
@@ -61,6 +63,7 @@ class Measurements:
         for driven, measured in pairs:
             checked = checked_inputs(driven, surrogate.inputs)
             kept.append((checked, _checked_outputs(measured, len(checked), surrogate.outputs)))
+        left_out = tuple(len(u) for u, _ in kept if len(u) <= lead)
         kept = [(u, y) for u, y in kept if len(u) > lead]
         width = len(surrogate.outputs)
         scored = np.concatenate([np.empty((0, width)), *(y[lead:] for _, y in kept)])
@@ -73,7 +76,7 @@ class Measurements:
                 f"{n_parameters} parameters: record at least "
                 f"{(lead + FEWEST * n_parameters) * step:.3g} s at one go"
             )
-        return Measurements(tuple(u for u, _ in kept), scored, lead)
+        return Measurements(tuple(u for u, _ in kept), scored, lead, left_out)
 
     @property
     def deviations(self) -> FloatArray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from slide_fmu.fitting.calibration.measurements import Measurements
 from slide_fmu.fitting.calibration.problem import Problem
 from slide_fmu.fitting.calibration.result import ALIKE, POOR, WIDE, FittedParameter, OutputFit
 from slide_fmu.fitting.calibration.uncertainty import Uncertainty
@@ -21,7 +22,7 @@ def remarks_about(
 ) -> tuple[str, ...]:
     """Say what is not determined, does not fit, or is not known, one sentence each."""
     found = [p.remark for p in parameters if p.remark is not None]
-    found += _alike(parameters, uncertainty)
+    found += [*_left_out(problem.measurements), *_alike(parameters, uncertainty)]
     found += [
         f"{fit.name} is met to {100 * fit.relative:.3g} % only: the surrogate does not follow "
         "this record; check units, columns, signs and the pairing of samples"
@@ -46,6 +47,24 @@ def remarks_about(
             "that slide-fmu run has measured"
         )
     return tuple(found)
+
+
+def _left_out(measurements: Measurements) -> list[str]:
+    """Say what of the records does not count."""
+    found, short = [], measurements.left_out
+    if short:
+        found.append(
+            f"{len(short)} of {len(short) + len(measurements.inputs)} records or stretches of "
+            f"them, with {sum(short)} samples, are no longer than the {measurements.lead} samples "
+            "that do not count, since nobody knows what was before: they are left out; record "
+            "longer at one go"
+        )
+    missing = ~np.isfinite(measurements.scored[:, measurements.measured])
+    if missing.any():
+        found.append(
+            f"{int(missing.sum())} of {missing.size} measured outputs are missing and do not count"
+        )
+    return found
 
 
 def _alike(parameters: tuple[FittedParameter, ...], uncertainty: Uncertainty) -> list[str]:

@@ -110,8 +110,10 @@ def impulse_responses(
         regressors = newest_first.reshape(len(newest_first), -1)
         one = regressors.new_ones(len(regressors), 1)
         rows = torch.cat([regressors, other[taps - 1 :], one], 1)
+        known = torch.isfinite(target[taps:]).all(1)  # measured ones may lack in the burn-in
+        rows = rows[known]
         matrix += rows.T @ rows
-        right += rows.T @ target[taps:]
+        right += rows.T @ target[taps:][known]
     inputs = _root(matrix[: taps // 2 * q, : taps // 2 * q]) if noisy else None
     # the last column, the constant, is regularised with the rest, but does not set the size
     ridge = RIDGE if noisy else FINE_RIDGE

@@ -54,6 +54,10 @@ class Clock:
         cuts = [gap.sample + 1 for gap in self.gaps]
         return list(zip([0, *cuts], [*cuts, length], strict=True))
 
+    def longest(self, length: int) -> int:
+        """Give the length of the longest stretch between gaps, of ``length`` samples."""
+        return max(end - begin for begin, end in self.stretches(length))
+
 
 def clock_of(time: FloatArray) -> Clock:
     """Find out how even times are, shape (N,), in s, of at least two samples.

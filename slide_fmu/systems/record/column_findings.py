@@ -74,7 +74,7 @@ def _empty(record: Record, name: str, finite: NDArray[np.bool_]) -> list[Finding
             "numbers throughout",
             "leave the column out, or record it anew"
             if refused
-            else "the record is cut there into stretches",
+            else "the record is cut there, if this is an input; no output counts there",
         )
     ]
 
@@ -115,8 +115,8 @@ def _outliers(
             f"{known[first - 1]:.6g} to {record.with_unit(name, known[first])} at "
             f"{record.place(int(where[first]))}",
             "differences like those around it",
-            "they are left out of the linear fit that the window follows from, and learnt from all "
-            "the same: leave these values empty if they are faults of the measurement",
+            "they are left out of the linear fit that the window follows from, but learnt from: "
+            "leave these values empty if they are faults of the measurement",
         )
     ]
 

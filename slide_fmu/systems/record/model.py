@@ -54,6 +54,11 @@ class MeasuredRecords(Source):
         digest = hashlib.sha256("".join(self.digests).encode()).digest()
         self.identity: FloatArray = np.frombuffer(digest, np.uint8).astype(np.float64)[:, None]
 
+    @property
+    def lacks_outputs(self) -> bool:
+        """Whether an output is missing somewhere."""
+        return not all(np.isfinite(piece.trajectory.outputs).all() for piece in self.pieces)
+
 
 def make(specification: Specification) -> MeasuredRecords:
     """Read, examine and prepare the records that a specification names.

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.record.clock import clock_of
 from slide_fmu.systems.record.finding import Finding
 from slide_fmu.systems.record.measured import Record
-from slide_fmu.systems.record.preparation import Pairing, Preparation, stretches_of
+from slide_fmu.systems.record.preparation import Pairing, Preparation, longest_stretch
 
 LAGS = 12
 """So many outputs and inputs of the past enter the fit."""
@@ -118,10 +117,8 @@ def check_pairing(records: Sequence[Record], preparation: Preparation) -> tuple[
     """
     found = []
     for record in records:
-        stretches = stretches_of(record, clock_of(record.time), preparation)
-        begin, end = max(stretches, key=lambda s: s[1] - s[0], default=(0, 0))
-        inputs = record.chosen(preparation.inputs)[begin:end]
-        answer = answer_of(inputs, record.chosen(preparation.outputs)[begin:end])
+        stretch = longest_stretch(record, preparation.inputs, preparation.outputs)
+        answer = answer_of(*stretch)
         if answer is not None:
             found += _contradictions(record, preparation, answer)
     return tuple(found)

@@ -104,8 +104,8 @@ def _mostly(flags: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:
     total = np.concatenate([[0], np.cumsum(flags)])
     where = np.arange(len(flags))
     low, high = np.maximum(0, where - width // 2), np.minimum(len(flags), where + width // 2 + 1)
-    most = (total[high] - total[low]) > MOST * (high - low)
-    found = most.copy()
+    most: NDArray[np.bool_] = (total[high] - total[low]) > MOST * (high - low)
+    found: NDArray[np.bool_] = most.copy()
     for edge in (np.flatnonzero(np.diff(most.astype(np.int8))) + 1).tolist():
         begin = max(0, edge - width)
         right = np.where(flags[begin : edge + width] == most[edge], 1, -1)

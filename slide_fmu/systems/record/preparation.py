@@ -60,7 +60,7 @@ class Preparation:
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A Piece is a stretch of a record without gaps, as a trajectory.
+    """A Piece is a stretch of a record without gaps, as a trajectory; outputs may lack, as NaN.
 
     Of N measured samples, ``trajectory`` has N outputs and N - 1 inputs: ``outputs[k]`` is y[k],
     and ``inputs[k]`` is the newest input that y[k+1] answers, which is u[k+1] if they are paired
@@ -93,20 +93,22 @@ class Prepared:
 def prepared(records: Sequence[Record], preparation: Preparation) -> Prepared:
     """Make trajectories of one even step from records.
 
-    A record is cut at its gaps, and where a column that is used has no finite value.
+    A record is cut at its gaps, and where an input has no finite value. Outputs that are missing
+    are NaN, but a record that is resampled is cut there too, since nothing is invented.
 
     Raises:
         RecordError: a record lacks a column, its time does not rise, or no stretch is left.
     """
     clocks = [_sound_clock(record) for record in records]
-    step = preparation.step or neat_step(clocks[0], _longest(clocks[0], len(records[0].time)))
+    step = preparation.step or neat_step(clocks[0], clocks[0].longest(len(records[0].time)))
     pieces: list[Piece] = []
     remarks: list[str] = []
     for index, (record, clock) in enumerate(zip(records, clocks, strict=True)):
-        length = _longest(clock, len(record.time))
+        length = clock.longest(len(record.time))
         plan = plan_resampling(clock.step, step, clock.jitter, length)
         remarks += _about_resampling(record, plan, preparation.hold)
-        stretches = stretches_of(record, clock, preparation)
+        needed = (*preparation.inputs, *(preparation.outputs if plan.needed else ()))
+        stretches = stretches_of(record, clock, needed)
         found = [_piece(record, index, s, plan, preparation) for s in stretches]
         kept = [piece for piece in found if piece is not None]
         if len(stretches) > 1 or len(kept) < len(stretches):
@@ -135,19 +137,30 @@ def _sound_clock(record: Record) -> Clock:
     return clock
 
 
-def _longest(clock: Clock, length: int) -> int:
-    return max(end - begin for begin, end in clock.stretches(length))
-
-
-def stretches_of(record: Record, clock: Clock, preparation: Preparation) -> list[tuple[int, int]]:
-    """Give begin and end (excluded) of all stretches of samples that follow each other."""
-    values = record.chosen((*preparation.inputs, *preparation.outputs))
+def stretches_of(record: Record, clock: Clock, names: tuple[str, ...]) -> list[tuple[int, int]]:
+    """Give begin and end (excluded) of stretches without gaps in time or named columns."""
+    values = record.chosen(names)
     usable = np.asarray(np.isfinite(values).all(axis=1))
     found = []
     for begin, end in clock.stretches(len(usable)):
         edges = np.flatnonzero(np.diff(np.concatenate([[False], usable[begin:end], [False]])))
         found += [(begin + int(a), begin + int(b)) for a, b in edges.reshape(-1, 2)]
     return found
+
+
+def longest_stretch(
+    record: Record, inputs: tuple[str, ...], outputs: tuple[str, ...]
+) -> tuple[FloatArray, FloatArray]:
+    """Give inputs and outputs of the longest stretch, (n, n_inputs) and (n, n_outputs).
+
+    They are as they were measured; there are none where no sample is whole.
+
+    Raises:
+        RecordError: a column is missing, or no time rises.
+    """
+    stretches = stretches_of(record, clock_of(record.time), (*inputs, *outputs))
+    begin, end = max(stretches, key=lambda stretch: stretch[1] - stretch[0], default=(0, 0))
+    return record.chosen(inputs)[begin:end], record.chosen(outputs)[begin:end]
 
 
 def _piece(
@@ -164,6 +177,7 @@ def _piece(
     outputs = resampled(time, record.chosen(preparation.outputs)[rows], plan, "smooth")
     if len(outputs) < preparation.least:
         return None
+    outputs = np.where(np.isfinite(outputs), outputs, np.nan)
     start = float(time[0]) + plan.edge * plan.step
     return Piece(_paired(inputs, outputs, plan.step, preparation.pairing), index, start)
 

@@ -39,7 +39,8 @@ def _differences(stretch: Trajectory, lead: int) -> FloatArray:
     if period is None:
         return np.empty((0, outputs.shape[1]))
     later, before = outputs[period.samples :], outputs[: -period.samples]
-    return np.asarray((later - before)[_same_past(inputs, period.samples, lead)])
+    found = (later - before)[_same_past(inputs, period.samples, lead)]
+    return np.asarray(found[np.isfinite(found).all(axis=1)])
 
 
 def _same_past(inputs: FloatArray, period: int, lead: int) -> NDArray[np.bool_]:

@@ -20,40 +20,23 @@ def time_findings(record: Record) -> list[Finding]:
     if len(broken):
         return [_broken(record, broken)]
     if not (np.diff(record.time) > 0).any():
-        return [
-            _finding(
-                record,
-                "time",
-                f"the time never rises: {record.time[0]:.6g} s at all {len(record.time)} samples",
-                "rising times in s",
-                f"name another column of times, or {GIVE_STEP}",
-            )
-        ]
+        return [_still(record)]
     clock = clock_of(record.time)
-    found = [
+    return [
         *_order(record, clock),
         *_gaps(record, clock),
         *_other_clocks(record, clock),
+        *_jitter(record, clock),
     ]
-    if clock.jitter > EVEN and not (clock.falls or clock.repeats):
-        found.append(
-            Finding(
-                "jitter",
-                "remarked",
-                record.path,
-                record.clock or "",
-                f"times are off even ones by {100 * clock.jitter:.2g} % of the step "
-                f"{clock.step:.6g} s (root mean square)",
-                f"at most {100 * EVEN:g} %",
-                f"the record is resampled to even times; if only the stamps are off, {GIVE_STEP}",
-            )
-        )
-    return found
 
 
 def clock_unit_findings(records: Sequence[Record]) -> list[Finding]:
     """Remark once that times have no unit, of which 10 may be 10 ms; name the first such file."""
-    silent = [record for record in records if record.clock is not None and not record.clock_unit]
+    silent = [
+        record
+        for record in records
+        if record.clock is not None and not record.clock_unit and np.isfinite(record.time).all()
+    ]
     if not silent:
         return []
     first = silent[0]
@@ -62,7 +45,7 @@ def clock_unit_findings(records: Sequence[Record]) -> list[Finding]:
         f"the times have no unit{more}, and count as s: the record takes "
         f"{first.time[-1] - first.time[0]:.6g} s"
     )
-    remedy = f'if they are in ms, say so in the header: "{first.clock} [ms]"'
+    remedy = 'if they are in ms, call their column "time_ms"'
     return [Finding("unit", "remarked", first.path, first.clock or "", found, "a unit", remedy)]
 
 
@@ -83,6 +66,16 @@ def _broken(record: Record, broken: np.ndarray) -> Finding:
         f"the time {what} at sample {sample}{line}, {len(broken)} times in all",
         "a number in s at every sample",
         f"mend or cut the file, or {GIVE_STEP}",
+    )
+
+
+def _still(record: Record) -> Finding:
+    return _finding(
+        record,
+        "time",
+        f"the time never rises: {record.time[0]:.6g} s at all {len(record.time)} samples",
+        "rising times in s",
+        f"name another column of times, or {GIVE_STEP}",
     )
 
 
@@ -152,3 +145,17 @@ def _other_clocks(record: Record, clock: Clock) -> list[Finding]:
                 )
             )
     return found
+
+
+def _jitter(record: Record, clock: Clock) -> list[Finding]:
+    """Remark times that are off even ones, unless they are refused."""
+    if clock.jitter <= EVEN or clock.falls or clock.repeats:
+        return []
+    found = (
+        f"times are off even ones by {100 * clock.jitter:.2g} % of the step "
+        f"{clock.step:.6g} s (root mean square)"
+    )
+    expected = f"at most {100 * EVEN:g} %"
+    remedy = f"the record is resampled to even times; if only the stamps are off, {GIVE_STEP}"
+    name = record.clock or ""
+    return [Finding("jitter", "remarked", record.path, name, found, expected, remedy)]

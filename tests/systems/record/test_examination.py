@@ -105,6 +105,7 @@ def test_outliers_are_found_where_they_are() -> None:
         values[sample] += jump
     assert outliers(values).tolist() == [700, 1500, 3000]
     message = the_one(examine([record({"u": values})]), "outlier", "remarked")
+    assert "left out of the linear fit that the window follows from, but learnt from" in message
     assert "3 samples jump away" in message
     assert "at sample 700 (line 702" in message
 

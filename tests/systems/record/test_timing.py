@@ -128,13 +128,20 @@ def test_step_has_as_few_digits_as_do_no_harm() -> None:
 
 def test_times_without_a_unit_are_remarked_once_for_all_records() -> None:
     silent = replace(timed(10 * np.arange(300.0)), clock_unit="")
-    message = the_one(examine([timed(np.arange(300.0)), silent, silent]), "unit", "remarked")
+    found = examine([timed(np.arange(300.0)), silent, silent])
+    [message] = [finding.message for finding in found if finding.kind == "unit"]
     assert "have no unit, nor those of 1 more files, and count as s" in message
-    assert "takes 2990 s; expected a unit: if they are in ms, say so" in message
-    assert message.endswith('in the header: "time [ms]"')
+    assert "takes 2990 s; expected a unit: if they are in ms, call their column" in message
 
 
-@pytest.mark.parametrize(("header", "unit"), [("time", ""), ("time [ms]", "ms"), ("t_ms", "ms")])
+def test_times_that_are_none_are_refused_without_a_word_on_their_unit() -> None:
+    broken = replace(timed(np.array([0.0, np.nan, 2.0])), clock_unit="")
+    the_one(examine([broken]), "time", "refused")
+
+
+@pytest.mark.parametrize(
+    ("header", "unit"), [("time", ""), ("time [ms]", "ms"), ("time_ms", "ms")]
+)
 def test_unit_of_the_times_is_known_by_the_header(tmp_path: Path, header: str, unit: str) -> None:
     (tmp_path / "a.csv").write_text(f"{header},u\n0,1\n10,2\n", encoding="utf-8")
     assert read_record(str(tmp_path / "a.csv")).clock_unit == unit

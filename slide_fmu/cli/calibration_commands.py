@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slide_fmu.cli.console import console, progress_bars, show_remark, table_of, write_json
-from slide_fmu.cli.options import FmuArgument, JsonOption
+from slide_fmu.cli.options import FmuArgument, JsonOption, numbers_of, pairs_of
 
 if TYPE_CHECKING:
     from slide_fmu.fitting.calibration.result import Calibration
@@ -36,7 +35,8 @@ def calibrate(
         typer.Option(
             "--input",
             metavar="NAME=COLUMN",
-            help="Take this column for this input; the one of its name if not given.",
+            help="Take this column for this input; once for each. An input that is not named "
+            "has the column of its own name.",
         ),
     ] = None,
     outputs: Annotated[
@@ -44,25 +44,32 @@ def calibrate(
         typer.Option(
             "--output",
             metavar="NAME=COLUMN",
-            help="Take this column for this output, and no outputs but those that are named; "
-            "all, by their names, if not given.",
+            help="Take this column for this output; once for each. If any is named, the others "
+            "do not count; else all count, each with the column of its own name.",
         ),
     ] = None,
     fix: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=VALUE", help="Hold this parameter at this value."),
+        typer.Option(
+            metavar="NAME=VALUE",
+            help="Hold this parameter at this value; once for each. All others are fitted.",
+        ),
     ] = None,
     time: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Take this column as times.")
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Take this column as times; found by its name if not given."
+        ),
     ] = None,
     step: Annotated[
-        float | None, typer.Option(help="Sample step in s of records without times.")
+        float | None, typer.Option(help="Take this sample step, in s, for records without times.")
     ] = None,
     pairing: Annotated[
         PairingChoice | None,
         typer.Option(
-            help="Whether an output depends on the input that was measured with it, or on those "
-            "before; by what the FMU's inputs do between samples if not given."
+            help="Say whether outputs answer the input of the same sample, or that of the sample "
+            "before. If not given, the FMU decides: the same where its inputs move between "
+            "samples, one sample later where they are held."
         ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Begin the search at points of this seed.")] = 0,
@@ -84,8 +91,8 @@ def calibrate(
     with progress_bars():
         if output is not None:
             require_ssv(output)  # before the work begins that the values come from
-        columns = _pairs("input", inputs), _pairs("output", outputs)
-        fixed = {name: _number(name, text) for name, text in _pairs("fix", fix).items()}
+        columns = pairs_of("input", inputs, "COLUMN"), pairs_of("output", outputs, "COLUMN")
+        fixed = numbers_of("fix", fix)
         chosen: Pairing | None = None if pairing is None else pairing.value
         measured = Measured(tuple(records), *columns, time, step, chosen)
         found, remarks = calibrate_fmu(fmu, measured, fixed, seed)
@@ -97,27 +104,6 @@ def calibrate(
     write_json(json_path, {**found.figures(), "seed": seed, "about_records": list(remarks)})
     if output is not None:
         console.print(f"SSV     {output}")
-
-
-def _pairs(option: str, texts: Sequence[str] | None) -> dict[str, str]:
-    """Read ``NAME=TEXT``, each name once."""
-    found: dict[str, str] = {}
-    for text in texts or ():
-        name, equals, value = text.partition("=")
-        if not (name and equals and value) or name in found:
-            raise ValueError(
-                f"--{option} {text}; expected NAME={'VALUE' if option == 'fix' else 'COLUMN'}, "
-                "each name once"
-            )
-        found[name] = value
-    return found
-
-
-def _number(name: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise ValueError(f"--fix {name}={text}; expected a number behind =") from None
 
 
 def _show(found: Calibration) -> None:

@@ -27,7 +27,8 @@ def compare(
         float | None,
         typer.Option(
             metavar="SECONDS",
-            help="Train each model for this CPU time; that of the recipe's network if not given.",
+            help="Train each model for this CPU time, in s; as long as the training of the "
+            "recipe's network took if not given.",
         ),
     ] = None,
     seed: TrainingSeedOption = None,
@@ -36,7 +37,7 @@ def compare(
     runs: RunsOption = Path("runs"),
     workers: WorkersOption = None,
 ) -> None:
-    """Train FIR, ARX, NARX, linear, GRU and feed-forward models on the same data, and compare."""
+    """Compare a recipe's network with FIR, ARX, NARX, linear, GRU and feed-forward models."""
     from slide_fmu.pipeline.compare import Terms, compare_recipe
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.validation.baselines import baseline_rows

@@ -26,6 +26,7 @@ from slide_fmu.cli.options import (
     JsonOption,
     TrainingSeedOption,
     TrajectoriesOption,
+    numbers_of,
 )
 from slide_fmu.cosim.synthetic import SYNTHETIC, Effort
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
@@ -87,12 +88,30 @@ def ssp(
         float | None,
         typer.Option(min=0.0, help="Drive it this long, in s; the recipe's if not given."),
     ] = None,
+    parameters: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="PATH.ssv", help="Give physical parameters the values in this SSV file."
+        ),
+    ] = None,
+    given: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="Give this physical parameter this value; once for each. All others have that "
+            "of the SSV file, or their start value.",
+        ),
+    ] = None,
 ) -> None:
     """Write an FMU and its reference system, driven by the same unseen inputs, as SSP."""
+    from slide_fmu.cosim.ssv import read_parameter_set
     from slide_fmu.pipeline.side_by_side import write_side_by_side
 
     with errors():
-        path, remark = write_side_by_side(fmu, output, seed, duration)
+        values = {} if parameters is None else read_parameter_set(parameters)
+        values |= numbers_of("set", given)
+        path, remark = write_side_by_side(fmu, output, seed, duration, values)
     show_remark(remark)
     console.print(f"SSP     {path}")
 

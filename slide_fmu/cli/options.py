@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -62,3 +63,37 @@ DataSeedOption = Annotated[
 OverwriteOption = Annotated[
     bool, typer.Option("--overwrite", help="Generate data again that were made from other values.")
 ]
+
+
+def pairs_of(option: str, texts: Sequence[str] | None, value: str) -> dict[str, str]:
+    """Read texts ``NAME=TEXT``, each name once; ``value`` stands for TEXT in messages.
+
+    Raises:
+        ValueError: a text is none of that kind, or a name comes twice.
+    """
+    found: dict[str, str] = {}
+    for text in texts or ():
+        name, equals, behind = text.partition("=")
+        if not (name and equals and behind) or name in found:
+            raise ValueError(f"--{option} {text}; expected NAME={value}, each name once")
+        found[name] = behind
+    return found
+
+
+def numbers_of(option: str, texts: Sequence[str] | None) -> dict[str, float]:
+    """Read texts ``NAME=NUMBER``, each name once.
+
+    Raises:
+        ValueError: as for ``pairs_of``; or what stands behind a name is no number.
+    """
+    return {
+        name: _number(option, name, text)
+        for name, text in pairs_of(option, texts, "VALUE").items()
+    }
+
+
+def _number(option: str, name: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"--{option} {name}={text}; expected a number behind =") from None

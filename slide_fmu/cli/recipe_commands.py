@@ -62,7 +62,8 @@ def init(
             metavar="NAME=LOW..HIGH",
             help="Give this input this range; once for each. Of an FMU the surrogate has these "
             "inputs alone if any are named, and the others keep their start values. Of a record "
-            "the name of each column that is an input is needed, and its range may be left out.",
+            "every input must be named; without a range, as --input NAME, it has what was "
+            "measured.",
         ),
     ] = None,
     outputs: Annotated[
@@ -70,22 +71,30 @@ def init(
         typer.Option(
             "--output",
             metavar="NAME",
-            help="Take this output; once for each. All outputs if not given.",
+            help="Take this output; once for each. If none is named, all outputs are taken; of a "
+            "record, all columns that are no inputs.",
         ),
     ] = None,
     kind: Annotated[
-        str | None, typer.Option(help="Take the model as this kind: class, exudyn, fmu, function.")
+        str | None,
+        typer.Option(
+            help="Take the model as this kind: class, exudyn, fmu, function, record. Its name "
+            "tells if not given."
+        ),
     ] = None,
     step: Annotated[
         float | None,
         typer.Option(
-            help="Sample step in s; found by simulation if not given, or that of the record. It "
-            "is needed for a record without times."
+            help="Take this sample step, in s. If not given, it is found by simulation, or it is "
+            "that of the record; a record without times needs it."
         ),
     ] = None,
     time: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Take this column of a record as its times."),
+        typer.Option(
+            metavar="NAME",
+            help="Take this column of a record as its times; found by its name if not given.",
+        ),
     ] = None,
     chain: Annotated[
         Path | None,
@@ -95,7 +104,7 @@ def init(
             "only one beside the model, where it fits.",
         ),
     ] = None,
-    name: Annotated[str | None, typer.Option(help="Name of the recipe and of the FMU.")] = None,
+    name: Annotated[str | None, typer.Option(help="Give recipe and FMU this name.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace what is there.")] = False,
 ) -> None:
     """Write a first recipe for a model of your own, and say what was found and assumed."""

@@ -9,15 +9,13 @@ from xml.etree import ElementTree
 
 from slide_fmu.core.files import write_zip
 from slide_fmu.cosim.importer import read_description
+from slide_fmu.cosim.ssv import parameter_set
 from slide_fmu.fmu.description.fmi2 import document
 
 STRUCTURE = "SystemStructure.ssd"
 DESCRIPTION = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 COMMON = "http://ssp-standard.org/SSP1/SystemStructureCommon"
-PARAMETERS = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 OF_PARAMETERS = "application/x-ssp-parameter-set"
-SET = "parameters"
-"""All sets of parameters have this name, by which Ecos is told to use them."""
 
 
 class Connection(NamedTuple):
@@ -75,17 +73,6 @@ def write_ssp(
     structure = _structure(name, kinds, connections, sorted(values))
     write_zip(path, {STRUCTURE: structure, **contents, **files})
     return path
-
-
-def parameter_set(values: Mapping[str, float]) -> bytes:
-    """Write values of a component's parameters, by name, as the XML document of an SSV file."""
-    ElementTree.register_namespace("ssv", PARAMETERS)
-    root = ElementTree.Element(f"{{{PARAMETERS}}}ParameterSet", version="1.0", name=SET)
-    parent = ElementTree.SubElement(root, f"{{{PARAMETERS}}}Parameters")
-    for name, value in values.items():
-        child = ElementTree.SubElement(parent, f"{{{PARAMETERS}}}Parameter", name=name)
-        ElementTree.SubElement(child, f"{{{PARAMETERS}}}Real", value=repr(float(value)))
-    return document(root)
 
 
 _Connectors = Mapping[str, tuple[str, str]]

@@ -127,11 +127,12 @@ def require_stability(tests: tuple[AmplitudeTest, ...], recipe: Recipe, picture:
     """
     problems = [test.problem for test in tests if test.problem is not None]
     if problems and not recipe.stability.allow_unstable:
+        # nothing is known of what lies beyond records
+        more = "" if recipe.system.is_record else "trajectories beyond the range (data.beyond) "
         raise UnstableSurrogateError(
             f"surrogate {recipe.name!r} is not exported: {'; '.join(problems)}; see {picture}. "
             "Train with another training.seed, fewer units, tanh units (network.units), "
-            "trajectories beyond the range (data.beyond) or a longer window, or set "
-            "stability.allow_unstable = true"
+            f"{more}or a longer window, or set stability.allow_unstable = true"
         )
 
 

@@ -122,6 +122,10 @@ class Parametric(abc.ABC):
         It has no parameters any more; a network without any gives itself.
         """
 
+    @abc.abstractmethod
+    def starting_at(self, values: FloatArray) -> Network:
+        """Give the network whose parameters start at values, (n_parameters,), in their units."""
+
 
 class ParametricStepper(abc.ABC):
     """A stepper of a parametric network: it takes other values of the parameters. Interface."""

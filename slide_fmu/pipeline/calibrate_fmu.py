@@ -10,7 +10,7 @@ import numpy as np
 
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.signals import FloatArray, Signal, on_circles
-from slide_fmu.cosim.ssp import parameter_set
+from slide_fmu.cosim.ssv import parameter_set
 from slide_fmu.fitting.calibration.result import Calibration
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.calibrate import calibrate, free_parameters, released_error

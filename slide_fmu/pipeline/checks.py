@@ -7,8 +7,10 @@ from typing import Any, TypeVar
 
 from slide_fmu.data.apart import guarded
 from slide_fmu.data.draws import probe_draws
+from slide_fmu.fmu.description.surrogate_variables import require_free_names
 from slide_fmu.memory.modes import UnstableModeError
-from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.pipeline.known_start import known_start
+from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import (
     recipe_source,
     recipe_system,
@@ -16,7 +18,7 @@ from slide_fmu.recipe.systems import (
     require_features,
 )
 from slide_fmu.systems import given
-from slide_fmu.systems.base import System
+from slide_fmu.systems.base import Source, System
 from slide_fmu.systems.contract import check_system
 from slide_fmu.systems.errors import SimulationError
 
@@ -28,12 +30,14 @@ def check_recipe(recipe: Recipe) -> None:
 
     Raises:
         LoadError: one of the recipe's systems cannot be made, or records cannot be used.
-        RecipeError: they do not fit each other or the excitation, or a network sees what the
-            system has not.
+        RecipeError: they do not fit each other or the excitation, a network sees what the system
+            has not, or the FMU that the training begins with does not fit.
         ContractError: the system that makes the data does not keep its word.
         SimulationError: it could not be simulated on a short record, or its library crashes.
     """
     system = recipe_source(recipe)
+    known_start(recipe, system)
+    require_names_in_fmu(recipe, system)
     if not isinstance(system, System):
         return require_features(recipe, system)
     reference_system(recipe)
@@ -42,6 +46,19 @@ def check_recipe(recipe: Recipe) -> None:
         return
     guarded_recipe(recipe, system, _keep_their_word)
     _survived[:] = [recipe]
+
+
+def require_names_in_fmu(recipe: Recipe, source: Source) -> None:
+    """Refuse signals and parameters with names that another variable of the FMU has.
+
+    Raises:
+        RecipeError: there is one; the message has the remedy.
+    """
+    parameters = [parameter.signal for parameter in recipe.physical()]
+    try:
+        require_free_names(source.inputs, source.outputs, parameters)
+    except ValueError as error:
+        raise RecipeError(f"recipe {recipe.name!r}: {error}") from error
 
 
 def guarded_recipe(

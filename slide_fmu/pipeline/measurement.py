@@ -6,6 +6,7 @@ from pathlib import Path
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import read_fmu
+from slide_fmu.pipeline.record_origin import require_same_records
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.validation.accuracy_sections import validation_sections
@@ -25,10 +26,13 @@ def validate_fmu_file(
 
     Raises:
         FmuError: the file is no FMU of slide-fmu.
+        StageError: it carries no recipe, or its records have changed since.
         CoSimulationError: an FMU reports an error.
     """
     surrogate, found = read_fmu(fmu)
     recipe = recipe_of_provenance(found, str(fmu))
+    if found is not None and recipe.system.is_record:
+        require_same_records(found, recipe, str(fmu))
     progress = bar(_title(task))
     return validate(fmu, surrogate, recipe, task, progress, workers)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -31,11 +32,17 @@ FMI_3 = (
 )
 """What is said about a system with a surrogate of FMI 3.0."""
 
+OWN_FMU = (
+    "the reference is your own FMU, whose parameters are set by the SSV file in the SSP: libcosim "
+    "reads it, Ecos where it is told the set 'parameters', FMPy does not"
+)
+"""What is said about a system whose reference has other start values than the surrogate."""
+
 
 def write_reference(recipe: Recipe, path: Path) -> Path:
     """Write the reference system of a recipe as FMU, and return its path.
 
-    An FMU of the user is copied.
+    Physical parameters of the recipe are parameters of the FMU. An FMU of the user is copied.
 
     Raises:
         LoadError: the system cannot be made, or is an FMU that does not run by itself.
@@ -44,22 +51,27 @@ def write_reference(recipe: Recipe, path: Path) -> Path:
     """
     system = reference_system(recipe)
     if not isinstance(system, FmuSystem):
-        return write_reference_fmu(reference_specification(recipe), path)
+        return write_reference_fmu(reference_specification(recipe), path, recipe.physical())
     if path.suffix != ".fmu":
         raise ValueError(f"FMU {str(path)!r}; expected a name ending in .fmu")
-    write_whole(path, system.slave().read_bytes())
+    write_whole(path, system.slave(recipe.parameters).read_bytes())
     return path
 
 
 def write_side_by_side(
-    fmu: Path, path: Path, seed: int, duration: float | None
+    fmu: Path,
+    path: Path,
+    seed: int,
+    duration: float | None,
+    parameters: Mapping[str, float] | None = None,
 ) -> tuple[Path, str | None]:
     """Write an FMU and its reference system, driven by the same unseen inputs, as SSP.
 
     Its components are ``inputs``, ``reference`` and ``surrogate``. The inputs are those of the
     first trajectory of ``validate`` with this seed, led in by its burn-in; both others take them
-    as reached by each step's end. Their duration in s,
-    beside the lead-in, is the recipe's if None.
+    as reached by each step's end. Their duration in s, beside the lead-in, is the recipe's if
+    None. Values of physical parameters, by name, are start values of both, since there are
+    importers that read no SSV files, and stand in such files too, where they can be changed.
 
     Returns:
         The path, and which importers do not run it although they run others, if there are such.
@@ -67,11 +79,14 @@ def write_side_by_side(
     Raises:
         FmuError: the file is no FMU of slide-fmu, or damaged.
         LoadError: the reference system cannot be made.
-        ValueError: the path does not end in ``.ssp``, or the duration is no positive time.
+        ValueError: the path does not end in ``.ssp``, the duration is no positive time, or a
+            parameter is none of the FMU's, or its value lies outside its range.
     """
     task = Task(seed, duration=duration)
     surrogate, found = read_fmu(fmu)
-    recipe = recipe_of_provenance(found, str(fmu))
+    surrogate = surrogate.starting_at(parameters or {})
+    values = {parameter.name: parameter.start_value for parameter in surrogate.parameters}
+    recipe = starting_at(recipe_of_provenance(found, str(fmu)), values)
     fmi = read_description(fmu).fmiVersion
     stream = Stream(TEST, task.seed, task.amplitude, task.duration or recipe.data.duration)
     inputs = led_in(surrogate, draw(recipe, reference_system(recipe), stream, 0))
@@ -87,26 +102,39 @@ def write_side_by_side(
         ]
         alike = as_the_reference(fmu, surrogate, found, Path(folder) / "surrogate.fmu")
         components = {"inputs": source, "reference": reference, "surrogate": alike}
-        write_ssp(path, surrogate.name, components, connections)
-    return path, FMI_3 if fmi.startswith("3.") else None
+        given = {"reference": values, "surrogate": values} if values else {}
+        write_ssp(path, surrogate.name, components, connections, given)
+    own = bool(values) and isinstance(reference_system(recipe), FmuSystem)
+    said = [text for text, holds in ((FMI_3, fmi.startswith("3.")), (OWN_FMU, own)) if holds]
+    return path, "; ".join(said) or None
+
+
+def starting_at(recipe: Recipe, values: Mapping[str, float]) -> Recipe:
+    """Return a recipe whose physical parameters start at values in their ranges, by name."""
+    tables = {
+        name: table.model_copy(update={"start": values[name]})
+        for name, table in recipe.parameters.items()
+    }
+    return recipe.model_copy(update={"parameters": tables})
 
 
 def as_the_reference(
     fmu: Path, surrogate: Surrogate, found: dict[str, Any] | None, path: Path
 ) -> Path:
-    """Return an FMU that takes its inputs as the reference FMU does.
+    """Return an FMU that takes its inputs as the reference FMU does, and starts as the surrogate.
 
     A reference moves to what its inputs are set to before a step, so that both answer late alike.
     An FMU that would forecast them instead is written anew, with its provenance, and takes them as
-    reached by the step's end.
+    reached by the step's end. So is one with parameters, which may start at other values.
     """
-    if surrogate.hold == "zero_order" or surrogate.inputs_at_step_end:
+    if surrogate.hold == "first_order" and not surrogate.inputs_at_step_end:
+        assert surrogate.forecast is not None
+        forecast = dataclasses.replace(surrogate.forecast, at_step_end=True)
+        surrogate = dataclasses.replace(surrogate, forecast=forecast)
+    elif not surrogate.parameters:
         return fmu
-    assert surrogate.forecast is not None
-    forecast = dataclasses.replace(surrogate.forecast, at_step_end=True)
     fmi: FmiVersion = 3 if read_description(fmu).fmiVersion.startswith("3.") else 2
-    told = dataclasses.replace(surrogate, forecast=forecast)
-    return export_fmu(told, path, fmi=fmi, provenance=found)
+    return export_fmu(surrogate, path, fmi=fmi, provenance=found)
 
 
 def led_in(surrogate: Surrogate, drawn: Draw) -> FloatArray:

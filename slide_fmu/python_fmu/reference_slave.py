@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -14,6 +15,7 @@ import numpy as np
 from pythonfmu import Boolean, Real
 from pythonfmu.enums import Fmi2Status
 
+from slide_fmu.core.parameters import Parameter
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.python_fmu.slave import Slave, stored
 from slide_fmu.python_fmu.torch_window import Clock
@@ -30,13 +32,16 @@ from slide_fmu.python_fmu import reference_slave
 
 class {class_name}(reference_slave.SystemSlave):
     SPECIFICATION = {specification!r}
+    PARAMETERS = {parameters!r}
 '''
 
 FROM_STATE = "start_from_state"
 """FMI parameter: start from the ``initial_...`` parameters instead of at rest."""
 
 
-def write_reference_fmu(specification: Specification, path: Path) -> Path:
+def write_reference_fmu(
+    specification: Specification, path: Path, parameters: Sequence[Parameter] = ()
+) -> Path:
     """Write a system as FMI 2.0 co-simulation FMU that runs in a Python environment.
 
     The FMU holds a small script only; slide_fmu and the system's package are imported from the
@@ -48,6 +53,7 @@ def write_reference_fmu(specification: Specification, path: Path) -> Path:
     Args:
         specification: what the system is made from.
         path: file to write, ending in ``.fmu``.
+        parameters: parameters of the model that importers may set until the initialization ends.
 
     Returns:
         The path written.
@@ -58,7 +64,10 @@ def write_reference_fmu(specification: Specification, path: Path) -> Path:
     """
     _stepping(specification)
     name = re.sub(r"\W", "_", re.split(r"[:/\\]", specification.model)[-1]) + "Reference"
-    script = _SCRIPT.format(class_name=name, specification=specification.to_json())
+    tables = tuple(asdict(parameter) for parameter in parameters)
+    script = _SCRIPT.format(
+        class_name=name, specification=specification.to_json(), parameters=tables
+    )
     return write_python_fmu(name, script, Path(path))
 
 
@@ -78,13 +87,17 @@ class SystemSlave(Slave):
 
     CAPABILITIES = {"canHandleVariableCommunicationStepSize": "false"}  # noqa: RUF012 (constant)
     SPECIFICATION: ClassVar[str]
+    PARAMETERS: ClassVar[tuple[dict[str, Any], ...]] = ()
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        specification = Specification.from_json(self.SPECIFICATION)
-        self.model, self.system = specification.model, _stepping(specification)
+        self.specification = Specification.from_json(self.SPECIFICATION)
+        self.parameters = [Parameter(**table) for table in self.PARAMETERS]
+        self.values = {parameter.name: parameter.start_value for parameter in self.parameters}
+        self.model, self.system = self.specification.model, _stepping(self.specification)
         text = f"Reference system {self.model}, simulated by its own solver"
-        self.introduce(self.SPECIFICATION.encode(), text, self.system.step, stop=1.0)
+        identity = self.SPECIFICATION + (repr(self.PARAMETERS) if self.PARAMETERS else "")
+        self.introduce(identity.encode(), text, self.system.step, stop=1.0)
         self.input_values = np.array([signal.start_value for signal in self.system.inputs])
         self.initial = self._initial_state()
         self.from_state = False
@@ -102,7 +115,7 @@ class SystemSlave(Slave):
         return parts
 
     def _register(self) -> None:
-        """Declare the variables: inputs, outputs, then the parameters of the initial state."""
+        """Declare inputs, outputs, parameters of the initial state, and those of the model."""
         for index, signal in enumerate(self.system.inputs):
             access = stored(self.input_values, index)
             self.add(
@@ -119,6 +132,9 @@ class SystemSlave(Slave):
             for index in range(len(values)):
                 name, access = f"initial_{part}[{index}]", stored(values, index)
                 self.add(Real, name, "parameter", "fixed", description="SI units", **access)
+        for parameter in self.parameters:
+            text, access = parameter.description, stored(self.values, parameter.name)
+            self.add(Real, parameter.name, "parameter", "fixed", description=text, **access)
 
     def exit_initialization_mode(self) -> None:
         """Put the system into its initial state."""
@@ -126,7 +142,14 @@ class SystemSlave(Slave):
         self.started = True
 
     def _start(self) -> None:
-        """Set the initial state: the given one, or the static equilibrium under the inputs."""
+        """Set the initial state: the given one, or the static equilibrium under the inputs.
+
+        The system is made again where importers have set other parameters.
+        """
+        parameters = {**self.specification.parameters, **self.values}
+        if parameters != self.specification.parameters:
+            self.specification = replace(self.specification, parameters=parameters)
+            self.system = _stepping(self.specification)
         if self.from_state and isinstance(self.system, Restorable):
             last_input = self.initial.get("last_input", self.input_values)
             coordinates, velocities = self.initial["coordinates"], self.initial["velocities"]
@@ -158,6 +181,6 @@ class SystemSlave(Slave):
         self.log(f"{self.model}: {message}", Fmi2Status.error)
         return False
 
-    def described(self) -> Sequence[Signal]:
-        """Give inputs and outputs of the system."""
-        return (*self.system.inputs, *self.system.outputs)
+    def described(self) -> Sequence[Signal | Parameter]:
+        """Give inputs and outputs of the system, and its parameters."""
+        return (*self.system.inputs, *self.system.outputs, *self.parameters)

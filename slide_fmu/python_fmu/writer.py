@@ -14,6 +14,7 @@ from xml.etree.ElementTree import Element, SubElement
 from pythonfmu import FmuBuilder
 
 from slide_fmu.core.files import write_zip
+from slide_fmu.core.parameters import Parameter
 from slide_fmu.core.signals import Signal
 from slide_fmu.fmu.description.fmi2 import unit_definitions
 
@@ -65,14 +66,16 @@ def write_python_fmu(
     return path
 
 
-def complete(root: Element, signals: Sequence[Signal], capabilities: Mapping[str, str]) -> None:
+def complete(
+    root: Element, signals: Sequence[Signal | Parameter], capabilities: Mapping[str, str]
+) -> None:
     """Add units, ranges, start values, capabilities and initial unknowns to a model description.
 
     The date goes: the same FMU is the same file on another day.
 
     Args:
         root: the document, as ``Fmi2Slave.to_xml`` gives it.
-        signals: real variables that have a unit and a range.
+        signals: real variables that have a unit and a range; parameters among them.
         capabilities: attributes of the element ``CoSimulation``.
 
     Raises:

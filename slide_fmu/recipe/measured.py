@@ -111,8 +111,9 @@ def _require_shares(recipe: Recipe) -> None:
     wanted = [part for part in PARTS if recipe.estimator is not None or "estimator" not in part]
     lacking = [part for part in wanted if not shares[part]]
     idle = [part for part in PARTS if part not in wanted and shares[part]]
-    if lacking or idle or abs(sum(shares.values()) - 1.0) > 1e-6:
+    total = sum(shares.values())
+    if lacking or idle or abs(total - 1.0) > 1e-6:
         raise ValueError(
-            f"data.shares = {dict(recipe.data.shares)}; expected positive parts that add to 1 of "
-            f"{wanted}, and of nothing else"
+            f"data.shares = {dict(recipe.data.shares)}, {total:g} in all; expected positive "
+            f"shares of {wanted}, 1 in all, and of nothing else: correct them, or remove the key"
         )

@@ -12,6 +12,14 @@ from pydantic import ValidationError
 from slide_fmu.recipe.learning import METHODS
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 
+PLAIN = {
+    "tuple_type": "expected a list in brackets",
+    "dict_type": "expected a table of keys and values",
+    "model_type": "expected a table of keys and values",
+    "model_attributes_type": "expected a table of keys and values",
+}
+"""What is said in the words of TOML instead of those of Python, by the kind of mistake."""
+
 
 def parse_recipe(text: str, source: str) -> Recipe:
     """Read a recipe from TOML text, which messages call ``source``.
@@ -104,7 +112,7 @@ def _is_cause(item: Any) -> bool:
 
 
 def _describe(item: Any, whole: str) -> str:
-    parts = [str(part) for part in item["loc"]]
+    parts = [str(part) for part in item["loc"] if part != "[key]"]  # pydantic's own word
     if parts[:1] in (["network"], ["training"]):  # the union's choice is not part of the key
         parts[1:2] = [part for part in parts[1:2] if part not in (*METHODS, *METHODS.values())]
     place = ".".join(parts) or whole
@@ -119,7 +127,7 @@ def _describe(item: Any, whole: str) -> str:
         return f"{place} is missing"
     if item["type"] == "extra_forbidden":
         return f"{place} is not a known key; remove it or correct its spelling"
-    message = item["msg"].removeprefix("Value error, ")
+    message = PLAIN.get(item["type"], item["msg"].removeprefix("Value error, "))
     if isinstance(item["input"], dict):  # a whole table: the message names its values
         return f"{place}: {message}"
     return f"{place} = {item['input']!r}: {message}"

@@ -72,9 +72,10 @@ def record_recipe_text(draft: RecordDraft) -> str:
         *comment_lines(draft.by_origin),
         f"by = {value_text(draft.by)}",
         *comment_lines(
-            "Parts of all samples may be given here as shares = { train = 0.7, validation = 0.15, "
-            "test = 0.15 }, with an error estimator also estimator and estimator_validation."
+            "What part of all samples is learnt from, chooses among networks, and is tested "
+            "(with an error estimator there are also estimator and estimator_validation):"
         ),
+        "# shares = { train = 0.7, validation = 0.15, test = 0.15 }",
         "",
         *comment_lines(
             "Where the FMU will be used beyond what was measured, units may be chosen by trials "

@@ -111,6 +111,19 @@ class Surrogate:
             return self
         return dataclasses.replace(self, network=self.network.at(values))
 
+    def starting_at(self, parameters: Mapping[str, float]) -> Surrogate:
+        """Return the surrogate with other start values of its parameters, by name.
+
+        Those that are not given keep theirs.
+
+        Raises:
+            ValueError: as for ``at``.
+        """
+        values = checked_values(self.parameters, parameters)
+        if not isinstance(self.network, Parametric):
+            return self
+        return dataclasses.replace(self, network=self.network.starting_at(values))
+
     @property
     def hold(self) -> Hold:
         """Return the hold of the inputs between samples, as in the training data."""

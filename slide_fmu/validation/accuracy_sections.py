@@ -31,7 +31,7 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
             "Side by side with the reference",
             _compared(main)
             + (MODEL_TEXT if main.recipe.system.reference else "")
-            + moving_text(main.surrogate),
+            + moving_text(main.surrogate, main.recipe.system.is_record),
             _accuracy_rows(validations),
             pictures,
         ),
@@ -56,13 +56,14 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
     return sections
 
 
-def moving_text(surrogate: Surrogate) -> str:
+def moving_text(surrogate: Surrogate, is_record: bool) -> str:
     """Say what is set before a step, of inputs with a first-order hold; nothing of others."""
     if surrogate.hold == "zero_order":
         return ""
     return (
-        " Both FMUs are told what the inputs reach by each step's end. An importer that sets what "
-        "they are at its begin, which is all that a plain simulation does, has the errors of the "
+        f" {'The FMU is' if is_record else 'Both FMUs are'} told what the inputs reach by each "
+        "step's end. An importer that sets what they are at its begin, which is all that a plain "
+        "simulation does, has the errors of the "
         f'column "inputs set to what they are now": {meaning_of(surrogate)}.'
     )
 

@@ -12,7 +12,7 @@ import pytest
 from fmpy.ssp.ssd import read_ssv
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.ssp import SET
+from slide_fmu.cosim.ssv import SET
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.pipeline.calibrate_fmu import Measured, calibrate_fmu, write_parameters
 from slide_fmu.surrogate.surrogate import Surrogate

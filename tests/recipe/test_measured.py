@@ -35,13 +35,19 @@ def test_shares_follow_from_whether_there_is_an_estimator() -> None:
             '[[data.excitation]]\nkind = "held_random"\nweight = 1.0\n',
             r"data.excitation = \['held_random'\] with system.kind = 'record'; expected none",
         ),
-        ("[data]\nshares = { train = 0.7, test = 0.3 }\n", r"add to 1 of \['train', 'validation'"),
+        (
+            "[data]\nshares = { train = 0.7, test = 0.3 }\n",
+            r"1 in all; expected positive shares of \['train', 'val",
+        ),
         (
             "[data]\nshares = { train = 0.5, validation = 0.2, estimator = 0.1, test = 0.2 }\n",
             "and of nothing else",
         ),
-        ("[data]\nshares = { train = 0.5, validation = 0.2, test = 0.2 }\n", "that add to 1"),
-        ("[data]\nshares = { learn = 1.0 }\n", "data.shares.learn"),
+        (
+            "[data]\nshares = { train = 0.5, validation = 0.2, test = 0.2 }\n",
+            r"0\.9 in all; expected .* 1 in all",
+        ),
+        ("[data]\nshares = { learn = 1.0 }\n", r"data\.shares\.learn = 'learn': Input"),
         ('[data]\nby = "window"\n', "data.by = 'window'"),
         ("[validation]\nduration = 3.0\n", "validation.duration = 3.0 with system.kind"),
     ],

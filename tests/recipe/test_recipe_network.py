@@ -34,7 +34,7 @@ def mistakes(text: str) -> list[str]:
 def test_network_that_is_no_table_gives_one_line(value: str, more: str) -> None:
     (line,) = mistakes(f"network = {value}\n{WITHOUT_LEARNING}{more}")
     found = tomllib.loads(f"value = {value}")["value"]
-    assert line.startswith(f"network = {found!r}: Input should be a valid dictionary")
+    assert line.startswith(f"network = {found!r}: expected a table of keys and values")
 
 
 @pytest.mark.parametrize(
@@ -46,7 +46,7 @@ def test_network_that_is_no_table_gives_one_line(value: str, more: str) -> None:
 )
 def test_training_that_is_no_table_gives_one_line(more: str) -> None:
     (line,) = mistakes(f"training = 5\n{WITHOUT_LEARNING}{more}")
-    assert line.startswith("training = 5: Input should be a valid dictionary")
+    assert line.startswith("training = 5: expected a table of keys and values")
 
 
 @pytest.mark.parametrize(
@@ -144,7 +144,7 @@ def test_features_of_gated_units_have_roles() -> None:
     ("keys", "line"),
     [
         ("features = []", "network.features = []: Tuple should have at least 1 item"),
-        ("features = 2", "network.features = 2: Input should be a valid tuple"),
+        ("features = 2", "network.features = 2: expected a list in brackets"),
         ("differences = 1", "network.differences is not a known key"),
     ],
 )
@@ -208,7 +208,7 @@ def test_method_that_does_not_suit_the_family_gives_one_line(text: str, line: st
         ),
         ("drive = []", r"network\.drive = \[\]: Tuple should have at least 1 item"),
         ("static = []", r"network\.static = \[\]: Tuple should have at least 1 item"),
-        ('drive = "inputs"', r"network\.drive = 'inputs': Input should be a valid tuple"),
+        ('drive = "inputs"', r"network\.drive = 'inputs': expected a list in brackets"),
         (GATED + "gated = []", r"network\.gated = \[\]: Tuple should have at least 1 item"),
         (GATED + "turned_pairs = -1", r"network\.turned_pairs = -1: Input should be greater than"),
         (

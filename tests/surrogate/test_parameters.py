@@ -47,6 +47,18 @@ def test_parameters_that_are_not_given_have_their_start_values() -> None:
     assert np.array_equal(surrogate.predict(record, {"mass": starts["mass"]}), at_starts)
 
 
+def test_surrogate_with_other_starts_predicts_as_with_these_values() -> None:
+    surrogate, record = random_surrogate(SHAPE), inputs(30)
+    started = surrogate.starting_at(GIVEN)
+    assert {parameter.name: parameter.start for parameter in started.parameters} == GIVEN
+    assert np.array_equal(started.predict(record), surrogate.predict(record, GIVEN))
+    assert np.array_equal(
+        started.predict(record, {"mass": 1.5}), surrogate.predict(record, {**GIVEN, "mass": 1.5})
+    )
+    with pytest.raises(ValueError, match="expected a number in its range"):
+        surrogate.starting_at({"mass": 99.0})
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [

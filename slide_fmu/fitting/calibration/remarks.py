@@ -38,7 +38,7 @@ def remarks_about(
     outside = _outside(problem)
     if outside > MOST_OUTSIDE:
         found.append(
-            f"{100 * outside:.2g} % of the samples follow inputs outside the ranges of the "
+            f"{100 * outside:.3g} % of the samples follow inputs outside the ranges of the "
             "training, where the surrogate may err: the intervals do not count that"
         )
     if not error_known:

@@ -84,6 +84,29 @@ def fmu_variables(surrogate: Surrogate, fmi: FmiVersion = 2) -> list[Variable]:
     return variables
 
 
+def require_free_names(
+    inputs: Sequence[Signal], outputs: Sequence[Signal], parameters: Sequence[Signal]
+) -> None:
+    """Refuse signals and parameters that no FMU, of either standard, can have side by side.
+
+    Raises:
+        ValueError: two variables would have one name; the message has the remedy.
+    """
+    none: tuple[Signal | None, ...] = (None,)
+    owners = {"one": none, "input": inputs, "output": outputs, "parameter": parameters}
+    names: dict[str, str] = {}
+    for kind in KINDS:
+        for signal in owners[kind.per]:
+            name = kind.name_for("" if signal is None else signal.name)
+            what = "every FMU" if signal is None else f"{kind.per} {signal.name!r}"
+            if name in names:
+                raise ValueError(
+                    f"{names[name]} and {what} would both have a variable {name!r} in the FMU; "
+                    "expected names of their own: rename the signal or the parameter"
+                )
+            names[name] = what
+
+
 def memory_lengths(surrogate: Surrogate) -> dict[str, int]:
     """Give, by the variable for the filled part of its inputs, each memory length in samples.
 

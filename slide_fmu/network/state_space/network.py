@@ -122,7 +122,13 @@ class StateSpace(Network, Parametric):
     def at(self, values: FloatArray) -> StateSpace:
         if self.polynomial is None:
             return self
-        cell = self.polynomial.at(values)
+        return self._with(self.polynomial.at(values))
+
+    def starting_at(self, values: FloatArray) -> StateSpace:
+        """Give the network whose parameters start at values, (n_parameters,), in their units."""
+        return self if self.polynomial is None else self._with(self.polynomial.starting_at(values))
+
+    def _with(self, cell: Cell | CellPolynomial) -> StateSpace:
         return StateSpace(cell, self.n_samples, self.n_out, self.features, self.roles, self.turned)
 
     def evaluate(self, sequences: NDArray[Any]) -> Float32Array:

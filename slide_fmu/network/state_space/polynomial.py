@@ -57,6 +57,14 @@ class CellPolynomial:
         parts = {name: part.astype(np.float32) for name, part in self.formed(parameters).items()}
         return self._cell(parts)
 
+    def starting_at(self, parameters: FloatArray) -> CellPolynomial:
+        """Return the same polynomials of parameters with other starts, (n_parameters,)."""
+        started = tuple(
+            replace(parameter, start=float(value))
+            for parameter, value in zip(self.basis.parameters, parameters, strict=True)
+        )
+        return replace(self, basis=replace(self.basis, parameters=started))
+
     def complex_at(self, parameters: NDArray[np.complex128]) -> Cell:
         """Form the cell for complex parameters, (n_parameters,), in complex128."""
         return self._cell(self.formed(parameters))

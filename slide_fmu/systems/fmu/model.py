@@ -6,6 +6,7 @@ units, ranges and parameters are those of the model description.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
@@ -97,14 +98,17 @@ class FmuSystem(Stepping):
         exchanged = self._plan.file.interface == "model_exchange"
         return SolverSteps(self._plan) if exchanged else CoSimulationSteps(self._plan)
 
-    def slave(self) -> Path:
+    def slave(self, settable: Collection[str] = ()) -> Path:
         """Give the file of the FMU, which runs by itself in a co-simulation as it is here.
 
+        Args:
+            settable: parameters that the importer sets; all others have their start values.
+
         Raises:
-            LoadError: it does not, since SSP 1.0 knows co-simulation FMUs of FMI 2.0 alone, and
-                takes no parameters here.
+            LoadError: it does not run so, since SSP 1.0 knows co-simulation FMUs of FMI 2.0 alone,
+                or it has other parameters here than its start values.
         """
-        file, parameters = self._plan.file, sorted(self._plan.parameters)
+        file, parameters = self._plan.file, sorted(set(self._plan.parameters) - set(settable))
         if file.interface == "co_simulation" and not file.fmi_3 and not parameters:
             return file.path
         raise LoadError(

@@ -35,6 +35,7 @@ class MeasuredRecords(Source):
     Attributes:
         pieces: stretches without gaps, in the order of the files.
         files: names of the files, by the number that pieces have of them.
+        digests: SHA-256 of each file, by the same number.
         identity: SHA-256 of all files together as numbers, shape (32, 1).
     """
 
@@ -49,7 +50,8 @@ class MeasuredRecords(Source):
         self.step = pieces[0].trajectory.step
         self.pieces, self.remarks = pieces, remarks
         self.files = tuple(Path(record.path).name for record in records)
-        digest = hashlib.sha256("".join(record.digest for record in records).encode()).digest()
+        self.digests = tuple(record.digest for record in records)
+        digest = hashlib.sha256("".join(self.digests).encode()).digest()
         self.identity: FloatArray = np.frombuffer(digest, np.uint8).astype(np.float64)[:, None]
 
     @property

@@ -89,13 +89,16 @@ def read_records(
             for all of them together.
 
     Raises:
-        RecordError: as ``read_record`` does; or a file has other columns or units than the first.
+        RecordError: as ``read_record`` does; or a file has other columns or units than the first,
+            or holds the same as another one.
     """
     records: list[Record] = []
     left = most
     for path in paths:
         record = read_record(path, names, time=time, step=step, most=left)
         left = max(0, left - len(record.time) * (1 + len(record.columns)))
+        for other in records:
+            _require_another(other, record)
         if records:
             _require_alike(records[0], record)
         records.append(record)
@@ -168,6 +171,15 @@ def _require_samples(
         raise RecordError(
             f"{path} has {len(times)} samples of {list(columns)}, time {clock!r}; expected at "
             "least two samples of at least one column beside the time"
+        )
+
+
+def _require_another(one: Record, other: Record) -> None:
+    """Refuse the same record a second time: it would be tested what was learnt from."""
+    if other.digest == one.digest:
+        raise RecordError(
+            f"{other.path} holds the same bytes as {one.path}; expected each record once: leave "
+            "one of them out"
         )
 
 

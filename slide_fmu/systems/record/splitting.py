@@ -114,7 +114,7 @@ def _shared_out(groups: list[list[Range]], splitting: Splitting, what: str) -> l
     if len(groups) < wanted:
         raise RecordError(
             f"there are {len(groups)} {what} for {wanted} parts; expected at least one for each: "
-            "record others, or set the share of a part to 0"
+            'record others, or say data.by = "block"'
         )
     sizes = [sum(end - begin for _, begin, end in group) for group in groups]
     ends = np.cumsum(sizes)

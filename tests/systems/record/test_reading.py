@@ -206,6 +206,15 @@ def test_many_records_of_unequal_length_have_the_same_columns(tmp_path: Path) ->
         read_records([])
 
 
+def test_the_same_record_twice_is_refused_also_under_another_name(tmp_path: Path) -> None:
+    for name in "ab":
+        as_csv(tmp_path / f"{name}.csv", "t,u [N]\n0,1\n1,2\n")
+    for names in ("aa", "ab"):
+        paths = [str(tmp_path / f"{name}.csv") for name in names]
+        with pytest.raises(RecordError, match=r"holds the same bytes as .*a\.csv; expected each"):
+            read_records(paths)
+
+
 def test_unknown_ending_and_missing_file_are_refused(tmp_path: Path) -> None:
     (tmp_path / "a.xlsx").write_bytes(b"x")
     with pytest.raises(RecordError, match=r"ends with '.xlsx'.*\.csv"):

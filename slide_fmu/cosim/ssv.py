@@ -1,0 +1,65 @@
+"""Values of parameters as SSV files (System Structure Parameter Values 1.0, of SSP 1.0)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from xml.etree import ElementTree
+
+from slide_fmu.fmu.description.fmi2 import document
+
+NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
+SET = "parameters"
+"""All sets of parameters have this name, by which Ecos is told to use them."""
+
+NUMBERS = {f"{{{NAMESPACE}}}{kind}" for kind in ("Real", "Integer")}
+"""Elements whose attribute ``value`` is a number."""
+
+
+def parameter_set(values: Mapping[str, float]) -> bytes:
+    """Write values of a component's parameters, by name, as the XML document of an SSV file."""
+    ElementTree.register_namespace("ssv", NAMESPACE)
+    root = ElementTree.Element(f"{{{NAMESPACE}}}ParameterSet", version="1.0", name=SET)
+    parent = ElementTree.SubElement(root, f"{{{NAMESPACE}}}Parameters")
+    for name, value in values.items():
+        child = ElementTree.SubElement(parent, f"{{{NAMESPACE}}}Parameter", name=name)
+        ElementTree.SubElement(child, f"{{{NAMESPACE}}}Real", value=repr(float(value)))
+    return document(root)
+
+
+def read_parameter_set(path: Path) -> dict[str, float]:
+    """Read the numbers of an SSV file, by name.
+
+    Raises:
+        OSError: the file cannot be read.
+        ValueError: it is no SSV file, or a value in it is no number.
+    """
+    try:
+        root = ElementTree.fromstring(path.read_bytes())
+    except ElementTree.ParseError as error:
+        raise ValueError(
+            f"{path} is no XML document ({error}); expected an SSV file, as slide-fmu calibrate "
+            "-o FITTED.ssv writes one"
+        ) from error
+    if root.tag != f"{{{NAMESPACE}}}ParameterSet":
+        raise ValueError(
+            f"{path} begins with the element {root.tag!r}; expected an SSV file of SSP 1.0, whose "
+            "element is ParameterSet: slide-fmu calibrate -o FITTED.ssv writes one"
+        )
+    return {
+        str(parameter.get("name")): _number(path, parameter)
+        for parameter in root.iter(f"{{{NAMESPACE}}}Parameter")
+    }
+
+
+def _number(path: Path, parameter: ElementTree.Element) -> float:
+    """Return the value of an element ``Parameter``, whose only child has its type."""
+    texts = [child.get("value", "") for child in parameter if child.tag in NUMBERS]
+    try:
+        (text,) = texts
+        return float(text)
+    except ValueError:
+        raise ValueError(
+            f"{path}: parameter {parameter.get('name')!r} has the values {texts} of type Real or "
+            "Integer; expected one number: physical parameters are numbers"
+        ) from None

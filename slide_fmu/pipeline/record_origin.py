@@ -1,0 +1,51 @@
+"""An FMU of measured records carries their digests, so that it is measured on the same ones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from slide_fmu.pipeline.run_folder import StageError
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_source
+from slide_fmu.systems.record.model import MeasuredRecords
+
+KEY = "records"
+"""In the provenance: a list of the names and SHA-256 hashes of the files."""
+
+
+def record_origin(recipe: Recipe) -> dict[str, Any]:
+    """Return the part of a provenance that names the records of a recipe; nothing of models.
+
+    Raises:
+        LoadError, RecipeError: the records cannot be used.
+    """
+    source = recipe_source(recipe)
+    if not isinstance(source, MeasuredRecords):
+        return {}
+    files = zip(source.files, source.digests, strict=True)
+    return {KEY: [{"file": name, "sha256": digest} for name, digest in files]}
+
+
+def require_same_records(provenance: dict[str, Any], recipe: Recipe, fmu: str) -> None:
+    """Refuse records that have changed since an FMU was learnt from them.
+
+    They would be divided elsewhere, and what is called unseen might have been learnt from.
+
+    Raises:
+        LoadError, RecipeError: the records cannot be used.
+        StageError: a file is another one, or the FMU does not say which ones there were.
+    """
+    wanted, found = provenance.get(KEY, []), record_origin(recipe).get(KEY, [])
+    for one, other in zip(found, wanted, strict=False):
+        if one["sha256"] != other["sha256"]:
+            raise StageError(
+                f"record {one['file']!r} has the SHA-256 hash {one['sha256'][:12]}...; expected "
+                f"{other['sha256'][:12]}..., that of {other['file']!r} from which {fmu} was "
+                "learnt: restore the file, or train again, since samples that were learnt from "
+                "might be measured as unseen ones"
+            )
+    if len(found) != len(wanted):
+        raise StageError(
+            f"{fmu} was learnt from {len(wanted)} known records; expected the {len(found)} of its "
+            "recipe: train again"
+        )

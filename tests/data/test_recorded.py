@@ -16,10 +16,12 @@ from slide_fmu.data.recorded import (
     learnt_pieces,
     left_out,
     longest_stretch,
+    remarks_on_division,
     stretches,
     unseen_stretches,
 )
 from slide_fmu.data.store import StoreError, open_store, read_split, write_trajectory
+from slide_fmu.pipeline.compare import require_comparable
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_source
@@ -202,6 +204,33 @@ def test_outputs_that_are_missing_nearly_everywhere_are_refused_with_a_remedy(
     recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(None, None, 2)))
     with pytest.raises(RecipeError, match=r"at most 1 samples in a row .* leave out the lines"):
         longest_stretch(recipe, source_of(recipe))
+
+
+def test_pieces_that_are_no_longer_than_the_lead_are_counted_in_the_remarks(
+    tmp_path: Path,
+) -> None:
+    path = write_record(tmp_path / "a.csv")
+    header, *lines = path.read_text().splitlines()
+    path.write_text("\n".join([header, *lines[:101], *lines[151:201], *lines[211:]]) + "\n")
+    recipe = recipe_of(path)
+    [remark] = remarks_on_division(recipe, source_of(recipe))[:1]
+    assert "2 of 3 pieces of the records, with 149 of 3937 samples" in remark
+    assert f"no longer than the {LEAD} samples" in remark
+
+
+def test_outputs_that_are_missing_are_refused_where_an_estimator_or_other_models_need_them(
+    tmp_path: Path,
+) -> None:
+    recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(100, None, 400)), duration=3.5)
+    with pytest.raises(RecipeError, match="models of other kinds look back at outputs"):
+        require_comparable(recipe)
+    require_comparable(recipe_of(write_record(tmp_path / "b.csv")))
+    path = without_outputs(tmp_path / "c.csv", slice(100, None, 400), 12_000)
+    text = RECIPE.replace('"bench.csv"', f'"{path}"') + "\n[estimator]\n"
+    begun = parse_recipe(text, "bench.toml")
+    estimated = with_resolved(begun, {"data": {"duration": 3.5, "burn_in": 2.4}}, "bench.toml")
+    with pytest.raises(RecipeError, match="expected all of them for an error estimator"):
+        stretches(estimated, source_of(estimated), "estimator")
 
 
 def test_store_keeps_missing_outputs_of_records_but_refuses_a_lost_chunk(tmp_path: Path) -> None:

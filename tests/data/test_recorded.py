@@ -16,10 +16,12 @@ from slide_fmu.data.recorded import (
     learnt_pieces,
     left_out,
     longest_stretch,
+    remarks_on_division,
     stretches,
     unseen_stretches,
 )
 from slide_fmu.data.store import StoreError, open_store, read_split, write_trajectory
+from slide_fmu.pipeline.compare import require_comparable
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_source
@@ -180,15 +182,13 @@ def without_outputs(path: Path, rows: slice, count: int = 4000) -> Path:
 
 
 def test_outputs_that_are_missing_cut_what_is_scored_but_not_what_leads_in(tmp_path: Path) -> None:
-    recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(100, None, 200)))
+    recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(100, None, 200)), duration=3.5)
     source = source_of(recipe)
     assert len(source.pieces) == 1
-    assert longest_stretch(recipe, source) == 199
+    assert longest_stretch(recipe, source) == 99  # three in ten of the validation part are so few
     whole, parts = divided(recipe, source), ("train", "validation")
     for part in parts:
-        found = stretches(
-            with_resolved(recipe, {"data": {"duration": 7.0}}, "bench.toml"), source, part
-        )
+        found = stretches(recipe, source, part)
         assert all(np.isfinite(one.trajectory.outputs[LEAD + 1 :]).all() for one in found)
         assert any(np.isnan(one.trajectory.outputs).any() for one in found)
         assert len(found) >= sum(b.stop - b.scored for b in whole[part]) // 200 - 1 > 0
@@ -206,10 +206,36 @@ def test_outputs_that_are_missing_nearly_everywhere_are_refused_with_a_remedy(
         longest_stretch(recipe, source_of(recipe))
 
 
+def test_pieces_that_are_no_longer_than_the_lead_are_counted_in_the_remarks(
+    tmp_path: Path,
+) -> None:
+    path = write_record(tmp_path / "a.csv")
+    header, *lines = path.read_text().splitlines()
+    path.write_text("\n".join([header, *lines[:101], *lines[151:201], *lines[211:]]) + "\n")
+    recipe = recipe_of(path)
+    [remark] = remarks_on_division(recipe, source_of(recipe))[:1]
+    assert "2 of 3 pieces of the records, with 149 of 3937 samples" in remark
+    assert f"no longer than the {LEAD} samples" in remark
+
+
+def test_outputs_that_are_missing_are_refused_where_an_estimator_or_other_models_need_them(
+    tmp_path: Path,
+) -> None:
+    recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(100, None, 400)), duration=3.5)
+    with pytest.raises(RecipeError, match="models of other kinds look back at outputs"):
+        require_comparable(recipe)
+    require_comparable(recipe_of(write_record(tmp_path / "b.csv")))
+    path = without_outputs(tmp_path / "c.csv", slice(100, None, 400), 12_000)
+    text = RECIPE.replace('"bench.csv"', f'"{path}"') + "\n[estimator]\n"
+    begun = parse_recipe(text, "bench.toml")
+    estimated = with_resolved(begun, {"data": {"duration": 3.5, "burn_in": 2.4}}, "bench.toml")
+    with pytest.raises(RecipeError, match="expected all of them for an error estimator"):
+        stretches(estimated, source_of(estimated), "estimator")
+
+
 def test_store_keeps_missing_outputs_of_records_but_refuses_a_lost_chunk(tmp_path: Path) -> None:
-    recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(100, None, 200)))
-    lengths = {"data": {"duration": 7.0, "burn_in": 2.4, "train": 2, "validation": 1}}
-    recipe = with_resolved(recipe, lengths, "bench.toml")
+    recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(100, None, 200)), duration=3.5)
+    recipe = with_resolved(recipe, {"data": {"train": 2, "validation": 1}}, "bench.toml")
     made(recipe, tmp_path / "data.zarr")
     outputs = read_split(tmp_path / "data.zarr", "train").outputs
     assert 0 < np.isnan(outputs).sum() < 5

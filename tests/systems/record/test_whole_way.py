@@ -14,15 +14,15 @@ from slide_fmu.systems.record.splitting import split_pieces
 
 
 def write(path: Path, length: int, seed: int, gap: int, empty: int) -> np.ndarray:
-    """A German file with a gap in time and an empty value; gives road and travel."""
+    """A German file with a gap in time and a missing input; gives road and travel."""
     rng = np.random.default_rng(seed)
     road = np.convolve(rng.normal(size=length), np.ones(5) / 5, "same")
     values = np.stack([road, 2 * road], axis=1)
     lines = ["Zeit;Weg;Federweg;Notiz", "ms;mm;mm;"]
     for k, (u, y) in enumerate(values.tolist()):
-        travel = "" if k == empty else f"{y:.9f}"
+        moved = "" if k == empty else f"{u:.9f}"
         if not gap <= k < gap + 10:
-            lines.append(f"{5 * k};{u:.9f};{travel};gut".replace(".", ","))
+            lines.append(f"{5 * k};{moved};{y:.9f};gut".replace(".", ","))
     path.write_text("\n".join(lines), encoding="cp1252")
     return values
 

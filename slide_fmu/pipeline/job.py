@@ -11,6 +11,7 @@ from pathlib import Path
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.memory.sizing import AnySizing
+from slide_fmu.pipeline.known_start import start_origin
 from slide_fmu.pipeline.numbers import known_numbers
 from slide_fmu.pipeline.record_origin import record_origin
 from slide_fmu.pipeline.resolved import Resolved, resolved_lengths
@@ -135,6 +136,7 @@ def provenance(job: Job, versions: dict[str, str]) -> dict[str, object]:
         "recipe": job.text,
         **({"resolved": job.resolved} if job.resolved else {}),
         **(record_origin(recipe) if recipe.system.is_record else {}),
+        **start_origin(recipe),
         "seeds": {
             "data": recipe.data.seed,
             "training": recipe.training.seed,

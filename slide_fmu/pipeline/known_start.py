@@ -5,10 +5,13 @@ The network keeps its features, scalings and sizes; its window is that of the re
 
 from __future__ import annotations
 
+import hashlib
+from typing import Any
+
 from slide_fmu.core.files import find_file
 from slide_fmu.fmu.export import FmuError, read_fmu
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.recipe.learning import LeastSquaresRecipe
+from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Source
@@ -18,12 +21,14 @@ def known_start(recipe: Recipe, source: Source) -> Surrogate | None:
     """Return the surrogate that a recipe's training begins with; None if it names none.
 
     Raises:
-        RecipeError: there is no such FMU, or its step, inputs, outputs or network do not fit.
+        RecipeError: there is no such FMU, or its step, inputs, outputs or network do not fit, or
+            the recipe describes a network of its own.
     """
     training = recipe.training
     if not isinstance(training, LeastSquaresRecipe) or training.start is None:
         return None
     place = f"recipe {recipe.name!r}: training.start = {training.start!r}"
+    _require_no_other_network(recipe, place)
     try:
         surrogate, _ = read_fmu(find_file(training.start))
     except (OSError, FmuError) as error:
@@ -45,6 +50,30 @@ def known_start(recipe: Recipe, source: Source) -> Surrogate | None:
                 "signals the same names, units and holds, and the same step, in both"
             )
     return surrogate
+
+
+def start_origin(recipe: Recipe) -> dict[str, Any]:
+    """Return the part of a provenance that names the FMU with which a training began, if any.
+
+    Raises:
+        FileNotFoundError: the FMU is not there any more.
+    """
+    training = recipe.training
+    if not isinstance(training, LeastSquaresRecipe) or training.start is None:
+        return {}
+    path = find_file(training.start)
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    return {"start": {"file": path.name, "sha256": digest}}
+
+
+def _require_no_other_network(recipe: Recipe, place: str) -> None:
+    plain = StateSpaceRecipe()
+    given = {key: value for key, value in recipe.network if value != getattr(plain, key, None)}
+    if given:
+        raise RecipeError(
+            f"{place} with the table network = {given}; expected none: the training goes on with "
+            "the network of that FMU as it is, so remove the table"
+        )
 
 
 def _meaning(about: Surrogate | Source, step: float) -> dict[str, object]:

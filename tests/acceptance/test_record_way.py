@@ -12,10 +12,12 @@ from typer.testing import CliRunner, Result
 
 import slide_fmu as slide
 from slide_fmu.cli import app
+from slide_fmu.fmu.export import read_fmu
 from tests.libraries import build_libraries
 from tests.own_records import RECIPE, STEP, force_and_travel, write_record
 
 NOISE = 0.02
+NETWORK = "[network]\norder = 2\nhidden = 4\n"
 QUICK = """starts = 2
 start_iterations = 10
 kept = 1
@@ -128,6 +130,7 @@ def test_training_goes_on_from_the_network_of_an_fmu(place: Path) -> None:
     write_record(place / "other.csv", 3000, seed=3, noise=NOISE)
     fmu = (place / "runs/bench/bench.fmu").as_posix()
     text = (RECIPE.replace("bench", "other") + QUICK).replace("iterations = 10\n", "", 1)
+    text = text.replace(NETWORK, "")
     text = text.replace("[training]\n", f'[training]\niterations = 1\nstart = "{fmu}"\n')
     (place / "other.toml").write_text(text)
     done = invoke("run", place / "other.toml", "--runs", place / "runs")
@@ -137,6 +140,23 @@ def test_training_goes_on_from_the_network_of_an_fmu(place: Path) -> None:
     assert output["relative_rmse"] < 2 * NOISE
     kept, gone_on = (slide.load(place / f"runs/{n}/{n}.fmu") for n in ("bench", "other"))
     assert gone_on.network.count_parameters() == kept.network.count_parameters()
+    card = (place / "runs/other/card.md").read_text(encoding="utf-8")
+    assert "Its training began with the network of bench.fmu." in card
+    _, provenance = read_fmu(place / "runs/other/other.fmu")
+    assert provenance is not None
+    origin = provenance["start"]
+    assert origin["file"] == "bench.fmu"
+    assert len(origin["sha256"]) == 64
+
+
+def test_start_beside_a_network_of_the_recipe_is_refused(place: Path) -> None:
+    fmu = (place / "runs/bench/bench.fmu").as_posix()
+    text = RECIPE.replace("[training]\n", f'[training]\nstart = "{fmu}"\n')
+    (place / "both.toml").write_text(text)
+    done = invoke("try", place / "both.toml", "--runs", place / "runs")
+    assert done.exit_code == 1
+    message = " ".join(done.output.split())
+    assert "with the table network = {'order': 2, 'hidden': 4}; expected none" in message
 
 
 def test_linear_network_of_a_record_goes_the_whole_way(place: Path) -> None:
@@ -152,7 +172,7 @@ def test_linear_network_of_a_record_goes_the_whole_way(place: Path) -> None:
 
 def test_start_with_an_fmu_of_other_signals_is_refused(place: Path) -> None:
     fmu = Path(__file__).parents[2] / "fmus" / "duffing" / "duffing.fmu"
-    text = RECIPE.replace('name = "bench"', 'name = "wrong"')
+    text = RECIPE.replace('name = "bench"', 'name = "wrong"').replace(NETWORK, "")
     text = text.replace("[training]\n", f'[training]\nstart = "{fmu}"\n')
     (place / "wrong.toml").write_text(text)
     done = invoke("run", place / "wrong.toml", "--runs", place / "runs")

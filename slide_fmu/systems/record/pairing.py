@@ -31,6 +31,10 @@ SINGULAR = 1e-12
 """Directions in which the data vary less than this part of the largest are left out."""
 
 
+MOVED = 2.0
+"""An output is moved by inputs if they explain, each, so many times what chance would explain."""
+
+
 @dataclass(frozen=True)
 class Answer:
     """An Answer has the evidence that an output depends on inputs around its own sample.
@@ -87,28 +91,57 @@ def answer_of(inputs: FloatArray, outputs: FloatArray) -> Answer | None:
 
 def _evidence(inputs: FloatArray, output: FloatArray) -> FloatArray | None:
     """Give the largest evidence of u[k+1], u[k] and u[k-1] for one output, shape (3,)."""
-    rows = np.arange(LAGS, len(output) - 1)
-    past = [output[rows - lag] for lag in range(1, LAGS + 1)]
-    driven = [inputs[rows - lag, i] for lag in range(-1, LAGS + 1) for i in range(inputs.shape[1])]
-    table = np.stack([*past, *driven, np.ones(len(rows))], axis=1)
-    if len(rows) < 3 * table.shape[1]:
+    table, target = _table(inputs, output)
+    if len(table) < 3 * table.shape[1]:
         return None
-    table = table / np.maximum(np.linalg.norm(table, axis=0), 1e-300)
     left, sizes, right = np.linalg.svd(table, full_matrices=False)
     kept = sizes > SINGULAR * sizes[0]
     inverse = right[kept].T / sizes[kept]
-    target = output[rows]
     coefficients = inverse @ (left[:, kept].T @ target)
     off = target - table @ coefficients
-    noise = float(off @ off) / (len(rows) - np.count_nonzero(kept))
+    noise = float(off @ off) / (len(table) - np.count_nonzero(kept))
     deviations = np.sqrt(noise * np.sum(inverse**2, axis=1))
     evidence = np.abs(coefficients) / np.maximum(deviations, 1e-300)
     of_inputs = evidence[LAGS : LAGS + 3 * inputs.shape[1]]
     return np.asarray(of_inputs.reshape(3, -1).max(axis=1))
 
 
+def _table(inputs: FloatArray, output: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the columns of a fit, scaled: past outputs, inputs, 1; and the outputs to be met."""
+    rows = np.arange(LAGS, len(output) - 1)
+    past = [output[rows - lag] for lag in range(1, LAGS + 1)]
+    driven = [inputs[rows - lag, i] for lag in range(-1, LAGS + 1) for i in range(inputs.shape[1])]
+    table = np.stack([*past, *driven, np.ones(len(rows))], axis=1)
+    return table / np.maximum(np.linalg.norm(table, axis=0), 1e-300), output[rows]
+
+
+def is_moved(inputs: FloatArray, output: FloatArray) -> bool | None:
+    """Tell whether any input moves an output, linearly, by an F-test of the fit with and without.
+
+    Args:
+        inputs: shape (N, n_inputs), without gaps.
+        output: shape (N,).
+
+    Returns:
+        None where there are too few samples for the fit.
+    """
+    table, target = _table(inputs[:MOST_SAMPLES], output[:MOST_SAMPLES])
+    if len(table) < 3 * table.shape[1]:
+        return None
+    alone = np.concatenate([table[:, :LAGS], table[:, -1:]], axis=1)
+    with_inputs, without = (_left_over(columns, target) for columns in (table, alone))
+    explained = (without - with_inputs) / (table.shape[1] - alone.shape[1])
+    return bool(explained > MOVED * with_inputs / (len(table) - table.shape[1]))
+
+
+def _left_over(table: FloatArray, target: FloatArray) -> float:
+    """Return the sum of squares that a fit leaves."""
+    coefficients = np.linalg.lstsq(table, target, rcond=SINGULAR)[0]
+    return float(np.sum((target - table @ coefficients) ** 2))
+
+
 def check_pairing(records: Sequence[Record], preparation: Preparation) -> tuple[Finding, ...]:
-    """Remark records whose outputs answer at another sample than the preparation says.
+    """Remark outputs that answer at another sample than the preparation says, or not at all.
 
     The records are taken as they are measured, each at its longest stretch without gaps.
 
@@ -121,7 +154,27 @@ def check_pairing(records: Sequence[Record], preparation: Preparation) -> tuple[
         answer = answer_of(*stretch)
         if answer is not None:
             found += _contradictions(record, preparation, answer)
+        found += _unmoved(record, preparation.outputs, *stretch)
     return tuple(found)
+
+
+def _unmoved(
+    record: Record, names: Sequence[str], inputs: FloatArray, outputs: FloatArray
+) -> list[Finding]:
+    return [
+        Finding(
+            "unmoved",
+            "remarked",
+            record.path,
+            name,
+            "no input moves it, as far as a linear fit shows",
+            "an output that answers the inputs",
+            "check the columns, and whether their clocks are the same; what follows the square of "
+            "an input about 0 looks so too",
+        )
+        for name, output in zip(names, outputs.T, strict=True)
+        if is_moved(inputs, output) is False
+    ]
 
 
 def _contradictions(record: Record, preparation: Preparation, answer: Answer) -> list[Finding]:

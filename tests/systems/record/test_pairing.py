@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.signal import butter, cont2discrete, dlsim, sosfilt
+from scipy.signal import butter, cont2discrete, dlsim, lfilter, sosfilt
 
 from slide_fmu.systems.record.measured import RecordError
-from slide_fmu.systems.record.pairing import Answer, answer_of, check_pairing
+from slide_fmu.systems.record.pairing import Answer, answer_of, check_pairing, is_moved
 from slide_fmu.systems.record.preparation import Preparation
 from tests.systems.record.samples import record
 
@@ -109,3 +109,14 @@ def test_record_of_held_steps_without_noise_raises_no_alarm() -> None:
     u = np.repeat(np.random.default_rng(5).integers(0, 2, N // 5) * 2.0 - 1, 5)
     found = record({"u": u, "y": response(u, "foh", 1e-2)})
     assert check_pairing([found], Preparation(("u",), ("y",), pairing="same")) == ()
+
+
+def test_output_that_no_input_moves_is_remarked() -> None:
+    rng = np.random.default_rng(0)
+    force = rng.normal(size=(4000, 1))
+    own = lfilter([1.0], [1, -1.8, 0.9], rng.normal(size=4000))
+    driven = lfilter([1.0], [1, -1.8, 0.9], force[:, 0])
+    assert is_moved(force, own) is False
+    assert is_moved(force, driven + 0.1 * own) is True
+    assert is_moved(force, driven**3) is True
+    assert is_moved(force[:50], driven[:50]) is None

@@ -151,12 +151,23 @@ def validate(
     console.print(f"report  {page}")
 
 
-def check(fmu: FmuArgument, json_path: JsonOption = None) -> None:
+def check(
+    fmu: FmuArgument,
+    json_path: JsonOption = None,
+    run: Annotated[
+        bool,
+        typer.Option(
+            "--run",
+            help="Load and run a library that this version does not know, as one that was "
+            "compiled from the sources of the FMU. It may do anything.",
+        ),
+    ] = False,
+) -> None:
     """List the problems of an FMU; the exit code is 0 when there are none."""
     from slide_fmu.cosim.check import check_fmu
 
     with errors():
-        problems = check_fmu(fmu)
+        problems = check_fmu(fmu, run)
         write_json(json_path, {"fmu": str(fmu), "problems": problems})
     for problem in problems:
         console.print(problem, style="red")

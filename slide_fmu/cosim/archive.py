@@ -42,13 +42,14 @@ def archive_problems(path: Path) -> list[str]:
     return problems
 
 
-def library_problems(path: Path, name: str, fmi: FmiVersion) -> list[str]:
+def library_problems(path: Path, name: str, fmi: FmiVersion, trusted: bool) -> list[str]:
     """Name the libraries of an FMU, of any platform, that are not those of this version.
 
     Args:
         path: the FMU.
         name: its model identifier.
         fmi: its version of the standard.
+        trusted: whether others, as those that users compile from the sources, are no problem.
 
     Raises:
         FileNotFoundError: the runtime has not been compiled here.
@@ -60,12 +61,14 @@ def library_problems(path: Path, name: str, fmi: FmiVersion) -> list[str]:
         found = read_member(path, member)
         if found is None:
             problems.append(f"binary {member} is missing; export again")
-        elif found != expected:
+        elif found != expected and not trusted:
             problems.append(
                 f"binary {member} has the SHA-256 hash {_hash(found)}; expected "
                 f"{_hash(expected)}: it is damaged, foreign, or of another version "
-                "of slide-fmu; export again"
+                "of slide-fmu; export again, or run it all the same (--run)"
             )
+    if trusted:
+        return problems
     with zipfile.ZipFile(path) as archive:
         others = {n for n in archive.namelist() if n.startswith(BINARIES) and not n.endswith("/")}
     problems += [

@@ -91,6 +91,7 @@ def test_check_loads_no_library_that_it_does_not_know(
     monkeypatch.setattr("slide_fmu.cosim.check.open_slave", load)
     foreign = _changed(fmu, {f"binaries/{fmpy.platform}/two_masses.so": b"foreign"})
     assert len(check_fmu(foreign)) == 1
+    assert "a library was run" in check_fmu(foreign, run_unknown=True)[0]
     assert "a library was run" in check_fmu(fmu)[0]
 
 

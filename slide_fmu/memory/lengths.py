@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.window import Window
-from slide_fmu.data.recorded import longest_stretch
+from slide_fmu.data.division import longest_scored
 from slide_fmu.memory.motions import LEAST_MEASURED
 from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.record_sizing import size_records, wanted_samples
@@ -111,7 +111,7 @@ def _of_records(recipe: Recipe, source: MeasuredRecords) -> Lengths:
         return replace(found, sizing=sizing)
     window = found.recipe.window
     scored = found.recipe.data.duration / window.step - (window.n_in - window.n_out)
-    most = longest_stretch(found.recipe, source)
+    most = longest_scored(found.recipe, source)
     duration = round((min(round(scored), most) + window.n_in - window.n_out) * window.step, 12)
     data = {**found.values.get("data", {}), "duration": duration}
     values = {**found.values, "data": data}

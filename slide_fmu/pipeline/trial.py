@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu.core.progress import Progress, Stages
+from slide_fmu.data.division_remarks import remarks_on_division
 from slide_fmu.data.draws import PROBE, Stream, draw, simulate_draw
-from slide_fmu.data.recorded import remarks_on_division
 from slide_fmu.memory.failing import Tolerance
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.checks import guarded_recipe

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from slide_fmu.data.recorded import remarks_on_division
+from slide_fmu.data.division_remarks import remarks_on_division
 from slide_fmu.memory.rest import apart_at_rest
 from slide_fmu.systems.record.model import MeasuredRecords
 from slide_fmu.systems.record.repeats import noise_of_repeats

@@ -9,17 +9,10 @@ import pytest
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import Trajectory
+from slide_fmu.data.division import divided, longest_scored
+from slide_fmu.data.division_remarks import left_out, remarks_on_division
 from slide_fmu.data.generation import generate
-from slide_fmu.data.recorded import (
-    divided,
-    inputs_beyond,
-    learnt_pieces,
-    left_out,
-    longest_stretch,
-    remarks_on_division,
-    stretches,
-    unseen_stretches,
-)
+from slide_fmu.data.recorded import inputs_beyond, learnt_pieces, stretches, unseen_stretches
 from slide_fmu.data.store import StoreError, open_store, read_split, write_trajectory
 from slide_fmu.pipeline.compare import require_comparable
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
@@ -185,7 +178,7 @@ def test_outputs_that_are_missing_cut_what_is_scored_but_not_what_leads_in(tmp_p
     recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(100, None, 200)), duration=3.5)
     source = source_of(recipe)
     assert len(source.pieces) == 1
-    assert longest_stretch(recipe, source) == 99  # three in ten of the validation part are so few
+    assert longest_scored(recipe, source) == 99  # three in ten of the validation part are so few
     whole, parts = divided(recipe, source), ("train", "validation")
     for part in parts:
         found = stretches(recipe, source, part)
@@ -203,7 +196,7 @@ def test_outputs_that_are_missing_nearly_everywhere_are_refused_with_a_remedy(
 ) -> None:
     recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(None, None, 2)))
     with pytest.raises(RecipeError, match=r"at most 1 samples in a row .* leave out the lines"):
-        longest_stretch(recipe, source_of(recipe))
+        longest_scored(recipe, source_of(recipe))
 
 
 def test_pieces_that_are_no_longer_than_the_lead_are_counted_in_the_remarks(

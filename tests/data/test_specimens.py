@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slide_fmu.data.division import divided
+from slide_fmu.data.division_remarks import remarks_on_division
 from slide_fmu.data.generation import generate
-from slide_fmu.data.recorded import divided, learnt_pieces, remarks_on_division, unseen_stretches
+from slide_fmu.data.recorded import learnt_pieces, unseen_stretches
 from slide_fmu.data.store import read_split
 from slide_fmu.memory.record_sizing import size_records
 from slide_fmu.recipe.reading import parse_recipe, with_resolved

@@ -17,7 +17,7 @@ from slide_fmu.fitting import learning_curve
 from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.fitting.problem import Physical, Problem
 from slide_fmu.fitting.state_space.fit import prepare
-from slide_fmu.fitting.state_space.multi_start import FitData
+from slide_fmu.fitting.state_space.objective import FitData
 from slide_fmu.pipeline import numbers
 from slide_fmu.pipeline.job import Job, open_job, provenance
 from slide_fmu.pipeline.numbers import known_numbers

@@ -16,13 +16,9 @@ from slide_fmu.fitting.history import History, TriedUnits
 from slide_fmu.fitting.problem import Problem, Which
 from slide_fmu.fitting.state_space.cell import CellShape
 from slide_fmu.fitting.state_space.cubes import with_room
-from slide_fmu.fitting.state_space.multi_start import (
-    LINEAR_ITERATIONS,
-    Candidate,
-    FitData,
-    MultiStart,
-)
+from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
+from slide_fmu.fitting.state_space.objective import FitData
 from slide_fmu.fitting.state_space.remarks import remark_on
 from slide_fmu.fitting.state_space.segments import Segments, cut_segments
 from slide_fmu.fitting.state_space.sizes import USED, Chosen, choose_sizes, still_learnable

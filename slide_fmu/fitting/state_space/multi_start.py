@@ -8,12 +8,11 @@ Talwalkar, 2016, with rounds of the recipe's own sizes.)
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.fitting.problem import Problem
@@ -25,7 +24,6 @@ from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate, LeastSqua
 from slide_fmu.fitting.state_space.linear_start import (
     LinearModel,
     Responses,
-    excited_eigenvalues,
     from_eigenvalues,
     from_turned_pairs,
     impulse_responses,
@@ -34,17 +32,10 @@ from slide_fmu.fitting.state_space.linear_start import (
     states_of,
     states_shown,
 )
-from slide_fmu.fitting.state_space.normal_equations import (
-    NormalEquations,
-    normal_equations,
-    sum_of_squares,
-)
-from slide_fmu.fitting.state_space.pole_penalty import PolePenalty, pole_grid, pole_radii
+from slide_fmu.fitting.state_space.objective import FitData, Objective
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
 from slide_fmu.fitting.state_space.prior import STRENGTHS, Prior
 from slide_fmu.fitting.state_space.segments import Segments
-from slide_fmu.fitting.state_space.smoothness import Smoothness
-from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.systems import require_turned_pairs
 
@@ -57,25 +48,6 @@ SHORTEST_RESPONSE, LONGEST_RESPONSE = 40, 200
 between these limits they are as long as the truncated part of the window."""
 START_STRIDE = 1009
 """A seed has this many random starts of its own, so that two seeds share none."""
-
-
-@dataclass(frozen=True, eq=False)
-class FitData:
-    """Fit data are what all runs of a fit work on.
-
-    Attributes:
-        whole: segments of all trajectories.
-        part: some of these segments, for the starts.
-        validation: segments by which parameters are chosen.
-        features: scaled features of whole trajectories, shape (n_trajectories, N, n_features).
-        roles: which features are state inputs, feedthrough, scheduling variables and so on.
-    """
-
-    whole: Segments
-    part: Segments
-    validation: Segments
-    features: torch.Tensor
-    roles: Roles
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +92,7 @@ class MultiStart:
         progress: Progress,
     ) -> None:
         self.problem, self.network, self.training, self.data = problem, network, training, data
+        self._objective = Objective(problem, data)
         self._ledger = Ledger(problem.checkpoint, data.features.device, progress)
 
     def plan(self, iterations: int) -> None:
@@ -170,11 +143,11 @@ class MultiStart:
     @property
     def eigenvalues_known(self) -> bool:
         """Whether the first order is that of known eigenvalues; else it is a guess from data."""
-        return self._excited() is not None
+        return self._objective.excited is not None
 
     def first_order(self) -> int:
         """Guess the number of states: from the excited eigenvalues, else the impulse responses."""
-        excited = self._excited()
+        excited = self._objective.excited
         if excited is not None:
             return states_of(excited)
         return min(states_shown(self._impulse_responses), self.highest_order())
@@ -267,7 +240,7 @@ class MultiStart:
         shape, iterations = candidate.shape, self.training.kept_iterations
         name = f"judged, {shape.n_states} states, {shape.n_units} units, again {number}"
         assert isinstance(candidate.state, Iterate)
-        least_squares = self._least_squares(shape, self.data.part)
+        least_squares = self._objective.least_squares(shape, self.data.part)
         return self._go_down(name, shape, candidate.state, least_squares, iterations)
 
     def with_more_data(self, candidate: Candidate, iterations: int) -> Candidate:
@@ -279,7 +252,9 @@ class MultiStart:
     def known(self, shape: CellShape, theta: torch.Tensor) -> Candidate:
         """Return the candidate that a known network is, with its parameters theta, shape (P,)."""
         theta = theta.to(self.data.whole.features)
-        return Candidate(shape, Iterate.begin(theta, self._least_squares(shape, self.data.part)))
+        return Candidate(
+            shape, Iterate.begin(theta, self._objective.least_squares(shape, self.data.part))
+        )
 
     def refine(self, candidate: Candidate, name: str = "refined") -> Candidate:
         """Run the winner on all data; the run has a name of its own."""
@@ -292,7 +267,7 @@ class MultiStart:
         What is best by validation is returned.
         """
         shape, theta = candidate.shape, candidate.state.best
-        least_squares = self._least_squares(shape, self.data.whole)
+        least_squares = self._objective.least_squares(shape, self.data.whole)
         found = [Candidate(shape, Iterate.begin(theta, least_squares))]
         for strength in STRENGTHS:
             problem = Prior.around(shape, theta, strength).joined(least_squares)
@@ -311,8 +286,8 @@ class MultiStart:
         shape = self.shape(old.n_states - self.network.padding, units)
         generator = torch.Generator().manual_seed(training.seed)
         theta = widen_all(old.cells(candidate.state.best), shape, generator)
-        validation = self._least_squares(shape, self.data.validation).validation
-        radius = self._penalty(shape, 1).radius
+        validation = self._objective.least_squares(shape, self.data.validation).validation
+        radius = self._objective.penalty(shape, 1).radius
 
         def stretch(state: Descent) -> Descent:
             return preconditioned_descent.advance_stretch(
@@ -328,7 +303,7 @@ class MultiStart:
         self, name: str, shape: CellShape, theta: torch.Tensor, segments: Segments, iterations: int
     ) -> Candidate:
         """Do a run of Levenberg-Marquardt from the parameters theta, shape (P,)."""
-        least_squares = self._least_squares(shape, segments)
+        least_squares = self._objective.least_squares(shape, segments)
         begin = Iterate.begin(theta, least_squares)
         return self._go_down(name, shape, begin, least_squares, iterations)
 
@@ -340,51 +315,6 @@ class MultiStart:
         done = self._ledger.run(name, begin, step, iterations)
         self._ledger.show()
         return Candidate(shape, done)
-
-    def _penalty(self, shape: CellShape, residuals: int) -> PolePenalty:
-        excited, step = self._excited(), self.problem.window.step
-        physical, grid = self.problem.physical, None
-        if physical is not None:
-            grid = pole_grid(physical.basis).to(self.data.features)
-            if physical.eigenvalues is not None:  # heavier masses decay more slowly
-                excited = physical.eigenvalues
-        # poles of the system itself: a mode v has the pole exp(v h)
-        slowest = 0.0 if excited is None else float(np.exp(excited.real * step).max())
-        penalty = PolePenalty.of(self.problem.window, slowest, residuals)
-        return replace(penalty, radius=penalty.radius ** (1 / shape.substeps), grid=grid)
-
-    def _least_squares(self, shape: CellShape, segments: Segments) -> LeastSquares:
-        """Return the problem on segments with the penalties on poles and on coefficients.
-
-        The validation error of an unstable A is infinite, so that it is never chosen.
-        """
-        count, physical = segments.targets.numel(), self.problem.physical
-        validation, penalty = self.data.validation, self._penalty(shape, count)
-        terms = None if physical is None else physical.terms("training")
-        smoothness = Smoothness.of(terms, count)
-
-        def normal(theta: torch.Tensor) -> NormalEquations:
-            found = penalty.join(normal_equations(shape, theta, segments), shape, theta)
-            return smoothness.join(found, shape, theta)
-
-        def cost(theta: torch.Tensor) -> float:
-            squares = sum_of_squares(shape, theta, segments)
-            more = penalty.cost(shape, theta) + smoothness.cost(shape, theta)
-            return squares + more if math.isfinite(squares) else squares
-
-        def error(theta: torch.Tensor) -> float:
-            squares = sum_of_squares(shape, theta, validation)
-            radii = pole_radii(shape, theta, penalty.grid)
-            fine = math.isfinite(squares) and float(radii.max()) < 1
-            return math.sqrt(squares / validation.counted) if fine else math.inf
-
-        return LeastSquares(normal, cost, segments.counted, error)
-
-    def _excited(self) -> NDArray[np.complex128] | None:
-        if self.problem.eigenvalues is None or len(self.problem.eigenvalues) == 0:
-            return None
-        drive = self.data.features[:, :, list(self.data.roles.drive)]
-        return excited_eigenvalues(self.problem.eigenvalues, drive, self.problem.window.step)
 
     @cached_property
     def _impulse_responses(self) -> Responses:

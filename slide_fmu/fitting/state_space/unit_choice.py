@@ -18,8 +18,9 @@ from slide_fmu.fitting.history import TriedUnits
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.cubes import with_room
-from slide_fmu.fitting.state_space.multi_start import Candidate, FitData, MultiStart
+from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
+from slide_fmu.fitting.state_space.objective import FitData
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.fitting.state_space.sizes import orders_to_try
 from slide_fmu.network.state_space.cell import MIXED_UNITS

@@ -12,8 +12,9 @@ import pytest
 
 from slide_fmu.fitting.state_space import sizes
 from slide_fmu.fitting.state_space.fit import prepare
-from slide_fmu.fitting.state_space.multi_start import Candidate, FitData, MultiStart
+from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
 from slide_fmu.fitting.state_space.noise import noise_in, without_noise
+from slide_fmu.fitting.state_space.objective import FitData
 from slide_fmu.fitting.state_space.sizes import choose_sizes
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.springs import CUBIC, QUICK, problem_of

@@ -1,0 +1,117 @@
+"""Which samples of measured records a recipe learns from, chooses by, and tests with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from slide_fmu.recipe.measured import shares_of
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.recipe.specimens import too_few_specimens
+from slide_fmu.systems.record.blocks import Block, Split, Splitting
+from slide_fmu.systems.record.measured import RecordError
+from slide_fmu.systems.record.model import MeasuredRecords
+from slide_fmu.systems.record.periods import find_period
+from slide_fmu.systems.record.splitting import split_pieces
+
+FEWEST = 8
+"""So many samples in a row have all outputs somewhere in each part."""
+MOST = 0.9
+"""Stretches are so short that this part of the samples is used, at least."""
+
+
+def divided(recipe: Recipe, source: MeasuredRecords, lead: int | None = None) -> Split:
+    """Divide the records of a recipe into its parts; the window's truncated part leads in.
+
+    The lead is another number of samples if it is not None.
+
+    Raises:
+        RecipeError: a part has too few samples, the inputs repeat no period although the recipe
+            divides by periods, or the part to learn from has too few specimens for the parameters.
+    """
+    lead = recipe.window.n_in - recipe.window.n_out if lead is None else lead
+    shares = {str(part): share for part, share in shares_of(recipe).items() if share}
+    by = recipe.data.by
+    try:
+        splitting = Splitting(lead, by, shares, _period(source) if by == "period" else None)
+        found = split_pieces(source.pieces, splitting)
+    except RecordError as error:
+        raise RecipeError(f"recipe {recipe.name!r}: {error}") from error
+    problem = too_few_specimens(recipe, files_of(source, found["train"]))
+    if problem is not None:
+        raise RecipeError(f"recipe {recipe.name!r}: data.by = {by!r}: {problem}")
+    return found
+
+
+def scored_parts(recipe: Recipe, source: MeasuredRecords) -> Split:
+    """Divide records as ``divided`` does, and cut what is scored where outputs are missing.
+
+    What leads in is not cut: it needs no outputs.
+
+    Raises:
+        RecipeError: as of ``divided``, or outputs are missing nearly everywhere.
+    """
+    parts = {}
+    for part, blocks in divided(recipe, source).items():
+        found = [own for block in blocks for own in _runs(source, block)]
+        longest = max((block.stop - block.scored for block in found), default=0)
+        wanted = max(FEWEST, recipe.window.n_out)
+        if longest < min(wanted, max(block.stop - block.scored for block in blocks)):
+            raise RecipeError(
+                f"recipe {recipe.name!r}: outputs are missing so often that at most {longest} "
+                f"samples in a row have all of them in the part {part!r}; expected {wanted} in a "
+                "row: leave out the lines of the file without outputs, if that makes even times "
+                "of a longer step, learn fewer outputs, or give a smaller window.n_out"
+            )
+        parts[part] = tuple(found)
+    return parts
+
+
+def longest_scored(recipe: Recipe, source: MeasuredRecords) -> int:
+    """Return how many samples a stretch can score so that all parts to learn from have most.
+
+    That is ``MOST`` of the samples of each part, where gaps make blocks of unequal lengths; those
+    that are shorter than the window's output do not count.
+
+    Raises:
+        RecipeError: as of ``divided``.
+    """
+    parts = scored_parts(recipe, source)
+    found = []
+    for part in parts:
+        if part != "test":
+            scored = [block.stop - block.scored for block in parts[part]]
+            shortest = min(recipe.window.n_out, max(scored))
+            lengths = np.sort([length for length in scored if length >= shortest])[::-1]
+            share = np.cumsum(lengths) / lengths.sum()
+            found.append(int(lengths[np.searchsorted(share, MOST)]))
+    return min(found)
+
+
+def files_of(source: MeasuredRecords, blocks: Sequence[Block]) -> list[int]:
+    """Return the numbers of the files that blocks are cut from."""
+    return [source.pieces[block.piece].record for block in blocks]
+
+
+def _runs(source: MeasuredRecords, block: Block) -> list[Block]:
+    """Cut a block to those that score whole outputs only; all have its lead."""
+    outputs = source.pieces[block.piece].trajectory.outputs
+    known = np.isfinite(outputs[block.scored + 1 : block.stop + 1]).all(axis=1)
+    edges = np.flatnonzero(np.diff(known.astype(np.int8), prepend=0, append=0)) + block.scored
+    lead = block.scored - block.start
+    return [
+        Block(block.piece, begin - lead, begin, end)
+        for begin, end in edges.reshape(-1, 2).tolist()
+    ]
+
+
+def _period(source: MeasuredRecords) -> int:
+    longest = max(source.pieces, key=lambda piece: len(piece.trajectory.inputs))
+    found = find_period(longest.trajectory.inputs)
+    if found is None:
+        raise RecordError(
+            'data.by = "period", but the inputs repeat no period; expected some that do: set '
+            'data.by = "block"'
+        )
+    return found.samples

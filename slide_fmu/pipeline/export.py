@@ -10,7 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from slide_fmu.core.progress import Stages
-from slide_fmu.fmu.export import MODULE_FILES, export_fmu, read_fmu, read_member
+from slide_fmu.fmu.export import (
+    DOCUMENTATION,
+    EXTRA,
+    MODULE_FILES,
+    export_fmu,
+    read_fmu,
+    read_folder,
+)
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 
 
@@ -67,6 +74,7 @@ def _export_recipe(request: Request, bar: Stages) -> Path:
 
     An FMU of the same surrogate that ``run`` has finished keeps its report and measured error.
     """
+    from slide_fmu.pipeline.credentials import credentials
     from slide_fmu.pipeline.job import open_job, provenance
     from slide_fmu.pipeline.stages import examine_stability
 
@@ -82,25 +90,36 @@ def _export_recipe(request: Request, bar: Stages) -> Path:
         same = {key: value for key, value in (found or {}).items() if key in origin} == origin
         if same and other.to_bytes() == surrogate.to_bytes():
             return export_again(finished, path, request.fmi, request.sources)
-    return export_fmu(surrogate, path, fmi=request.fmi, sources=request.sources, provenance=origin)
+    files = credentials(surrogate, job.recipe, origin)
+    return export_fmu(
+        surrogate,
+        path,
+        fmi=request.fmi,
+        provenance=origin,
+        sources=request.sources,
+        documentation=files.documentation,
+        extra=files.extra,
+    )
 
 
 def export_again(source: Path, path: Path, fmi: FmiVersion, sources: bool) -> Path:
     """Write the surrogate of an FMU as FMU of either standard, with this version's runtime.
+
+    Its documentation and credentials stay as they are.
 
     Raises:
         FmuError: the source is no FMU of slide-fmu.
         ValueError: the path does not end in ``.fmu``.
     """
     surrogate, found = read_fmu(source)
-    page = read_member(source, "documentation/index.html")
     return export_fmu(
         surrogate,
         path,
         fmi=fmi,
         sources=sources,
         provenance=found,
-        documentation={} if page is None else {"index.html": page},
+        documentation=read_folder(source, DOCUMENTATION),
+        extra=read_folder(source, EXTRA),
     )
 
 

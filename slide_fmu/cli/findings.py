@@ -114,7 +114,7 @@ def show_search(figures: dict[str, Any]) -> None:
 def show_replay(found: Replay) -> None:
     """Print by how much the outputs of a repeated experiment differ from the stored ones."""
     console.print(f"experiment of {found.steps} steps, repeated here")
-    rows = table_of("variable", "largest difference", "allowed", "stored error")
+    rows = table_of("variable", "largest difference", "allowed", "error beside the reference")
     for name, difference in found.differences.items():
         error = f"{100 * found.errors[name]:.3g} %" if name in found.errors else ""
         rows.add_row(name, f"{difference:.3g}", f"{found.allowed[name]:.3g}", error)

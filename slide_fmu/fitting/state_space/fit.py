@@ -81,15 +81,18 @@ def fit_state_space(
 
 
 def begun_with(start: StateSpace, multi_start: MultiStart) -> Candidate:
-    """Return the candidate that is a known network."""
+    """Return the candidate that is a known network; physical parameters do not move it yet."""
     cell = start.cell
     units = GATED if cell.gated else cell.activation
     sizes = len(cell.a), len(cell.w), start.n_values
-    shape = CellShape(*sizes, start.roles, units, True, start.turned, substeps=cell.substeps)
+    terms = multi_start.terms
+    shape = CellShape(*sizes, start.roles, units, True, start.turned, terms, cell.substeps)
     arrays: dict[str, Any] = {
         name: torch.from_numpy(part.astype(np.float64)) for name, part in cell.arrays().items()
     }
-    return multi_start.known(shape, shape.join(replace(cell, **arrays)))
+    constant = shape.join(replace(cell, **arrays))
+    others = constant.new_zeros(shape.n_parameters - shape.n_weights)
+    return multi_start.known(shape, torch.cat([constant, others]))
 
 
 def _history(winner: Candidate, data: FitData) -> History:

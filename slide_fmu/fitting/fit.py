@@ -142,7 +142,6 @@ def _fit_network(
         (input_scaling.apply(split.inputs), output_scaling.apply(split.outputs))
         for split in splits
     ]
-    require_chosen_features(recipe, offered, len(system.outputs))
     trials = Trials(offered, window, (splits[0], splits[1]), eigenvalues, checkpoints)
     spent = CpuTime(checkpoint.with_suffix(".cpu_seconds"))
     progress = spent.counted(progress)
@@ -151,6 +150,7 @@ def _fit_network(
     if isinstance(start, StateSpace):
         features = start.features
     else:
+        require_chosen_features(recipe, offered, len(system.outputs))
         table, tried = search_features(recipe.network, recipe.training, trials, progress)
         features = choose_features(table.feature_names(), offered, values[0][0])
     if recipe.training.flip_signs:

@@ -23,6 +23,7 @@ from slide_fmu.fitting.state_space.remarks import remark_on
 from slide_fmu.fitting.state_space.segments import Segments, cut_segments
 from slide_fmu.fitting.state_space.sizes import USED, Chosen, choose_sizes, still_learnable
 from slide_fmu.fitting.state_space.unit_choice import choose_units
+from slide_fmu.fitting.state_space.whitening import Whitening
 from slide_fmu.network.state_space.cell import GATED, Cell
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.network.state_space.polynomial import CellPolynomial
@@ -130,10 +131,14 @@ def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresR
         whole = whole.and_others(whole.mirrored(), 1.0)
     searched = "auto" in (network.order, network.hidden)
     fewest = max(FEWEST, math.ceil(ENOUGH / len(whole.targets))) if searched else FEWEST
+    validation = segments("validation")
+    if problem.noise is not None:
+        whitening = Whitening.of_noise(problem.noise).to(features).normalised(whole.targets)
+        whole, validation = (replace(s, whitening=whitening) for s in (whole, validation))
     part = whole.every(_stride(training.part, pieces, whole.count, fewest))
     start = problem.start
     roles = roles_of(network, problem.features) if start is None else start.roles
-    return FitData(whole, part, segments("validation"), features, roles)
+    return FitData(whole, part, validation, features, roles)
 
 
 def _stride(part: int, pieces: int, count: int, fewest: int = FEWEST) -> int:

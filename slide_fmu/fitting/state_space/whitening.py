@@ -1,8 +1,8 @@
 """Residuals are weighted by the noise of what was measured, where its spectrum is known.
 
 Where the noise of an output is n[k] = sum of a_j n[k-j] + e[k] with a white e of deviation s, the
-residuals r count as (r[k] - sum of a_j r[k-j]) / s: frequencies and outputs with little noise count
-more than those with much. These are the residuals of the greatest likelihood (Ljung, "System
+residuals r count as (r[k] - sum of a_j r[k-j]) / s: frequencies and outputs with little noise
+count more than those with much. These are the residuals of the greatest likelihood (Ljung, "System
 Identification", 1999, section 7.4). The first residuals of a segment, which have fewer before
 them, go through shorter predictors.
 """

@@ -168,19 +168,10 @@ def _fit_network(
     more = beyond[0] if beyond else None
     physical = physical_of(recipe, splits, eigenvalues_at_corners(recipe, system))
     problem = Problem(
-        window,
-        features,
-        training,
-        validation,
-        checkpoint,
-        eigenvalues,
-        more,
-        None,
-        physical,
-        noise,
+        window, features, training, validation, checkpoint, eigenvalues, more, physical=physical
     )
-    if isinstance(start, StateSpace):
-        problem = dataclasses.replace(problem, start=start)
+    begun = start if isinstance(start, StateSpace) else None
+    problem = dataclasses.replace(problem, noise=noise, start=begun)
     network, history = family.fit(problem, table, recipe.training, progress("surrogate"))
     history = dataclasses.replace(history, cpu_seconds=spent.keep())
     signals = system.inputs, system.outputs

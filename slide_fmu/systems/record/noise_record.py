@@ -95,11 +95,8 @@ def noise_at_rest(
             f"{list(outputs)} are known; expected at least {LEAST}: record the outputs at rest "
             "for longer"
         )
-    whole = np.concatenate(stretches)
-    for name, at_rest, moving in zip(
-        outputs, whole.std(axis=0), _deviations(records, outputs), strict=True
-    ):
-        _require_quiet(noise, name, float(at_rest), float(moving))
+    for name, moving in zip(outputs, _deviations(records, outputs), strict=True):
+        _require_quiet(noise, name, float(moving))
     return Noise(stretches, Path(noise.path).name, noise.digest)
 
 
@@ -140,9 +137,11 @@ def _deviations(records: Sequence[Record], outputs: tuple[str, ...]) -> FloatArr
     return np.asarray(np.nanstd(np.concatenate([r.chosen(outputs) for r in records]), axis=0))
 
 
-def _require_quiet(noise: Record, name: str, at_rest: float, moving: float) -> None:
-    """Refuse an output that is constant at rest, or moves as much as in other records."""
-    if at_rest == 0:
+def _require_quiet(noise: Record, name: str, moving: float) -> None:
+    """Refuse an output that is constant at rest, or moves much beside a deviation when moving."""
+    values = noise.columns[name]
+    at_rest = float(np.nanstd(values))
+    if np.nanmin(values) == np.nanmax(values):
         raise RecordError(
             f"noise record {noise.path}, column {name!r}: the value is the same in all samples; "
             "expected the noise of its sensor: record it with its full resolution, or leave out "

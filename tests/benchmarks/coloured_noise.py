@@ -2,10 +2,11 @@
 
     python tests/benchmarks/coloured_noise.py --json -
 
-A mass on a hardening spring (x'' + 3.6 x' + 9 x + 4 x^3 = u) is measured with noise in each output,
-relative to its deviation. The same network is learnt from the record alone, and with a second
-record of the noise, which was taken while nothing moved. The truth is known, so the errors are
-those beside it, about their means: nothing tells the offset of a slow drift from that of a network.
+A mass on a hardening spring (x'' + 3.6 x' + 9 x + 4 x^3 = u) is measured with noise in each
+output, relative to its deviation. The same network is learnt from the record alone, and with a
+second record of the noise, which was taken while nothing moved. The truth is known, so the errors
+are those beside it, about their means: nothing tells the offset of a slow drift from that of a
+network.
 
 The cases:
 
@@ -111,23 +112,17 @@ def errors_of(noises: tuple[Noise, ...], seed: int, known: bool) -> tuple[list[f
     def noise(samples: int) -> FloatArray:
         return np.stack([noise.draw(samples, rng) for noise in noises], 1)
 
-    parts = [
-        (
-            torch.from_numpy(FEATURES.along(u)).double(),
-            torch.from_numpy(y / scale + noise(len(y)))[None],
-        )
-        for u, y in motions
-    ]
-    at_rest = noise(AT_REST)
+    def measured(u: FloatArray, y: FloatArray) -> tuple[torch.Tensor, torch.Tensor]:
+        outputs = torch.from_numpy(y / scale + noise(len(y)))
+        return torch.from_numpy(FEATURES.along(u)).double(), outputs[None]
+
+    parts = [measured(*pair) for pair in motions]
+    at_rest = (noise(AT_REST),) if known else None
+    training = LeastSquaresRecipe(seed=seed, **TRAINING)
     begin = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
-        checkpoint = Path(folder) / "fit.pt"
-        problem = Problem(
-            WINDOW, FEATURES, *parts, checkpoint, noise=(at_rest,) if known else None
-        )
-        network, _ = fit_state_space(
-            problem, NETWORK, LeastSquaresRecipe(seed=seed, **TRAINING), lambda *_: None
-        )
+        problem = Problem(WINDOW, FEATURES, *parts, Path(folder) / "fit.pt", noise=at_rest)
+        network, _ = fit_state_space(problem, NETWORK, training, lambda *_: None)
     spent = time.process_time() - begin
     inputs, truth = motion(TESTED, 10 * seed + 5, count)
     left = (network.stream(inputs)[0] - truth[1:] / scale)[2 * WINDOW.n_in :]

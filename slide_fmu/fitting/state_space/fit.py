@@ -75,7 +75,8 @@ def fit_state_space(
         )
     history = _history(winner, data)
     learnable, samples = still_learnable(multi_start, winner), data.whole.targets.numel()
-    remark = remark_on(winner.error, learnable, winner.shape.n_parameters, samples)
+    weighted, parameters = problem.noise is not None, winner.shape.n_parameters
+    remark = remark_on(winner.error, learnable, parameters, samples, weighted)
     return freeze(winner, problem, data), replace(
         history, sizes=chosen.tried, units=kinds, remark=remark
     )

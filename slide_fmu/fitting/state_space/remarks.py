@@ -41,7 +41,7 @@ def _remark_on_error(error: float, learnable: float, weighted: bool) -> str | No
     how = ", weighted by the spectrum of the noise" if weighted else ""
     return (
         f"the network misses {100 * error:.2g} % of the outputs (RMS over standard deviation, in "
-        f"validation{how}), and {100 * learnable:.2g} % could still be learnt from the inputs: give "
-        "more trajectories (data.train), more units (network.hidden) or states (network.order), "
-        "or more starts (training.starts)"
+        f"validation{how}), and {100 * learnable:.2g} % could still be learnt from the inputs: "
+        "give more trajectories (data.train), more units (network.hidden) or states "
+        "(network.order), or more starts (training.starts)"
     )

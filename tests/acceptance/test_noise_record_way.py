@@ -83,7 +83,7 @@ def test_report_tells_the_noise_and_keeps_the_error_unweighted(place: Path) -> N
         json.loads((place / f"{n}.json").read_text()) for n in ("plain", "weighted")
     )
     page = (place / "runs/weighted/report.html").read_text(encoding="utf-8")
-    assert "samples of its past predict all of it but" in page
+    assert "an autoregression of order 1 predicts all of it but" in page
     errors = [
         report["validation"]["in range"]["outputs"][0]["relative_rmse"]
         for report in (plain, weighted)

@@ -111,7 +111,7 @@ def remarks_on_noise(
         colour = "white"
         if model.order:
             colour = (
-                f"coloured: {model.order} samples of its past predict all of it but "
+                f"coloured: an autoregression of order {model.order} predicts all of it but "
                 f"{100 * model.unpredictable:.2g} %"
             )
         remarks.append(

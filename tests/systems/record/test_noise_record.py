@@ -56,7 +56,7 @@ def test_remark_tells_how_large_and_how_coloured_the_noise_is(tmp_path: Path) ->
     deviation = np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=1)[:, 2].std()
     percent = 100 * drift(3000).std() / deviation
     assert f"noise of 'travel' is {percent:.3g} % of its standard deviation" in remark
-    assert "coloured: 1 samples of its past predict all of it but 4" in remark
+    assert "coloured: an autoregression of order 1 predicts all of it but 4" in remark
     white = NOISE * np.random.default_rng(0).normal(size=3000)
     source = source_with(tmp_path, write_noise(tmp_path / "white.csv", white))
     assert any("and white; residuals are weighted by it" in remark for remark in source.remarks)

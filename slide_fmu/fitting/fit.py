@@ -26,6 +26,7 @@ from slide_fmu.fitting.feature_choice import choose_features, require_odd
 from slide_fmu.fitting.feature_search import Trials, search_features
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.input_forecast import fit_forecast
+from slide_fmu.fitting.measured_noise import digests_of, noise_of
 from slide_fmu.fitting.physical import physical_of, require_chosen_features
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.settled import settled
@@ -125,6 +126,7 @@ def _fit_network(
     output_scaling = standard_deviation_scaling(system.outputs, splits[0])
     if known is not None:
         output_scaling = known.output_scaling
+    noise = noise_of(system, output_scaling)
     family = FITS[type(recipe.network)]
     eigenvalues = eigenvalues_at_rest(system) if family.linearized else None
     dtype = torch.float64 if family.linearized else getattr(torch, recipe.training.precision)
@@ -136,6 +138,7 @@ def _fit_network(
         *(values.tolist() for s in (input_scaling, output_scaling) for values in vars(s).values()),
         recipe.model_dump(mode="json", include=LEARNT_BY),
         *([] if known is None else [known.to_bytes().hex()]),
+        *digests_of(noise),
     )
     checkpoint = checkpoints / f"surrogate-{key}.pt"
     values = [
@@ -167,8 +170,8 @@ def _fit_network(
     problem = Problem(
         window, features, training, validation, checkpoint, eigenvalues, more, physical=physical
     )
-    if isinstance(start, StateSpace):
-        problem = dataclasses.replace(problem, start=start)
+    begun = start if isinstance(start, StateSpace) else None
+    problem = dataclasses.replace(problem, noise=noise, start=begun)
     network, history = family.fit(problem, table, recipe.training, progress("surrogate"))
     history = dataclasses.replace(history, cpu_seconds=spent.keep())
     signals = system.inputs, system.outputs

@@ -19,7 +19,7 @@ from tests.own_records import RECIPE, STEP, force_and_travel
 QUICK = "starts = 2\nstart_iterations = 10\nkept = 1\nkept_iterations = 10\n"
 UNSEEN = 5200
 """From this sample on nothing is learnt."""
-NAMED = 'model = "bench.csv"\nnoise_record = "at_rest.csv"'
+NAMED = 'model = "drifting.csv"\nnoise_record = "at_rest.csv"'
 
 
 def drift(samples: int, seed: int) -> np.ndarray:
@@ -40,12 +40,12 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     force, travel = force_and_travel(6000)
     time = STEP * np.arange(6000)
     for name, columns, header in (
-        ("bench", (time, force, travel + drift(6000, 1)), "time [s],force [N],travel [m]"),
+        ("drifting", (time, force, travel + drift(6000, 1)), "time [s],force [N],travel [m]"),
         ("at_rest", (time, drift(6000, 2)), "time [s],travel [m]"),
     ):
         np.savetxt(folder / f"{name}.csv", np.stack(columns, 1), "%.9g", ",", header=header,
                    comments="")  # fmt: skip
-    for name, model in (("plain", 'model = "bench.csv"'), ("weighted", NAMED)):
+    for name, model in (("plain", 'model = "drifting.csv"'), ("weighted", NAMED)):
         text = RECIPE.replace('name = "bench"', f'name = "{name}"')
         recipe = folder / f"{name}.toml"
         recipe.write_text(text.replace('model = "bench.csv"', model) + QUICK)
@@ -89,6 +89,21 @@ def test_report_tells_the_noise_and_keeps_the_error_unweighted(place: Path) -> N
         for report in (plain, weighted)
     ]
     assert errors[1] == pytest.approx(errors[0], rel=0.3)  # mostly the drift, in both
+
+
+def test_noise_beside_the_error_is_that_of_the_noise_record(place: Path) -> None:
+    """Without one only its white part is known: drift hides in the error."""
+    floors = []
+    for name in ("plain", "weighted"):
+        report = json.loads((place / f"{name}.json").read_text())
+        floors.append(report["validation"]["in range"]["outputs"][0]["relative_noise_floor"])
+    assert floors[0] < 0.5 * floors[1]
+    at_rest = np.loadtxt(place / "at_rest.csv", delimiter=",", skiprows=1)[:, -1]
+    _, travel = force_and_travel(6000)
+    assert floors[1] == pytest.approx(at_rest.std() / travel.std(), rel=0.2)
+    cards = [(place / f"runs/{n}/card.md").read_text() for n in ("plain", "weighted")]
+    assert "by the flat bottom of the residuals' spectrum: no surrogate" in cards[0]
+    assert "by the noise record: no surrogate" in cards[1]
 
 
 def test_other_noise_record_makes_the_training_anew(place: Path) -> None:

@@ -14,6 +14,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import meaning_of
 from slide_fmu.validation.limits import ordered, useless_beyond
 from slide_fmu.validation.motions import motions_of
+from slide_fmu.validation.record_noise import ORIGINS, origin_of_noise
 
 
 def model_card(
@@ -52,6 +53,7 @@ def model_card(
         names=[motion.name for motion in motions_of(recipe)],
         moving=all("plain_relative_rmse" in o for v in validations.values() for o in v["outputs"]),
         now_text=meaning_of(surrogate),
+        noise_origin=ORIGINS[origin_of_noise(recipe)],
         useless=useless_beyond(measured),
         picture=picture,
         mechanism=mechanism,

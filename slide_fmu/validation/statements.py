@@ -122,6 +122,8 @@ def _data(recipe: Recipe, provenance: Mapping[str, Any]) -> list[Entry]:
     found = []
     if recipe.system.is_record:
         found.append(table("data.records", "Record", _rows(provenance.get("records", []))))
+        if "noise_record" in provenance:
+            found.append(table("data.noise_record", "Record", _rows([provenance["noise_record"]])))
     else:
         rows = [{"name": split, "trajectories": recipe.count(split)} for split in SPLITS]
         times = {"duration_s": data.duration, "burn_in_s": data.burn_in, "seed": data.seed}

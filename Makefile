@@ -12,12 +12,16 @@ READY := $(VENV)/ready
 
 setup: $(READY)
 
-# What torch needs for CUDA, some gigabytes, is installed only where torch came with CUDA.
+# A build of torch for the CPU alone is taken where pip finds one; what torch needs for CUDA, some
+# gigabytes, is installed only where torch came with CUDA.
 PIP := $(PYTHON) -m pip --disable-pip-version-check --python $(BIN)/python
 LOCKED := $(PIP) install --quiet --require-hashes --no-deps -r
+TORCH_CPU = $(shell sed -n 's/^\(torch==[^ ]*\).*/\1/p' requirements-cpu.lock)
 
-$(READY): requirements.lock requirements-cuda.lock pyproject.toml
+$(READY): requirements.lock requirements-cpu.lock requirements-cuda.lock pyproject.toml
 	$(PYTHON) -m venv --without-pip $(VENV)
+	if $(PIP) install --quiet --dry-run --no-deps $(TORCH_CPU) 2>/dev/null; \
+		then $(LOCKED) requirements-cpu.lock; fi
 	$(LOCKED) requirements.lock
 	if $(PIP) check | grep -q "^torch "; then $(LOCKED) requirements-cuda.lock; fi
 	$(PIP) install --quiet --no-deps --no-build-isolation -e .

@@ -1,10 +1,10 @@
 """Write the lock files anew: ``make lock``, which is ``python locks/lock.py`` where uv is installed.
 
-``requirements.lock`` names every package that the checkout needs, with its version, the hashes of
-its files and where it is needed; ``requirements-cuda.lock`` those that torch needs beside them
+``requirements.lock`` names every package that a checkout needs, with its version, the hashes of its
+files and the machines that need it; ``requirements-cuda.lock`` those that torch needs beside them
 where it came with CUDA, as on Linux from PyPI. Versions that are locked stay as they are as long as
-``pyproject.toml`` admits them: remove them from the files before to get newer ones. Builds of torch
-for the CPU alone are not on PyPI; the hashes of known ones lie in ``locks/torch_cpu.sha256``.
+``pyproject.toml`` admits them; to get newer ones, remove theirs from the files before.
+``requirements-cpu.lock`` is written by hand, and held against them.
 """
 
 from __future__ import annotations
@@ -17,60 +17,49 @@ import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-LOCK, CUDA_LOCK = ROOT / "requirements.lock", ROOT / "requirements-cuda.lock"
-CPU_BUILDS = ROOT / "locks" / "torch_cpu.sha256"
+LOCK = ROOT / "requirements.lock"
+CPU_LOCK = ROOT / "requirements-cpu.lock"
+CUDA_LOCK = ROOT / "requirements-cuda.lock"
 PYTHONS = ("3.11", "3.12", "3.13")
-"""Versions of Python for which the locked packages must have wheels, on Linux."""
-CUDA = re.compile(r"(nvidia-|cuda-|triton==)")
-"""Packages that torch needs with CUDA alone begin so."""
+PLATFORMS = ("x86_64-manylinux_2_28", "aarch64-manylinux_2_28")
+"""For all of these the locked packages must have wheels."""
+CUDA = re.compile(r"nvidia-|cuda-|triton==")
+"""So begin the packages that torch needs for CUDA alone."""
 BUILDS_EDITABLE = "editables"
-"""What the build backend asks for, beside ``build-system.requires``, where it installs a checkout."""
+"""The build backend asks for this, beside ``build-system.requires``, to install a checkout."""
 HEADER = """\
 # {about}
-# Written by make lock. Every package has the hashes of its files: pip installs no other.
+# make lock writes this file. Packages whose files have other hashes are not installed.
 """
 
 
 def main() -> None:
-    """Resolve all packages, write both files, and hold them against the versions of Python."""
-    both = blocks_of(_resolved())
-    torch = next(version_of(block) for block in both if block.startswith("torch=="))
-    hashes = cpu_hashes(CPU_BUILDS.read_text(encoding="utf-8"), torch)
-    if not hashes:
-        print(f"remark: {CPU_BUILDS} has no build of torch {torch}; where one is to be installed, "
-              "write the line that sha256sum prints there", file=sys.stderr)
-    both = [with_hashes(b, hashes) if b.startswith("torch==") else b for b in both]
-    cuda = [block for block in both if CUDA.match(block)]
-    _write(LOCK, "All packages of a checkout.", [b for b in both if b not in cuda])
+    """Resolve all packages, write both files, and hold them against versions of Python."""
+    blocks = blocks_of(_resolved())
+    cuda = [block for block in blocks if CUDA.match(block)]
+    others = [block for block in blocks if not CUDA.match(block)]
+    _write(LOCK, "All packages of a checkout, without those of CUDA.", others)
     _write(CUDA_LOCK, "Packages that torch needs beside them where it came with CUDA.", cuda)
     for python in PYTHONS:
-        _require_complete(python)
+        for platform in PLATFORMS:
+            _require_complete(python, platform)
+            print(f"Python {python}, {platform}: all packages are there")
+    _require_same_torch(*(path.read_text(encoding="utf-8") for path in (LOCK, CPU_LOCK)))
 
 
 def blocks_of(text: str) -> list[str]:
-    """Divide what uv writes into one block for each package: requirement, hashes, who needs it."""
-    return [block.strip() for block in re.split(r"\n(?=\w)", text) if block.strip()]
+    """Divide a lock file into one block for each package: requirement, hashes, who needs it."""
+    return [block.strip() for block in re.split(r"^(?=\w)", text, flags=re.M)[1:]]
 
 
-def version_of(block: str) -> str:
-    """Return the version that a block pins."""
-    return re.split(r"[\s;]", block.split("==")[1])[0]
-
-
-def cpu_hashes(listed: str, version: str) -> list[str]:
-    """Return the hashes of the builds of this version for the CPU, from lines of sha256sum."""
-    lines = (line.split() for line in listed.splitlines())
-    return [found for found, name in lines if name.startswith(f"torch-{version}+cpu-")]
-
-
-def with_hashes(block: str, hashes: list[str]) -> str:
-    """Return a block with further hashes, which stand before those that it has."""
-    first, rest = block.split("\n", 1)
-    return "\n".join([first, *(f"    --hash=sha256:{found} \\" for found in hashes), rest])
+def torch_version(text: str) -> str:
+    """Return the version of torch in a lock file, without its build."""
+    (version,) = re.findall(r"^torch==([\d.]+)", text, flags=re.M)
+    return str(version)
 
 
 def _resolved() -> str:
-    """Return what uv writes for the package with all its extras, and for what builds it."""
+    """Return what uv writes for the package with the extra ``dev``, and for what builds it."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     build = [*project["build-system"]["requires"], BUILDS_EDITABLE]
     oldest = project["project"]["requires-python"].removeprefix(">=")
@@ -88,27 +77,38 @@ def _resolved() -> str:
         return output.read_text(encoding="utf-8")
 
 
-def _require_complete(python: str) -> None:
-    """Let uv resolve the files for a version of Python, by the metadata of their wheels alone."""
+def _require_complete(python: str, platform: str) -> None:
+    """Let uv resolve the files for one kind of machine, by the metadata of their wheels alone.
+
+    It refuses packages that the files do not name, and such as have no wheel of a known hash.
+    """
     with tempfile.TemporaryDirectory() as target:
         _uv(
             *("pip", "install", "--dry-run", "--require-hashes", "--only-binary", ":all:"),
-            *("--python-version", python, "--python-platform", "x86_64-manylinux_2_28"),
-            *("--target", target, "-r", str(LOCK), "-r", str(CUDA_LOCK)),
+            *("--python-version", python, "--python-platform", platform, "--target", target),
+            *("-r", str(LOCK), "-r", str(CUDA_LOCK)),
         )
-    print(f"Python {python}: all packages are there")
 
 
 def _uv(*arguments: str, given: str = "") -> None:
     command = [sys.executable, "-m", "uv", "--quiet", *arguments]
-    done = subprocess.run(command, cwd=ROOT, input=given, text=True)
-    if done.returncode:
-        raise SystemExit(f"make lock: uv {' '.join(arguments[:2])} failed, as it says above")
+    if subprocess.run(command, cwd=ROOT, input=given, text=True).returncode:
+        raise SystemExit(
+            f"make lock: uv {' '.join(arguments)} failed; it says above what is wrong"
+        )
+
+
+def _require_same_torch(lock: str, cpu_lock: str) -> None:
+    found, expected = torch_version(cpu_lock), torch_version(lock)
+    if found != expected:
+        raise SystemExit(
+            f"{CPU_LOCK.name} has builds of torch {found}; expected {expected}, as in "
+            f"{LOCK.name}: write the hashes of such builds there, which sha256sum prints"
+        )
 
 
 def _write(path: Path, about: str, blocks: list[str]) -> None:
-    text = "\n".join([HEADER.format(about=about), *blocks, ""])
-    path.write_text(text, encoding="utf-8")
+    path.write_text("\n".join([HEADER.format(about=about), *blocks, ""]), encoding="utf-8")
 
 
 if __name__ == "__main__":

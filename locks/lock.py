@@ -1,9 +1,9 @@
-"""Write the lock files anew: ``make lock``, which is ``python locks/lock.py`` where uv is installed.
+"""Write the lock files anew: ``make lock`` calls this script where uv is installed.
 
-``requirements.lock`` names every package that a checkout needs, with its version, the hashes of its
-files and the machines that need it; ``requirements-cuda.lock`` those that torch needs beside them
-where it came with CUDA, as on Linux from PyPI. Versions that are locked stay as they are as long as
-``pyproject.toml`` admits them; to get newer ones, remove theirs from the files before.
+``requirements.lock`` names every package that a checkout needs, with its version, the hashes of
+its files and the machines that need it; ``requirements-cuda.lock`` those that torch needs beside
+them where it came with CUDA, as on Linux from PyPI. Versions that are locked stay as they are as
+long as ``pyproject.toml`` admits them; to get newer ones, remove theirs from the files before.
 ``requirements-cpu.lock`` is written by hand, and held against them.
 """
 
@@ -52,6 +52,11 @@ def blocks_of(text: str) -> list[str]:
     return [block.strip() for block in re.split(r"^(?=\w)", text, flags=re.M)[1:]]
 
 
+def without_hashes(text: str) -> str:
+    """Return a lock file that names versions alone."""
+    return re.sub(r" \\\n +--hash=\S+", "", text)
+
+
 def torch_version(text: str) -> str:
     """Return the version of torch in a lock file, without its build."""
     (version,) = re.findall(r"^torch==([\d.]+)", text, flags=re.M)
@@ -65,9 +70,9 @@ def _resolved() -> str:
     oldest = project["project"]["requires-python"].removeprefix(">=")
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "lock"
-        # uv keeps the versions that its output names
+        # uv keeps the versions that its output names, and hashes, which are to be looked up anew
         kept = [path.read_text(encoding="utf-8") for path in (LOCK, CUDA_LOCK) if path.exists()]
-        output.write_text("\n".join(kept), encoding="utf-8")
+        output.write_text(without_hashes("\n".join(kept)), encoding="utf-8")
         _uv(
             *("pip", "compile", "pyproject.toml", "-", "--extra", "dev"),
             *("--universal", "--python-version", oldest),

@@ -60,7 +60,6 @@ def resolved_lengths(
         found = find_lengths(recipe, system, Patience(patience))
     if found.sizing is not None and found.sizing.left_out is not None:
         return found.values, found.sizing
-    place.parent.mkdir(parents=True, exist_ok=True)
     record = {"values": found.values, "recipe": asked, "probe": motion.tolist()}
     write_whole(place, json.dumps(record, indent=1).encode("utf-8"))
     return found.values, found.sizing

@@ -17,6 +17,7 @@ from fmpy.fmi1 import FMICallException
 from slide_fmu.core.files import FullDiskError, filling
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.importer import Reader, Slave, open_slave, read_description
+from slide_fmu.fmu.export import REMEDY
 
 
 class CoSimulationError(RuntimeError):
@@ -88,7 +89,7 @@ def unpacked(path: Path) -> Iterator[UnpackedFmu]:
         except FullDiskError:
             raise
         except Exception as error:  # fmpy raises bare Exception for paths outside of the folder
-            raise CoSimulationError(f"{path} cannot be unpacked: {error}") from error
+            raise CoSimulationError(f"{path} cannot be unpacked: {error}; {REMEDY}") from error
         known = description.fmiVersion[:2] in ("2.", "3.")
         if not known or description.coSimulation is None:
             raise CoSimulationError(

@@ -47,7 +47,8 @@ class KeptComparison:
         """
         place = self.path / "unseen.npz"
         if place.exists():
-            with damage_named(place, "arrays that compare wrote"), np.load(place) as kept:
+            content = io.BytesIO(place.read_bytes())
+            with damage_named(place, "arrays that compare wrote"), np.load(content) as kept:
                 if str(kept["key"]) == key:
                     return [_motion(kept, number) for number in range(int(kept["count"]))]
         found = list(find())

@@ -53,8 +53,8 @@ class RunFolder:
         there = next(place for place in (self.path, *self.path.parents) if place.exists())
         if not there.is_dir():
             raise StageError(
-                f"{there} is a file; expected a folder, or nothing, where {self.path} is to be: "
-                "move the file away, or work in another folder (--runs FOLDER)"
+                f"{there} is a file; expected a folder, since the work on the recipe is kept in "
+                f"{self.path}: move the file away, or work in another folder (--runs FOLDER)"
             )
 
     @contextmanager

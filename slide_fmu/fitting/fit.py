@@ -26,6 +26,7 @@ from slide_fmu.fitting.feature_choice import choose_features, require_odd
 from slide_fmu.fitting.feature_search import Trials, search_features
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.input_forecast import fit_forecast
+from slide_fmu.fitting.measured_noise import digests_of, noise_of
 from slide_fmu.fitting.physical import physical_of, require_chosen_features
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.settled import settled
@@ -125,6 +126,7 @@ def _fit_network(
     output_scaling = standard_deviation_scaling(system.outputs, splits[0])
     if known is not None:
         output_scaling = known.output_scaling
+    noise = noise_of(system, output_scaling)
     family = FITS[type(recipe.network)]
     eigenvalues = eigenvalues_at_rest(system) if family.linearized else None
     dtype = torch.float64 if family.linearized else getattr(torch, recipe.training.precision)
@@ -136,13 +138,13 @@ def _fit_network(
         *(values.tolist() for s in (input_scaling, output_scaling) for values in vars(s).values()),
         recipe.model_dump(mode="json", include=LEARNT_BY),
         *([] if known is None else [known.to_bytes().hex()]),
+        *digests_of(noise),
     )
     checkpoint = checkpoints / f"surrogate-{key}.pt"
     values = [
         (input_scaling.apply(split.inputs), output_scaling.apply(split.outputs))
         for split in splits
     ]
-    require_chosen_features(recipe, offered, len(system.outputs))
     trials = Trials(offered, window, (splits[0], splits[1]), eigenvalues, checkpoints)
     spent = CpuTime(checkpoint.with_suffix(".cpu_seconds"))
     progress = spent.counted(progress)
@@ -151,6 +153,7 @@ def _fit_network(
     if isinstance(start, StateSpace):
         features = start.features
     else:
+        require_chosen_features(recipe, offered, len(system.outputs))
         table, tried = search_features(recipe.network, recipe.training, trials, progress)
         features = choose_features(table.feature_names(), offered, values[0][0])
     if recipe.training.flip_signs:
@@ -167,8 +170,8 @@ def _fit_network(
     problem = Problem(
         window, features, training, validation, checkpoint, eigenvalues, more, physical=physical
     )
-    if isinstance(start, StateSpace):
-        problem = dataclasses.replace(problem, start=start)
+    begun = start if isinstance(start, StateSpace) else None
+    problem = dataclasses.replace(problem, noise=noise, start=begun)
     network, history = family.fit(problem, table, recipe.training, progress("surrogate"))
     history = dataclasses.replace(history, cpu_seconds=spent.keep())
     signals = system.inputs, system.outputs

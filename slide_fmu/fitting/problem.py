@@ -61,6 +61,8 @@ class Problem:
         beyond: features and outputs of the same kind beyond the range of the inputs, learnt with
             a low weight; None if there are none.
         physical: the physical parameters that the weights shall follow; None if there are none.
+        noise: stretches of the outputs' noise alone in scaled units, (N, n_outputs) each, by whose
+            spectrum residuals are weighted; None where it is not known.
     """
 
     window: Window
@@ -72,6 +74,7 @@ class Problem:
     beyond: tuple[torch.Tensor, torch.Tensor] | None = None
     start: StateSpace | None = None
     physical: Physical | None = None
+    noise: tuple[FloatArray, ...] | None = None
 
     def records(self, which: Which) -> tuple[torch.Tensor, torch.Tensor]:
         """Return features and outputs of records; those beyond the range must be there."""

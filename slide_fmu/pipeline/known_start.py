@@ -67,8 +67,12 @@ def start_origin(recipe: Recipe) -> dict[str, Any]:
 
 
 def _require_no_other_network(recipe: Recipe, place: str) -> None:
-    plain = StateSpaceRecipe()
-    given = {key: value for key, value in recipe.network if value != getattr(plain, key, None)}
+    plain, free = StateSpaceRecipe(), {"parameter_degree"} if recipe.parameters else set()
+    given = {
+        key: value
+        for key, value in recipe.network
+        if key not in free and value != getattr(plain, key, None)
+    }
     if given:
         raise RecipeError(
             f"{place} with the table network = {given}; expected none: the training goes on with "

@@ -11,6 +11,8 @@ from slide_fmu.systems.record.model import MeasuredRecords
 
 KEY = "records"
 """In the provenance: a list of the names and SHA-256 hashes of the files."""
+OF_NOISE = "noise_record"
+"""In the provenance: name and SHA-256 hash of the file that tells the outputs' noise, if any."""
 
 
 def record_origin(recipe: Recipe) -> dict[str, Any]:
@@ -23,7 +25,10 @@ def record_origin(recipe: Recipe) -> dict[str, Any]:
     if not isinstance(source, MeasuredRecords):
         return {}
     files = zip(source.files, source.digests, strict=True)
-    return {KEY: [{"file": name, "sha256": digest} for name, digest in files]}
+    found: dict[str, Any] = {KEY: [{"file": name, "sha256": digest} for name, digest in files]}
+    if source.noise is not None:
+        found[OF_NOISE] = {"file": source.noise.file, "sha256": source.noise.digest}
+    return found
 
 
 def require_same_records(provenance: dict[str, Any], recipe: Recipe, fmu: str) -> None:

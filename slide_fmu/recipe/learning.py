@@ -237,8 +237,9 @@ class LeastSquaresRecipe(Table):
         even_out: whether segments that move more than usual get lower weights.
         precision: floating point format of the training.
         start: path of an FMU of slide-fmu whose network the training begins with, as one that was
-            learnt from a simulation and is refined on a record: then there is no search and no
-            other start, and the tables ``network`` and ``estimator.network`` are those of the FMU.
+            learnt from a simulation and is refined on a record, or from one value of physical
+            parameters and now shall follow them: then there is no search and no other start, and
+            the table ``network`` is that of the FMU, but for ``parameter_degree``.
     """
 
     method: Literal["levenberg_marquardt"] = "levenberg_marquardt"

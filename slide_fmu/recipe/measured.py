@@ -52,11 +52,13 @@ def require_fitting_tables(recipe: Recipe) -> None:
     if recipe.system.is_record:
         _require_no_model(recipe)
         _require_shares(recipe)
+        _require_weights(recipe)
         return
     system, data = recipe.system, recipe.data
     columns = [s.column for s in (*system.inputs.values(), *system.outputs.values()) if s.column]
     given: dict[str, Any] = {
         "system.further": list(system.further),
+        "system.noise_record": system.noise_record,
         "data.shares": dict(data.shares),
         "data.by": "" if data.by == "block" else data.by,
         "column": columns,
@@ -104,6 +106,17 @@ def _require_no_model(recipe: Recipe) -> None:
                 f"{key} = {value!r} with system.kind = {KIND!r}; expected none, since records "
                 "cannot be simulated: remove it"
             )
+
+
+def _require_weights(recipe: Recipe) -> None:
+    """Refuse a noise record where no network is learnt by its spectrum."""
+    family = recipe.network.family
+    if recipe.system.noise_record is not None and family != "state_space":
+        raise ValueError(
+            f"system.noise_record = {recipe.system.noise_record!r} with network.family = "
+            f"{family!r}; expected network.family = 'state_space', whose residuals alone are "
+            "weighted by the spectrum of noise: choose it, or remove the key"
+        )
 
 
 def _require_shares(recipe: Recipe) -> None:

@@ -112,9 +112,3 @@ def _require_learnable(recipe: Recipe) -> None:
             f"parameters {names} with network.family = {recipe.network.family!r}; expected none: "
             "the weights of state-space networks alone follow them"
         )
-    training = recipe.training
-    if isinstance(training, LeastSquaresRecipe) and training.start is not None:
-        raise ValueError(
-            f"training.start = {training.start!r} with parameters {names}; expected none: a "
-            "training that begins with the network of an FMU follows no parameters"
-        )

@@ -47,6 +47,9 @@ class SystemRecipe(Table):
         kind: one of ``slide_fmu.systems.loading.KINDS``, which says what ``model`` is.
         model: of a class, ``"module:Class"`` of a ``slide_fmu.systems.base.System``.
         further: of records, further files with the same columns.
+        noise_record: of records, a file with the columns of the outputs that was taken in the same
+            way while nothing moved: a state-space network weights its residuals by the spectrum of
+            that noise. None: all residuals count alike.
         parameters: those of the system beside ``step``; of a class, its keyword arguments.
         inputs, outputs: what the model leaves open about its signals, by their names; empty of a
             class, which declares its own.
@@ -64,6 +67,7 @@ class SystemRecipe(Table):
     kind: str = "class"
     model: str
     further: tuple[str, ...] = ()
+    noise_record: str | None = None
     parameters: dict[str, float | int | str | bool] = Field(default={})
     inputs: dict[str, SignalRecipe] = Field(default={})
     outputs: dict[str, SignalRecipe] = Field(default={})

@@ -118,7 +118,14 @@ def data_specification(recipe: Recipe) -> Specification:
     parameters = () if system.is_record else recipe.physical()  # nobody sets those of records
     starts = {parameter.name: parameter.start_value for parameter in parameters}
     return Specification(
-        system.model, {**starts, **system.parameters}, step, kind, inputs, outputs, system.further
+        system.model,
+        {**starts, **system.parameters},
+        step,
+        kind,
+        inputs,
+        outputs,
+        system.further,
+        system.noise_record,
     )
 
 

@@ -70,6 +70,7 @@ class Specification:
         kind: one of ``slide_fmu.systems.loading.KINDS``.
         inputs, outputs: what the recipe says about signals, in its order.
         further: of records, further files beside ``model``.
+        noise_record: of records, a file that was taken while nothing moved; None if there is none.
     """
 
     model: str
@@ -79,6 +80,7 @@ class Specification:
     inputs: tuple[SignalChoice, ...] = ()
     outputs: tuple[SignalChoice, ...] = ()
     further: tuple[str, ...] = ()
+    noise_record: str | None = None
 
     def to_json(self) -> str:
         """Write the specification as one line of JSON, the same for the same values."""

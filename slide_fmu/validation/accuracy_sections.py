@@ -9,6 +9,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.validation import figures
 from slide_fmu.validation.comparison import Validation, meaning_of
+from slide_fmu.validation.record_noise import ORIGINS, origin_of_noise
 from slide_fmu.validation.report import Section
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_figures
 from slide_fmu.validation.tables import parameter_rows, percent, scientific
@@ -98,7 +99,7 @@ def _compared(validation: Validation) -> str:
         return (
             f"{count} blocks of the records that nothing was learnt or chosen from, and the FMU "
             "run on their inputs. What was measured has noise of its own, which no surrogate can "
-            "predict: its RMS is estimated from the flat bottom of the residuals' spectrum. Run "
+            f"predict: its RMS is known {ORIGINS[origin_of_noise(validation.recipe)]}. Run "
             "freely, never handed over from window to window, the network begins with the state "
             "that the lead of a block shows."
         )

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.measures import relative_deviation, rms
-from slide_fmu.core.noise_floor import SHORTEST_PIECE, noise_of_residuals
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.motions import motions_of
+from slide_fmu.validation.record_noise import measured_noise
 
 
 @dataclass(frozen=True)
@@ -195,10 +195,9 @@ class Validation:
         found: dict[str, float] = {}
         reference, _ = _joined(self.comparisons)
         scale = max(float(rms(reference)[index]), sys.float_info.min)
-        long_enough = [c.error for c in self.comparisons if len(c.error) >= SHORTEST_PIECE]
-        if long_enough:
-            floor = noise_of_residuals(long_enough).floor[index]
-            found["relative_noise_floor"] = float(floor) / scale
+        noise = measured_noise(self.recipe, [c.error for c in self.comparisons])
+        if noise is not None:
+            found["relative_noise_floor"] = float(noise[index]) / scale
         free = [c.free - c.reference for c in self.comparisons if c.free is not None]
         if free:
             found["free_relative_rmse"] = float(rms(np.concatenate(free))[index]) / scale

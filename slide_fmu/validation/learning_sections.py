@@ -89,7 +89,8 @@ def training_section(histories: Mapping[str, Mapping[str, Sequence[float]]]) -> 
         rows.append((stage, str(history["step"][-1]), f"{best:.4g}"))
     return Section(
         "Training",
-        "The weights of the best validation are kept. Errors are RMSE in scaled units; of the "
+        "The weights of the best validation are kept. Errors are RMSE in scaled units, weighted "
+        "by the spectrum of the outputs' noise where a noise record is named; of the "
         "estimator at single samples, where it learns by likelihood, a mean standard deviation, "
         "and then the mean deviation of its scaled logarithm.",
         rows,

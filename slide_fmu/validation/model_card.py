@@ -13,6 +13,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import meaning_of
 from slide_fmu.validation.motions import motions_of
+from slide_fmu.validation.record_noise import ORIGINS, origin_of_noise
 
 UNUSABLE = 0.2
 """Relative RMSE beyond the range from which on the card warns."""
@@ -55,6 +56,7 @@ def model_card(
         names=[motion.name for motion in motions_of(recipe)],
         moving=all("plain_relative_rmse" in o for _, v in validations for o in v["outputs"]),
         now_text=meaning_of(surrogate),
+        noise_origin=ORIGINS[origin_of_noise(recipe)],
         useless=[v for _, v in validations if _is_useless(v)],
         picture=picture,
         mechanism=mechanism,

@@ -54,6 +54,17 @@ def test_fmu_that_no_training_can_begin_with_is_refused_before_data_are_made(cas
         check_recipe(recipe)
 
 
+def test_network_of_its_own_is_refused_where_a_training_begins_with_an_fmu() -> None:
+    """The degree in which weights follow physical parameters is the recipe's, if it has some."""
+    start, place = f"{FMUS}/duffing/duffing.fmu", "training.start = .* with the table network"
+    tables = {"network": {"parameter_degree": 1}, "training": {"start": start}}
+    with pytest.raises(RecipeError, match=rf"{place} = {{'parameter_degree': 1}}; expected none"):
+        check_recipe(tiny_state_space_recipe(**tables))
+    mass = {"parameters": {"mass": {"range": [1.0, 2.0]}}}
+    with pytest.raises(RecipeError, match=r"has the step 0\.03; expected 0\.015625"):
+        check_recipe(tiny_state_space_recipe(**tables, **mass))
+
+
 @pytest.mark.parametrize("subcommand", ["try", "run"])
 def test_missing_start_of_a_training_is_told_before_any_trajectory_is_made(
     tmp_path: Path, subcommand: str

@@ -62,6 +62,7 @@ def test_what_only_models_have_is_refused_of_records(more: str, message: str) ->
     ("changes", "message"),
     [
         ({"system": {"further": ["b.csv"]}}, r"system.further = \['b.csv'\] with system.kind"),
+        ({"system": {"noise_record": "r.csv"}}, "system.noise_record = 'r.csv' with system.kind"),
         ({"data": {"shares": {"train": 1.0}}}, "data.shares = {'train': 1.0} with system.kind"),
         ({"data": {"by": "record"}}, "data.by = 'record' with system.kind = 'class'"),
         ({"data": {"excitation": []}}, "data.excitation is empty"),
@@ -72,3 +73,15 @@ def test_what_only_records_have_is_refused_of_models(
 ) -> None:
     with pytest.raises(ValueError, match=message):
         tiny_recipe(**changes)
+
+
+def test_noise_record_is_refused_of_networks_that_do_not_weight_residuals_by_it() -> None:
+    text = RECIPE.replace('model = "bench.csv"', 'model = "bench.csv"\nnoise_record = "rest.csv"')
+    assert parse_recipe(text, "bench.toml").system.noise_record == "rest.csv"
+    feed_forward = text.split("[network]")[0] + (
+        '[network]\nfamily = "feed_forward"\nhidden = [4]\n'
+        "[training]\nsteps = 10\nbatch = 8\nlearning_rate = 0.01\n"
+    )
+    with pytest.raises(RecipeError, match=r"expected network\.family = 'state_space'") as caught:
+        parse_recipe(feed_forward, "bench.toml")
+    assert "system.noise_record = 'rest.csv'" in str(caught.value)

@@ -23,6 +23,7 @@ from slide_fmu.fitting.state_space.remarks import remark_on
 from slide_fmu.fitting.state_space.segments import Segments, cut_segments
 from slide_fmu.fitting.state_space.sizes import USED, Chosen, choose_sizes, still_learnable
 from slide_fmu.fitting.state_space.unit_choice import choose_units
+from slide_fmu.fitting.state_space.whitening import Whitening
 from slide_fmu.network.state_space.cell import GATED, Cell
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.network.state_space.polynomial import CellPolynomial
@@ -74,22 +75,26 @@ def fit_state_space(
         )
     history = _history(winner, data)
     learnable, samples = still_learnable(multi_start, winner), data.whole.targets.numel()
-    remark = remark_on(winner.error, learnable, winner.shape.n_parameters, samples)
+    weighted, parameters = problem.noise is not None, winner.shape.n_parameters
+    remark = remark_on(winner.error, learnable, parameters, samples, weighted)
     return freeze(winner, problem, data), replace(
         history, sizes=chosen.tried, units=kinds, remark=remark
     )
 
 
 def begun_with(start: StateSpace, multi_start: MultiStart) -> Candidate:
-    """Return the candidate that is a known network."""
+    """Return the candidate that is a known network; physical parameters do not move it yet."""
     cell = start.cell
     units = GATED if cell.gated else cell.activation
     sizes = len(cell.a), len(cell.w), start.n_values
-    shape = CellShape(*sizes, start.roles, units, True, start.turned, substeps=cell.substeps)
+    terms = multi_start.terms
+    shape = CellShape(*sizes, start.roles, units, True, start.turned, terms, cell.substeps)
     arrays: dict[str, Any] = {
         name: torch.from_numpy(part.astype(np.float64)) for name, part in cell.arrays().items()
     }
-    return multi_start.known(shape, shape.join(replace(cell, **arrays)))
+    constant = shape.join(replace(cell, **arrays))
+    others = constant.new_zeros(shape.n_parameters - shape.n_weights)
+    return multi_start.known(shape, torch.cat([constant, others]))
 
 
 def _history(winner: Candidate, data: FitData) -> History:
@@ -130,10 +135,14 @@ def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresR
         whole = whole.and_others(whole.mirrored(), 1.0)
     searched = "auto" in (network.order, network.hidden)
     fewest = max(FEWEST, math.ceil(ENOUGH / len(whole.targets))) if searched else FEWEST
+    validation = segments("validation")
+    if problem.noise is not None:
+        whitening = Whitening.of_noise(problem.noise).to(features).normalised(whole.targets)
+        whole, validation = (replace(s, whitening=whitening) for s in (whole, validation))
     part = whole.every(_stride(training.part, pieces, whole.count, fewest))
     start = problem.start
     roles = roles_of(network, problem.features) if start is None else start.roles
-    return FitData(whole, part, segments("validation"), features, roles)
+    return FitData(whole, part, validation, features, roles)
 
 
 def _stride(part: int, pieces: int, count: int, fewest: int = FEWEST) -> int:

@@ -118,7 +118,7 @@ class MultiStart:
             self.network.units,
             self.network.bias,
             pairs,
-            1 if self.problem.physical is None else len(self.problem.physical.basis.degrees),
+            self.terms,
             self.network.substeps if units else 1,
         )
 
@@ -139,6 +139,12 @@ class MultiStart:
         while units > 1 and self.shape(order, units).n_parameters > limit // 2:
             units -= 1
         return units
+
+    @property
+    def terms(self) -> int:
+        """Every weight is a sum of this many terms of the physical parameters; 1 without any."""
+        physical = self.problem.physical
+        return 1 if physical is None else len(physical.basis.degrees)
 
     @property
     def eigenvalues_known(self) -> bool:

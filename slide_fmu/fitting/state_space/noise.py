@@ -33,7 +33,8 @@ def noise_in(candidate: Candidate, validation: Segments) -> float:
         found, _ = simulate(
             candidate.shape, candidate.state.best, validation.features, validation.phi
         )
-    residuals = (validation.targets - found[validation.burn_in :]).double().cpu().numpy()
+    left = validation.whitened(validation.targets - found[validation.burn_in :])
+    residuals = left.double().cpu().numpy()
     floors = noise_of_residuals([residuals[:, k] for k in range(residuals.shape[1])]).floor
     noise = float(np.sqrt(np.mean(np.square(floors))))
     return noise if noise > PART * candidate.error else 0.0

@@ -55,8 +55,8 @@ def sum_of_squares(shape: CellShape, theta: torch.Tensor, segments: Segments) ->
     """Return the sum of squares over all scored samples; not finite if the cell diverges."""
     with torch.no_grad():
         found, _ = simulate(shape, theta, segments.features, segments.phi)
-        residuals = (found[segments.burn_in :] - segments.targets).square().sum((0, 2))
-        return float(residuals @ segments.weights.square())
+        residuals = segments.whitened(found[segments.burn_in :] - segments.targets)
+        return float(residuals.square().sum((0, 2)) @ segments.weights.square())
 
 
 def normal_equations(shape: CellShape, theta: torch.Tensor, segments: Segments) -> NormalEquations:
@@ -232,6 +232,8 @@ def _run(
     the rows of J are derivatives by.
     """
     theta = weights_of_cells
+    if chunk.whitening is not None:
+        add = chunk.whitening.streamed(add)
     cell, burn_in, samples = shape.split(theta), chunk.burn_in, len(chunk.features)
     inputs = ByRole.of(shape.roles, chunk.features)
     equations = Equations(cell, inputs, shape.turned, torch)

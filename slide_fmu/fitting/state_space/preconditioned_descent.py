@@ -149,7 +149,7 @@ def _gradient(
     """
     variable = theta.clone().requires_grad_()
     outputs, _ = simulate(shape, variable, segments.features)
-    residuals = outputs[segments.burn_in :] - segments.targets
+    residuals = segments.whitened(outputs[segments.burn_in :] - segments.targets)
     cost = (segments.weights[:, None] * residuals).square().mean()
     if not math.isfinite(cost.detach()):
         return math.nan, torch.zeros_like(theta)

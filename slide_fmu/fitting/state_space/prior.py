@@ -34,15 +34,18 @@ class Prior:
 
     @staticmethod
     def around(shape: CellShape, theta: torch.Tensor, strength: float) -> Prior:
-        """Return the prior around weights (P,); their sizes are those of them and their matrix."""
-        squares = theta.square()
+        """Return the prior around weights (P,); their sizes are those of them and their matrix.
+
+        Coefficients of terms of physical parameters have the sizes of the constant ones.
+        """
+        squares = theta[: shape.n_weights].square()
         first = 0
         for size in shape.sizes:
             part = squares[first : first + size]
             if size:
                 part += part.mean().clamp_min(1e-12)
             first += size
-        return Prior(theta, strength / squares)
+        return Prior(theta, strength / squares.repeat(shape.terms))
 
     def joined(self, problem: LeastSquares) -> LeastSquares:
         """Return a least-squares problem with the prior in its sum of squares."""

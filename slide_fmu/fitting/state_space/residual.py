@@ -3,7 +3,8 @@
 The residual is regressed on random units of the cell's states and features, as they are and as
 they pass through the cell's own poles: what units would add to the outputs at first order. It is
 scored on segments that were left out (cross-validation), so that noise, and what lies before the
-window, do not count.
+window, do not count. Where residuals are weighted by the spectrum of noise, they and what predicts
+them are filtered alike.
 """
 
 from __future__ import annotations
@@ -36,9 +37,23 @@ def learnable_share(shape: CellShape, theta: torch.Tensor, data: Sequence[Segmen
     The parameters theta have the shape (P,). All data are regressed on and scored together.
     """
     units = _Units(shape, theta, data[0])
-    known, residuals, folds = (
-        torch.cat(parts) for parts in zip(*map(units.of, data), strict=True)
-    )
+    regressions = [
+        _regression(*(torch.cat(parts) for parts in zip(*groups, strict=True)))
+        for groups in zip(*map(units.of, data), strict=True)
+    ]
+    before = sum(squares for squares, _ in regressions)
+    after = min(map(sum, zip(*(left for _, left in regressions), strict=True)))
+    return max(0.0, 1 - after / before) if before > 0 else 0.0
+
+
+def _regression(
+    known: torch.Tensor, residuals: torch.Tensor, folds: torch.Tensor
+) -> tuple[float, list[float]]:
+    """Return the squares of residuals, (N, p), and those that regressors, (N, R), leave over.
+
+    The latter are those of segments that were left out, for each of ``RIDGES``; the folds have
+    the shape (N,).
+    """
     size = known.square().mean(0).sqrt()
     known = known / size.clamp_min(1e-12 * float(size.max()))  # what never moves has no size
     before, after = float(residuals.square().sum()), [0.0] * len(RIDGES)
@@ -51,7 +66,11 @@ def learnable_share(shape: CellShape, theta: torch.Tensor, data: Sequence[Segmen
             damping = torch.full_like(matrix[0], ridge * int((~left).sum()))
             coefficients = torch.linalg.solve(matrix + torch.diag(damping), right)
             after[index] += float((wanted - others @ coefficients).square().sum())
-    return max(0.0, 1 - min(after) / before) if before > 0 else 0.0
+    return before, after
+
+
+_Regressed = tuple[torch.Tensor, torch.Tensor, torch.Tensor]
+"""Regressors (N, R), residuals (N, p) and folds (N,)."""
 
 
 class _Units:
@@ -77,8 +96,11 @@ class _Units:
         steep = (low + (high - low) * spread).exp() / math.sqrt(count)
         self._weights = (weights * steep).to(seen.device)
 
-    def of(self, segments: Segments) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Return regressors (N, R), residuals (N, p) and folds (N,) of scored samples."""
+    def of(self, segments: Segments) -> list[_Regressed]:
+        """Return regressors and what they are regressed on, of scored samples.
+
+        All outputs have the same regressors, unless noise has a spectrum of its own in each.
+        """
         chosen = _some(segments)
         seen, outputs = self._seen(chosen)
         scaled, first = seen / self._size, chosen.burn_in
@@ -87,8 +109,16 @@ class _Units:
         parts = [both, *(_filtered(both, pole) for pole in self._poles)]
         known = torch.cat([part[first:] for part in parts], 2)
         residuals = chosen.targets.double() - outputs[first:]
-        folds = _folds(*known.shape[:2]).to(known.device)
-        return known.flatten(0, 1), residuals.flatten(0, 1), folds.flatten()
+        folds = _folds(*known.shape[:2]).to(known.device).flatten()
+        if chosen.whitening is None:
+            return [(known.flatten(0, 1), residuals.flatten(0, 1), folds)]
+        whitening = chosen.whitening.to(known)
+        filtered = whitening.along(residuals).flatten(0, 1)
+        outputs_alone = [whitening.of_output(k) for k in range(filtered.shape[1])]
+        return [
+            (own.along(known[:, :, None]).flatten(0, 2), filtered[:, k : k + 1], folds)
+            for k, own in enumerate(outputs_alone)
+        ]
 
     def _seen(self, segments: Segments) -> tuple[torch.Tensor, torch.Tensor]:
         """Return what units may see, (N, B, m), late and not, and the outputs (N, B, p)."""

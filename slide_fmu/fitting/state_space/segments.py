@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 
 import torch
 
+from slide_fmu.fitting.state_space.whitening import Whitening
+
 
 @dataclass(frozen=True, eq=False)
 class Segments:
@@ -24,12 +26,15 @@ class Segments:
         weights: factors on the residuals of each segment, shape (B,).
         phi: values of the terms that the physical parameters of each segment give, shape
             (B, terms); None where there are no parameters.
+        whitening: weights the residuals by the spectrum of the outputs' noise; None where that is
+            not known, and all residuals count alike.
     """
 
     features: torch.Tensor
     targets: torch.Tensor
     weights: torch.Tensor
     phi: torch.Tensor | None = None
+    whitening: Whitening | None = None
 
     @property
     def burn_in(self) -> int:
@@ -46,6 +51,10 @@ class Segments:
         """The number of residuals, each counted as its weight squared, scales the cost."""
         return self.targets.numel() * float(self.weights.square().mean())
 
+    def whitened(self, residuals: torch.Tensor) -> torch.Tensor:
+        """Return residuals of the scored samples, (scored, B, n_outputs), as they count."""
+        return residuals if self.whitening is None else self.whitening.along(residuals)
+
     def every(self, stride: int) -> Segments:
         """Return every ``stride``-th segment; they come from trajectories all over the data."""
         return self.chosen(torch.arange(0, self.count, stride, device=self.weights.device))
@@ -57,6 +66,7 @@ class Segments:
             self.targets[:, numbers],
             self.weights[numbers],
             None if self.phi is None else self.phi[numbers],
+            self.whitening,
         )
 
     def chunks(self, size: int) -> list[Segments]:
@@ -71,6 +81,7 @@ class Segments:
             torch.cat([self.targets, others.targets], 1),
             torch.cat([self.weights, factor * others.weights]),
             torch.cat(both) if both else None,
+            self.whitening,
         )
 
     def evened_out(self) -> Segments:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from functools import lru_cache
 from pathlib import Path
-from typing import cast, get_args
+from typing import TypedDict, cast, get_args
 
 import numpy as np
 
@@ -15,9 +15,10 @@ from slide_fmu.systems.base import Source
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.record.examination import examine
 from slide_fmu.systems.record.measured import Record, RecordError
+from slide_fmu.systems.record.noise_record import Noise, noise_at_rest, remarks_on_noise
 from slide_fmu.systems.record.pairing import check_pairing
 from slide_fmu.systems.record.preparation import Pairing, Piece, Preparation, prepared
-from slide_fmu.systems.record.reading import READERS, read_records
+from slide_fmu.systems.record.reading import READERS, read_record, read_records
 from slide_fmu.systems.specification import SignalChoice, Specification
 
 HOLD: Hold = "first_order"
@@ -29,6 +30,13 @@ PARAMETERS = ("time", "sample_step", "pairing")
 without times; and the pairing (``slide_fmu.systems.record.preparation.Pairing``)."""
 
 
+class _ClockChoice(TypedDict):
+    """The times of files, as readers are told of them."""
+
+    time: str | None
+    step: float | None
+
+
 class MeasuredRecords(Source):
     """Measured records of one system, cut where samples are missing, with one even step. Final.
 
@@ -37,6 +45,7 @@ class MeasuredRecords(Source):
         files: names of the files, by the number that pieces have of them.
         digests: SHA-256 of each file, by the same number.
         identity: SHA-256 of all files together as numbers, shape (32, 1).
+        noise: noise of the outputs, taken while nothing moved; None where it was not recorded.
     """
 
     def __init__(
@@ -45,10 +54,11 @@ class MeasuredRecords(Source):
         pieces: tuple[Piece, ...],
         records: tuple[Record, ...],
         remarks: tuple[str, ...],
+        noise: Noise | None = None,
     ) -> None:
         self.inputs, self.outputs = signals
         self.step = pieces[0].trajectory.step
-        self.pieces, self.remarks = pieces, remarks
+        self.pieces, self.remarks, self.noise = pieces, remarks, noise
         self.files = tuple(Path(record.path).name for record in records)
         self.digests = tuple(record.digest for record in records)
         digest = hashlib.sha256("".join(self.digests).encode()).digest()
@@ -70,7 +80,9 @@ def make(specification: Specification) -> MeasuredRecords:
             is found in a record that must be mended first.
     """
     _require_parameters(specification)
-    times = tuple(_modified(path) for path in (specification.model, *specification.further))
+    at_rest = [] if specification.noise_record is None else [specification.noise_record]
+    paths = (specification.model, *specification.further, *at_rest)
+    times = tuple(_modified(path) for path in paths)
     return _made(specification.to_json(), times)
 
 
@@ -86,14 +98,18 @@ def _made(text: str, _times: tuple[int, ...]) -> MeasuredRecords:
 
 
 def _read(specification: Specification, names: tuple[str, ...]) -> tuple[Record, ...]:
-    paths, parameters = (specification.model, *specification.further), specification.parameters
+    paths = (specification.model, *specification.further)
+    return read_records(paths, names, **_clock(specification))
+
+
+def _clock(specification: Specification) -> _ClockChoice:
+    """Return the column of times and the step that readers are told."""
+    parameters = specification.parameters
     time, step = parameters.get("time"), parameters.get("sample_step")
-    return read_records(
-        paths,
-        names,
-        time=None if time is None else str(time),
-        step=None if step is None else float(step),
-    )
+    return {
+        "time": None if time is None else str(time),
+        "step": None if step is None else float(step),
+    }
 
 
 def _prepared(
@@ -114,7 +130,20 @@ def _prepared(
         raise RecordError("\n".join(refused))
     made = prepared(records, preparation)
     remarks = (*(finding.message for finding in findings), *made.remarks)
-    return MeasuredRecords((inputs, outputs), made.pieces, records, remarks)
+    noise = _noise(specification, records, names[1])
+    if noise is not None:
+        remarks = (*remarks, *remarks_on_noise(noise, records, names[1]))
+    return MeasuredRecords((inputs, outputs), made.pieces, records, remarks, noise)
+
+
+def _noise(
+    specification: Specification, records: tuple[Record, ...], outputs: tuple[str, ...]
+) -> Noise | None:
+    """Read the noise record, if the specification names one."""
+    if specification.noise_record is None:
+        return None
+    record = read_record(specification.noise_record, outputs, **_clock(specification))
+    return noise_at_rest(record, records, outputs, specification.sample_step())
 
 
 def _columns(choices: tuple[SignalChoice, ...]) -> tuple[str, ...]:

@@ -25,3 +25,11 @@ def test_poor_network_of_few_samples_has_both_remarks() -> None:
     assert "misses 20 % of the outputs" in first
     assert "5 % could still be learnt" in first
     assert "100 parameters" in second
+
+
+def test_remark_says_that_errors_are_weighted_where_they_are() -> None:
+    plain, weighted = (remark_on(0.2, 0.05, 10, 500, way) for way in (False, True))
+    assert plain is not None
+    assert weighted == plain.replace(
+        "in validation)", "in validation, weighted by the spectrum of the noise)"
+    )

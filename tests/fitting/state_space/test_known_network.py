@@ -1,0 +1,87 @@
+"""A fit that begins with a known network may open physical parameters."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from slide_fmu.fitting.state_space.cell import simulate
+from slide_fmu.fitting.state_space.fit import begun_with, prepare
+from slide_fmu.fitting.state_space.multi_start import MultiStart
+from slide_fmu.fitting.state_space.prior import Prior
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from tests.fitting.state_space.cells import plain, random_theta
+from tests.fitting.state_space.springs import NONLINEAR, QUICK, fit
+from tests.fitting.state_space.test_physical_parameters import (
+    STIFFNESS,
+    parametric_problem,
+    springs,
+)
+from tests.progress import silent
+
+MIDDLE = 0.65
+"""Stiffness of the one spring that is known at first."""
+
+
+@pytest.fixture(scope="module")
+def known(tmp_path_factory: pytest.TempPathFactory) -> StateSpace:
+    """A network for the stiffness in the middle of the range."""
+    problem = parametric_problem(tmp_path_factory.mktemp("known"))
+    fixed = replace(
+        problem,
+        training=springs(4, np.full(16, MIDDLE)),
+        validation=springs(5, np.full(6, MIDDLE)),
+        physical=None,
+    )
+    return fit(fixed, NONLINEAR, iterations=20).network
+
+
+def test_start_answers_as_the_known_network_for_every_parameter(
+    tmp_path: Path, known: StateSpace
+) -> None:
+    problem = replace(parametric_problem(tmp_path), start=known)
+    network, training = StateSpaceRecipe(), LeastSquaresRecipe(**QUICK)
+    data = prepare(problem, network, training)
+    found = begun_with(known, MultiStart(problem, network, training, data, silent))
+    assert found.shape.terms == 3
+    segments = data.whole
+    outputs, _ = simulate(found.shape, found.state.best, segments.features, segments.phi)
+    own, _ = simulate(
+        replace(found.shape, terms=1),
+        found.state.best[: found.shape.n_weights],
+        segments.features,
+    )
+    torch.testing.assert_close(outputs, own, rtol=1e-9, atol=1e-9)
+    assert float(outputs.std()) > 0.1
+
+
+def test_fit_from_a_known_network_learns_the_parameter(tmp_path: Path, known: StateSpace) -> None:
+    """It soon does far better than the known network, away from the stiffness of that one."""
+    problem = replace(parametric_problem(tmp_path), start=known)
+    found = fit(problem, {}, iterations=20).network
+    assert found.parameters == (STIFFNESS,)
+    assert found.cell.w.shape == known.cell.w.shape
+    for value in (0.42, 0.88):
+        inputs, outputs = (values.numpy() for values in springs(3, np.full(4, value)))
+        rest = outputs[:, 1 + known.n_samples :]
+        errors = []
+        for network in (found.at(np.array([value])), known):
+            error = network.stream(inputs)[:, known.n_samples :] - rest
+            errors.append(float(np.sqrt(np.mean(error**2) / np.mean(rest**2))))
+        assert errors[0] < 0.02
+        assert errors[0] < 0.2 * errors[1]
+
+
+def test_coefficients_of_terms_are_held_like_the_constant_ones() -> None:
+    """They are zero at first, which must not hold them for ever."""
+    one = plain(3, 2, 4, 1)
+    shape = replace(one, terms=3)
+    weights = random_theta(one, 0)
+    theta = torch.cat([weights, weights.new_zeros(2 * one.n_weights)])
+    expected = Prior.around(one, weights, 0.3).precision
+    assert torch.equal(Prior.around(shape, theta, 0.3).precision, expected.repeat(3))

@@ -16,14 +16,14 @@ setup: $(READY)
 # gigabytes, is installed only where torch came with CUDA.
 PIP := $(PYTHON) -m pip --disable-pip-version-check --python $(BIN)/python
 LOCKED := $(PIP) install --quiet --require-hashes --no-deps -r
-TORCH_CPU = $(shell sed -n 's/^\(torch==[^ ]*\).*/\1/p' requirements-cpu.lock)
+TORCH_CPU = $(shell sed -n 's/^\(torch==[^ ]*\).*/\1/p' .ci/requirements-cpu.lock)
 
-$(READY): requirements.lock requirements-cpu.lock requirements-cuda.lock pyproject.toml
+$(READY): requirements.lock .ci/requirements-cpu.lock .ci/requirements-cuda.lock pyproject.toml
 	$(PYTHON) -m venv --without-pip $(VENV)
 	if $(PIP) install --quiet --dry-run --no-deps $(TORCH_CPU) 2>/dev/null; \
-		then $(LOCKED) requirements-cpu.lock; fi
+		then $(LOCKED) .ci/requirements-cpu.lock; fi
 	$(LOCKED) requirements.lock
-	if $(PIP) check | grep -q "^torch "; then $(LOCKED) requirements-cuda.lock; fi
+	if $(PIP) check | grep -q "^torch "; then $(LOCKED) .ci/requirements-cuda.lock; fi
 	$(PIP) install --quiet --no-deps --no-build-isolation -e .
 	$(PIP) check
 	touch $(READY)
@@ -72,7 +72,7 @@ contract: setup
 lock:
 	$(PYTHON) -m venv build/lock
 	build/lock/bin/python -m pip install --quiet uv
-	build/lock/bin/python locks/lock.py
+	build/lock/bin/python .ci/lock.py
 
 clean:
 	rm -rf $(VENV) build runs docs/tutorials/pages

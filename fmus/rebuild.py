@@ -1,19 +1,25 @@
 """Build released FMUs again without training: ``python fmus/rebuild.py fmus/duffing/duffing.fmu``.
 
 Each FMU is replaced by one with the same surrogate, provenance, measured figures and report, and
-with the runtime of this version; its card is written again too. Its recipe is that of ``training``
-as it is now, which must say the same. To train and to measure again:
-``make release NAME=duffing``.
+with the runtime of this version; its card and credentials are written again too. Its recipe is
+that of ``training`` as it is now, which must say the same. The experiment that it carries stays;
+where it carries none, or with ``--experiment``, its reference is simulated for some seconds.
+To train and to measure again: ``make release NAME=duffing``.
 """
 
 from __future__ import annotations
 
 import argparse
+import tempfile
 from pathlib import Path
 from typing import Any
 
 from slide_fmu.core.files import write_whole
+from slide_fmu.credentials.experiment import Experiment, read_experiment
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
+from slide_fmu.pipeline.credentials import Documents, credentials
+from slide_fmu.pipeline.experiment import make_experiment
+from slide_fmu.pipeline.measurement import IN_RANGE
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
@@ -26,14 +32,19 @@ HEADING = "| variable |"
 """How the table of variables begins on a card."""
 
 
-def rebuild(fmu: Path) -> Path:
+def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
     """Write a released FMU again in its place, with the model card beside it.
 
     Surrogate, provenance, measured figures and report stay as they are. Model description and
     libraries are those of this version. The card (``README.md``) stays too, but lists the
-    variables that the FMU has now.
+    variables that the FMU has now. Credentials say what is known of it.
+
+    Args:
+        fmu: the released FMU.
+        new_experiment: whether the experiment that it carries is made anew.
 
     Raises:
+        CredentialError: the experiment that it carries is damaged: make it anew.
         FmuError: the file is no FMU of slide-fmu, or damaged.
         StageError: it carries no measured figures or no report, its recipe says something else
             now, or its card has no table.
@@ -49,12 +60,24 @@ def rebuild(fmu: Path) -> Path:
         )
     place = fmu.with_name(CARD)
     text = _with_variables(place.read_text(encoding="utf-8"), variable_table(surrogate), place)
-    recipe = _recipe_now(found or {}, surrogate)
+    provenance = {**(found or {}), "recipe": _recipe_now(found or {}, surrogate)}
+    recipe = recipe_of_provenance(provenance, str(fmu))
+    experiment = None if new_experiment else read_experiment(fmu)
+    if experiment is None:
+        experiment = _experiment(surrogate, recipe, measured)
+    files = credentials(surrogate, recipe, provenance, Documents(page, text), experiment)
     export_fmu(
-        surrogate, fmu, provenance={**(found or {}), "recipe": recipe}, documentation={PAGE: page}
+        surrogate, fmu, provenance=provenance, documentation=files.documentation, extra=files.extra
     )
     write_whole(place, text.encode("utf-8"))
     return fmu
+
+
+def _experiment(surrogate: Surrogate, recipe: Recipe, measured: dict[str, Any]) -> Experiment:
+    """Run the surrogate as FMU of this version beside its reference, as ``slide-fmu run`` does."""
+    with tempfile.TemporaryDirectory() as folder:
+        fmu = export_fmu(surrogate, Path(folder) / f"{surrogate.name}.fmu")
+        return make_experiment(fmu, surrogate, recipe, measured["validation"][IN_RANGE]["seed"])
 
 
 def _recipe_now(provenance: dict[str, Any], surrogate: Surrogate) -> str:
@@ -95,9 +118,13 @@ def main() -> None:
     """Run the command line: build the named FMUs again and print how large they were and are."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("fmus", nargs="+", type=Path, help="released FMUs")
-    for path in parser.parse_args().fmus:
+    parser.add_argument(
+        "--experiment", action="store_true", help="simulate the reference of the experiments anew"
+    )
+    given = parser.parse_args()
+    for path in given.fmus:
         before = path.stat().st_size
-        after = rebuild(path).stat().st_size
+        after = rebuild(path, given.experiment).stat().st_size
         print(f"{path}: {before} bytes before, {after} now, {100 * after / before:.0f} %")
 
 

@@ -9,6 +9,7 @@ from slide_fmu.cli.console import console, show_remark, table_of
 from slide_fmu.validation.tables import curve_rows, size_rows
 
 if TYPE_CHECKING:
+    from slide_fmu.credentials.replay import Replay
     from slide_fmu.pipeline.proposal import Proposal
     from slide_fmu.pipeline.record_proposal import RecordProposal
 
@@ -108,6 +109,16 @@ def show_search(figures: dict[str, Any]) -> None:
     if figures.get("sizes_tried"):
         _show_table("sizes tried", size_rows(figures["sizes_tried"]))
     show_remark(figures.get("remark"))
+
+
+def show_replay(found: Replay) -> None:
+    """Print by how much the outputs of a repeated experiment differ from the stored ones."""
+    console.print(f"experiment of {found.steps} steps, repeated here")
+    rows = table_of("variable", "largest difference", "allowed", "error beside the reference")
+    for name, difference in found.differences.items():
+        error = f"{100 * found.errors[name]:.3g} %" if name in found.errors else ""
+        rows.add_row(name, f"{difference:.3g}", f"{found.allowed[name]:.3g}", error)
+    console.print(rows)
 
 
 def _show_table(title: str, rows: Sequence[Sequence[str]]) -> None:

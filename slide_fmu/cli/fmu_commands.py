@@ -20,6 +20,7 @@ from slide_fmu.cli.console import (
     show_validation,
     write_json,
 )
+from slide_fmu.cli.findings import show_replay
 from slide_fmu.cli.options import (
     DataSeedOption,
     FmuArgument,
@@ -159,20 +160,23 @@ def check(
         bool,
         typer.Option(
             "--run",
-            help="Load and run a library that this version does not know, as one that was "
-            "compiled from the sources of the FMU. It may do anything.",
+            help="Repeat the experiment that the FMU carries, and say how its outputs differ; "
+            "run a library even if this version does not know it, as one that was compiled from "
+            "the sources of the FMU. It may do anything.",
         ),
     ] = False,
 ) -> None:
     """List the problems of an FMU; the exit code is 0 when there are none."""
-    from slide_fmu.cosim.check import check_fmu
+    from slide_fmu.pipeline.check import check as check_file
 
     with errors():
-        problems = check_fmu(fmu, run)
-        write_json(json_path, {"fmu": str(fmu), "problems": problems})
-    for problem in problems:
+        checked = check_file(fmu, run)
+        write_json(json_path, checked.figures(fmu))
+    if checked.replay is not None:
+        show_replay(checked.replay)
+    for problem in checked.problems:
         console.print(problem, style="red")
-    if problems:
+    if checked.problems:
         raise typer.Exit(1)
     console.print(f"{fmu}: no problems")
 

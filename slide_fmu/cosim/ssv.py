@@ -34,8 +34,17 @@ def read_parameter_set(path: Path) -> dict[str, float]:
         OSError: the file cannot be read.
         ValueError: it is no SSV file, or a value in it is no number.
     """
+    return parameters_of(path.read_bytes(), str(path))
+
+
+def parameters_of(content: bytes, path: str) -> dict[str, float]:
+    """Read the numbers of an SSV file, by name, from its content; messages name its path.
+
+    Raises:
+        ValueError: it is no SSV file, or a value in it is no number.
+    """
     try:
-        root = ElementTree.fromstring(path.read_bytes())
+        root = ElementTree.fromstring(content)
     except ElementTree.ParseError as error:
         raise ValueError(
             f"{path} is no XML document ({error}); expected an SSV file, as slide-fmu calibrate "
@@ -52,7 +61,7 @@ def read_parameter_set(path: Path) -> dict[str, float]:
     }
 
 
-def _number(path: Path, parameter: ElementTree.Element) -> float:
+def _number(path: str, parameter: ElementTree.Element) -> float:
     """Return the value of an element ``Parameter``, whose only child has its type."""
     texts = [child.get("value", "") for child in parameter if child.tag in NUMBERS]
     try:

@@ -10,6 +10,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from slide_fmu.core.files import write_zip
+from slide_fmu.fmu.attachments.files import attached_files
 from slide_fmu.fmu.description.fmi2 import guid_of, model_description
 from slide_fmu.fmu.description.fmi3 import model_description3
 from slide_fmu.fmu.libraries.platforms import FmiVersion, libraries
@@ -18,6 +19,8 @@ from slide_fmu.surrogate.payload import MAGIC, PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate
 
 DESCRIPTION = "modelDescription.xml"
+DOCUMENTATION, EXTRA = "documentation", "extra"
+"""Folders for files that no runtime reads."""
 SURROGATE = "resources/surrogate.slide"
 PROVENANCE = "resources/provenance.json"
 MODULE = "resources/module.json"
@@ -45,6 +48,7 @@ def export_fmu(
     fmi: FmiVersion = 2,
     provenance: dict[str, object] | None = None,
     documentation: Mapping[str, bytes] | None = None,
+    extra: Mapping[str, bytes] | None = None,
     sources: bool = False,
 ) -> Path:
     """Write a surrogate as co-simulation FMU; the same arguments give the same bytes.
@@ -55,14 +59,16 @@ def export_fmu(
         fmi: version of the standard: 2.0 or 3.0.
         provenance: where the surrogate comes from, as JSON values.
         documentation: files of the documentation folder, by name, ``index.html`` first of all.
+            The folder ``licenses`` is written in any case.
+        extra: files of the folder ``extra``, by name, which no runtime reads.
         sources: also write the C sources, for targets that the libraries are not for; FMI 2.0.
 
     Returns:
         The path.
 
     Raises:
-        ValueError: names of variables or documentation files are not usable, or sources are asked
-            for in FMI 3.0.
+        ValueError: names of variables, documentation or extra files are not usable, or sources
+            are asked for in FMI 3.0.
         FileNotFoundError: the runtime has not been compiled.
         OSError: the file cannot be written.
     """
@@ -86,9 +92,10 @@ def export_fmu(
     if provenance is not None:
         text = json.dumps(provenance, sort_keys=True, indent=2, ensure_ascii=False)
         members[PROVENANCE] = text.encode("utf-8")
-    for name, content in (documentation or {}).items():
-        members[f"documentation/{_checked_name(name)}"] = content
-    write_zip(path, members)
+    for folder, files_of in ((DOCUMENTATION, documentation), (EXTRA, extra)):
+        for name, content in (files_of or {}).items():
+            members[f"{folder}/{_checked_name(folder, name)}"] = content
+    write_zip(path, {**members, **attached_files(fmi)})
     return path
 
 
@@ -204,10 +211,26 @@ def read_member(path: Path, name: str) -> bytes | None:
         ) from error
 
 
-def _checked_name(name: str) -> str:
+def read_folder(path: Path, folder: str) -> dict[str, bytes]:
+    """Read the files of a folder of an FMU, by their names in it; none if there is no such folder.
+
+    Raises:
+        FmuError: the file is no zip archive or is damaged, or what is read is very large.
+        OSError: the file cannot be read.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names = [name for name in archive.namelist() if name.startswith(f"{folder}/")]
+    except zipfile.BadZipFile as error:
+        raise FmuError(f"{path} is no FMU or is damaged: {error}") from error
+    found = {name: read_member(path, name) for name in names if not name.endswith("/")}
+    return {n.removeprefix(f"{folder}/"): text for n, text in found.items() if text is not None}
+
+
+def _checked_name(folder: str, name: str) -> str:
     path = PurePosixPath(name)
     if path.is_absolute() or not path.parts or ".." in path.parts or "\\" in name:
         raise ValueError(
-            f"documentation file {name!r}; expected a relative name inside the folder, with /"
+            f"{folder} file {name!r}; expected a relative name inside the folder, with /"
         )
     return str(path)

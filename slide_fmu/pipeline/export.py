@@ -11,7 +11,15 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu.core.progress import Stages
-from slide_fmu.fmu.export import MODULE_FILES, FmuError, export_fmu, read_fmu, read_member
+from slide_fmu.fmu.export import (
+    DOCUMENTATION,
+    EXTRA,
+    MODULE_FILES,
+    FmuError,
+    export_fmu,
+    read_fmu,
+    read_folder,
+)
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -78,6 +86,7 @@ def _export_recipe(request: Request, bar: Stages) -> Exported:
     An FMU of the same surrogate that ``run`` has finished keeps its report and measured error. One
     that is damaged has lost them, which is remarked.
     """
+    from slide_fmu.pipeline.credentials import credentials
     from slide_fmu.pipeline.job import open_job, provenance
     from slide_fmu.pipeline.stages import examine_stability
 
@@ -98,7 +107,16 @@ def _export_recipe(request: Request, bar: Stages) -> Exported:
             f"{error}. The FMU that is written now carries neither report nor measured error; "
             "slide-fmu run RECIPE makes them again"
         )
-    return Exported(export_fmu(surrogate, path, provenance=origin, **options), remark)
+    files = credentials(surrogate, job.recipe, origin)
+    found = export_fmu(
+        surrogate,
+        path,
+        provenance=origin,
+        documentation=files.documentation,
+        extra=files.extra,
+        **options,
+    )
+    return Exported(found, remark)
 
 
 def _is_of(fmu: Path, surrogate: Surrogate, origin: dict[str, object]) -> bool:
@@ -115,19 +133,21 @@ def _is_of(fmu: Path, surrogate: Surrogate, origin: dict[str, object]) -> bool:
 def export_again(source: Path, path: Path, fmi: FmiVersion, sources: bool) -> Path:
     """Write the surrogate of an FMU as FMU of either standard, with this version's runtime.
 
+    Its documentation and credentials stay as they are.
+
     Raises:
         FmuError: the source is no FMU of slide-fmu.
         ValueError: the path does not end in ``.fmu``.
     """
     surrogate, found = read_fmu(source)
-    page = read_member(source, "documentation/index.html")
     return export_fmu(
         surrogate,
         path,
         fmi=fmi,
         sources=sources,
         provenance=found,
-        documentation={} if page is None else {"index.html": page},
+        documentation=read_folder(source, DOCUMENTATION),
+        extra=read_folder(source, EXTRA),
     )
 
 

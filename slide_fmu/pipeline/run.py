@@ -12,6 +12,8 @@ from slide_fmu.fitting.history import Curve
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.memory.stability import AmplitudeTest, stability_figures
+from slide_fmu.pipeline.credentials import Documents, credentials
+from slide_fmu.pipeline.experiment import make_experiment
 from slide_fmu.pipeline.job import Job, provenance
 from slide_fmu.pipeline.measurement import IN_RANGE, tasks, validate_fmu_file
 from slide_fmu.pipeline.numbers import kept_curve
@@ -106,8 +108,15 @@ def _measured(
     text = model_card(surrogate, recipe, report.data, PICTURE, draw_mechanism(job))
     write_whole(job.folder.path / "card.md", text.encode("utf-8"))
     released = {**origin, "measured": report.data}
+    experiment = make_experiment(fmu, surrogate, recipe, wanted[IN_RANGE].seed)
+    documents = Documents(page.read_bytes(), text)
+    found = credentials(surrogate, recipe, released, documents, experiment)
     export_fmu(
-        surrogate, fmu, provenance=released, documentation={"index.html": page.read_bytes()}
+        surrogate,
+        fmu,
+        provenance=released,
+        documentation=found.documentation,
+        extra=found.extra,
     )
     return Finished(fmu, page, report.data)
 

@@ -19,7 +19,8 @@ def as_surrogate(found: Found, outputs_chosen: bool) -> Found:
     """Return what is known of an FMU of slide-fmu; what else was found stays as it is.
 
     Its own outputs are proposed, without those on errors and windows, unless the user has chosen
-    outputs; its inputs act between samples as they did in its training.
+    outputs; they have the ranges that the recipe intended, which the FMU does not declare. Its
+    inputs act between samples as they did in its training.
 
     Raises:
         FmuError: the FMU is damaged.
@@ -31,12 +32,18 @@ def as_surrogate(found: Found, outputs_chosen: bool) -> Found:
         return found
     surrogate, _ = read_fmu(path)
     inputs = tuple(SignalChoice(**vars(signal)) for signal in surrogate.inputs)
-    own = {signal.name for signal in surrogate.outputs}
-    outputs = tuple(choice for choice in found.outputs if choice.name in own)
+    own = {signal.name: signal for signal in surrogate.outputs}
+    outputs = tuple(
+        replace(choice, low=own[choice.name].low, high=own[choice.name].high)
+        if choice.name in own
+        else choice
+        for choice in found.outputs
+        if outputs_chosen or choice.name in own
+    )
     return replace(
         found,
         inputs=inputs,
-        outputs=found.outputs if outputs_chosen else outputs,
+        outputs=outputs,
         step=surrogate.window.step,
         remarks=(REMARK,),
     )

@@ -12,11 +12,9 @@ from slide_fmu.memory.decay_figures import seconds
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import meaning_of
+from slide_fmu.validation.limits import ordered, useless_beyond
 from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.record_noise import ORIGINS, origin_of_noise
-
-UNUSABLE = 0.2
-"""Relative RMSE beyond the range from which on the card warns."""
 
 
 def model_card(
@@ -35,8 +33,7 @@ def model_card(
         picture: file name of the picture beside the card.
         mechanism: file name of a picture of the system, beside the card; None if there is none.
     """
-    # an FMU keeps its figures with sorted keys, in which "beyond the range" comes first
-    validations = sorted(measured["validation"].items(), key=lambda item: item[1]["amplitude"][1])
+    validations = ordered(measured)
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("slide_fmu.validation"),
         trim_blocks=True,
@@ -52,12 +49,12 @@ def model_card(
         variables=variable_table(surrogate),
         surrogate=surrogate,
         recipe=recipe,
-        measured={**measured, "validation": dict(validations)},
+        measured={**measured, "validation": validations},
         names=[motion.name for motion in motions_of(recipe)],
-        moving=all("plain_relative_rmse" in o for _, v in validations for o in v["outputs"]),
+        moving=all("plain_relative_rmse" in o for v in validations.values() for o in v["outputs"]),
         now_text=meaning_of(surrogate),
         noise_origin=ORIGINS[origin_of_noise(recipe)],
-        useless=[v for _, v in validations if _is_useless(v)],
+        useless=useless_beyond(measured),
         picture=picture,
         mechanism=mechanism,
     )
@@ -86,9 +83,3 @@ def _range_of(variable: Variable) -> str:
     if variable.low is None or variable.high is None:
         return ""
     return f"{variable.low:.4g} .. {variable.high:.4g}"
-
-
-def _is_useless(validation: dict[str, Any]) -> bool:
-    """Whether the surrogate must not be used at these amplitudes, beyond the range."""
-    errors = [output["relative_rmse"] for output in validation["outputs"]]
-    return bool(validation["amplitude"][1] > 1.0 and max(errors) > UNUSABLE)

@@ -6,18 +6,24 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fmus.rebuild import rebuild
-from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
+from slide_fmu.credentials.experiment import read_experiment
+from slide_fmu.credentials.problems import credential_problems
+from slide_fmu.fmu.export import EXTRA, export_fmu, read_fmu, read_folder, read_member
 from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.validation.model_card import variable_table
 
 ROOT = Path(__file__).parents[2]
 LINEAR = ROOT / "fmus" / "linear" / "linear.fmu"
 RECIPE = (ROOT / "training" / "linear.toml").read_text(encoding="utf-8")
-PROVENANCE: dict[str, object] = {"recipe": RECIPE, "measured": {"parameters": 7}}
+PROVENANCE: dict[str, object] = {**(read_fmu(LINEAR)[1] or {}), "recipe": RECIPE}
 PAGE = b"<p>report</p>"
+PAGES = {"index.html": PAGE}
+EXPERIMENT = read_folder(LINEAR, EXTRA)
+"""With it, nothing is simulated."""
 
 
 @pytest.fixture
@@ -28,7 +34,8 @@ def folder(tmp_path: Path) -> Path:
         surrogate,
         tmp_path / "linear.fmu",
         provenance=PROVENANCE,
-        documentation={"index.html": PAGE},
+        documentation=PAGES,
+        extra=EXPERIMENT,
     )
     card = (
         "# linear.fmu\n\n| variable | old |\n| --- | --- |\n| `x` | y |\n\nMeasured: 1 %\n\nEnd.\n"
@@ -60,6 +67,23 @@ def test_rebuild_twice_gives_the_same_bytes(folder: Path) -> None:
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == once
 
 
+def test_rebuild_keeps_the_experiment_and_says_what_is_known(folder: Path) -> None:
+    fmu = rebuild(folder / "linear.fmu")
+    assert read_folder(fmu, EXTRA) == EXPERIMENT
+    assert credential_problems(fmu, read_fmu(fmu)[0]) == []
+
+
+def test_rebuild_of_an_fmu_without_experiment_simulates_one(folder: Path) -> None:
+    fmu = folder / "linear.fmu"
+    export_fmu(read_fmu(fmu)[0], fmu, provenance=PROVENANCE, documentation=PAGES)
+    rebuild(fmu)
+    found, kept = read_experiment(fmu), read_experiment(LINEAR)
+    assert found is not None
+    assert kept is not None
+    np.testing.assert_array_equal(found.inputs["force"], kept.inputs["force"])
+    np.testing.assert_allclose(found.reference["position"], kept.reference["position"], rtol=1e-6)
+
+
 def test_rebuild_of_an_fmu_that_was_not_measured_is_refused(tmp_path: Path) -> None:
     path = export_fmu(read_fmu(LINEAR)[0], tmp_path / "linear.fmu", provenance={"recipe": ""})
     with pytest.raises(StageError, match="carries no measured figures; expected an FMU"):
@@ -84,7 +108,7 @@ def test_command_says_how_large_the_fmu_was_and_is(folder: Path) -> None:
 def test_rebuild_takes_the_recipe_as_it_is_written_now(folder: Path) -> None:
     fmu = folder / "linear.fmu"
     older = {**PROVENANCE, "recipe": RECIPE.replace('description = "', 'description = "An older ')}
-    export_fmu(read_fmu(fmu)[0], fmu, provenance=older, documentation={"index.html": PAGE})
+    export_fmu(read_fmu(fmu)[0], fmu, provenance=older, documentation=PAGES, extra=EXPERIMENT)
     rebuild(fmu)
     assert read_fmu(fmu)[1] == PROVENANCE
 
@@ -92,7 +116,7 @@ def test_rebuild_takes_the_recipe_as_it_is_written_now(folder: Path) -> None:
 def test_rebuild_refuses_an_fmu_of_another_recipe(folder: Path) -> None:
     fmu = folder / "linear.fmu"
     other = {**PROVENANCE, "recipe": RECIPE.replace("n_out = 32", "n_out = 33")}
-    export_fmu(read_fmu(fmu)[0], fmu, provenance=other, documentation={"index.html": PAGE})
+    export_fmu(read_fmu(fmu)[0], fmu, provenance=other, documentation=PAGES, extra=EXPERIMENT)
     before = fmu.read_bytes()
     with pytest.raises(StageError, match=r"toml says something else than the released"):
         rebuild(fmu)

@@ -22,7 +22,7 @@ from packaging.utils import canonicalize_name
 from tests.limits import HANGS
 
 ROOT = Path(__file__).parents[2]
-LOCKS = ("requirements.lock", "requirements-cpu.lock", "requirements-cuda.lock")
+LOCKS = ("requirements.lock", ".ci/requirements-cpu.lock", ".ci/requirements-cuda.lock")
 MACHINES = (
     {"sys_platform": "linux", "platform_machine": "x86_64"},
     {"sys_platform": "linux", "platform_machine": "aarch64"},
@@ -34,7 +34,7 @@ needs_make = pytest.mark.skipif(shutil.which("make") is None, reason="needs make
 
 def load_script() -> ModuleType:
     """Return the script that writes the lock files, as a module."""
-    spec = importlib.util.spec_from_file_location("lock", ROOT / "locks" / "lock.py")
+    spec = importlib.util.spec_from_file_location("lock", ROOT / ".ci" / "lock.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -71,7 +71,7 @@ def test_no_machine_is_asked_for_two_versions_of_a_package(
         "python_full_version": python,
         "python_version": python.rpartition(".")[0],
     }
-    both = pinned("requirements.lock") + pinned("requirements-cuda.lock")
+    both = pinned("requirements.lock") + pinned(".ci/requirements-cuda.lock")
     names = [r.name for r in both if r.marker is None or r.marker.evaluate(there)]
     assert len(names) == len(set(names))
     assert ("nvidia-cublas" in names) == (machine["sys_platform"] == "linux")
@@ -159,12 +159,13 @@ class Checkout:
         self.wheels = folder / "wheels"
         self.folder.mkdir()
         self.wheels.mkdir()
+        (self.folder / ".ci").mkdir()
         shutil.copy(ROOT / "Makefile", self.folder)
         (self.folder / "backend.py").write_text(BACKEND, encoding="utf-8")
         (self.folder / "pyproject.toml").write_text(PROJECT, encoding="utf-8")
         part, torch = self.wheel("part", "1"), self.wheel("torch", "2.0", "nvidia-x")
         self.lock("requirements.lock", ("part==1", part), ("torch==2.0", torch))
-        self.lock("requirements-cuda.lock", ("nvidia-x==3", self.wheel("nvidia-x", "3")))
+        self.lock(".ci/requirements-cuda.lock", ("nvidia-x==3", self.wheel("nvidia-x", "3")))
 
     def wheel(self, name: str, version: str, needs: str | None = None) -> Path:
         """Write a wheel without modules."""
@@ -191,7 +192,7 @@ class Checkout:
 
     def lock_cpu(self, wheel: Path) -> None:
         """Write the lock file of torch for the CPU."""
-        self.lock("requirements-cpu.lock", ("torch==2.0+cpu", wheel))
+        self.lock(".ci/requirements-cpu.lock", ("torch==2.0+cpu", wheel))
 
     def setup(self) -> subprocess.CompletedProcess[str]:
         """Call ``make setup`` with these wheels, without network."""

@@ -41,7 +41,6 @@ Bound = float | Literal["signal", "surrogate"] | None
 Bounds = tuple[Bound, Bound, Bound]
 
 SIGNAL: Bounds = ("signal", "signal", "signal")
-RANGE: Bounds = ("signal", "signal", None)
 SHARE: Bounds = (0.0, 1.0, None)
 NOT_NEGATIVE: Bounds = (0.0, None, None)
 
@@ -68,7 +67,8 @@ class Kind:
         type: Real (Float64 in FMI 3.0) or Boolean.
         unit: None for that of the signal.
         bounds: lower and upper bound and start value; each is a number, that of the signal or
-            the surrogate, or None where none is given.
+            the surrogate, or None where none is given. Outputs have none, since nothing keeps
+            predictions within the range that a recipe intends.
         high_fmi_3: another upper bound in FMI 3.0.
         initially: what the variable depends on in initialization mode, where it is an output: no
             variable, whether the prehistory is known, or all inputs and parameters. At a
@@ -132,7 +132,6 @@ KINDS: tuple[Kind, ...] = (
         "This output is predicted for the end of the communication step.",
         "output",
         per="output",
-        bounds=RANGE,
         initially="everything",
         in_module_fmus=True,
     ),
@@ -241,7 +240,6 @@ KINDS: tuple[Kind, ...] = (
         when="several_samples",
         size="block",
         fmi=3,
-        bounds=RANGE,
     ),
     Kind(
         11,

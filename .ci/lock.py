@@ -1,10 +1,10 @@
 """Write the lock files anew: ``make lock`` calls this script where uv is installed.
 
 ``requirements.lock`` names every package that a checkout needs, with its version, the hashes of
-its files and the machines that need it; ``requirements-cuda.lock`` those that torch needs beside
+its files and the machines that need it; ``.ci/requirements-cuda.lock`` those that torch needs beside
 them where it came with CUDA, as on Linux from PyPI. Versions that are locked stay as they are as
 long as ``pyproject.toml`` admits them; to get newer ones, remove theirs from the files before.
-``requirements-cpu.lock`` is written by hand, and held against them.
+``.ci/requirements-cpu.lock`` is written by hand, and held against them.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 LOCK = ROOT / "requirements.lock"
-CPU_LOCK = ROOT / "requirements-cpu.lock"
-CUDA_LOCK = ROOT / "requirements-cuda.lock"
+CPU_LOCK = ROOT / ".ci/requirements-cpu.lock"
+CUDA_LOCK = ROOT / ".ci/requirements-cuda.lock"
 PYTHONS = ("3.11", "3.12", "3.13")
 PLATFORMS = ("x86_64-manylinux_2_28", "aarch64-manylinux_2_28")
 """For all of these the locked packages must have wheels."""

@@ -1,0 +1,50 @@
+"""Documents are held against schemas that were written from the specifications of the formats."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from lxml import etree
+
+SCHEMAS = Path(__file__).parent / "schemas"
+
+
+class CredentialError(ValueError):
+    """A credential of an FMU cannot be read, or is none."""
+
+
+def parsed(content: bytes, name: str, schema: str) -> Any:
+    """Parse an XML document and hold it against a schema; no entity of it is resolved.
+
+    Args:
+        content: the document.
+        name: its name in messages.
+        schema: name of a file in ``schemas``, without its ending.
+
+    Returns:
+        Its root, an element of lxml.
+
+    Raises:
+        CredentialError: it is no XML, or not as the schema says; with the line of the first fault.
+    """
+    # entities could name files of whoever reads the FMU
+    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False)
+    try:
+        root = etree.fromstring(content, parser)
+    except etree.XMLSyntaxError as error:
+        raise CredentialError(f"{name} is no XML: {error}; expected a whole document") from error
+    found = _schema(schema)
+    if not found.validate(root):
+        fault = found.error_log[0]
+        raise CredentialError(
+            f"{name}, line {fault.line}: {fault.message} It is not as its schema says: write the "
+            "FMU again with slide-fmu export"
+        )
+    return root
+
+
+@cache
+def _schema(name: str) -> Any:
+    return etree.XMLSchema(etree.parse(str(SCHEMAS / f"{name}.xsd")))

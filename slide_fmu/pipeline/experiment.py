@@ -1,0 +1,116 @@
+"""The experiment of an FMU is the begin of an unseen trajectory, run by it and its reference."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.run import run_fmu, unpacked
+from slide_fmu.credentials.experiment import Experiment
+from slide_fmu.credentials.tables import rounded
+from slide_fmu.data.draws import TEST, Stream, draw
+from slide_fmu.data.recorded import unseen_stretches
+from slide_fmu.fmu.description.variables import WINDOW_FILLED
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_source, reference_system
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.record.model import MeasuredRecords
+from slide_fmu.systems.simulation import simulate
+from slide_fmu.validation.validate import MOST_ATTEMPTS
+
+COMPARED = 300
+"""So many samples of the reference stand beside those of the FMU: files stay small."""
+
+
+class _Truth(NamedTuple):
+    """What is known of a trajectory.
+
+    Its inputs (N, n_inputs), of which a burn-in does not count, the outputs (N + 1, n_outputs) of
+    the reference, and the values of physical parameters.
+    """
+
+    inputs: FloatArray
+    burn_in: int
+    outputs: FloatArray
+    parameters: Mapping[str, float]
+
+
+def make_experiment(fmu: Path, surrogate: Surrogate, recipe: Recipe, seed: int) -> Experiment:
+    """Run an FMU and its reference on the begin of the first unseen trajectory of a seed.
+
+    Inputs have the digits that a file keeps. Physical parameters have their start values; of
+    specimens, those of the file.
+
+    Args:
+        fmu: the FMU, whose library is run.
+        surrogate: what it carries.
+        recipe: what it was made from; records must be the same.
+        seed: that of the validation.
+
+    Raises:
+        CoSimulationError: the FMU cannot be run.
+        LoadError, RecipeError: the reference, or the records, cannot be used.
+        SimulationError: the reference could not be simulated on any draw.
+    """
+    truth = _measured(surrogate, recipe) if recipe.system.is_record else None
+    if truth is None:
+        truth = _simulated(surrogate, recipe, seed)
+    first = _first(surrogate, truth.burn_in)
+    set_before = truth.inputs
+    if forecasts(surrogate):  # inputs[k] is reached at t_k+1: so it is set before the step from it
+        set_before = np.concatenate([truth.inputs[:1], truth.inputs[:-1]])
+    inputs = {signal.name: set_before[:, i] for i, signal in enumerate(surrogate.inputs)}
+    outputs = [signal.name for signal in surrogate.outputs]
+    names = [*outputs, WINDOW_FILLED]
+    with unpacked(fmu) as files:
+        run = run_fmu(files, inputs, names, truth.parameters, surrogate.window.step)
+    return Experiment(
+        surrogate.window.step,
+        inputs,
+        dict(zip(names, run.values.T, strict=True)),
+        dict(zip(outputs, truth.outputs[first:].T, strict=True)),
+        truth.parameters,
+    )
+
+
+def forecasts(surrogate: Surrogate) -> bool:
+    """Whether the FMU, as it starts, forecasts how its inputs go on within a step."""
+    return surrogate.hold == "first_order" and not surrogate.inputs_at_step_end
+
+
+def _first(surrogate: Surrogate, burn_in: int) -> int:
+    """Return the first sample at which the FMU can be compared with its reference."""
+    return max(burn_in + 1, surrogate.network.memory_length)
+
+
+def _simulated(surrogate: Surrogate, recipe: Recipe, seed: int) -> _Truth:
+    """Simulate the reference system on the first draw that it does not fail on."""
+    system = reference_system(recipe)
+    duration = recipe.validation.duration or recipe.data.duration
+    stream = Stream(TEST, seed, (1.0, 1.0), duration)
+    for attempt in range(MOST_ATTEMPTS):
+        drawn = draw(recipe, system, stream, 0, attempt)
+        inputs = rounded(drawn.inputs[: _first(surrogate, drawn.burn_in) + COMPARED])
+        try:
+            outputs = simulate(system, inputs, drawn.initial).outputs
+        except SimulationError as error:
+            failure = error
+        else:
+            return _Truth(inputs, drawn.burn_in, outputs, {})
+    raise failure
+
+
+def _measured(surrogate: Surrogate, recipe: Recipe) -> _Truth:
+    """Take the begin of the first block of the records that nothing was learnt from."""
+    source = recipe_source(recipe)
+    assert isinstance(source, MeasuredRecords)
+    stretch = unseen_stretches(recipe, source)[0]
+    steps = _first(surrogate, stretch.lead) + COMPARED
+    inputs = rounded(stretch.trajectory.inputs[:steps])
+    outputs = stretch.trajectory.outputs[: len(inputs) + 1]
+    return _Truth(inputs, stretch.lead, outputs, stretch.parameters or {})

@@ -1,0 +1,105 @@
+"""What credentials say about a surrogate, by what was measured of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from slide_fmu.credentials.metadata import OWN, Entry
+from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.limits import limits
+from slide_fmu.validation.statements import statements
+from tests.validation.measured import FINER, PLAIN, figures_of
+
+
+def told(found: Validation, provenance: dict[str, Any]) -> dict[str, Any]:
+    """Values by keyword."""
+    return {e.keyword: e.value for e in statements(found.surrogate, FINER, provenance)}
+
+
+def test_statements_have_the_measured_error_of_every_output(finer: Validation) -> None:
+    figures = figures_of(finer)
+    accuracy = told(finer, {"measured": figures})["accuracy"]
+    (output,) = accuracy.iter(f"{{{OWN}}}Output")
+    expected = figures["validation"]["in range"]["outputs"][0]
+    for key in ("name", "unit"):
+        assert output.get(key) == expected[key]
+    for key in ("rmse", "relative_rmse", "max_error"):
+        assert float(output.get(key)) == expected[key]
+
+
+def test_statements_have_the_error_of_the_model_beside_a_finer_reference(
+    finer: Validation,
+) -> None:
+    figures = figures_of(finer)
+    (error,) = told(finer, {"measured": figures})["reference.error"]
+    known = figures["validation"]["in range"]["outputs"][0]["model_relative_rmse"]
+    assert float(error.get("relative_rmse_of_data_model")) == known
+    unknown = {e.keyword: e.value for e in statements(finer.surrogate, PLAIN, {})}
+    assert unknown["reference.error"] == [
+        "The reference is the model that made the data; its own error is not known here."
+    ]
+
+
+def test_statements_have_range_excitations_and_data(finer: Validation) -> None:
+    found = told(finer, {"seeds": {"data": 3}, "versions": {"numpy": "2.0"}})
+    (row,) = found["validity.inputs"]
+    (signal,) = finer.surrogate.inputs
+    assert (row.get("name"), row.get("unit")) == (signal.name, signal.unit)
+    assert (float(row.get("low")), float(row.get("high"))) == (signal.low, signal.high)
+    assert len(found["validity.excitations"]) == len(FINER.data.excitation)
+    parts = {part.get("name"): part.get("trajectories") for part in found["data.trajectories"]}
+    assert parts["train"] == str(FINER.data.train)
+    assert [dict(row.attrib) for row in found["training"]] == [{"of": "data", "value": "3"}]
+    assert [dict(r.attrib) for r in found["versions"]] == [{"package": "numpy", "version": "2.0"}]
+
+
+def test_order_of_kept_figures_does_not_matter(finer: Validation) -> None:
+    """An FMU keeps its provenance with sorted keys."""
+    one = {"seeds": {"training": 1, "data": 3}, "start": {"sha256": "x", "file": "y"}}
+    other = {"start": {"file": "y", "sha256": "x"}, "seeds": {"data": 3, "training": 1}}
+    assert texts(finer, one) == texts(finer, other)
+
+
+def texts(found: Validation, provenance: dict[str, Any]) -> list[Any]:
+    entries: list[Entry] = statements(found.surrogate, FINER, provenance)
+    return [
+        list(map(str, e.value)) if isinstance(e.value, list) else [r.items() for r in e.value]
+        for e in entries
+    ]
+
+
+def test_limits_say_that_nothing_was_measured_where_it_was_not(finer: Validation) -> None:
+    sentence = "The error of this surrogate has not been measured."
+    assert sentence in limits(finer.surrogate, FINER, None)
+    assert sentence not in limits(finer.surrogate, FINER, figures_of(finer))
+
+
+@pytest.mark.parametrize(("error", "warned"), [(0.3, True), (0.1, False)])
+def test_limits_warn_of_amplitudes_as_the_card_does(
+    finer: Validation, error: float, warned: bool
+) -> None:
+    found = figures_of(finer)
+    main = found["validation"]["in range"]
+    output = {**main["outputs"][0], "relative_rmse": error}
+    found["validation"]["beyond"] = {**main, "outputs": [output], "amplitude": [1.0, 2.0]}
+    sentence = (
+        "Do not use the surrogate there: at 1.0 to 2.0 times the amplitude its error is up to "
+        "30 % of the output's RMS."
+    )
+    assert (sentence in limits(finer.surrogate, FINER, found)) == warned
+
+
+def test_limits_tell_how_far_stability_was_tested_and_what_was_remarked(
+    finer: Validation,
+) -> None:
+    found = {
+        **figures_of(finer),
+        "stability": [{"amplitude": 1.0}, {"amplitude": 1.5}],
+        "record_remarks": ["few records"],
+        "remark": "more units may help",
+    }
+    sentences = limits(finer.surrogate, FINER, found)
+    assert any("not tested at more than 1.5 times" in sentence for sentence in sentences)
+    assert sentences[-2:] == ["Few records.", "More units may help."]

@@ -1,9 +1,9 @@
 """Write the lock files anew: ``make lock`` calls this script where uv is installed.
 
 ``requirements.lock`` names every package that a checkout needs, with its version, the hashes of
-its files and the machines that need it; ``.ci/requirements-cuda.lock`` those that torch needs beside
-them where it came with CUDA, as on Linux from PyPI. Versions that are locked stay as they are as
-long as ``pyproject.toml`` admits them; to get newer ones, remove theirs from the files before.
+its files and the machines that need it; ``.ci/requirements-cuda.lock`` those that torch needs
+beside them where it came with CUDA, as on Linux from PyPI. Versions that are locked stay as they
+are as long as ``pyproject.toml`` admits them; to get newer ones, remove theirs from the files.
 ``.ci/requirements-cpu.lock`` is written by hand, and held against them.
 """
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import slide_fmu as slide
+from slide_fmu.credentials.experiment import read_experiment
 from tests.acceptance.conftest import invoke
 from tests.libraries import build_libraries
 from tests.own_records import RECIPE, STEP, force_and_travel, write_record
@@ -50,6 +51,15 @@ def test_every_specimen_is_measured(place: Path) -> None:
     assert {row["mass"] for row in unseen} == set(MASSES)
     [output] = report["validation"]["in range"]["outputs"]
     assert output["relative_rmse"] < 0.03
+
+
+def test_experiment_of_a_specimen_has_its_mass(place: Path) -> None:
+    fmu = place / "runs/bench/bench.fmu"
+    experiment = read_experiment(fmu)
+    assert experiment is not None
+    assert experiment.parameters["mass"] in MASSES
+    assert experiment.relative_errors()["travel"] < 0.05
+    assert invoke("check", fmu, "--run").exit_code == 0
 
 
 def test_fmu_follows_a_mass_that_no_specimen_has(place: Path) -> None:

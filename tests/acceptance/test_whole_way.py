@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from slide_fmu.cosim.run import run_fmu, unpacked
-from slide_fmu.fmu.export import read_fmu
+from slide_fmu.credentials.members import METADATA
+from slide_fmu.fmu.export import read_fmu, read_member
 from tests.acceptance.conftest import SMALL_DUFFING, Finished, invoke
 
 FMU_TOLERANCE = 2e-6
@@ -60,6 +61,15 @@ def test_check_of_a_finished_fmu_finds_nothing(duffing: Finished, linear: Finish
         result = invoke("check", finished.fmu, "--json", "-")
         assert result.exit_code == 0, result.output
         assert json.loads(result.stdout)["problems"] == []
+
+
+def test_finished_fmu_carries_an_experiment_that_can_be_repeated(duffing: Finished) -> None:
+    result = invoke("check", duffing.fmu, "--run")
+    assert result.exit_code == 0, result.output
+    assert "repeated here" in result.output
+    metadata = read_member(duffing.fmu, METADATA)
+    percent = repr(duffing.figures["validation"]["in range"]["outputs"][0]["relative_rmse"])
+    assert f'relative_rmse="{percent}"'.encode() in (metadata or b"")
 
 
 def test_check_lists_the_problems_of_a_damaged_fmu(duffing: Finished, tmp_path: Path) -> None:

@@ -1,0 +1,117 @@
+"""What goes into an FMU beside model and surrogate, and how its experiment is made."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slide_fmu.credentials import members
+from slide_fmu.credentials.experiment import read_experiment
+from slide_fmu.credentials.manifest import read_manifest
+from slide_fmu.credentials.problems import credential_problems
+from slide_fmu.credentials.tables import rounded
+from slide_fmu.fmu.export import EXTRA, export_fmu, read_fmu, read_folder, read_member
+from slide_fmu.pipeline.credentials import Documents, credentials, without_pictures
+from slide_fmu.pipeline.experiment import COMPARED, make_experiment
+from slide_fmu.pipeline.export import export_again
+from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.surrogate.input_forecast import InputForecast
+from tests.libraries import build_libraries
+
+FMUS = Path(__file__).parents[2] / "fmus"
+LINEAR = FMUS / "linear" / "linear.fmu"
+DOCUMENTS = Documents(b"<body>report</body>", "# card\n\n![picture](x.png)\n\ntext\n")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _binaries() -> None:
+    build_libraries()
+
+
+def test_same_arguments_give_the_same_bytes_whatever_the_order_of_the_provenance() -> None:
+    surrogate, found = read_fmu(LINEAR)
+    assert found is not None
+    recipe, experiment = recipe_of_provenance(found, "x"), read_experiment(LINEAR)
+    turned = dict(reversed(list(found.items())))
+    turned = {**turned, "versions": dict(reversed(list(found["versions"].items())))}
+    one = credentials(surrogate, recipe, found, DOCUMENTS, experiment)
+    other = credentials(surrogate, recipe, json.loads(json.dumps(turned)), DOCUMENTS, experiment)
+    assert one == other
+
+
+def test_fmu_that_was_not_measured_says_so_and_links_to_nothing_else(tmp_path: Path) -> None:
+    surrogate, found = read_fmu(LINEAR)
+    origin = {key: value for key, value in (found or {}).items() if key != "measured"}
+    files = credentials(surrogate, recipe_of_provenance(origin, "x"), origin)
+    path = export_fmu(
+        surrogate,
+        tmp_path / "linear.fmu",
+        provenance=origin,
+        documentation=files.documentation,
+        extra=files.extra,
+    )
+    assert credential_problems(path, surrogate) == []
+    metadata, manifest = read_member(path, members.METADATA), read_member(path, members.MANIFEST)
+    assert b"The error of this surrogate has not been measured." in (metadata or b"")
+    assert [file.role for file in read_manifest(manifest or b"")] == ["meta-data", "method"]
+    assert read_experiment(path) is None
+
+
+def test_report_links_to_the_other_pages_once() -> None:
+    surrogate, found = read_fmu(LINEAR)
+    arguments = surrogate, recipe_of_provenance(found, "x"), found or {}
+    once = credentials(*arguments, DOCUMENTS).documentation["index.html"]
+    for place in ("fmi-ls-ref.html", "model_card.md", "licenses/license.txt"):
+        assert once.count(f'href="{place}"'.encode()) == 1
+    again = credentials(*arguments, Documents(once, "")).documentation["index.html"]
+    assert again == once
+
+
+def test_card_in_the_fmu_has_no_pictures() -> None:
+    assert without_pictures(DOCUMENTS.card) == "# card\n\n\ntext\n"
+
+
+def test_fmu_that_is_exported_again_keeps_its_credentials(tmp_path: Path) -> None:
+    again = export_again(LINEAR, tmp_path / "three.fmu", 3, False)
+    assert read_folder(again, EXTRA) == read_folder(LINEAR, EXTRA)
+    kept = read_folder(LINEAR, "documentation")
+    assert read_folder(again, "documentation") == kept
+    assert credential_problems(again, read_fmu(again)[0]) == []
+
+
+def test_experiment_is_the_begin_of_the_first_unseen_trajectory() -> None:
+    surrogate, found = read_fmu(LINEAR)
+    recipe = recipe_of_provenance(found, "x")
+    experiment = make_experiment(LINEAR, surrogate, recipe, 3)
+    assert experiment.compared == COMPARED + 1
+    burn_in = round(recipe.data.burn_in / recipe.window.step)
+    first = max(burn_in + 1, surrogate.network.memory_length)
+    assert experiment.steps == first + COMPARED
+    force = experiment.inputs["force"]
+    np.testing.assert_array_equal(force, rounded(force))
+    other = make_experiment(LINEAR, surrogate, recipe, 4)
+    assert not np.array_equal(other.inputs["force"], force)
+    # 3e-7 of its RMS is what the linear surrogate errs
+    assert experiment.relative_errors()["position"] < 1e-6
+
+
+def test_inputs_that_the_fmu_forecasts_are_set_to_what_they_are_now(tmp_path: Path) -> None:
+    released = FMUS / "slider_crank" / "slider_crank.fmu"
+    surrogate, found = read_fmu(released)
+    recipe = recipe_of_provenance(found, "x")
+    straight = np.zeros((2, 1, 1))
+    straight[0] = -1.0  # the director turns on as far as in the step before
+    forecast = InputForecast(False, straight, np.array([0.5, 0.0]))
+    other = dataclasses.replace(surrogate, forecast=forecast)
+    fmu = export_fmu(other, tmp_path / "slider_crank.fmu")
+    ahead = make_experiment(released, surrogate, recipe, 3)
+    now = make_experiment(fmu, other, recipe, 3)
+    for name, values in ahead.inputs.items():
+        np.testing.assert_array_equal(now.inputs[name][1:], values[:-1])
+    np.testing.assert_array_equal(now.reference["deflection"], ahead.reference["deflection"])
+    errors = [experiment.relative_errors()["deflection"] for experiment in (ahead, now)]
+    assert errors[0] < errors[1] < 0.5

@@ -90,7 +90,8 @@ def _first(surrogate: Surrogate, burn_in: int) -> int:
 
 def _simulated(surrogate: Surrogate, recipe: Recipe, seed: int) -> _Truth:
     """Simulate the reference system on the first draw that it does not fail on."""
-    system = reference_system(recipe)
+    starts = {parameter.name: parameter.start_value for parameter in surrogate.parameters}
+    system = reference_system(recipe)  # its parameters have their start values too
     duration = recipe.validation.duration or recipe.data.duration
     stream = Stream(TEST, seed, (1.0, 1.0), duration)
     for attempt in range(MOST_ATTEMPTS):
@@ -101,7 +102,7 @@ def _simulated(surrogate: Surrogate, recipe: Recipe, seed: int) -> _Truth:
         except SimulationError as error:
             failure = error
         else:
-            return _Truth(inputs, drawn.burn_in, outputs, {})
+            return _Truth(inputs, drawn.burn_in, outputs, starts)
     raise failure
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from slide_fmu.fitting.fit import Fit, fit_surrogate
 from slide_fmu.fitting.physical import require_chosen_features
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory.stability import check_stability
+from slide_fmu.pipeline.experiment import make_experiment
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.simulation import simulate
@@ -54,6 +56,15 @@ def found(fit: Fit, tmp_path_factory: pytest.TempPathFactory) -> Validation:
     fmu = export_fmu(fit.surrogate, tmp_path_factory.mktemp("fmu") / "tiny.fmu")
     task = Task(3, trajectories=4, duration=2.0)
     return validate(fmu, fit.surrogate, RECIPE, task, silent)
+
+
+def test_experiment_has_the_start_values_of_parameters(fit: Fit, tmp_path: Path) -> None:
+    fmu = export_fmu(fit.surrogate, tmp_path / "tiny.fmu")
+    experiment = make_experiment(fmu, fit.surrogate, RECIPE, 3)
+    (mass,) = RECIPE.physical()
+    assert experiment.parameters == {"mass": mass.start_value}
+    (error,) = experiment.relative_errors().values()
+    assert error < SMALL
 
 
 def test_surrogate_of_a_recipe_follows_its_parameters(fit: Fit) -> None:

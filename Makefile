@@ -12,10 +12,20 @@ READY := $(VENV)/ready
 
 setup: $(READY)
 
-$(READY): requirements.lock pyproject.toml
+# A build of torch for the CPU alone is taken where pip finds one; what torch needs for CUDA, some
+# gigabytes, is installed only where torch came with CUDA.
+PIP := $(PYTHON) -m pip --disable-pip-version-check --python $(BIN)/python
+LOCKED := $(PIP) install --quiet --require-hashes --no-deps -r
+TORCH_CPU = $(shell sed -n 's/^\(torch==[^ ]*\).*/\1/p' .ci/requirements-cpu.lock)
+
+$(READY): requirements.lock .ci/requirements-cpu.lock .ci/requirements-cuda.lock pyproject.toml
 	$(PYTHON) -m venv --without-pip $(VENV)
-	$(PYTHON) -m pip --python $(BIN)/python install --quiet --disable-pip-version-check -r requirements.lock
-	$(PYTHON) -m pip --python $(BIN)/python install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	if $(PIP) install --quiet --dry-run --no-deps $(TORCH_CPU) 2>/dev/null; \
+		then $(LOCKED) .ci/requirements-cpu.lock; fi
+	$(LOCKED) requirements.lock
+	if $(PIP) check | grep -q "^torch "; then $(LOCKED) .ci/requirements-cuda.lock; fi
+	$(PIP) install --quiet --no-deps --no-build-isolation -e .
+	$(PIP) check
 	touch $(READY)
 
 demo: setup
@@ -58,12 +68,11 @@ types: setup
 contract: setup
 	$(BIN)/lint-imports
 
+# The versions that are locked stay, as long as pyproject.toml admits them.
 lock:
 	$(PYTHON) -m venv build/lock
-	build/lock/bin/python -m pip install --quiet pip-tools
-	build/lock/bin/pip-compile --quiet --extra dev --all-build-deps --no-emit-find-links \
-		--no-emit-index-url --strip-extras -o requirements.lock pyproject.toml
-	sed -i 's/+cpu$$//' requirements.lock
+	build/lock/bin/python -m pip install --quiet uv
+	build/lock/bin/python .ci/lock.py
 
 clean:
 	rm -rf $(VENV) build runs docs/tutorials/pages

@@ -13,6 +13,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Column, Table
 
+from slide_fmu.core.files import write_whole, writing
 from slide_fmu.core.progress import Stages
 from slide_fmu.pipeline.display import messages, shown
 
@@ -23,15 +24,23 @@ console = messages()
 
 
 def write_json(path: str | None, figures: Any) -> None:
-    """Write figures as JSON to a path, to standard output for ``-``, or nowhere for None."""
+    """Write figures as JSON to a path, to standard output for ``-``, or nowhere for None.
+
+    A file is replaced as a whole; what is none, as a pipe or a link to one, is written to.
+    """
     if path is None:
         return
     text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
     if path == "-":
         sys.stdout.write(text)
         return
+    place = Path(path)
     with errors():
-        Path(path).write_text(text, encoding="utf-8")
+        if place.is_symlink() or (place.exists() and not place.is_file()):
+            with writing(place):
+                place.write_text(text, encoding="utf-8")
+        else:
+            write_whole(place, text.encode("utf-8"))
 
 
 def show_json(path: str | None, figures: Any) -> None:

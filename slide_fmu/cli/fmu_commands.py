@@ -74,9 +74,10 @@ def export(
         version: Literal[2, 3] = 3 if fmi == 3 else 2
         python, seeds = backend == Backend.python, (seed, data_seed)
         request = Request(source, output, version, sources, python, description, *seeds, runs)
-        path = write(request, bar)
-    write_json(json_path, {"fmu": str(path)})
-    console.print(f"FMU     {path}")
+        written = write(request, bar)
+    write_json(json_path, {"fmu": str(written.path), "remark": written.remark})
+    show_remark(written.remark)
+    console.print(f"FMU     {written.path}")
 
 
 def ssp(

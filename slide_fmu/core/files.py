@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
+import shutil
 import signal
 import sys
 import threading
@@ -14,6 +16,27 @@ from pathlib import Path
 
 OLDEST = (1980, 1, 1, 0, 0, 0)
 """Time of all members: the earliest that zip archives know."""
+
+
+FULL = errno.ENOSPC, errno.EDQUOT
+"""What systems answer where a disk, or a user's share of it, is full."""
+
+
+class FullDiskError(OSError):
+    """A file cannot be written for want of space; the message names it, its folder and the rest.
+
+    It is made of the error's number, its words and the path, so that it crosses processes.
+    """
+
+    def __str__(self) -> str:
+        folder = Path(self.filename).absolute().parent
+        while not folder.exists():
+            folder = folder.parent
+        free = shutil.disk_usage(folder).free
+        return (
+            f"{self.filename!r} cannot be written: the disk is full, {free / 1e6:.3g} MB are free "
+            f"in {str(folder)!r}; make room there, or choose another folder, and do the same again"
+        )
 
 
 def find_file(name: str) -> Path:
@@ -40,16 +63,47 @@ def write_whole(path: Path, content: bytes) -> None:
     Its folder is made when it is not there.
 
     Raises:
+        FullDiskError: the disk is full.
         OSError: the file cannot be written; it names the path.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
     staged = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
         with _removed_at_the_end(staged):
             staged.write_bytes(content)
             staged.replace(path)
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Name the file or folder that is written in the block, where that fails.
+
+    Raises:
+        FullDiskError: the disk is full.
+        OSError: it cannot be written for another reason.
+    """
+    try:
+        with filling(path):
+            yield
+    except FullDiskError:
+        raise
     except OSError as error:
         raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+@contextmanager
+def filling(path: Path) -> Iterator[None]:
+    """Name the file or folder that is filled in the block where the disk is full.
+
+    Raises:
+        FullDiskError: it is.
+    """
+    try:
+        yield
+    except OSError as error:
+        if error.errno not in FULL:
+            raise
+        raise FullDiskError(error.errno, error.strerror, str(path)) from error
 
 
 @contextmanager

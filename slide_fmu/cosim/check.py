@@ -12,6 +12,7 @@ import numpy as np
 from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
+from slide_fmu.core.files import FullDiskError, filling
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.archive import archive_problems, library_problems
 from slide_fmu.cosim.importer import Reader, open_slave
@@ -147,7 +148,10 @@ def _compare_run(
     inputs = random_record(surrogate, steps)
     with tempfile.TemporaryDirectory(prefix="slide_fmu_check_") as folder:
         try:
-            fmpy.extract(str(path), folder)
+            with filling(Path(folder)):
+                fmpy.extract(str(path), folder)
+        except FullDiskError:
+            raise
         except Exception as error:  # fmpy raises bare Exception for paths outside of the folder
             return [f"the FMU cannot be unpacked: {error}"]
         try:

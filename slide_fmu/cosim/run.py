@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-import shutil
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import fmpy
 import numpy as np
 from fmpy.fmi1 import FMICallException
 
+from slide_fmu.core.files import FullDiskError, filling
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.importer import Reader, Slave, open_slave, read_description
+from slide_fmu.fmu.export import REMEDY
 
 
 class CoSimulationError(RuntimeError):
@@ -75,14 +77,19 @@ def unpacked(path: Path) -> Iterator[UnpackedFmu]:
     Raises:
         CoSimulationError: the file cannot be unpacked, or is no co-simulation FMU of FMI 2.0 or
             FMI 3.0.
+        FullDiskError: there is no room for its files.
         FmuError: the file is no FMU, or its model description cannot be read.
     """
     description = read_description(path, validate=False)
-    try:
-        folder = fmpy.extract(str(path))
-    except Exception as error:  # fmpy raises bare Exception for paths outside of the folder
-        raise CoSimulationError(f"{path} cannot be unpacked: {error}") from error
-    try:
+    # a library that a process has loaded cannot be removed everywhere
+    with TemporaryDirectory(prefix="slide_fmu_", ignore_cleanup_errors=True) as folder:
+        try:
+            with filling(Path(folder)):
+                fmpy.extract(str(path), folder)
+        except FullDiskError:
+            raise
+        except Exception as error:  # fmpy raises bare Exception for paths outside of the folder
+            raise CoSimulationError(f"{path} cannot be unpacked: {error}; {REMEDY}") from error
         known = description.fmiVersion[:2] in ("2.", "3.")
         if not known or description.coSimulation is None:
             raise CoSimulationError(
@@ -97,8 +104,6 @@ def unpacked(path: Path) -> Iterator[UnpackedFmu]:
             {variable.name: variable.valueReference for variable in variables},
             {variable.name: variable.type for variable in variables},
         )
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 @contextmanager

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import json
 import shutil
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 import numpy as np
 
 from slide_fmu.core.files import write_whole
+from slide_fmu.core.kept import read_kept
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.systems.base import System
@@ -61,9 +62,14 @@ def keep_failure(store: Path, failure: Failure, system: System, inputs: FloatArr
 
 
 def kept_failures(store: Path) -> list[Failure]:
-    """Read all failures beside a store, ordered by name."""
+    """Read all failures beside a store, ordered by name.
+
+    Raises:
+        DamagedFileError: the file of one is damaged.
+    """
     paths = sorted(failures_folder(store).glob("*.json"))
-    return [Failure(**json.loads(path.read_text(encoding="utf-8"))) for path in paths]
+    keys = tuple(field.name for field in fields(Failure))
+    return [Failure(**read_kept(path, keys)) for path in paths]
 
 
 def remove_failures(store: Path) -> None:

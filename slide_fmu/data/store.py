@@ -23,6 +23,7 @@ import zarr
 from numpy.typing import NDArray
 from zarr.codecs import Crc32cCodec, ZstdCodec
 
+from slide_fmu.core.files import writing
 from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import SPLITS, Recipe
@@ -113,6 +114,7 @@ def open_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) ->
     Raises:
         StoreError: the store is damaged, or was made from another recipe or model; nothing is
             changed.
+        OSError: the store cannot be written; it names the path.
     """
     if not path.exists():
         _create_store(path, recipe, shapes, probe)
@@ -120,9 +122,10 @@ def open_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) ->
     found = _attributes(path)["fingerprint"]
     both = {**found, **data_fingerprint(recipe)}
     if both != found:
-        _group(path, "r+").attrs["fingerprint"] = both
+        with writing(path):
+            _group(path, "r+").attrs["fingerprint"] = both
     for split in SPLITS:
-        with _damage_reported(path, split):
+        with writing(path), _damage_reported(path, split):
             for name in (*shapes, "kinds", "done"):
                 array = _group(path, "r+")[f"{split}/{name}"]
                 if array.shape[0] < recipe.count(split):
@@ -132,20 +135,23 @@ def open_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) ->
 def _create_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) -> None:
     """Create a store beside its place, then move it there: a store is whole or not there.
 
-    The first of several programs that do so wins; the others use its store.
+    The first of several programs that do so wins; the others use its store. Nothing is left beside
+    its place where that fails.
     """
     attributes = {"fingerprint": data_fingerprint(recipe), "probe": probe.tolist()}
     number = f"{os.getpid()}.{threading.get_ident()}"
     temporary = path.with_name(f"{path.name}.{number}")
-    group = zarr.open_group(temporary, mode="w", attributes=attributes)
-    for split in SPLITS:
-        _create_split(group.create_group(split), recipe.count(split), shapes)
     try:
-        temporary.rename(path)
+        with writing(path):
+            group = zarr.open_group(temporary, mode="w", attributes=attributes)
+            for split in SPLITS:
+                _create_split(group.create_group(split), recipe.count(split), shapes)
+            temporary.rename(path)
     except OSError:
-        shutil.rmtree(temporary)
         if not path.exists():
             raise
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
 
 
 def require_origin(path: Path, recipe: Recipe, probe: FloatArray) -> None:
@@ -225,14 +231,18 @@ def write_trajectory(
 
     The index counts from 0 in the split; ``kind`` is as of ``Split.kinds``. The parameters,
     (n_parameters,), are given where the recipe has some.
+
+    Raises:
+        OSError: the trajectory cannot be written; it names the store.
     """
-    group = _group(path, "r+")
-    group[f"{split}/inputs"][index] = trajectory.inputs
-    group[f"{split}/outputs"][index] = trajectory.outputs
-    group[f"{split}/kinds"][index] = kind
-    if parameters is not None:
-        group[f"{split}/parameters"][index] = parameters
-    group[f"{split}/done"][index] = 1
+    with writing(path):
+        group = _group(path, "r+")
+        group[f"{split}/inputs"][index] = trajectory.inputs
+        group[f"{split}/outputs"][index] = trajectory.outputs
+        group[f"{split}/kinds"][index] = kind
+        if parameters is not None:
+            group[f"{split}/parameters"][index] = parameters
+        group[f"{split}/done"][index] = 1
 
 
 def read_split(path: Path, split: str, count: int | None = None) -> Split:

@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 
 from slide_fmu.core.files import write_whole
+from slide_fmu.core.kept import damage_named
 from slide_fmu.core.progress import Progress, Stages
 
 WRITE_EVERY = 1.0
@@ -15,12 +16,16 @@ WRITE_EVERY = 1.0
 class CpuTime:
     """A CPU time counts the seconds of this process, on all its cores, from where a file stands.
 
-    The file lies beside the checkpoint of the training that it belongs to. Final.
+    The file lies beside the checkpoint of the training that it belongs to. A damaged one raises a
+    DamagedFileError. Final.
     """
 
     def __init__(self, place: Path) -> None:
         self._place = place
-        self._before = float(place.read_text(encoding="ascii")) if place.exists() else 0.0
+        self._before = 0.0
+        if place.exists():
+            with damage_named(place, "a number of seconds", "remove it, and time counts from now"):
+                self._before = float(place.read_bytes().decode("ascii"))
         self._begin = time.process_time()
         self._written = self._before
 

@@ -8,9 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
-from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
@@ -20,6 +18,7 @@ from slide_fmu.data.store import Split, read_split, require_origin
 from slide_fmu.features.base import Offered
 from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of, machine_of
 from slide_fmu.fitting.cpu_time import CpuTime
+from slide_fmu.fitting.eigenvalues import eigenvalues_at_corners, eigenvalues_at_rest
 from slide_fmu.fitting.estimator import fit_estimator
 from slide_fmu.fitting.family import FITS
 from slide_fmu.fitting.feature_choice import choose_features, require_odd
@@ -30,13 +29,11 @@ from slide_fmu.fitting.measured_noise import digests_of, noise_of
 from slide_fmu.fitting.physical import physical_of, require_chosen_features
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.settled import settled
-from slide_fmu.memory.modes import spectrum
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_source
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import Linearizable, Source, System
+from slide_fmu.systems.base import Source
 
 LEARNT_BY = {"window", "network", "training", "parameters"}
 """Tables of a recipe by which its network is learnt."""
@@ -180,36 +177,6 @@ def _fit_network(
     forecast = fit_forecast(system.inputs, splits[0].inputs, at_step_end)
     surrogate = dataclasses.replace(surrogate, forecast=forecast)
     return settled(surrogate, recipe, system), {**tried, "surrogate": history}
-
-
-def eigenvalues_at_rest(system: Source) -> NDArray[np.complex128] | None:
-    """Return the eigenvalues in 1/s of the system linearized at rest under its start inputs.
-
-    There is one of each conjugate pair, and none of rigid-body modes; None of a system that does
-    not offer to be linearized.
-
-    Raises:
-        UnstableModeError: a mode grows.
-    """
-    if not isinstance(system, Linearizable):
-        return None
-    start = np.array([signal.start_value for signal in system.inputs])
-    found = spectrum(system.linearize(system.rest_state(start)))
-    return np.array([mode.eigenvalue for mode in found.modes], dtype=np.complex128)
-
-
-def eigenvalues_at_corners(recipe: Recipe, source: Source) -> list[NDArray[np.complex128] | None]:
-    """Return what ``eigenvalues_at_rest`` gives at all corners of the parameters' box.
-
-    There are none where the recipe has no parameters, or the source cannot be set, as records.
-
-    Raises:
-        UnstableModeError: a mode grows at a corner.
-    """
-    if not (recipe.parameters and isinstance(source, System)):
-        return []
-    corners = corners_of(recipe.physical())
-    return [eigenvalues_at_rest(recipe_source(recipe.at(corner))) for corner in corners]
 
 
 def require_symmetry(signals: tuple[Signal, ...]) -> None:

@@ -21,12 +21,11 @@ from slide_fmu.core.window import Window
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of, machine_of
+from slide_fmu.fitting.eigenvalues import eigenvalues_at_corners, eigenvalues_at_rest
 from slide_fmu.fitting.feature_choice import choose_features
 from slide_fmu.fitting.feature_search import Trials, search_features
 from slide_fmu.fitting.fit import (
     LEARNT_BY,
-    eigenvalues_at_corners,
-    eigenvalues_at_rest,
     standard_deviation_scaling,
 )
 from slide_fmu.fitting.physical import physical_of, require_chosen_features

@@ -33,6 +33,10 @@ LARGEST = 2_000_000_000
 """Members of more bytes than this, together or alone, are not unpacked: surrogates are small."""
 
 
+REMEDY = "get the file again, or write it anew (slide-fmu export)"
+"""What is to be done about a damaged FMU."""
+
+
 class FmuError(ValueError):
     """A file is no FMU, no FMU of slide-fmu, or damaged."""
 
@@ -145,7 +149,7 @@ def read_fmu(path: Path) -> tuple[Surrogate, dict[str, Any] | None]:
     payload = read_member(path, SURROGATE)
     if payload is None:
         if read_member(path, DESCRIPTION) is None:
-            raise FmuError(f"{path} is no FMU: expected {DESCRIPTION} in it")
+            raise FmuError(f"{path} is no FMU: expected {DESCRIPTION} in it; {REMEDY}")
         if read_member(path, MODULE) is not None:
             raise FmuError(
                 f"{path} carries a torch module; expected a native FMU, which export writes "
@@ -155,7 +159,7 @@ def read_fmu(path: Path) -> tuple[Surrogate, dict[str, Any] | None]:
     try:
         surrogate = Surrogate.from_bytes(payload)
     except PayloadError as error:
-        raise FmuError(f"{path}: {error}") from error
+        raise FmuError(f"{path}: {error}; {REMEDY}") from error
     return surrogate, read_json(path, PROVENANCE)
 
 
@@ -174,9 +178,9 @@ def read_json(path: Path, name: str) -> dict[str, Any] | None:
         # halves of characters and numbers without end could not be written again
         json.dumps(found, ensure_ascii=False, allow_nan=False).encode("utf-8")
     except (ValueError, RecursionError) as error:
-        raise FmuError(f"{path}: {name} is no JSON: {error}") from error
+        raise FmuError(f"{path}: {name} is no JSON: {error}; {REMEDY}") from error
     if not isinstance(found, dict):
-        raise FmuError(f"{path}: {name} holds no JSON object; export again")
+        raise FmuError(f"{path}: {name} holds no JSON object; {REMEDY}")
     return found
 
 
@@ -196,13 +200,15 @@ def read_member(path: Path, name: str) -> bytes | None:
                 raise FmuError(f"{path}: {name} has {size} bytes; expected at most {LARGEST}")
             return archive.read(name)
     except (zipfile.BadZipFile, zlib.error, EOFError) as error:
-        raise FmuError(f"{path} is no FMU or is damaged: {error}") from error
+        raise FmuError(f"{path} is no FMU or is damaged: {error}; {REMEDY}") from error
     except (NotImplementedError, RuntimeError) as error:
-        raise FmuError(f"{path}: cannot unpack {name}: {error}") from error
+        raise FmuError(f"{path}: cannot unpack {name}: {error}; {REMEDY}") from error
     except OSError as error:
         if error.filename is not None:
             raise
-        raise FmuError(f"{path} is damaged: its directory points elsewhere: {error}") from error
+        raise FmuError(
+            f"{path} is damaged: its directory points elsewhere: {error}; {REMEDY}"
+        ) from error
 
 
 def read_folder(path: Path, folder: str) -> dict[str, bytes]:

@@ -8,17 +8,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import (
     DOCUMENTATION,
     EXTRA,
     MODULE_FILES,
+    FmuError,
     export_fmu,
     read_fmu,
     read_folder,
 )
 from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.surrogate.surrogate import Surrogate
 
 
 @dataclass(frozen=True)
@@ -48,8 +51,16 @@ class Request:
     runs: Path | None
 
 
-def export(request: Request, bar: Stages) -> Path:
-    """Write the FMU of a recipe, of an FMU, or of a torch module, and return its path.
+@dataclass(frozen=True)
+class Exported:
+    """An Exported FMU has a path, and perhaps a remark: what its user should know."""
+
+    path: Path
+    remark: str | None = None
+
+
+def export(request: Request, bar: Stages) -> Exported:
+    """Write the FMU of a recipe, of an FMU, or of a torch module.
 
     Raises:
         FmuError: the source is no FMU of slide-fmu.
@@ -59,20 +70,21 @@ def export(request: Request, bar: Stages) -> Path:
         ValueError: an option is missing, or means nothing for this source.
     """
     if request.python or request.source.suffix in MODULE_FILES:
-        return _export_module(request)
+        return Exported(_export_module(request))
     _refuse(request, "torch modules", {"--description": request.description})
     if request.source.suffix == ".toml":
         return _export_recipe(request, bar)
     _refuse_options_of_recipes(request)
     if request.path is None:
         raise ValueError("export of an FMU: where to? give the FMU to write with -o PATH")
-    return export_again(request.source, request.path, request.fmi, request.sources)
+    return Exported(export_again(request.source, request.path, request.fmi, request.sources))
 
 
-def _export_recipe(request: Request, bar: Stages) -> Path:
+def _export_recipe(request: Request, bar: Stages) -> Exported:
     """Write the FMU of a trained recipe to a path, or to its place in the run folder if None.
 
-    An FMU of the same surrogate that ``run`` has finished keeps its report and measured error.
+    An FMU of the same surrogate that ``run`` has finished keeps its report and measured error. One
+    that is damaged has lost them, which is remarked.
     """
     from slide_fmu.pipeline.credentials import credentials
     from slide_fmu.pipeline.job import open_job, provenance
@@ -85,21 +97,37 @@ def _export_recipe(request: Request, bar: Stages) -> Path:
     examine_stability(job, surrogate)
     finished = job.folder.fmu(job.recipe)
     path = request.path or finished
-    if finished.exists():
-        other, found = read_fmu(finished)
-        same = {key: value for key, value in (found or {}).items() if key in origin} == origin
-        if same and other.to_bytes() == surrogate.to_bytes():
-            return export_again(finished, path, request.fmi, request.sources)
+    options: dict[str, Any] = {"fmi": request.fmi, "sources": request.sources}
+    remark = None
+    try:
+        if finished.exists() and _is_of(finished, surrogate, origin):
+            return Exported(export_again(finished, path, **options))
+    except FmuError as error:
+        remark = (
+            f"{error}. The FMU that is written now carries neither report nor measured error; "
+            "slide-fmu run RECIPE makes them again"
+        )
     files = credentials(surrogate, job.recipe, origin)
-    return export_fmu(
+    found = export_fmu(
         surrogate,
         path,
-        fmi=request.fmi,
         provenance=origin,
-        sources=request.sources,
         documentation=files.documentation,
         extra=files.extra,
+        **options,
     )
+    return Exported(found, remark)
+
+
+def _is_of(fmu: Path, surrogate: Surrogate, origin: dict[str, object]) -> bool:
+    """Whether an FMU holds this surrogate, and says that it comes from there.
+
+    Raises:
+        FmuError: it is damaged, or none.
+    """
+    other, found = read_fmu(fmu)
+    same = {key: value for key, value in (found or {}).items() if key in origin} == origin
+    return same and other.to_bytes() == surrogate.to_bytes()
 
 
 def export_again(source: Path, path: Path, fmi: FmiVersion, sources: bool) -> Path:

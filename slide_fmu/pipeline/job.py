@@ -57,7 +57,9 @@ def open_job(
     the trajectories. Lengths are looked for no longer than the patience, in s.
 
     Raises:
+        DamagedFileError: the run folder keeps a damaged file about it.
         RecipeError: the recipe cannot be used.
+        StageError: its run folder is a file.
         LoadError, ShortWindowError, SimulationError, ValueError: as of ``resolved_lengths``.
     """
     text = read_recipe_text(recipe_path)
@@ -79,10 +81,12 @@ def job_of_text(
     The seeds are those of the training and of the data; the recipe's where they are None.
 
     Raises:
-        RecipeError, LoadError, ShortWindowError, SimulationError, ValueError: as of ``open_job``.
+        DamagedFileError, RecipeError, StageError, LoadError, ShortWindowError, SimulationError,
+            ValueError: as of ``open_job``.
     """
     recipe, (training_seed, data_seed) = parse_recipe(text, source), seeds
     folder = RunFolder(runs / recipe.name)
+    folder.require_folder()
     # found for the recipe as it is written: other seeds keep the window
     resolved, sizing = resolved_lengths(recipe, folder.resolved, patience)
     recipe = with_resolved(recipe, resolved, source)

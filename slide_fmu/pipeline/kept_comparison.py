@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.files import write_whole
+from slide_fmu.core.kept import damage_named, read_kept
 from slide_fmu.data.unseen import UnseenMotion
 
 
@@ -23,10 +24,14 @@ class KeptComparison:
     path: Path
 
     def figures(self, name: str, key: str, find: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-        """Return the figures of a model; they are found if none of this key are kept."""
+        """Return the figures of a model; they are found if none of this key are kept.
+
+        Raises:
+            DamagedFileError: what is kept is damaged.
+        """
         place = self.path / f"{name}.json"
         if place.exists():
-            record = json.loads(place.read_text(encoding="utf-8"))
+            record = read_kept(place, ("key", "figures"))
             if record["key"] == key:
                 return dict(record["figures"])
         found = find()
@@ -35,10 +40,15 @@ class KeptComparison:
         return found
 
     def motions(self, key: str, find: Callable[[], Sequence[UnseenMotion]]) -> list[UnseenMotion]:
-        """Return unseen motions; they are simulated if none of this key are kept."""
+        """Return unseen motions; they are simulated if none of this key are kept.
+
+        Raises:
+            DamagedFileError: what is kept is damaged.
+        """
         place = self.path / "unseen.npz"
         if place.exists():
-            with np.load(place) as kept:
+            content = io.BytesIO(place.read_bytes())
+            with damage_named(place, "arrays that compare wrote"), np.load(content) as kept:
                 if str(kept["key"]) == key:
                     return [_motion(kept, number) for number in range(int(kept["count"]))]
         found = list(find())

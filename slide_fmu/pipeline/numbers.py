@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.files import write_whole
+from slide_fmu.core.kept import read_kept
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.identity import identity
@@ -110,10 +111,14 @@ def _numbers_of_records(recipe: Recipe) -> Resolved:
 
 
 def kept_curve(recipe: Recipe, folder: RunFolder) -> Curve:
-    """Return the learning curve of a recipe and its model, as far as it was found."""
+    """Return the learning curve of a recipe and its model, as far as it was found.
+
+    Raises:
+        DamagedFileError: the file that holds it is damaged.
+    """
     if not folder.numbers.exists() or recipe.system.is_record:
         return Curve()
-    record = json.loads(folder.numbers.read_text(encoding="utf-8"))
+    record = read_kept(folder.numbers, ("recipe", "probe", "curve"))
     about, motion = _identity(recipe)
     if record["recipe"] != about or not same_motion(np.array(record["probe"]), motion):
         return Curve()

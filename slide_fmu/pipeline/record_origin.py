@@ -34,13 +34,15 @@ def record_origin(recipe: Recipe) -> dict[str, Any]:
 def require_same_records(provenance: dict[str, Any], recipe: Recipe, fmu: str) -> None:
     """Refuse records that have changed since an FMU was learnt from them.
 
-    They would be divided elsewhere, and what is called unseen might have been learnt from.
+    They would be divided elsewhere, and what is called unseen might have been learnt from. Another
+    noise record would put another noise beside the error.
 
     Raises:
         LoadError, RecipeError: the records cannot be used.
         StageError: a file is another one, or the FMU does not say which ones there were.
     """
-    wanted, found = provenance.get(KEY, []), record_origin(recipe).get(KEY, [])
+    origin = record_origin(recipe)
+    wanted, found = provenance.get(KEY, []), origin.get(KEY, [])
     for one, other in zip(found, wanted, strict=False):
         if one["sha256"] != other["sha256"]:
             raise StageError(
@@ -53,4 +55,11 @@ def require_same_records(provenance: dict[str, Any], recipe: Recipe, fmu: str) -
         raise StageError(
             f"{fmu} was learnt from {len(wanted)} known records; expected the {len(found)} of its "
             "recipe: train again"
+        )
+    own, other = origin.get(OF_NOISE), provenance.get(OF_NOISE)
+    if own is not None and other is not None and own["sha256"] != other["sha256"]:
+        raise StageError(
+            f"noise record {own['file']!r} has the SHA-256 hash {own['sha256'][:12]}...; expected "
+            f"{other['sha256'][:12]}..., that of {other['file']!r} with which {fmu} was learnt: "
+            "restore the file, or train again"
         )

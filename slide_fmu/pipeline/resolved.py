@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.files import write_whole
+from slide_fmu.core.kept import read_kept
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.identity import identity
@@ -41,6 +42,7 @@ def resolved_lengths(
     left out for it.
 
     Raises:
+        DamagedFileError: the file is there, and damaged.
         LoadError, RecipeError: as of ``check_recipe``.
         ShortWindowError: no window can hold the system.
         RecipeError: what the recipe gives does not fit the window that its system needs.
@@ -60,7 +62,6 @@ def resolved_lengths(
         found = find_lengths(recipe, system, Patience(patience))
     if found.sizing is not None and found.sizing.left_out is not None:
         return found.values, found.sizing
-    place.parent.mkdir(parents=True, exist_ok=True)
     record = {"values": found.values, "recipe": asked, "probe": motion.tolist()}
     write_whole(place, json.dumps(record, indent=1).encode("utf-8"))
     return found.values, found.sizing
@@ -82,7 +83,7 @@ def _kept(place: Path, asked: dict[str, Any], motion: FloatArray) -> Resolved | 
     """Return the values in a file, if they were found for the same recipe and model."""
     if not place.exists():
         return None
-    record = json.loads(place.read_text(encoding="utf-8"))
+    record = read_kept(place, ("values", "recipe", "probe"))
     if record["recipe"] != asked or not same_motion(np.array(record["probe"]), motion):
         return None
     values: Resolved = record["values"]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from slide_fmu.core.files import write_whole
 from slide_fmu.fitting.history import Curve
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory.sizing import AnySizing
@@ -103,9 +104,9 @@ def _measured(
         trained, recipe, sizing, validations, tests, kept_curve(recipe, job.folder)
     )
     page = report.write(job.folder.path)
-    (job.folder.path / PICTURE).write_bytes(side_by_side(validations[IN_RANGE], 0))
+    write_whole(job.folder.path / PICTURE, side_by_side(validations[IN_RANGE], 0))
     text = model_card(surrogate, recipe, report.data, PICTURE, draw_mechanism(job))
-    (job.folder.path / "card.md").write_text(text, encoding="utf-8")
+    write_whole(job.folder.path / "card.md", text.encode("utf-8"))
     released = {**origin, "measured": report.data}
     experiment = make_experiment(fmu, surrogate, recipe, wanted[IN_RANGE].seed)
     documents = Documents(page.read_bytes(), text)
@@ -132,7 +133,7 @@ def draw_mechanism(job: Job) -> str | None:
     """
     place, name = job.folder.path / MECHANISM_PICTURE, job.recipe.system.picture
     if name is not None:
-        place.write_bytes(load_picture(name)(reference_system(job.recipe)))
+        write_whole(place, load_picture(name)(reference_system(job.recipe)))
     return MECHANISM_PICTURE if place.exists() else None
 
 

@@ -14,9 +14,13 @@ import filelock
 from pydantic import ValidationError
 
 from slide_fmu.core.files import write_whole
+from slide_fmu.core.kept import read_kept
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
+
+KEPT = "surrogate", "recipe", "versions", "histories"
+"""Keys of what is kept about a training, beside the surrogate."""
 
 
 class StageError(ValueError):
@@ -43,6 +47,15 @@ class RunFolder:
     """A run folder, ``runs/<name>``, holds the files of one recipe's run."""
 
     path: Path
+
+    def require_folder(self) -> None:
+        """Raise a StageError where something else than a folder is in the way."""
+        there = next(place for place in (self.path, *self.path.parents) if place.exists())
+        if not there.is_dir():
+            raise StageError(
+                f"{there} is a file; expected a folder, since the work on the recipe is kept in "
+                f"{self.path}: move the file away, or work in another folder (--runs FOLDER)"
+            )
 
     @contextmanager
     def alone(self) -> Iterator[None]:
@@ -119,13 +132,14 @@ class RunFolder:
         """Return the trained surrogate of a recipe.
 
         Raises:
+            DamagedFileError: how it was trained cannot be read.
             StageError: nothing was trained here, or it was trained from another recipe.
         """
         if not (self.surrogate.exists() and self.training.exists()):
             raise StageError(
                 f"no trained surrogate in {self.path}; train it first (slide-fmu train RECIPE)"
             )
-        record = json.loads(self.training.read_text(encoding="utf-8"))
+        record = read_kept(self.training, KEPT, "train again (slide-fmu train RECIPE)")
         if not _same_learning(record["recipe"], recipe):
             raise StageError(
                 f"{self.surrogate} was trained from other values than recipe {recipe.name!r} "

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from slide_fmu.core.files import write_whole
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.record_sizing import size_records
@@ -191,6 +192,6 @@ def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ..
     if any(test.problem is not None for test in tests):
         from slide_fmu.validation.figures import stability_tests
 
-        picture.write_bytes(stability_tests(tests, surrogate.window.step))
+        write_whole(picture, stability_tests(tests, surrogate.window.step))
     require_stability(tests, job.recipe, str(picture))
     return tests

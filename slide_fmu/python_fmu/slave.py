@@ -80,6 +80,10 @@ class Slave(Fmi2Slave):  # type: ignore[misc]
         """Give the ``Signal`` of every real variable that has a unit and a range."""
         raise NotImplementedError
 
+    def unlimited(self) -> Sequence[str]:
+        """Give the names of variables that nothing keeps within their ranges; none of most."""
+        return ()
+
     def to_xml(self, model_options: Mapping[str, str] | None = None) -> Element:
         """Write the model description, with units, ranges and initial unknowns.
 
@@ -88,7 +92,7 @@ class Slave(Fmi2Slave):  # type: ignore[misc]
         from slide_fmu.python_fmu.writer import complete
 
         root: Element = super().to_xml(dict(model_options or {}))
-        complete(root, self.described(), self.CAPABILITIES)
+        complete(root, self.described(), self.CAPABILITIES, self.unlimited())
         return root
 
 

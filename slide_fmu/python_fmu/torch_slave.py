@@ -305,6 +305,10 @@ class ModuleSlave(Slave):
                 signals.append(Signal(name, **{key: table[key] for key in kept}))
         return signals
 
+    def unlimited(self) -> list[str]:
+        """Give the names of the outputs, which nothing keeps within the range that is intended."""
+        return [table["name"] for table in self.about["outputs"]]
+
     def _trials(self) -> list[FloatArray]:
         """Draw windows that the module must know: the start, and inputs in their ranges."""
         low, high = (np.array([s[key] for s in self.about["inputs"]]) for key in ("low", "high"))

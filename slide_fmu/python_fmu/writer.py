@@ -7,7 +7,7 @@ import importlib
 import sys
 import tempfile
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
@@ -67,7 +67,10 @@ def write_python_fmu(
 
 
 def complete(
-    root: Element, signals: Sequence[Signal | Parameter], capabilities: Mapping[str, str]
+    root: Element,
+    signals: Sequence[Signal | Parameter],
+    capabilities: Mapping[str, str],
+    unlimited: Collection[str] = (),
 ) -> None:
     """Add units, ranges, start values, capabilities and initial unknowns to a model description.
 
@@ -77,6 +80,8 @@ def complete(
         root: the document, as ``Fmi2Slave.to_xml`` gives it.
         signals: real variables that have a unit and a range; parameters among them.
         capabilities: attributes of the element ``CoSimulation``.
+        unlimited: names of those variables that nothing keeps within their ranges: the ranges do
+            not appear.
 
     Raises:
         RuntimeError: PythonFMU did not write an element that it always writes.
@@ -88,7 +93,9 @@ def complete(
     by_name = {variable.get("name"): variable for variable in _child(root, "ModelVariables")}
     for signal in signals:
         real = _child(by_name[signal.name], "Real")
-        real.attrib.update(unit=signal.unit, min=repr(signal.low), max=repr(signal.high))
+        real.set("unit", signal.unit)
+        if signal.name not in unlimited:
+            real.attrib.update(min=repr(signal.low), max=repr(signal.high))
         if "start" in real.attrib:
             real.set("start", repr(signal.start_value))  # with all digits, so within the range
     structure = _child(root, "ModelStructure")

@@ -33,7 +33,8 @@ def with_division(tables: dict[str, Any]) -> dict[str, Any]:
     known = all(isinstance(table, Mapping) for table in (parameters, data, network))
     if not (known and parameters and is_measured(tables)):
         return tables
-    degree = {"parameter_degree": _degree(parameters)}
+    follows = network.get("family", StateSpaceRecipe().family) == StateSpaceRecipe().family
+    degree = {"parameter_degree": _degree(parameters)} if follows else {}
     return {**tables, "data": {"by": "each", **data}, "network": {**degree, **network}}
 
 
@@ -102,8 +103,13 @@ def scarce_specimens(recipe: Recipe) -> str | None:
     return (
         f"there are {different} specimens for polynomials of degree {degree} in "
         f"{list(recipe.parameters)}; expected at least {wanted}: between them the surrogate may "
-        "be far off; measure more specimens, or set network.parameter_degree lower"
+        f"be far off; measure more specimens{_or_lower(degree)}"
     )
+
+
+def _or_lower(degree: int) -> str:
+    """Return the other remedy for too few specimens, if the degree can be lower."""
+    return ", or set network.parameter_degree lower" if degree > 1 else ""
 
 
 def too_few_specimens(recipe: Recipe, files: Iterable[int]) -> str | None:
@@ -124,5 +130,5 @@ def too_few_specimens(recipe: Recipe, files: Iterable[int]) -> str | None:
         f"parameters {list(recipe.parameters)} have {len(rows)} different values in the records "
         f"to learn from, which determine {determined} of the {terms} terms of polynomials of "
         f"degree {network.parameter_degree}; expected values that determine all: measure more "
-        "specimens, or set network.parameter_degree lower"
+        f"specimens{_or_lower(network.parameter_degree)}"
     )

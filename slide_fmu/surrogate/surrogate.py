@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.core.files import write_whole
 from slide_fmu.core.parameters import Parameter, checked_values
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray, Hold, Signal, cosines_of, hold_of
@@ -331,8 +332,8 @@ class Surrogate:
         return decode(data, Surrogate)
 
     def save(self, path: Path) -> None:
-        """Write the surrogate file."""
-        path.write_bytes(self.to_bytes())
+        """Write the surrogate file; an old one stays as it is where that fails."""
+        write_whole(path, self.to_bytes())
 
 
 def _inside_throughout(inside: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:

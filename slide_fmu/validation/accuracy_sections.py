@@ -12,7 +12,7 @@ from slide_fmu.validation.comparison import Validation, meaning_of
 from slide_fmu.validation.record_noise import ORIGINS, origin_of_noise
 from slide_fmu.validation.report import Section
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_figures
-from slide_fmu.validation.tables import parameter_rows, percent, scientific
+from slide_fmu.validation.tables import about_parameters, parameter_rows, percent, scientific
 
 OF_RECORDS = "relative_noise_floor", "free_relative_rmse"
 """Figures of outputs that were measured: the noise, and the error of the network run freely."""
@@ -44,11 +44,7 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
         ),
     ]
     if main.surrogate.parameters:
-        text = (
-            "Every trajectory has values of the physical parameters that no training saw; one "
-            "more is at each corner of their ranges, which the figures above do not count. "
-            "Relative RMSE is the largest of the outputs."
-        )
+        text = about_parameters(main.recipe.system.is_record)
         rows = parameter_rows(main.figures()["parameters"])
         sections.append(Section("Physical parameters", text, rows))
     if main.surrogate.estimator is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Sequence
 from typing import Any
 
 import jinja2
@@ -15,6 +16,7 @@ from slide_fmu.validation.comparison import meaning_of
 from slide_fmu.validation.limits import ordered, useless_beyond
 from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.record_noise import ORIGINS, origin_of_noise
+from slide_fmu.validation.tables import about_parameters, parameter_rows
 
 
 def model_card(
@@ -53,11 +55,19 @@ def model_card(
         names=[motion.name for motion in motions_of(recipe)],
         moving=all("plain_relative_rmse" in o for v in validations.values() for o in v["outputs"]),
         now_text=meaning_of(surrogate),
+        parameter_rows=_parameter_rows(validations),
+        about_parameters=about_parameters(recipe.system.is_record),
         noise_origin=ORIGINS[origin_of_noise(recipe)],
         useless=useless_beyond(measured),
         picture=picture,
         mechanism=mechanism,
     )
+
+
+def _parameter_rows(validations: dict[str, Any]) -> list[Sequence[str]]:
+    """Return the table of the errors by physical parameters; nothing where there are none."""
+    found = next(iter(validations.values())).get("parameters")
+    return [] if found is None else parameter_rows(found)
 
 
 def plain(text: str) -> str:

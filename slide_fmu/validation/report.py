@@ -10,6 +10,7 @@ from typing import Any
 
 import jinja2
 
+from slide_fmu.core.files import write_whole
 from slide_fmu.validation.pictures import in_page
 
 
@@ -51,12 +52,14 @@ class Report:
         return template.render(report=self, sections=zip(self.sections, pictures, strict=True))
 
     def write(self, folder: Path) -> Path:
-        """Write ``report.html`` and ``report.json``, and return the path of the page."""
-        folder.mkdir(parents=True, exist_ok=True)
+        """Write ``report.html`` and ``report.json``, and return the path of the page.
+
+        The folder is made where there is none.
+        """
         text = json.dumps(self.data, indent=2)
-        (folder / "report.json").write_text(text + "\n", encoding="utf-8")
+        write_whole(folder / "report.json", (text + "\n").encode("utf-8"))
         path = folder / "report.html"
-        path.write_text(self.html(), encoding="utf-8")
+        write_whole(path, self.html().encode("utf-8"))
         return path
 
 

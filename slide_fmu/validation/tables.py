@@ -44,7 +44,7 @@ WORST = 5
 def parameter_rows(found: Mapping[str, Any]) -> list[Sequence[str]]:
     """Return a table of the errors by physical parameters, its heading first.
 
-    Of the unseen values the worst ``WORST`` are shown; all corners are.
+    Of the other values the worst ``WORST`` are shown; all corners are.
     """
     names: list[str] = found["names"]
     unseen = sorted(found["unseen"], key=_error_of, reverse=True)[:WORST]
@@ -52,8 +52,19 @@ def parameter_rows(found: Mapping[str, Any]) -> list[Sequence[str]]:
     return [
         ("values", *names, "relative RMSE"),
         *(_parameter_row("corner", row, names) for row in corners),
-        *(_parameter_row("unseen, worst", row, names) for row in unseen),
+        *(_parameter_row("measured, worst", row, names) for row in unseen),
     ]
+
+
+def about_parameters(is_record: bool) -> str:
+    """Say at which values of the physical parameters the errors in their table were measured."""
+    where = (
+        "Every stretch has the values of its specimen."
+        if is_record
+        else "Every trajectory has values of the physical parameters that no training saw; one "
+        "more is at each corner of their ranges, which the figures above do not count."
+    )
+    return f"{where} Relative RMSE is the largest of the outputs."
 
 
 def _error_of(row: Mapping[str, Any]) -> float:

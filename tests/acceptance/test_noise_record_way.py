@@ -106,6 +106,20 @@ def test_noise_beside_the_error_is_that_of_the_noise_record(place: Path) -> None
     assert "by the noise record: no surrogate" in cards[1]
 
 
+def test_fmu_is_not_measured_beside_another_noise_record(place: Path) -> None:
+    file = place / "at_rest.csv"
+    kept = file.read_bytes()
+    try:
+        file.write_bytes(b"\n".join(kept.splitlines()[:3000]) + b"\n")
+        done = invoke("validate", place / "runs/weighted/weighted.fmu")
+        assert done.exit_code == 1
+        message = " ".join(done.output.split())
+        assert "noise record 'at_rest.csv' has the SHA-256 hash" in message
+        assert "restore the file, or train again" in message
+    finally:
+        file.write_bytes(kept)
+
+
 def test_other_noise_record_makes_the_training_anew(place: Path) -> None:
     """The trajectories stay; the checkpoint is that of another noise."""
     before = (place / "runs/weighted/weighted.fmu").read_bytes()

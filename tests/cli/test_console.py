@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import json
 import os
@@ -173,3 +174,30 @@ def test_validation_shows_the_plain_call_beside_known_inputs(
     shown = messages.file.getvalue()
     assert "inputs set to what they are now" in shown
     assert " 12.5 % " in shown
+
+
+def test_figures_that_cannot_be_written_leave_the_old_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(staged: Path, content: bytes) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    place = tmp_path / "figures.json"
+    console.write_json(str(place), {"a": 1})
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(SystemExit):
+        console.write_json(str(place), {"a": 2})
+    assert "figures.json' cannot be written: the disk is full" in capsys.readouterr().err
+    assert json.loads(place.read_text(encoding="utf-8")) == {"a": 1}
+
+
+def test_figures_may_go_to_a_pipe_and_through_a_link(tmp_path: Path) -> None:
+    (tmp_path / "link.json").symlink_to(tmp_path / "figures.json")
+    console.write_json(str(tmp_path / "link.json"), {"a": 1})
+    assert (tmp_path / "link.json").is_symlink()
+    assert json.loads((tmp_path / "figures.json").read_text(encoding="utf-8")) == {"a": 1}
+    reader, writer = os.pipe()
+    console.write_json(f"/dev/fd/{writer}", {"a": 2})
+    os.close(writer)
+    with os.fdopen(reader) as pipe:
+        assert json.load(pipe) == {"a": 2}

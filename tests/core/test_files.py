@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import pickle
 import signal
 import subprocess
 import sys
@@ -11,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.core.files import write_whole, write_zip
+from slide_fmu.core.files import FullDiskError, write_whole, write_zip
 from tests.limits import HANGS, largest_file
 
 
@@ -89,3 +91,31 @@ def test_the_same_members_give_the_same_bytes(
             "a": b"2",
             "b/c": b"1",
         }
+
+
+def test_full_disk_is_named_with_the_file_its_folder_and_the_free_space(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.bin"
+    write_whole(path, b"old")
+
+    def fill(staged: Path, content: bytes) -> None:
+        with staged.open("wb") as file:
+            file.write(content[:2])
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", fill)
+    with pytest.raises(FullDiskError) as caught:
+        write_whole(path, b"newer")
+    said = str(caught.value)
+    assert repr(str(path)) in said
+    assert f"MB are free in {str(tmp_path)!r}; make room there" in said
+    assert caught.value.errno == errno.ENOSPC
+    assert str(pickle.loads(pickle.dumps(caught.value))).startswith(said.split(",")[0])
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_full_disk_in_a_folder_that_is_not_there_is_named_too(tmp_path: Path) -> None:
+    error = FullDiskError(errno.ENOSPC, "No space left on device", str(tmp_path / "b" / "c.bin"))
+    assert f"free in {str(tmp_path)!r}" in str(error)

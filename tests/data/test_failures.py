@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slide_fmu.core.kept import DamagedFileError
 from slide_fmu.data.draws import draw, split_stream
 from slide_fmu.data.failures import (
     Failure,
@@ -131,6 +132,13 @@ def test_a_system_that_always_fails_ends_the_generation(tmp_path: Path) -> None:
     recipe = failing(0.1, fail=-1.0)
     with pytest.raises(SimulationError, match="no solution"):
         made(recipe, tmp_path / "store")
+
+
+def test_a_damaged_file_of_a_failure_is_named(tmp_path: Path) -> None:
+    (tmp_path / "failures").mkdir()
+    (tmp_path / "failures" / "train_0_0.json").write_text('{"split": "train"', encoding="utf-8")
+    with pytest.raises(DamagedFileError, match=r"train_0_0\.json is damaged.*remove it"):
+        kept_failures(tmp_path / "store")
 
 
 def test_a_removed_store_takes_its_failures_along(tmp_path: Path) -> None:

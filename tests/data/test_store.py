@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import threading
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 import zarr
 
+from slide_fmu.core.files import FullDiskError
 from slide_fmu.core.signals import Trajectory
 from slide_fmu.data.store import (
     StoreError,
@@ -289,3 +291,33 @@ def test_small_outputs_show_a_changed_model_too(tmp_path: Path) -> None:
     open_store(path, RECIPE, SHAPES, 1e-9 * MOTION)
     with pytest.raises(StoreError, match="the model has changed"):
         open_store(path, RECIPE, SHAPES, 1.001e-9 * MOTION)
+
+
+def full(*arguments: Any, **more: Any) -> None:
+    """Stand for what writes."""
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_store_that_has_no_room_leaves_nothing_behind(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "data.zarr"
+    with monkeypatch.context() as patch:
+        patch.setattr(zarr.Group, "create_array", full)
+        with pytest.raises(FullDiskError, match=r"data\.zarr' cannot be written.*make room there"):
+            open_store(path, RECIPE, SHAPES, MOTION)
+    assert list(tmp_path.iterdir()) == []
+    open_store(path, RECIPE, SHAPES, MOTION)
+
+
+def test_trajectory_that_has_no_room_is_missing_and_made_again(
+    store: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_trajectory(store, "train", 0, trajectory(0), kind=0)
+    with monkeypatch.context() as patch:
+        patch.setattr(zarr.Array, "__setitem__", full)
+        with pytest.raises(FullDiskError, match=r"data\.zarr' cannot be written"):
+            write_trajectory(store, "train", 1, trajectory(1), kind=0)
+    assert missing_trajectories(store, "train", 4) == [1, 2, 3]
+    write_trajectory(store, "train", 1, trajectory(1), kind=0)
+    assert missing_trajectories(store, "train", 4) == [2, 3]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from slide_fmu.core.kept import DamagedFileError
 from slide_fmu.core.progress import Progress
 from slide_fmu.fitting import cpu_time
 from slide_fmu.fitting.cpu_time import CpuTime
@@ -46,3 +47,10 @@ def test_sleep_is_no_cpu_time(tmp_path: Path) -> None:
     clock = CpuTime(tmp_path / "x.cpu_seconds")
     time.sleep(0.2)
     assert clock.keep() < 0.1
+
+
+@pytest.mark.parametrize("damaged", [b"", bytes(range(256)), b"soon"])
+def test_damaged_file_of_the_time_is_named(tmp_path: Path, damaged: bytes) -> None:
+    (tmp_path / "x.cpu_seconds").write_bytes(damaged)
+    with pytest.raises(DamagedFileError, match=r"x\.cpu_seconds is damaged.*remove it"):
+        CpuTime(tmp_path / "x.cpu_seconds")

@@ -18,11 +18,11 @@ from slide_fmu.data.store import Split, read_split
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.checkpoint import read_checkpoint
+from slide_fmu.fitting.eigenvalues import eigenvalues_at_rest
 from slide_fmu.fitting.family import FITS, FamilyFit
 from slide_fmu.fitting.feed_forward import FeedForwardModule
 from slide_fmu.fitting.fit import (
     Fit,
-    eigenvalues_at_rest,
     fit_surrogate,
     range_scaling,
     require_symmetry,

@@ -5,7 +5,9 @@ from __future__ import annotations
 import importlib.util
 from pathlib import Path
 
+import numpy as np
 import pytest
+from matplotlib.image import imread
 
 from slide_fmu.fmu.attachments.draw_icon import ICON, draw_icon
 from slide_fmu.fmu.attachments.files import FOLDER, attached_files
@@ -44,8 +46,11 @@ def test_first_page_of_the_licences_names_all_others() -> None:
 
 
 def test_icon_is_the_one_that_the_script_draws(tmp_path: Path) -> None:
+    """Builds of the libraries that draw differ in single shades, and in how they compress."""
     draw_icon(tmp_path / "icon.png")
-    assert (tmp_path / "icon.png").read_bytes() == ICON.read_bytes()
+    drawn, kept = (imread(path) for path in (tmp_path / "icon.png", ICON))
+    assert drawn.shape == kept.shape
+    assert np.abs(drawn - kept).max() < 0.1
 
 
 def test_icon_has_its_place_in_each_standard() -> None:

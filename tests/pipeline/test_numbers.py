@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from slide_fmu.core.kept import DamagedFileError
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data import pool
 from slide_fmu.data.store import read_split
@@ -202,3 +203,11 @@ def test_overwriting_makes_all_data_again(tmp_path: Path) -> None:
     generate_data(job, None)
     assert choose_numbers(job, None, overwrite=True) is job
     assert not job.folder.store.exists()
+
+
+def test_damaged_file_of_a_curve_is_named(tmp_path: Path) -> None:
+    job = opened(tmp_path)
+    job.folder.path.mkdir(parents=True, exist_ok=True)
+    job.folder.numbers.write_text('{"recipe": {', encoding="utf-8")
+    with pytest.raises(DamagedFileError, match=r"learning_curve\.json is damaged.*remove it"):
+        opened(tmp_path)

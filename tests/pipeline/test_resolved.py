@@ -8,11 +8,12 @@ from typing import Any
 
 import pytest
 
+from slide_fmu.core.kept import DamagedFileError
 from slide_fmu.data.generation import generate
 from slide_fmu.memory import motions
 from slide_fmu.pipeline import resolved
 from slide_fmu.pipeline.job import Job, open_job, provenance
-from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.pipeline.stages import check_window, size_recipe
 from slide_fmu.recipe.recipe import RecipeError
 from tests.data.test_generation import Inline
@@ -131,3 +132,21 @@ def test_lengths_that_were_found_in_a_hurry_are_not_kept(tmp_path: Path) -> None
     assert whole.sizing is not None
     assert whole.sizing.left_out is None
     assert whole.folder.resolved.exists()
+
+
+@pytest.mark.parametrize("damaged", [b"", b'{"values": {"window"', b"[]", b"{}"])
+def test_damaged_file_of_what_was_found_is_named(tmp_path: Path, damaged: bytes) -> None:
+    place = opened(tmp_path).folder.resolved
+    place.write_bytes(damaged)
+    with pytest.raises(DamagedFileError, match=r"resolved\.json is damaged.*remove it"):
+        opened(tmp_path)
+    place.unlink()
+    opened(tmp_path)
+    assert place.exists()
+
+
+def test_run_folder_that_is_a_file_is_refused_before_any_work(tmp_path: Path) -> None:
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "runs" / "lag").write_text("no folder", encoding="utf-8")
+    with pytest.raises(StageError, match=r"lag is a file; expected a folder"):
+        opened(tmp_path)

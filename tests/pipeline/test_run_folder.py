@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from slide_fmu.core.kept import DamagedFileError
 from slide_fmu.pipeline.run_folder import RunFolder, StageError
 from tests.fmu.samples import sum_surrogate
 from tests.recipes import tiny_recipe
@@ -85,3 +86,26 @@ def test_folder_in_which_another_program_works_is_refused_until_that_ends(tmp_pa
         other.communicate()
     with folder.alone():  # a program that was killed keeps nothing
         pass
+
+
+@pytest.mark.parametrize("part", [0.0, 0.5])
+def test_damaged_record_of_a_training_is_named(folder: RunFolder, part: float) -> None:
+    whole = folder.training.read_bytes()
+    folder.training.write_bytes(whole[: int(part * len(whole))])
+    with pytest.raises(DamagedFileError, match=r"training\.json is damaged.*train again"):
+        folder.load_surrogate(RECIPE)
+
+
+@pytest.mark.parametrize("part", [0.0, 0.5])
+def test_damaged_surrogate_is_named(folder: RunFolder, part: float) -> None:
+    whole = folder.surrogate.read_bytes()
+    folder.surrogate.write_bytes(whole[: int(part * len(whole))])
+    with pytest.raises(StageError, match=r"surrogate\.slide and .*train again"):
+        folder.load_surrogate(RECIPE)
+
+
+def test_file_in_the_place_of_the_folder_is_named(tmp_path: Path) -> None:
+    RunFolder(tmp_path / "new" / "x").require_folder()
+    (tmp_path / "runs").write_text("no folder", encoding="utf-8")
+    with pytest.raises(StageError, match=r"runs is a file; expected a folder.*--runs"):
+        RunFolder(tmp_path / "runs" / "x").require_folder()

@@ -46,8 +46,22 @@ def test_few_specimens_do_not_determine_a_polynomial() -> None:
     assert problem is not None
     assert "2 different values" in problem
     assert "2 of the 3 terms of polynomials of degree 2" in problem
+    assert problem.endswith("measure more specimens, or set network.parameter_degree lower")
     low = recipe.network.model_copy(update={"parameter_degree": 1})
-    assert too_few_specimens(recipe.model_copy(update={"network": low}), [1, 2, 3]) is None
+    linear = recipe.model_copy(update={"network": low})
+    assert too_few_specimens(linear, [1, 2, 3]) is None
+    alone = too_few_specimens(linear, [1])
+    assert alone is not None
+    assert alone.endswith("measure more specimens")  # no degree is lower
+
+
+def test_feed_forward_network_of_specimens_is_refused_for_what_it_is() -> None:
+    tables = '[network]\nfamily = "feed_forward"\nhidden = [8]\n'
+    text = RECIPE.replace('model = "bench.csv"', FILES)
+    text = text[: text.index("[network]")] + tables
+    with pytest.raises(ValueError, match="the weights of state-space networks alone follow them"):
+        parse_recipe(f"{text}\n[training]\nsteps=5\nbatch=5\nlearning_rate=1e-3\n"
+                     f"[parameters.mass]\nvalues = {MASSES}", "recipe")  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -25,9 +25,11 @@ from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.accuracy_sections import validation_sections
 from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.model_card import model_card
 from slide_fmu.validation.validate import validate
 from tests.progress import silent
 from tests.recipes import ESTIMATOR, tiny_state_space_recipe
+from tests.validation.measured import figures_of
 
 TABLES: dict[str, Any] = {
     "parameters": {"mass": {"range": [1.0, 2.0], "unit": "kg", "transform": "log"}},
@@ -102,7 +104,21 @@ def test_figures_and_report_tell_the_errors_by_values(found: Validation) -> None
     assert all(0 < row["relative_rmse"][0] < SMALL for row in figures["unseen"])
     (section,) = [s for s in validation_sections({"in range": found}) if "Physical" in s.title]
     assert section.rows[0] == ("values", "mass", "relative RMSE")
-    assert [row[0] for row in section.rows[1:]] == ["corner"] * 2 + ["unseen, worst"] * 4
+    assert [row[0] for row in section.rows[1:]] == ["corner"] * 2 + ["measured, worst"] * 4
+
+
+def test_card_tells_the_errors_by_values_and_what_the_estimator_does_not_see(
+    found: Validation,
+) -> None:
+    card = model_card(found.surrogate, RECIPE, figures_of(found), "picture.png")
+    lines = card.splitlines()
+    first = lines.index("| values | mass | relative RMSE |")
+    assert lines[first + 1] == "| --- | --- | --- |"
+    assert [line.split(" | ")[0] for line in lines[first + 2 : first + 8]] == (
+        ["| corner"] * 2 + ["| measured, worst"] * 4
+    )
+    assert "values of the physical parameters that no training saw" in lines[first - 2]
+    assert "The error estimator sees the inputs alone, not the physical parameters" in card
 
 
 def test_stability_is_that_of_the_worst_corner(fit: Fit) -> None:

@@ -7,9 +7,11 @@ from typing import Any
 import pytest
 
 from slide_fmu.credentials.metadata import OWN, Entry
+from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.limits import limits
 from slide_fmu.validation.statements import statements
+from tests.own_records import RECIPE
 from tests.validation.measured import FINER, PLAIN, figures_of
 
 
@@ -103,3 +105,19 @@ def test_limits_tell_how_far_stability_was_tested_and_what_was_remarked(
     sentences = limits(finer.surrogate, FINER, found)
     assert any("not tested at more than 1.5 times" in sentence for sentence in sentences)
     assert sentences[-2:] == ["Few records.", "More units may help."]
+
+
+def test_statements_of_records_name_their_files_and_hashes(finer: Validation) -> None:
+    origin: dict[str, Any] = {
+        "records": [{"file": "bench.csv", "sha256": "1a"}],
+        "noise_record": {"file": "rest.csv", "sha256": "2b"},
+    }
+    recipe = parse_recipe(RECIPE, "bench.toml")
+    found = {e.keyword: e.value for e in statements(finer.surrogate, recipe, origin)}
+    for keyword, row in (
+        ("data.records", origin["records"][0]),
+        ("data.noise_record", origin["noise_record"]),
+    ):
+        assert [dict(element.attrib) for element in found[keyword]] == [row]
+    assert found["reference.model"] == ["The reference is what was measured."]
+    assert "data.trajectories" not in found

@@ -12,6 +12,7 @@ from typing import Any, Literal, cast, get_args
 import fmpy
 from fmpy.model_description import CoSimulation, ModelDescription, ModelExchange
 
+from slide_fmu.core.files import FullDiskError, filling
 from slide_fmu.systems.base import Parameter
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.user_code import find_file
@@ -148,13 +149,18 @@ def unpacked(file: FmuFile) -> str:
 
     Raises:
         LoadError: it cannot be unpacked.
+        FullDiskError: there is no room for its files.
     """
     stamp = file.path.stat()
     key = (file.path, stamp.st_mtime_ns, stamp.st_size)
     if key not in _unpacked:
         folder = tempfile.TemporaryDirectory(prefix="slide_fmu_", ignore_cleanup_errors=True)
         try:
-            fmpy.extract(str(file.path), folder.name)
+            with filling(Path(folder.name)):
+                fmpy.extract(str(file.path), folder.name)
+        except FullDiskError:
+            folder.cleanup()
+            raise
         except Exception as error:  # fmpy raises bare Exception for paths outside of the folder
             folder.cleanup()
             raise LoadError(f"FMU {str(file.path)!r} cannot be unpacked: {error}") from error

@@ -81,8 +81,12 @@ def make(specification: Specification) -> MeasuredRecords:
     """
     _require_parameters(specification)
     at_rest = [] if specification.noise_record is None else [specification.noise_record]
-    paths = (specification.model, *specification.further, *at_rest)
-    times = tuple(_modified(path) for path in paths)
+    paths = (specification.model, *specification.further)
+    times = tuple(
+        _modified(what, path)
+        for what, group in (("record", paths), ("noise record", at_rest))
+        for path in group
+    )
     return _made(specification.to_json(), times)
 
 
@@ -187,11 +191,11 @@ def _require_parameters(specification: Specification) -> None:
             )
 
 
-def _modified(path: str) -> int:
+def _modified(what: str, path: str) -> int:
     try:
         return find_file(path).stat().st_mtime_ns
     except OSError as error:
-        raise LoadError(f"record {path!r}: {error}") from error
+        raise LoadError(f"{what} {path!r}: {error}") from error
 
 
 def recognises(model: str) -> bool:

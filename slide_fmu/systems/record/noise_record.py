@@ -22,6 +22,8 @@ from slide_fmu.systems.record.timing import time_findings
 
 LEAST = 500
 """So many samples, at least, tell the spectrum of noise."""
+SHORTEST = 100
+"""Shorter stretches between gaps tell nothing of it, and do not count."""
 QUIET = 0.5
 """What deviates by more than this part of what an output does in the other records has moved."""
 
@@ -34,15 +36,22 @@ class Noise:
         stretches: without gaps, shape (N, n_outputs) each, in the outputs' units.
         file: name of the file that they come from.
         digest: SHA-256 of the file.
+        remarks: what one should know of the file, one sentence each.
     """
 
     stretches: tuple[FloatArray, ...]
     file: str
     digest: str
+    remarks: tuple[str, ...] = ()
 
 
-def require_alike(noise: Record, records: Sequence[Record], outputs: tuple[str, ...]) -> None:
+def require_alike(
+    noise: Record, records: Sequence[Record], outputs: tuple[str, ...]
+) -> tuple[str, ...]:
     """Refuse a noise record that was not measured as the other records were.
+
+    Returns:
+        What is remarkable in it, but need not be mended.
 
     Raises:
         RecordError: a column is missing or cannot be used, a unit or the step is another one, or
@@ -60,9 +69,15 @@ def require_alike(noise: Record, records: Sequence[Record], outputs: tuple[str, 
     refused = [finding.message for finding in found if finding.severity == "refused"]
     if refused:
         raise RecordError("\n".join(refused))
+    remarks = [finding.message for finding in found]
     for name in outputs:
         own, wanted = noise.units[name], records[0].units[name]
-        if own != wanted:
+        if not own and wanted:
+            remarks.append(
+                f"noise record {noise.path}, column {name!r} tells no unit; it is taken to be "
+                f"{wanted!r}, that of {records[0].path}"
+            )
+        elif own != wanted:
             raise RecordError(
                 f"noise record {noise.path}, column {name!r}: the unit is {own!r}; expected "
                 f"{wanted!r}, that of {records[0].path}: correct the header, or convert the values"
@@ -74,6 +89,7 @@ def require_alike(noise: Record, records: Sequence[Record], outputs: tuple[str, 
             f"that of {records[0].path}, since noise has another spectrum at another step: record "
             "it as the others"
         )
+    return tuple(remarks)
 
 
 def noise_at_rest(
@@ -85,26 +101,27 @@ def noise_at_rest(
         RecordError: as of ``require_alike``; or the record is too short, or an output is constant
             in it, or moves.
     """
-    require_alike(noise, records, outputs)
+    remarks = require_alike(noise, records, outputs)
     clock = clock_of(noise.time)
-    stretches = _resampled(noise, clock, outputs, step)
+    whole = _resampled(noise, clock, outputs, step)
+    stretches = tuple(stretch for stretch in whole if len(stretch) >= SHORTEST)
     samples = sum(len(stretch) for stretch in stretches)
     if samples < LEAST:
         raise RecordError(
             f"noise record {noise.path} has {samples} samples of {step:.6g} s in which all of "
-            f"{list(outputs)} are known; expected at least {LEAST}: record the outputs at rest "
-            "for longer"
+            f"{list(outputs)} are known, in stretches of at least {SHORTEST} without a gap; "
+            f"expected at least {LEAST}: record the outputs at rest for longer, without gaps"
         )
     for name, moving in zip(outputs, _deviations(records, outputs), strict=True):
         _require_quiet(noise, name, float(moving))
-    return Noise(stretches, Path(noise.path).name, noise.digest)
+    return Noise(stretches, Path(noise.path).name, noise.digest, remarks)
 
 
 def remarks_on_noise(
     noise: Noise, records: Sequence[Record], outputs: tuple[str, ...]
 ) -> tuple[str, ...]:
     """Say of each output how large its noise is beside its deviation, and how it is coloured."""
-    remarks, deviations = [], _deviations(records, outputs)
+    remarks, deviations = [*noise.remarks], _deviations(records, outputs)
     for index, (name, deviation) in enumerate(zip(outputs, deviations, strict=True)):
         model = fit_autoregression([stretch[:, index] for stretch in noise.stretches])
         size = float(np.sqrt(model.variances[0])) / deviation
@@ -134,14 +151,16 @@ def _resampled(
 
 def _deviations(records: Sequence[Record], outputs: tuple[str, ...]) -> FloatArray:
     """Return the standard deviations of outputs in all records, (n_outputs,)."""
-    return np.asarray(np.nanstd(np.concatenate([r.chosen(outputs) for r in records]), axis=0))
+    values = np.concatenate([record.chosen(outputs) for record in records])
+    return np.asarray(np.nanstd(np.where(np.isfinite(values), values, np.nan), axis=0))
 
 
 def _require_quiet(noise: Record, name: str, moving: float) -> None:
     """Refuse an output that is constant at rest, or moves much beside a deviation when moving."""
     values = noise.columns[name]
-    at_rest = float(np.nanstd(values))
-    if np.nanmin(values) == np.nanmax(values):
+    values = values[np.isfinite(values)]
+    at_rest = float(np.std(values))
+    if values.min() == values.max():
         raise RecordError(
             f"noise record {noise.path}, column {name!r}: the value is the same in all samples; "
             "expected the noise of its sensor: record it with its full resolution, or leave out "

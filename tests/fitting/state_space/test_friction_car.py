@@ -15,7 +15,7 @@ from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.draws import draw, simulate_draw, split_stream
-from slide_fmu.fitting.fit import eigenvalues_at_rest
+from slide_fmu.fitting.eigenvalues import eigenvalues_at_rest
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space import sizes
 from slide_fmu.fitting.state_space.fit import fit_state_space

@@ -10,7 +10,7 @@ import scipy.signal
 
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.record.model import MeasuredRecords
-from slide_fmu.systems.record.noise_record import LEAST, QUIET
+from slide_fmu.systems.record.noise_record import LEAST, QUIET, SHORTEST
 from tests.own_records import STEP, force_and_travel, write_record
 from tests.systems.record.test_record_model import source_of
 
@@ -80,6 +80,41 @@ def test_noise_is_cut_where_samples_are_missing(tmp_path: Path) -> None:
     assert [len(stretch) for stretch in source.noise.stretches] == [1000, 1990]
 
 
+@pytest.mark.parametrize("every", [2, 7])
+def test_noise_record_of_short_stretches_is_refused(tmp_path: Path, every: int) -> None:
+    """Its spectrum would be that of other noise: that of single samples looks white."""
+    values = drift(6000)
+    values[::every] = np.nan
+    at_rest = write_noise(tmp_path / "rest.csv", values)
+    with pytest.raises(LoadError, match=rf"in stretches of at least {SHORTEST} without a gap"):
+        source_with(tmp_path, at_rest)
+
+
+def test_value_that_is_not_finite_does_not_hide_that_the_machine_moves(tmp_path: Path) -> None:
+    values = force_and_travel(3000, 4)[1].copy()
+    values[100] = np.inf
+    at_rest = write_noise(tmp_path / "rest.csv", values)
+    with pytest.raises(LoadError, match=r"the standard deviation is .* while nothing moves"):
+        source_with(tmp_path, at_rest)
+
+
+def test_what_is_remarkable_in_a_noise_record_is_remarked(tmp_path: Path) -> None:
+    values = drift(3000)
+    values[1500] = 80 * NOISE
+    source = source_with(tmp_path, write_noise(tmp_path / "rest.csv", values))
+    [remark] = [r for r in source.remarks if "rest.csv" in r and "residuals" not in r]
+    assert "'travel'" in remark
+    assert "1 samples jump away from both" in remark
+
+
+def test_noise_record_without_a_unit_is_taken_to_have_that_of_the_others(tmp_path: Path) -> None:
+    at_rest = write_noise(tmp_path / "rest.csv", drift(3000), header="time [s],travel")
+    source = source_with(tmp_path, at_rest)
+    assert source.noise is not None
+    [remark] = [remark for remark in source.remarks if "tells no unit" in remark]
+    assert "'travel' tells no unit; it is taken to be 'm', that of" in remark
+
+
 def test_changed_noise_record_is_read_again(tmp_path: Path) -> None:
     at_rest = write_noise(tmp_path / "rest.csv", drift(3000))
     before = source_with(tmp_path, at_rest).noise
@@ -128,7 +163,7 @@ def test_moving_record_as_noise_record_is_refused(tmp_path: Path) -> None:
 
 
 def test_missing_noise_record_is_named(tmp_path: Path) -> None:
-    with pytest.raises(LoadError, match=r"nowhere\.csv"):
+    with pytest.raises(LoadError, match=r"^noise record '.*nowhere\.csv'"):
         source_with(tmp_path, tmp_path / "nowhere.csv")
 
 

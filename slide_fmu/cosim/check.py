@@ -12,8 +12,8 @@ import numpy as np
 from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
-from slide_fmu.core.files import FullDiskError, filling
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.unpacking import UnpackingError, unpack
 from slide_fmu.cosim.archive import archive_problems, library_problems
 from slide_fmu.cosim.importer import Reader, open_slave
 from slide_fmu.cosim.synthetic import random_record
@@ -148,11 +148,8 @@ def _compare_run(
     inputs = random_record(surrogate, steps)
     with tempfile.TemporaryDirectory(prefix="slide_fmu_check_") as folder:
         try:
-            with filling(Path(folder)):
-                fmpy.extract(str(path), folder)
-        except FullDiskError:
-            raise
-        except Exception as error:  # fmpy raises bare Exception for paths outside of the folder
+            unpack(path, folder)
+        except UnpackingError as error:
             return [f"the FMU cannot be unpacked: {error}"]
         try:
             native = _run_native(folder, surrogate, description, inputs)

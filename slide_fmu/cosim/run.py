@@ -10,12 +10,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import fmpy
 import numpy as np
 from fmpy.fmi1 import FMICallException
 
-from slide_fmu.core.files import FullDiskError, filling
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.unpacking import UnpackingError, unpack
 from slide_fmu.cosim.importer import Reader, Slave, open_slave, read_description
 from slide_fmu.fmu.export import REMEDY
 
@@ -84,11 +83,8 @@ def unpacked(path: Path) -> Iterator[UnpackedFmu]:
     # a library that a process has loaded cannot be removed everywhere
     with TemporaryDirectory(prefix="slide_fmu_", ignore_cleanup_errors=True) as folder:
         try:
-            with filling(Path(folder)):
-                fmpy.extract(str(path), folder)
-        except FullDiskError:
-            raise
-        except Exception as error:  # fmpy raises bare Exception for paths outside of the folder
+            unpack(path, folder)
+        except UnpackingError as error:
             raise CoSimulationError(f"{path} cannot be unpacked: {error}; {REMEDY}") from error
         known = description.fmiVersion[:2] in ("2.", "3.")
         if not known or description.coSimulation is None:

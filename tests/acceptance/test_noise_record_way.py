@@ -8,11 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.signal
-from typer.testing import CliRunner, Result
 
 import slide_fmu as slide
-from slide_fmu.cli import app
 from slide_fmu.fmu.export import read_fmu
+from tests.acceptance.conftest import invoke
 from tests.libraries import build_libraries
 from tests.own_records import RECIPE, STEP, force_and_travel
 
@@ -26,10 +25,6 @@ def drift(samples: int, seed: int) -> np.ndarray:
     """Noise of deviation 0.1 that lasts for some fifty samples."""
     white = np.random.default_rng(seed).normal(size=samples + 1000)
     return scipy.signal.lfilter([0.1 * np.sqrt(1 - 0.98**2)], [1.0, -0.98], white)[1000:]
-
-
-def invoke(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture(scope="module")

@@ -8,11 +8,10 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
 
 import slide_fmu as slide
-from slide_fmu.cli import app
 from slide_fmu.fmu.export import read_fmu
+from tests.acceptance.conftest import invoke
 from tests.libraries import build_libraries
 from tests.own_records import RECIPE, STEP, force_and_travel, write_record
 
@@ -23,10 +22,6 @@ start_iterations = 10
 kept = 1
 kept_iterations = 10
 """
-
-
-def invoke(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture(scope="module")

@@ -22,6 +22,12 @@ from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import STEP, TWO_MASSES, CellShape, random_surrogate
 
+LICENSES = [
+    f"documentation/licenses/{name}.txt"
+    for name in ("fmi-headers", "license", "mingw-w64", "musl", "slide-fmu", "zig")
+]
+"""Members of every FMU."""
+
 
 @pytest.mark.parametrize("positions", [0, 3])
 @pytest.mark.parametrize("cell", [None, CellShape(contraction=0.9)])
@@ -54,12 +60,7 @@ def test_exported_fmu_holds_exactly_the_expected_members(fmu: Path) -> None:
             "binaries/win64/two_masses.dll",
             "documentation/figures/error.svg",
             "documentation/index.html",
-            "documentation/licenses/fmi-headers.txt",
-            "documentation/licenses/license.txt",
-            "documentation/licenses/mingw-w64.txt",
-            "documentation/licenses/musl.txt",
-            "documentation/licenses/slide-fmu.txt",
-            "documentation/licenses/zig.txt",
+            *LICENSES,
             "model.png",
             "modelDescription.xml",
             "resources/provenance.json",
@@ -81,12 +82,7 @@ def test_exported_fmu_of_fmi_3_holds_exactly_the_expected_members(
             "binaries/x86_64-darwin/two_masses.dylib",
             "binaries/x86_64-linux/two_masses.so",
             "binaries/x86_64-windows/two_masses.dll",
-            "documentation/licenses/fmi-headers.txt",
-            "documentation/licenses/license.txt",
-            "documentation/licenses/mingw-w64.txt",
-            "documentation/licenses/musl.txt",
-            "documentation/licenses/slide-fmu.txt",
-            "documentation/licenses/zig.txt",
+            *LICENSES,
             "modelDescription.xml",
             "resources/surrogate.slide",
             "terminalsAndIcons/icon.png",

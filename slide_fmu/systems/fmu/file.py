@@ -12,7 +12,8 @@ from typing import Any, Literal, cast, get_args
 import fmpy
 from fmpy.model_description import CoSimulation, ModelDescription, ModelExchange
 
-from slide_fmu.core.files import FullDiskError, filling
+from slide_fmu.core.files import FullDiskError
+from slide_fmu.core.unpacking import UnpackingError, unpack
 from slide_fmu.systems.base import Parameter
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.user_code import find_file
@@ -156,12 +157,11 @@ def unpacked(file: FmuFile) -> str:
     if key not in _unpacked:
         folder = tempfile.TemporaryDirectory(prefix="slide_fmu_", ignore_cleanup_errors=True)
         try:
-            with filling(Path(folder.name)):
-                fmpy.extract(str(file.path), folder.name)
+            unpack(file.path, folder.name)
         except FullDiskError:
             folder.cleanup()
             raise
-        except Exception as error:  # fmpy raises bare Exception for paths outside of the folder
+        except UnpackingError as error:
             folder.cleanup()
             raise LoadError(f"FMU {str(file.path)!r} cannot be unpacked: {error}") from error
         _unpacked[key] = folder

@@ -1,0 +1,29 @@
+"""An FMU is unpacked into a folder; what can go wrong with that is told apart here."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import fmpy
+
+from slide_fmu.core.files import FullDiskError, filling
+
+
+class UnpackingError(ValueError):
+    """An FMU cannot be unpacked: its archive is damaged, or would write outside of the folder."""
+
+
+def unpack(fmu: Path, folder: str) -> None:
+    """Unpack an FMU into a folder.
+
+    Raises:
+        FullDiskError: there is no room for its files.
+        UnpackingError: it cannot be unpacked.
+    """
+    try:
+        with filling(Path(folder)):
+            fmpy.extract(str(fmu), folder)
+    except FullDiskError:
+        raise
+    except Exception as error:  # fmpy raises bare Exception for paths outside of the folder
+        raise UnpackingError(str(error)) from error

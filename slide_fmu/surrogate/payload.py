@@ -5,7 +5,7 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
 
     file     := "SLIDEFMU"  u32 version      section*  u32 crc32 (of all bytes before it)
     section  := 4-byte tag  u32 length in bytes (a multiple of 4)  content
-    sections, in this order, each once; PARA, ESTI and MOVE may be absent:
+    sections, in this order, each once; PARA, ESTI, BOUN and MOVE may be absent:
     WIND     := f64 step/s  u32 n_in  u32 n_out  u32 n_inputs  u32 n_outputs
     SCIN     := n_inputs  x (f64 offset  f64 scale  f64 start    input = (u - offset) / scale
                              u32 hold  u32 angle)
@@ -17,6 +17,8 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
                 n_terms x (f32 weights, those of the cell of PRED in their order)
     ESTI     := f64 low  f64 high  u32 positions  network        the error estimator
                 f32 least[count]  f32 largest[count]             of its features
+    BOUN     := u32 short  u32 long  u32 n_watched               the error bound
+                f64 factor[3][n_outputs]  f64 limit[n_watched]  network  network
     MOVE     := u32 at_step_end  u32 n_candidates  u32 n_past  u32 n_scored
                 n_inputs x (f64 largest change  f64 weight[n_candidates][n_past])
     META     := UTF-8 JSON, padded with spaces                   signals; the C runtime skips it
@@ -31,7 +33,12 @@ PARA says how the weights of a state-space network follow physical parameters p:
 PRED plus the sum over the terms of the product over the parameters of T_degree(z), times the
 weights of the term. T is the Chebyshev polynomial, z = 2 (t(p) - t(low)) / (t(high) - t(low)) - 1,
 t by the transform: 0 p, 1 log p, 2 1 / p; low > 0 but with 0. At most 63 terms, of degrees up to
-16. Files with PARA have version 7, all others are written with version 6.
+16.
+
+BOUN has the samples in a short and in a long block, the factors for the confidences 0.9, 0.95 and
+0.99, the limits, the companion and the head (``error_bound.py``). It stands in no file with PARA.
+
+Files with BOUN have version 8, with PARA version 7, all others are written with version 6.
 
 MOVE says how inputs with a first-order hold go on (``input_forecast.py``); without it they are
 held while they are not known, and at_step_end is 1.
@@ -72,6 +79,8 @@ from slide_fmu.network.base import Network
 from slide_fmu.network.bytes import decode_network, encode_network
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.surrogate.bound_payload import decode_bound, encode_bound
+from slide_fmu.surrogate.error_bound import ErrorBound
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.input_forecast import MAX_CANDIDATES, MAX_PAST, InputForecast
 from slide_fmu.surrogate.parameter_payload import (
@@ -83,8 +92,8 @@ from slide_fmu.surrogate.parameter_payload import (
 Made = TypeVar("Made")
 
 MAGIC = b"SLIDEFMU"
-VERSION, WITH_PARAMETERS = 6, 7
-READABLE = (4, 5, VERSION, WITH_PARAMETERS)
+VERSION, WITH_PARAMETERS, WITH_BOUND = 6, 7, 8
+READABLE = (4, 5, VERSION, WITH_PARAMETERS, WITH_BOUND)
 HOLDS: tuple[Hold, ...] = ("zero_order", "first_order")
 ANGLES: tuple[Angle | None, ...] = (None, "cosine", "sine")
 """Places in both are the numbers in the file."""
@@ -109,6 +118,7 @@ def encode(
     network: Network,
     estimator: ErrorEstimator | None,
     forecast: InputForecast | None,
+    bound: ErrorBound | None,
 ) -> bytes:
     """Write the bytes of a surrogate file from the fields of ``Surrogate``; they decide all.
 
@@ -119,6 +129,7 @@ def encode(
     rows = np.stack([output_scaling.offset, output_scaling.scale], 1)
     polynomial = network.polynomial if isinstance(network, StateSpace) else None
     version = VERSION if polynomial is None else WITH_PARAMETERS
+    version = version if bound is None else WITH_BOUND
     body = MAGIC + struct.pack("<I", version)
     body += _section(b"WIND", struct.pack("<dIIII", window.step, *sizes))
     body += _section(b"SCIN", _input_rows(inputs, input_scaling))
@@ -128,6 +139,8 @@ def encode(
         body += _section(b"PARA", encode_parameters(polynomial))
     if estimator is not None:
         body += _section(b"ESTI", _encode_estimator(estimator))
+    if bound is not None:
+        body += _section(b"BOUN", encode_bound(bound))
     if forecast is not None:
         body += _section(b"MOVE", _encode_forecast(forecast))
     metadata = {
@@ -239,6 +252,9 @@ def _decode_sections(reader: Reader) -> tuple[Any, ...]:
     estimator = None
     if _is_next(reader, b"ESTI"):
         estimator = _decode_estimator(reader.section(b"ESTI"), n_inputs)
+    bound = None
+    if _is_next(reader, b"BOUN"):
+        bound = decode_bound(reader.section(b"BOUN"), n_inputs, n_outputs)
     forecast = None
     if _is_next(reader, b"MOVE"):
         forecast = _decode_forecast(reader.section(b"MOVE"), n_inputs)
@@ -248,7 +264,7 @@ def _decode_sections(reader: Reader) -> tuple[Any, ...]:
     if terms is not None:
         network = decode_parameters(terms, network, text)
     scalings = input_scaling, output_scaling
-    return name, window, inputs, outputs, *scalings, network, estimator, forecast
+    return name, window, inputs, outputs, *scalings, network, estimator, forecast, bound
 
 
 def _is_next(reader: Reader, tag: bytes) -> bool:

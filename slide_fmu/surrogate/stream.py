@@ -27,7 +27,7 @@ class Stream:
         self._estimator = None if estimator is None else estimator.network.stepper()
         self._squares: FloatArray | None = None
         self._parameters: dict[str, float] = {}
-        self._inside = [math.inf, math.inf]  # newest samples in range: inputs, features
+        self._inside = math.inf  # newest samples in range
 
     def step(self, inputs: NDArray[Any]) -> tuple[FloatArray, FloatArray | None]:
         """Take the input of one communication step.
@@ -46,9 +46,8 @@ class Stream:
         row = checked_inputs(np.asarray(inputs)[None, :], surrogate.inputs)[0]
         scaled = surrogate.input_scaling.apply(row)
         values = self._predictor.step(scaled)[-len(surrogate.outputs) :]
-        estimates, known = self._estimate(scaled)
-        for place, inside in enumerate((surrogate.covers(scaled[None])[0], known)):
-            self._inside[place] = self._inside[place] + 1 if inside else 0
+        self._inside = self._inside + 1 if surrogate.covers(scaled[None])[0] else 0
+        estimates = self._estimate(scaled)
         return surrogate.output_scaling.invert(values.astype(np.float64)), estimates
 
     def set_parameters(self, parameters: Mapping[str, float]) -> None:
@@ -68,10 +67,7 @@ class Stream:
     @property
     def inputs_in_range(self) -> bool:
         """What ``Surrogate.inputs_in_range`` says of the last sample."""
-        estimator = self.surrogate.estimator
-        inputs, features = self._inside
-        inside = inputs >= self.surrogate.network.memory_length
-        return inside and (estimator is None or features >= estimator.memory_length)
+        return self._inside >= self.surrogate.network.memory_length
 
     @property
     def truncation_error(self) -> FloatArray | None:
@@ -83,16 +79,16 @@ class Stream:
         scale = self.surrogate.output_scaling.scale
         return None if error is None else np.asarray(error.astype(np.float64) * scale)
 
-    def _estimate(self, scaled: FloatArray) -> tuple[FloatArray | None, bool]:
-        """Give the estimates, and whether the training has seen such features."""
+    def _estimate(self, scaled: FloatArray) -> FloatArray | None:
         estimator = self.surrogate.estimator
         if estimator is None or self._estimator is None:
-            return None, True
+            return None
         values = self._estimator.step(scaled)[None].astype(np.float64)
         newest = self._estimator.newest[None]
         square = estimator.squares(values, newest, len(self.surrogate.outputs))
         if self._squares is None:
             self._squares = np.repeat(square, estimator.positions, axis=0)
         self._squares = np.concatenate([self._squares[1:], square])
-        estimates = np.sqrt(self._squares.mean(axis=0)) * self.surrogate.output_scaling.scale
-        return np.asarray(estimates), bool(estimator.knows(newest)[0])
+        return np.asarray(
+            np.sqrt(self._squares.mean(axis=0)) * self.surrogate.output_scaling.scale
+        )

@@ -18,7 +18,9 @@ from slide_fmu.core.signals import FloatArray, Hold, Signal, cosines_of, hold_of
 from slide_fmu.core.window import Window
 from slide_fmu.features.base import BEFORE
 from slide_fmu.network.base import BATCH, Network, Parametric, batches
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.checks import check_forecast, check_signals, check_starts, checked_inputs
+from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE, ErrorBound, Trust
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.input_forecast import InputForecast
 from slide_fmu.surrogate.payload import decode, encode
@@ -48,6 +50,7 @@ class Surrogate:
         estimator: error estimator, or None.
         forecast: how inputs with a first-order hold go on, and whether the FMU asks for that; None
             with a zero-order hold, and where inputs are set to what they reach by the step's end.
+        bound: error bound of a state-space network without parameters, or None.
 
     Raises:
         ValueError: the parts do not fit together.
@@ -62,6 +65,7 @@ class Surrogate:
     network: Network
     estimator: ErrorEstimator | None = None
     forecast: InputForecast | None = None
+    bound: ErrorBound | None = None
 
     def __post_init__(self) -> None:
         if not (self.name.isascii() and self.name.isidentifier()):
@@ -75,10 +79,21 @@ class Surrogate:
         self.network.require_window(self.window, len(self.outputs))
         if self.estimator is not None:
             self.estimator.require_outputs(len(self.outputs))
+        if self.bound is not None:
+            self._check_bound(self.bound)
         check_forecast(self.forecast, self.inputs)
+
+    def _check_bound(self, bound: ErrorBound) -> None:
+        if not isinstance(self.network, StateSpace) or self.parameters:
+            raise ValueError(
+                f"surrogate {self.name!r} with an error bound; expected one only of state-space "
+                "networks without physical parameters"
+            )
+        bound.companion.require_window(self.window, len(self.outputs))
 
     def _check_channels(self) -> None:
         networks = [self.network, *([] if self.estimator is None else [self.estimator.network])]
+        networks += [] if self.bound is None else [self.bound.companion]
         inputs = {len(self.input_scaling.scale), *(network.n_channels for network in networks)}
         if inputs != {len(self.inputs)} or len(self.output_scaling.scale) != len(self.outputs):
             raise ValueError(
@@ -145,12 +160,12 @@ class Surrogate:
     def memory_length(self) -> int:
         """The number of samples of the inputs that any result may depend on.
 
-        It is the longer of the input window and the memory of the error estimator, and before them
-        the ``BEFORE`` samples that features look at. The C runtime has it as
+        It is the longest of the input window and the memories of error estimator and error bound,
+        and before them the ``BEFORE`` samples that features look at. The C runtime has it as
         ``memory_length`` too.
         """
-        estimated = 0 if self.estimator is None else self.estimator.memory_length
-        return max(self.window.n_in, estimated) + BEFORE
+        others = [part.memory_length for part in (self.estimator, self.bound) if part is not None]
+        return max(self.window.n_in, *others, 0) + BEFORE
 
     @property
     def estimated_samples(self) -> int:
@@ -278,25 +293,64 @@ class Surrogate:
         views = np.lib.stride_tricks.sliding_window_view(squares, estimator.positions, axis=0)
         return np.asarray(np.sqrt(views.mean(axis=-1)) * self.output_scaling.scale)
 
+    def trust(self, inputs: NDArray[Any]) -> Trust:
+        """Give the local scale of the error, the disagreement and the novelty of every sample.
+
+        Args:
+            inputs: shape (N, n_inputs), N >= 1, in the inputs' units.
+
+        Raises:
+            ValueError: there is no error bound, or bad inputs as in ``predict``.
+        """
+        if self.bound is None:
+            raise ValueError(
+                f"surrogate {self.name!r} has no error bound; train one: the recipe's table "
+                "[bound]"
+            )
+        scaled = self.input_scaling.apply(checked_inputs(inputs, self.inputs))
+        return self.bound.along(scaled, self.network.stream(scaled[None])[0].astype(np.float64))
+
+    def error_bounds(
+        self, inputs: NDArray[Any], confidence: float = USUAL_CONFIDENCE
+    ) -> FloatArray:
+        """Give what the error of each sample stays below, with a confidence of 0.9 to 0.99.
+
+        Args:
+            inputs: as for ``trust``.
+            confidence: the share of samples of a trajectory of the calibrated kinds that is
+                covered on average; the next calibrated one above it counts.
+
+        Returns:
+            Bounds at samples 1 .. N, shape (N, n_outputs), in the outputs' units.
+
+        Raises:
+            ValueError: as for ``trust``, or a confidence that is not calibrated.
+        """
+        trust = self.trust(inputs)
+        assert self.bound is not None
+        return self.bound.bounds(trust, confidence) * self.output_scaling.scale
+
+    def in_domain(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
+        """Say at each sample whether the surrogate knows such inputs: (N, n_inputs) to (N,).
+
+        The novelty is at most 1, and the inputs lie in their ranges (``inputs_in_range``).
+
+        Raises:
+            ValueError: as for ``trust``.
+        """
+        return np.asarray((self.trust(inputs).novelty <= 1) & self.inputs_in_range(inputs))
+
     def inputs_in_range(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
         """Say at each sample whether inputs behind the outputs are known: (N, n_inputs) to (N,).
 
         The last ``network.memory_length`` inputs must lie in their ranges, the first counting as
-        held for ever before; of an angle, the length of cosine and sine must be about 1. With an
-        estimator, its features of the samples that an estimate depends on must lie in their
-        ranges too.
+        held for ever before; of an angle, the length of cosine and sine must be about 1.
 
         Raises:
             ValueError: as for ``predict``.
         """
         scaled = self.input_scaling.apply(checked_inputs(inputs, self.inputs))
-        inside = _inside_throughout(self.covers(scaled), self.network.memory_length)
-        if self.estimator is not None:
-            newest = self.estimator.network.features.along(scaled[None])[0]
-            inside &= _inside_throughout(
-                self.estimator.knows(newest), self.estimator.memory_length
-            )
-        return inside
+        return _inside_throughout(self.covers(scaled), self.network.memory_length)
 
     def covers(self, scaled: NDArray[Any]) -> NDArray[np.bool_]:
         """Say whether single scaled inputs lie in their ranges: (N, n_inputs) to (N,)."""
@@ -320,6 +374,7 @@ class Surrogate:
             self.network,
             self.estimator,
             self.forecast,
+            self.bound,
         )
 
     @staticmethod

@@ -166,8 +166,25 @@ class StateSpace(Network, Parametric):
         values, errors = zip(*parts, strict=True)
         return np.concatenate(values), np.concatenate(errors)
 
+    def ping_pong_states(self, records: NDArray[Any]) -> tuple[Float32Array, Float32Array]:
+        """Evaluate long records as ``ping_pong`` does: values, and the older state's x.
+
+        Records (B, N, n_channels) give values (B, N, n_values) and x after every sample,
+        (B, N, n).
+        """
+        size = CHUNK // (records.shape[1] + 2 * self.n_samples)
+        parts = [self._segments(records[some]) for some in batches(len(records), size)]
+        values, _, states = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return values, states
+
     def _ping_pong(self, records: NDArray[Any]) -> tuple[Float32Array, Float32Array]:
-        """All segments of n_samples between hand-overs at once, each from x = 0."""
+        return self._segments(records)[:2]
+
+    def _segments(self, records: NDArray[Any]) -> tuple[Float32Array, Float32Array, Float32Array]:
+        """All segments of n_samples between hand-overs at once, each from x = 0.
+
+        Values, truncation errors and the older state's x, (B, N, n_values), the same, (B, N, n).
+        """
         n, (count, length, _) = self.n_samples, records.shape
         segments = 2 + -(-(length - 1) // n)
         lead, tail = 2 * n - 1, (segments - 2) * n - (length - 1)
@@ -176,7 +193,8 @@ class StateSpace(Network, Parametric):
         rows = features.reshape(count * segments, n, -1)
         younger, states = self.run(rows)
         states = states.reshape(count, segments, -1)[:, :-1].reshape(-1, states.shape[-1])
-        older, _ = self.run(features[:, 1:].reshape(count * (segments - 1), n, -1), states)
+        further = features[:, 1:].reshape(count * (segments - 1), n, -1)
+        older, along = self._path(further, states)
         younger = younger.reshape(count, segments, n, -1)[:, 1:]
         older = older.reshape(younger.shape)
         faded = self.fade()[:, None] * (younger - older)
@@ -184,7 +202,8 @@ class StateSpace(Network, Parametric):
         errors = np.repeat(np.abs(faded).max(axis=2), n, axis=1)
         shown = slice(n - 1, n - 1 + length)
         kept = errors[:, :length]  # of the hand-over at or before each sample
-        return values.reshape(count, -1, self.n_values)[:, shown], kept
+        values = values.reshape(count, -1, self.n_values)[:, shown]
+        return values, kept, along.reshape(count, -1, along.shape[-1])[:, shown]
 
     def fade(self) -> Float32Array:
         """Give the weight of the younger state at its ages 1 to n_samples, shape (n_samples,)."""
@@ -203,10 +222,17 @@ class StateSpace(Network, Parametric):
         (B, N, n_values), and x after the last one.
         """
         x = np.zeros((len(features), len(self.cell.a)), np.float32) if states is None else states
+        values, after = self._path(features, x)
+        return np.ascontiguousarray(values), after[:, -1]
+
+    def _path(
+        self, features: Float32Array, states: Float32Array
+    ) -> tuple[Float32Array, Float32Array]:
+        """Values and x after every sample, (B, N, n_values) and (B, N, n)."""
         inputs = ByRole.of(self.roles, np.moveaxis(features, 1, 0))
-        after = Equations(self.cell, inputs, self.turned, np).run(x)
+        after = Equations(self.cell, inputs, self.turned, np).run(states)
         values = outputs(self.cell, after, inputs)
-        return np.ascontiguousarray(np.moveaxis(values, 0, 1)), after[-1]
+        return np.moveaxis(values, 0, 1), np.moveaxis(after, 0, 1)
 
 
 class PingPong(Stepper, ParametricStepper):

@@ -1,0 +1,41 @@
+"""The bytes of an error bound in a surrogate file; the contract is in ``payload.py``.
+
+The second reader is the C runtime, ``slide_fmu/fmu/runtime/bytes/payload.c``.
+"""
+
+from __future__ import annotations
+
+import struct
+
+from slide_fmu.core.byte_reader import Reader
+from slide_fmu.network.bytes import decode_network, encode_network
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound
+
+
+def encode_bound(bound: ErrorBound) -> bytes:
+    """Write the content of the section BOUN."""
+    numbers = [values.astype("<f8").tobytes() for values in (bound.factors, bound.limits)]
+    networks = [encode_network(network) for network in (bound.companion, bound.head)]
+    return struct.pack("<III", *bound.blocks, len(bound.limits)) + b"".join(numbers + networks)
+
+
+def decode_bound(section: Reader, n_inputs: int, n_outputs: int) -> ErrorBound:
+    """Read the content of the section BOUN of a surrogate with so many inputs and outputs.
+
+    Raises:
+        ValueError: the bytes are no error bound.
+    """
+    short, long, n_watched = (section.u32() for _ in range(3))
+    factors = section.f64(len(CONFIDENCES) * n_outputs).reshape(len(CONFIDENCES), n_outputs)
+    limits = section.f64(n_watched)
+    companion = decode_network(section, n_inputs)
+    if not isinstance(companion, StateSpace):
+        raise ValueError("error bound whose companion is no state-space network; expected one")
+    n_seen = len(companion.cell.a) + len(companion.roles.drive)
+    head = decode_network(section, 2 * n_seen + 3 * n_outputs)
+    if not isinstance(head, FeedForward):
+        raise ValueError("error bound whose head is no feed-forward network; expected one")
+    section.done()
+    return ErrorBound(companion, head, (short, long), factors, limits)

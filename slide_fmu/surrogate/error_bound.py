@@ -1,0 +1,248 @@
+"""The error bound: what this step's error stays below, and whether its inputs are known.
+
+A companion, which is a second state-space network learnt from other data, runs beside the
+surrogate. How far both are apart, the companion's states and what it sees are statistics of each
+sample, from which a small network, the head, gives a local scale of the error. One factor for each
+confidence, calibrated on trajectories that nothing has learnt from, makes a bound of it. Samples
+whose mean squares are larger than those of the calibration are none of the domain.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.window import MAX_WINDOW
+from slide_fmu.network.base import Float32Array
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
+
+CONFIDENCES = (0.9, 0.95, 0.99)
+"""The confidences for which bounds are calibrated, rising."""
+
+USUAL_CONFIDENCE = 0.95
+"""The FMU's bound has this confidence unless its parameter says otherwise."""
+
+N_BLOCKS = 8
+"""Means are over so many whole blocks of samples, and over the block that has begun."""
+
+SMALLEST = 1e-30
+"""Squares below this one count as it in logarithms; it is a number in single precision."""
+
+MOST_EXPONENT = 60.0
+"""A local scale is at most two to this power, relative to the output's scale; so is one that is
+not a number. It is at least two to the negative power."""
+
+MOST_NOVELTY = 1e9
+"""A novelty is at most this one; so is one that is not a number."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trust:
+    """What an error bound says along a record; N samples.
+
+    Attributes:
+        scales: local scale of the error, relative to the output's scale, shape (N, n_outputs).
+        disagreement: difference of surrogate and companion, likewise, shape (N, n_outputs); where
+            its mean over the short blocks is larger, the root of that mean square.
+        novelty: 1 at the edge of the domain, shape (N,).
+    """
+
+    scales: FloatArray
+    disagreement: FloatArray
+    novelty: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorBound:
+    """An ErrorBound gives a bound of this step's error, and the novelty of the inputs.
+
+    Statistics of a sample are, in this order: states of the companion's older state after it
+    (n_states), features that drive the companion (n_drive), then logarithms (``logarithms``) of
+    the squared disagreement (n_outputs), of its means over the short and over the long blocks
+    (twice n_outputs), and of the means of the squared states and features over the long blocks
+    (n_states + n_drive). Watched are the means of the squared disagreement over the short and over
+    the long blocks, and of the squared states and features over the long ones.
+
+    Attributes:
+        companion: network of the same window, inputs and outputs as the surrogate's.
+        head: from the statistics, as its channels, to the logarithm to base 2 of the local scale
+            of every output.
+        blocks: samples in a short and in a long block.
+        factors: of the local scale, for each of ``CONFIDENCES`` and each output, shape
+            (3, n_outputs).
+        limits: of the watched means at the edge of the domain, shape (n_watched,).
+    """
+
+    companion: StateSpace
+    head: FeedForward
+    blocks: tuple[int, int]
+    factors: FloatArray
+    limits: FloatArray
+
+    def __post_init__(self) -> None:
+        short, long = self.blocks
+        most = MAX_WINDOW // (N_BLOCKS + 1)
+        if not 1 <= short <= long <= most:
+            raise ValueError(
+                f"error bound with blocks of {short} and {long} samples; expected 1 to {most}, "
+                "the shorter ones first"
+            )
+        n_outputs = self.companion.n_values
+        n_statistics, n_watched = 2 * self._n_seen + 3 * n_outputs, self._n_seen + 2 * n_outputs
+        head = self.head
+        found = (head.n_channels, head.n_samples, head.features.n_signals, head.n_values)
+        expected = (n_statistics, 1, n_statistics, n_outputs)
+        if found != expected or head.features.features.n_before > 0:
+            raise ValueError(
+                f"head of an error bound with channels, samples, features and values {found}; "
+                f"expected {expected}, the statistics themselves"
+            )
+        self._check_numbers("factors", self.factors, (len(CONFIDENCES), n_outputs))
+        self._check_numbers("limits", self.limits, (n_watched,))
+        if np.any(np.diff(self.factors, axis=0) < 0):
+            raise ValueError(
+                f"factors of an error bound that fall: {self.factors.tolist()}; expected them to "
+                "rise with the confidence"
+            )
+
+    @staticmethod
+    def _check_numbers(name: str, values: FloatArray, shape: tuple[int, ...]) -> None:
+        if values.shape != shape or not np.all(np.isfinite(values) & (values > 0)):
+            raise ValueError(
+                f"{name} of an error bound of shape {values.shape}; expected {shape}, finite and "
+                "positive"
+            )
+
+    @property
+    def _n_seen(self) -> int:
+        """The number of states and features."""
+        return len(self.companion.cell.a) + len(self.companion.roles.drive)
+
+    @property
+    def memory_length(self) -> int:
+        """The number of samples of the inputs that a bound depends on."""
+        return 2 * self.companion.n_samples + (N_BLOCKS + 1) * self.blocks[1]
+
+    def along(self, scaled: FloatArray, predicted: FloatArray) -> Trust:
+        """Evaluate along a record, of which the first input counts as held for ever before.
+
+        Args:
+            scaled: scaled inputs, shape (N, n_inputs).
+            predicted: the surrogate's scaled outputs after each of them, shape (N, n_outputs).
+        """
+        with np.errstate(all="ignore"):  # what is not finite shows in the result
+            statistics, watched, disagreement = self.statistics(scaled[None], predicted[None])
+            exponents = self.head.evaluate(statistics[0][:, None]).astype(np.float64)
+            novelty = np.sqrt((watched[0] / self.limits).max(axis=1))
+        return Trust(
+            local_scales(exponents),
+            disagreement[0],
+            np.where(novelty <= MOST_NOVELTY, novelty, MOST_NOVELTY),
+        )
+
+    def statistics(
+        self, scaled: FloatArray, predicted: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Give statistics, watched means and the disagreement of records; see ``statistics_of``.
+
+        Scaled inputs (B, N, n_inputs) and scaled outputs (B, N, n_outputs) give the shapes
+        (B, N, n_statistics), (B, N, n_watched) and (B, N, n_outputs).
+        """
+        return statistics_of(self.companion, self.blocks, scaled, predicted)
+
+    def factors_at(self, confidence: float) -> FloatArray:
+        """Give the factors of the least calibrated confidence that is not smaller: (n_outputs,).
+
+        Raises:
+            ValueError: the confidence lies outside of those that are calibrated.
+        """
+        if not CONFIDENCES[0] <= confidence <= CONFIDENCES[-1]:
+            raise ValueError(
+                f"confidence {confidence:g}; expected {CONFIDENCES[0]:g} to {CONFIDENCES[-1]:g}, "
+                "for which the error bound is calibrated"
+            )
+        return np.asarray(self.factors[np.searchsorted(CONFIDENCES, confidence)])
+
+    def bounds(self, trust: Trust, confidence: float) -> FloatArray:
+        """Give bounds, relative to the outputs' scales, (N, n_outputs).
+
+        Outside of the domain they are at least the disagreement.
+
+        Raises:
+            ValueError: as for ``factors_at``.
+        """
+        bounds = self.factors_at(confidence) * trust.scales
+        outside = (trust.novelty > 1)[:, None]
+        largest = local_scales(np.full(bounds.shape, MOST_EXPONENT))
+        known = np.where(np.isfinite(trust.disagreement), trust.disagreement, largest)
+        return np.where(outside, np.maximum(bounds, known), bounds)
+
+
+def local_scales(exponents: FloatArray) -> FloatArray:
+    """Give local scales from their logarithms to base 2, which are kept within bounds."""
+    known = np.where(np.isnan(exponents), MOST_EXPONENT, exponents)
+    return np.asarray(2.0 ** np.clip(known, -MOST_EXPONENT, MOST_EXPONENT))
+
+
+def logarithms(squares: FloatArray) -> Float32Array:
+    """Give about the logarithm to base 2: linear between the powers of two, off by 0.09 at most.
+
+    It is read off the bits of the number in single precision, which costs nothing.
+    """
+    single = np.maximum(squares, SMALLEST).astype(np.float32)
+    bits = single.view(np.int32).astype(np.float32)
+    return np.asarray(bits * np.float32(2.0**-23) - np.float32(127.0))
+
+
+def statistics_of(
+    companion: StateSpace, blocks: tuple[int, int], scaled: FloatArray, predicted: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Give what an error bound looks at along records.
+
+    Args:
+        companion: the second network.
+        blocks: samples in a short and in a long block.
+        scaled: scaled inputs, shape (B, N, n_inputs); the first counts as held for ever before.
+        predicted: the surrogate's scaled outputs after each of them, shape (B, N, n_outputs).
+
+    Returns:
+        Statistics (B, N, n_statistics) and watched means (B, N, n_watched) in the order of
+        ``ErrorBound``, and the disagreement (B, N, n_outputs) of ``Trust``.
+    """
+    values, states = companion.ping_pong_states(scaled)
+    drive = companion.features.along(scaled)[:, :, list(companion.roles.drive)]
+    squares = (predicted.astype(np.float64) - values.astype(np.float64)) ** 2
+    seen = np.concatenate([states, drive], axis=2).astype(np.float64)
+    short, long = (block_means(squares, block) for block in blocks)
+    watched = np.concatenate([short, long, block_means(seen**2, blocks[1])], axis=2)
+    statistics = np.concatenate([seen, logarithms(squares), logarithms(watched)], axis=2)
+    return statistics, watched, np.sqrt(np.maximum(squares, short))
+
+
+def block_means(values: FloatArray, block: int) -> FloatArray:
+    """Give means over the last whole blocks and the one that has begun, of the same shape.
+
+    Blocks begin at the first sample of the records (B, N, c) and before it, where the values are
+    those of the first sample.
+    """
+    count, length, channels = values.shape
+    n_blocks = -(-length // block)
+    after = np.zeros((count, n_blocks * block - length, channels))
+    parts = np.concatenate([values, after], axis=1).reshape(count, n_blocks, block, channels)
+    begun = np.cumsum(parts, axis=2)
+    before = np.repeat(block * values[:, :1], N_BLOCKS, axis=1)
+    whole = np.concatenate([before, begun[:, :, -1]], axis=1)
+    views = np.lib.stride_tricks.sliding_window_view(whole[:, :-1], N_BLOCKS, axis=1)
+    sums = views.sum(axis=-1)[:, :, None] + begun
+    means = sums / (N_BLOCKS * block + np.arange(1, block + 1))[:, None]
+    return np.asarray(means.reshape(count, n_blocks * block, channels)[:, :length])
+
+
+def block_lengths(step: float, spans: tuple[float, float] = (0.1, 1.0)) -> tuple[int, int]:
+    """Give the samples in short and long blocks, for means over about these spans in s."""
+    short, long = (max(1, math.ceil(span / step / N_BLOCKS)) for span in spans)
+    return short, long

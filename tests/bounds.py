@@ -1,0 +1,51 @@
+"""Error bounds with random weights, for tests."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from slide_fmu.core.scaling import Affine
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.network.feed_forward.network import FeedForward, Layer
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.surrogate.error_bound import ErrorBound
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.samples import Shape, random_surrogate
+
+
+def random_bound(
+    companion: StateSpace, seed: int, blocks: tuple[int, int] = (2, 5), units: int = 5
+) -> ErrorBound:
+    """A bound beside some companion, whose head has one layer of tanh units."""
+    rng = np.random.default_rng(seed)
+    n_outputs = companion.n_values
+    n_seen = len(companion.cell.a) + len(companion.roles.drive)
+    n_statistics = 2 * n_seen + 3 * n_outputs
+    features = FeatureMap(
+        Differences(n_statistics),
+        scaling=Affine(rng.normal(size=n_statistics), rng.uniform(2, 6, n_statistics)),
+    )
+
+    def layer(rows: int, columns: int, activation: str) -> Layer:
+        weights = rng.normal(0, 1 / np.sqrt(columns), (rows, columns)).astype(np.float32)
+        return Layer(weights, rng.normal(0, 0.3, rows).astype(np.float32), activation)
+
+    layers = layer(units, n_statistics, "tanh"), layer(n_outputs, units, "identity")
+    return ErrorBound(
+        companion,
+        FeedForward(layers, 1, features),
+        blocks,
+        np.cumsum(rng.uniform(0.5, 1, (3, n_outputs)), axis=0),
+        rng.uniform(0.05, 0.5, n_seen + 2 * n_outputs),
+    )
+
+
+def bounded_surrogate(shape: Shape, blocks: tuple[int, int] = (2, 5)) -> Surrogate:
+    """A random state-space surrogate of a shape with a random bound beside it."""
+    surrogate = random_surrogate(shape)
+    other = random_surrogate(replace(shape, seed=shape.seed + 77)).network
+    assert isinstance(other, StateSpace)
+    return replace(surrogate, bound=random_bound(other, shape.seed, blocks))

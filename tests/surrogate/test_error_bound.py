@@ -1,0 +1,233 @@
+"""The error bound along records, beside plain loops over its definition."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.surrogate.error_bound import (
+    CONFIDENCES,
+    MOST_EXPONENT,
+    N_BLOCKS,
+    ErrorBound,
+    Trust,
+    block_lengths,
+    block_means,
+    logarithms,
+)
+from slide_fmu.surrogate.payload import PayloadError
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.bounds import bounded_surrogate
+from tests.fmu.samples import CellShape, Shape, random_surrogate
+
+SHAPE = Shape(
+    n_in=9, n_out=4, n_inputs=2, n_outputs=2, differences=1, cell=CellShape(contraction=0.9)
+)
+
+
+def record(surrogate: Surrogate, count: int = 60, seed: int = 0) -> FloatArray:
+    rng = np.random.default_rng(seed)
+    return rng.uniform(-2, 3, (count, len(surrogate.inputs)))
+
+
+def plain_mean(values: list[float], k: int, block: int) -> float:
+    """Over the last whole blocks and the begun one; before the record, its first value."""
+    first = (k // block - N_BLOCKS) * block
+    taken = [values[max(i, 0)] for i in range(first, k + 1)]
+    return math.fsum(taken) / len(taken)
+
+
+def plain_trust(surrogate: Surrogate, inputs: FloatArray) -> Trust:
+    """Sample by sample, from states that are found by runs from zero."""
+    bound = surrogate.bound
+    assert bound is not None
+    companion, n = bound.companion, bound.companion.n_samples
+    scaled = surrogate.input_scaling.apply(inputs)
+    held = np.concatenate([np.repeat(scaled[:1], 3 * n, axis=0), scaled])
+    features = companion.features.along(held[None])[0]
+    of_companion = companion.stream(scaled[None])[0].astype(float)
+    predicted = surrogate.network.stream(scaled[None])[0].astype(float)
+    squares = (predicted - of_companion) ** 2
+    seen = []
+    for k in range(len(scaled)):
+        age = (k - 1) % n  # of the younger state, which began at sample k - age
+        begin = 3 * n + k - age - n
+        x = companion.run(features[None, begin : 3 * n + k + 1])[1][0]
+        drive = features[3 * n + k, list(companion.roles.drive)]
+        seen.append([*x.astype(float), *drive.astype(float)])
+    scales, disagreement, novelty = [], [], []
+    for k in range(len(scaled)):
+        short, long = (
+            [plain_mean(squares[:, i].tolist(), k, block) for i in range(squares.shape[1])]
+            for block in bound.blocks
+        )
+        columns = [[row[i] ** 2 for row in seen] for i in range(len(seen[0]))]
+        levels = [plain_mean(column, k, bound.blocks[1]) for column in columns]
+        logs = [float(logarithms(np.array(v))) for v in (*squares[k], *short, *long, *levels)]
+        values = bound.head.evaluate(np.array([*seen[k], *logs])[None, None])[0]
+        scales.append([2.0 ** float(v) for v in values])
+        disagreement.append([math.sqrt(max(*p)) for p in zip(squares[k], short, strict=True)])
+        watched = [*short, *long, *levels]
+        pairs = zip(watched, bound.limits, strict=True)
+        novelty.append(math.sqrt(max(mean / limit for mean, limit in pairs)))
+    return Trust(np.array(scales), np.array(disagreement), np.array(novelty))
+
+
+@pytest.mark.parametrize("blocks", [(1, 1), (1, 4), (3, 7)])
+def test_trust_is_that_of_plain_loops(blocks: tuple[int, int]) -> None:
+    surrogate = bounded_surrogate(SHAPE, blocks)
+    inputs = record(surrogate)
+    found, expected = surrogate.trust(inputs), plain_trust(surrogate, inputs)
+    np.testing.assert_allclose(found.scales, expected.scales, rtol=2e-4)
+    np.testing.assert_allclose(found.disagreement, expected.disagreement, rtol=1e-4, atol=1e-6)
+    np.testing.assert_allclose(found.novelty, expected.novelty, rtol=1e-4)
+    assert found.novelty.min() < found.novelty.max()
+
+
+def test_bounds_are_factors_times_scales_and_outside_at_least_the_disagreement() -> None:
+    bound = bounded_surrogate(SHAPE).bound
+    assert bound is not None
+    trust = Trust(np.full((2, 2), 0.5), np.array([[9.0, 0.0], [9.0, 0.0]]), np.array([1.0, 1.1]))
+    found = bound.bounds(trust, 0.95)
+    expected = 0.5 * bound.factors[1]
+    np.testing.assert_allclose(found, [expected, [9.0, expected[1]]])
+
+
+@pytest.mark.parametrize(("confidence", "row"), [(0.9, 0), (0.93, 1), (0.95, 1), (0.99, 2)])
+def test_confidence_takes_the_next_calibrated_one(confidence: float, row: int) -> None:
+    bound = bounded_surrogate(SHAPE).bound
+    assert bound is not None
+    assert np.array_equal(bound.factors_at(confidence), bound.factors[row])
+
+
+@pytest.mark.parametrize("confidence", [0.5, 0.995, math.nan])
+def test_confidence_that_is_not_calibrated_is_refused(confidence: float) -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    with pytest.raises(ValueError, match=r"confidence .*; expected 0.9 to 0.99"):
+        surrogate.error_bounds(record(surrogate), confidence)
+
+
+def test_domain_needs_inputs_in_their_ranges_too() -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    bound = surrogate.bound
+    assert bound is not None
+    wide = replace(bound, limits=np.full(bound.limits.shape, 1e9))
+    surrogate = replace(surrogate, bound=wide)
+    inputs = record(surrogate)
+    scaled = (
+        0.9
+        * surrogate.input_scaling.apply(inputs)
+        / np.abs(surrogate.input_scaling.apply(inputs)).max()
+    )
+    inside = surrogate.input_scaling.invert(scaled)
+    assert surrogate.in_domain(inside).all()
+    inside[30] = surrogate.input_scaling.invert(np.array([1.5, 0.0]))
+    assert not surrogate.in_domain(inside)[30]
+
+
+def test_what_is_not_finite_is_as_bad_as_can_be() -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    bound = surrogate.bound
+    assert bound is not None
+    scaled = np.full((5, 2), 1e30)
+    trust = bound.along(scaled, np.full((5, 2), np.inf))
+    assert np.all(trust.novelty == 1e9)
+    assert np.all(bound.bounds(trust, 0.95) >= 2.0**MOST_EXPONENT)
+
+
+def test_file_keeps_the_bound() -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    data = surrogate.to_bytes()
+    again = Surrogate.from_bytes(data)
+    assert again.to_bytes() == data
+    inputs = record(surrogate)
+    assert np.array_equal(again.error_bounds(inputs), surrogate.error_bounds(inputs))
+    assert again.memory_length == surrogate.memory_length
+
+
+def test_file_without_a_bound_is_written_as_before() -> None:
+    surrogate = random_surrogate(SHAPE)
+    assert int.from_bytes(surrogate.to_bytes()[8:12], "little") == 6
+
+
+def test_damaged_file_is_refused() -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    data = surrogate.to_bytes()
+    with pytest.raises(PayloadError, match="checksum"):
+        Surrogate.from_bytes(data[:200] + b"\xff" + data[201:])
+
+
+def test_surrogate_without_a_bound_says_so() -> None:
+    surrogate = random_surrogate(SHAPE)
+    with pytest.raises(ValueError, match="no error bound; train one: the recipe's table"):
+        surrogate.error_bounds(record(surrogate))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"blocks": (3, 2)}, "blocks of 3 and 2 samples"),
+        ({"blocks": (0, 2)}, "blocks of 0 and 2 samples"),
+        ({"limits": np.zeros(3)}, r"limits .* of shape \(3,\)"),
+        ({"factors": np.full((3, 2), -1.0)}, "finite and positive"),
+        ({"factors": np.array([[3.0, 1], [2, 1], [1, 1]])}, "expected them to rise"),
+    ],
+)
+def test_parts_that_do_not_fit_are_refused(changes: dict[str, object], message: str) -> None:
+    bound = bounded_surrogate(SHAPE).bound
+    assert bound is not None
+    with pytest.raises(ValueError, match=message):
+        replace(bound, **changes)  # type: ignore[arg-type]
+
+
+def test_bound_of_layers_is_refused() -> None:
+    bound = bounded_surrogate(SHAPE).bound
+    layers = random_surrogate(replace(SHAPE, cell=None))
+    with pytest.raises(ValueError, match="state-space networks without physical parameters"):
+        replace(layers, bound=bound)
+
+
+def test_companion_of_another_window_is_refused() -> None:
+    bound = bounded_surrogate(replace(SHAPE, n_in=11)).bound
+    with pytest.raises(ValueError, match="expected"):
+        replace(random_surrogate(SHAPE), bound=bound)
+
+
+def test_logarithms_are_about_those_to_base_two() -> None:
+    values = np.geomspace(1e-29, 1e30, 4001)
+    deviation = logarithms(values) - np.log2(values)
+    assert -0.0862 < deviation.min() <= deviation.max() < 1e-5
+    assert logarithms(np.zeros(1)) == logarithms(np.full(1, 1e-31))
+
+
+def test_means_are_those_of_whole_blocks_and_the_begun_one() -> None:
+    values = np.arange(40.0)[None, :, None]
+    found = block_means(values, 3)[0, :, 0]
+    assert [found[k] for k in (0, 1, 39)] == [
+        pytest.approx(plain_mean(values[0, :, 0].tolist(), k, 3)) for k in (0, 1, 39)
+    ]
+    assert found[0] == 0
+    assert block_lengths(0.03) == (1, 5)
+    assert block_lengths(10.0) == (1, 1)
+
+
+def test_states_of_the_ping_pong_are_those_behind_its_values() -> None:
+    network = random_surrogate(SHAPE).network
+    assert isinstance(network, StateSpace)
+    scaled = np.random.default_rng(1).uniform(-1, 1, (3, 50, 2))
+    values, states = network.ping_pong_states(scaled)
+    assert np.array_equal(values, network.stream(scaled))
+    assert states.shape == (3, 50, len(network.cell.a))
+    handed_over = 9 * np.arange(1, 5)  # then the younger state's weight is 1, and it is the older
+    younger = network.evaluate(np.stack([scaled[0, k - 8 : k + 1] for k in handed_over]))
+    np.testing.assert_allclose(values[0, handed_over], younger, atol=0.2)
+
+
+def test_confidences_rise() -> None:
+    assert list(CONFIDENCES) == sorted(set(CONFIDENCES))
+    assert isinstance(bounded_surrogate(SHAPE).bound, ErrorBound)

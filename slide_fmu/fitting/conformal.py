@@ -15,6 +15,9 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 
+ROUNDING = 1e-9
+"""Odds that are this little below a whole number are that number."""
+
 
 def conformal_factors(ratios: FloatArray, confidence: float) -> FloatArray:
     """Give the factor of every output, (n_outputs,).
@@ -27,13 +30,13 @@ def conformal_factors(ratios: FloatArray, confidence: float) -> FloatArray:
         ValueError: there are too few trajectories for the confidence.
     """
     count = len(ratios)
-    share = confidence * (count + 1) / count
-    if share >= 1:
-        least = math.floor(confidence / (1 - confidence)) + 1
+    least = math.floor(confidence / (1 - confidence) + ROUNDING) + 1
+    if count < least:
         raise ValueError(
             f"calibration for a confidence of {confidence:g} with {count} trajectories; expected "
             f"at least {least}: raise data.calibration"
         )
+    share = confidence * (count + 1) / count
     pooled = np.sort(ratios.reshape(-1, ratios.shape[-1]), axis=0)
     place = math.ceil(share * len(pooled)) - 1
     return np.asarray(pooled[place])

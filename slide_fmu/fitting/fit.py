@@ -14,10 +14,12 @@ from slide_fmu.data.identity import identity
 from slide_fmu.data.store import read_split, require_origin
 from slide_fmu.features.base import Offered
 from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of, machine_of
+from slide_fmu.fitting.companion import STAGE as COMPANION
+from slide_fmu.fitting.companion import fit_companion
 from slide_fmu.fitting.error_bound import fit_bound
 from slide_fmu.fitting.estimator import fit_estimator
 from slide_fmu.fitting.history import History
-from slide_fmu.fitting.network import Part, fit_network
+from slide_fmu.fitting.network import fit_network
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe
@@ -26,8 +28,8 @@ from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Source
 
-COMPANION, BOUND = "companion", "error bound"
-"""The stages of the error bound have these names in the progress and in the figures."""
+BOUND = "error bound"
+"""The stage of the head has this name in the progress and in the figures."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +73,8 @@ def fit_surrogate(
     )
     machine, places = (system, offered, known), (store, checkpoints)
     if recipe.bound is not None:
-        bound, more = _fit_bound(recipe, surrogate, machine, places, device, progress)
+        error = min(histories["surrogate"].validation_error)
+        bound, more = _fit_bound(recipe, surrogate, error, machine, places, device, progress)
         histories |= more
     else:
         bound = None
@@ -112,26 +115,24 @@ def _fit_estimator(
 def _fit_bound(
     recipe: Recipe,
     surrogate: Surrogate,
+    error: float,
     machine: tuple[Source, Offered, Surrogate | None],
     places: tuple[Path, Path],
     device: torch.device,
     progress: Stages,
 ) -> tuple[ErrorBound, dict[str, History]]:
-    """Fit the companion, then the error bound; machine and places are as of ``fit_network``."""
+    """Fit the companion, then the bound of a surrogate with a validation error.
+
+    Machine and places are as of ``fit_network``.
+    """
     assert recipe.bound is not None
     store, checkpoints = places
-    seed = recipe.training.seed + 1 + recipe.bound.seed
-    other = recipe.model_copy(
-        update={"training": recipe.training.model_copy(update={"seed": seed})}
-    )
-    part = Part(COMPANION, "companion", surrogate.output_scaling)
-    fitted, histories = fit_network(other, machine, places, device, progress, part)
+    fitted, course = fit_companion(recipe, surrogate, error, machine, places, device, progress)
     companion = fitted.network
     assert isinstance(companion, StateSpace)
-    splits = tuple(
+    learnt, calibration = (
         read_split(store, name, recipe.count(name)) for name in ("bound", "calibration")
     )
-    learnt, calibration = splits
     key = checkpoint_key(
         surrogate.to_bytes().hex(),
         fitted.to_bytes().hex(),
@@ -139,8 +140,8 @@ def _fit_bound(
         content_of(calibration),
         recipe.bound.model_dump(mode="json"),
     )
-    place = checkpoints / f"bound-{key}.pt"
+    place, splits = checkpoints / f"bound-{key}.pt", (learnt, calibration)
     bound, history = fit_bound(
-        surrogate, companion, (learnt, calibration), recipe.bound, place, device, progress(BOUND)
+        surrogate, companion, splits, recipe.bound, place, device, progress(BOUND)
     )
-    return bound, {COMPANION: histories[COMPANION], BOUND: history}
+    return bound, {COMPANION: course, BOUND: history}

@@ -13,9 +13,11 @@ import numpy as np
 from slide_fmu.core.measures import relative_deviation, rms
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.record_noise import measured_noise
+from slide_fmu.validation.trust import Told, bound_figures, domain_figures, estimate_figures
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,7 @@ class Comparison:
             (N, n_outputs): they have no error of the truncated window. None of simulated
             trajectories, and of networks without a state.
         parameters: values of the physical parameters, by name; none where there are none.
+        told: what the FMU said of its bound and its domain, or None.
     """
 
     kind: int
@@ -89,6 +92,7 @@ class Comparison:
     plain: FloatArray | None = None
     free: FloatArray | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
+    told: Told | None = None
 
     @property
     def error(self) -> FloatArray:
@@ -126,6 +130,7 @@ class Validation:
             "outputs": [self._output(index) for index in range(len(self.surrogate.outputs))],
             "excitations": self._excitations(),
             "error_estimate": self._estimate(),
+            **self._bound(),
             "timing": self._timing(),
             **self._of_parameters(),
         }
@@ -228,7 +233,51 @@ class Validation:
         }
         if len(self.surrogate.outputs) > 1 and len(units) == 1:
             found["euclidean"] = _deviation(self.relative_deviations(euclidean=True))
+        found["without_floor"] = [
+            {"name": signal.name, **estimate_figures(*self._estimated(index))}
+            for index, signal in enumerate(self.surrogate.outputs)
+        ]
         return found
+
+    def _estimated(self, index: int) -> tuple[FloatArray, FloatArray]:
+        """Return all scored estimates of an output, and the true errors, (N,) each."""
+        estimates, errors = [], []
+        for c in self.comparisons:
+            if c.estimate is not None:
+                scored = ~np.isnan(c.true_error[:, index])
+                estimates.append(c.estimate[scored, index])
+                errors.append(c.true_error[scored, index])
+        return np.concatenate(estimates), np.concatenate(errors)
+
+    def _bound(self) -> dict[str, Any]:
+        """Return how far bound and domain can be trusted, where there are some."""
+        told = [c.told for c in self.comparisons if c.told is not None]
+        if self.surrogate.bound is None or not told:
+            return {}
+        outputs = []
+        for index, signal in enumerate(self.surrogate.outputs):
+            errors = [np.abs(c.error[:, index]) for c in self.comparisons]
+            bounds = [one.bounds[:, index] for one in told]
+            outputs.append({"name": signal.name, **bound_figures(errors, bounds)})
+        found = {"confidence": USUAL_CONFIDENCE, "outputs": outputs, **domain_figures(told)}
+        return {"error_bound": {**found, "excitations": self._covered_by_kind()}}
+
+    def _covered_by_kind(self) -> list[dict[str, Any]]:
+        rows = []
+        for index, motion in enumerate(motions_of(self.recipe)):
+            chosen = [c for c in self.comparisons if c.kind == index and c.told is not None]
+            shares = [(np.abs(c.error) <= c.told.bounds).mean(axis=0) for c in chosen if c.told]
+            if shares:
+                rows.append(
+                    {
+                        "name": motion.name,
+                        "trajectories": len(chosen),
+                        "coverage": np.mean(shares, axis=0).tolist(),
+                        "lowest_coverage": np.min(shares, axis=0).tolist(),
+                        **domain_figures([c.told for c in chosen if c.told]),
+                    }
+                )
+        return rows
 
     def _timing(self) -> dict[str, float]:
         """Return median times per step; records have none beside that of the FMU."""

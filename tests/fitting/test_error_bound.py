@@ -12,7 +12,8 @@ import pytest
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
 from slide_fmu.data.generation import generate
-from slide_fmu.fitting.fit import BOUND, COMPANION, Fit, fit_surrogate
+from slide_fmu.fitting.companion import STAGE as COMPANION
+from slide_fmu.fitting.fit import BOUND, Fit, fit_surrogate
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound

@@ -28,6 +28,7 @@ WHEN = {
     "several_samples": "where the network knows several samples of the outputs at a time",
     "first_order": "where inputs have a first-order hold",
     "parameters": "with physical parameters",
+    "bound": "with an error bound",
 }
 SIZE = {
     "scalar": "",
@@ -89,8 +90,6 @@ def _row(kind: Kind) -> str:
     of_type = {"Real": "Real (Float64)", "Boolean": "Boolean"}[kind.type]
     conditions = [PER[kind.per], WHEN[kind.when], "in FMI 3.0" if kind.fmi == 3 else ""]
     text = kind.text.format(signal=f"`{signal}`", positions="n", size="n")
-    if kind.text_with_estimator:
-        text += f" With an error estimator: {kind.text_with_estimator}"
     if kind.text_fmi_3:
         text += f" In FMI 3.0: {kind.text_fmi_3}"
     cells = [

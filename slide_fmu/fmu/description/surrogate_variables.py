@@ -6,7 +6,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from slide_fmu.core.signals import Signal
-from slide_fmu.fmu.description.variables import ESTIMATE_FILLED, KINDS, WINDOW_FILLED, Kind
+from slide_fmu.fmu.description.variables import (
+    BOUND_FILLED,
+    ESTIMATE_FILLED,
+    KINDS,
+    WINDOW_FILLED,
+    Kind,
+)
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -61,6 +67,7 @@ def fmu_variables(surrogate: Surrogate, fmi: FmiVersion = 2) -> list[Variable]:
         "several_samples": block_size(surrogate) > 1,
         "first_order": surrogate.hold == "first_order",
         "parameters": bool(surrogate.parameters),
+        "bound": surrogate.bound is not None,
     }
     owners: dict[str, tuple[Signal | None, ...]] = {
         "one": (None,),
@@ -111,11 +118,14 @@ def memory_lengths(surrogate: Surrogate) -> dict[str, int]:
     """Give, by the variable for the filled part of its inputs, each memory length in samples.
 
     Those behind the outputs are what the network needs; those behind the error estimates are what
-    the estimator needs at all its positions.
+    the estimator needs at all its positions; those behind the error bounds are what the companion
+    and the means need.
     """
     samples = {WINDOW_FILLED: surrogate.network.memory_length}
     if surrogate.estimator is not None:
         samples[ESTIMATE_FILLED] = surrogate.estimator.memory_length
+    if surrogate.bound is not None:
+        samples[BOUND_FILLED] = surrogate.bound.memory_length
     return samples
 
 
@@ -178,12 +188,7 @@ def _description(
     if signal is not None and kind.name == "{signal}" and signal.description:
         return signal.description
     estimated = surrogate.estimator is not None
-    sentences = [
-        kind.text,
-        kind.text_with_estimator if estimated else "",
-        kind.text_fmi_3 if fmi == 3 else "",
-    ]
-    text = " ".join(sentence for sentence in sentences if sentence)
+    text = f"{kind.text} {kind.text_fmi_3}" if fmi == 3 and kind.text_fmi_3 else kind.text
     return text.format(
         signal="" if signal is None else signal.name,
         positions=surrogate.estimated_samples if estimated else 0,

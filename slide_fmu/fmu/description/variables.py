@@ -30,10 +30,15 @@ TRUNCATION_ERROR = "{signal}_truncation_error"
 INITIAL = "initial_{signal}"
 AT_STEP_END = "inputs_at_step_end"
 PARAMETERS_SETTLED = "parameters_settled"
+ERROR_BOUND = "{signal}_error_bound"
+IN_DOMAIN = "in_domain"
+NOVELTY = "novelty"
+BOUND_FILLED = "error_bound_filled"
+CONFIDENCE = "confidence"
 
 Per = Literal["one", "input", "output", "parameter"]
 When = Literal[
-    "always", "estimator", "state_space", "several_samples", "first_order", "parameters"
+    "always", "estimator", "state_space", "several_samples", "first_order", "parameters", "bound"
 ]
 Size = Literal["scalar", "block", "sampled"]
 Initially = Literal["nothing", "prehistory", "everything"]
@@ -60,7 +65,7 @@ class Kind:
             each physical parameter.
         when: what the surrogate must have: an error estimator, a state-space network, a network
             that knows several samples of the outputs at a time, inputs with a first-order hold,
-            or physical parameters.
+            physical parameters, or an error bound.
         size: one value; as many as the network knows samples of the outputs; or as many samples of
             the inputs as any result depends on.
         fmi: the first version of the standard in which the variable exists.
@@ -74,7 +79,7 @@ class Kind:
             variable, whether the prehistory is known, or all inputs and parameters. At a
             communication point, no output depends on the inputs that are set there.
         in_module_fmus: whether FMUs that carry a torch module have it as well.
-        text_with_estimator, text_fmi_3: one more sentence of the description.
+        text_fmi_3: one more sentence of the description.
     """
 
     number: int
@@ -93,7 +98,6 @@ class Kind:
     high_fmi_3: float | None = None
     initially: Initially = "nothing"
     in_module_fmus: bool = False
-    text_with_estimator: str = ""
     text_fmi_3: str = ""
 
     def reference(self, index: int = 0) -> int:
@@ -187,13 +191,12 @@ KINDS: tuple[Kind, ...] = (
         6,
         "IN_RANGE",
         IN_RANGE,
-        "It is true when all inputs behind the outputs lay in the ranges of the training.",
+        "It is true when all inputs behind the outputs lay in their ranges.",
         "output",
         "discrete",
         type="Boolean",
         initially="everything",
         in_module_fmus=True,
-        text_with_estimator="They must also have moved as in the error estimator's training.",
     ),
     Kind(
         7,
@@ -290,6 +293,68 @@ KINDS: tuple[Kind, ...] = (
         when="parameters",
         unit="1",
         bounds=SHARE,
+    ),
+    Kind(
+        15,
+        "ERROR_BOUND",
+        ERROR_BOUND,
+        "The error of {signal} at this sample stays below it with the probability of the "
+        "parameter confidence, for inputs of the kinds that it was calibrated on; where in_domain "
+        "is false it is a lower limit ('at least'). It costs time only when it is read.",
+        "output",
+        per="output",
+        when="bound",
+        bounds=NOT_NEGATIVE,
+        initially="everything",
+    ),
+    Kind(
+        16,
+        "IN_DOMAIN",
+        IN_DOMAIN,
+        "It is true when the inputs behind the outputs are like those that the error bound was "
+        "calibrated on: novelty is at most 1, and inputs_in_range is true. It costs time only "
+        "when it is read.",
+        "output",
+        "discrete",
+        type="Boolean",
+        when="bound",
+        initially="everything",
+    ),
+    Kind(
+        17,
+        "NOVELTY",
+        NOVELTY,
+        "It says how far the inputs behind the outputs go beyond those that the error bound was "
+        "calibrated on; it is 1 at the edge of the domain. It costs time only when it is read.",
+        "output",
+        when="bound",
+        unit="1",
+        bounds=NOT_NEGATIVE,
+        initially="everything",
+    ),
+    Kind(
+        18,
+        "BOUND_FILLED",
+        BOUND_FILLED,
+        "It says which part of the inputs behind error bounds and novelty was set in this run, "
+        "from 0 to 1; trust them once it is 1.",
+        "output",
+        when="bound",
+        unit="1",
+        bounds=SHARE,
+        initially="prehistory",
+    ),
+    Kind(
+        19,
+        "CONFIDENCE",
+        CONFIDENCE,
+        "This is the probability with which errors stay below the error bounds; values outside "
+        "its range are refused. It may be changed between communication steps.",
+        "parameter",
+        "tunable",
+        when="bound",
+        unit="1",
+        bounds=(0.9, 0.99, 0.95),
     ),
 )
 """All kinds by rising numbers; in this order variables stand in a model description."""

@@ -1,10 +1,12 @@
 #include "payload.h"
 
+#include "bound_reading.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-enum { VERSION = 6, OLDEST = 5, WITH_PARAMETERS = 7, MAX_WINDOW = 1 << 20 };
+enum { VERSION = 6, OLDEST = 5, WITH_BOUND = 8 };
 enum { MAX_CANDIDATES = 8, MAX_PAST = 8, MAX_SCORED = 64 };
 
 static const double START_TOLERANCE = 1e-12; /* relative to |offset| + scale: rounding */
@@ -20,7 +22,7 @@ static void read_window(SlidePayload *payload, SlideCursor *file) {
                 "surrogate file: step %g s; expected positive", payload->step);
     slide_check(file,
                 payload->n_out >= 1 && payload->n_out <= payload->n_in &&
-                    payload->n_in <= MAX_WINDOW,
+                    payload->n_in <= SLIDE_MAX_WINDOW,
                 "surrogate file: n_in %u, n_out %u; expected 1 <= n_out <= n_in",
                 (unsigned)payload->n_in, (unsigned)payload->n_out);
     slide_check(file, payload->n_inputs >= 1 && payload->n_outputs >= 1,
@@ -84,9 +86,8 @@ static void read_meanings(SlidePayload *payload, SlideCursor *file) {
     payload->first_order = first == 1;
 }
 
-/* What features of an angle are formed of must be one. */
-static void check_angle(const SlidePayload *payload, const SlideNetworkView *network,
-                        SlideCursor *file) {
+void slide_check_angle(const SlidePayload *payload, const SlideNetworkView *network,
+                       SlideCursor *file) {
     const SlideFeatureSet *set = network->features.set;
     for (uint32_t i = 0; set->is_cosine != NULL && i < payload->n_inputs; ++i) {
         slide_check(file,
@@ -104,7 +105,7 @@ static void read_predictor(SlidePayload *payload, SlideCursor *file) {
     slide_network_read(&payload->predictor, payload->n_inputs, file);
     slide_close_section(file, "PRED");
     if (file->good) {
-        check_angle(payload, network, file);
+        slide_check_angle(payload, network, file);
         slide_check(file,
                     network->family->fits(network, payload->n_in, payload->n_out,
                                           payload->n_outputs),
@@ -126,12 +127,12 @@ static void check_estimator(const SlidePayload *payload, SlideCursor *file) {
                 (unsigned long long)n_values, (unsigned long long)n_outputs,
                 (unsigned long long)(2 * n_outputs));
     slide_check(file,
-                payload->positions >= 1 && payload->positions <= MAX_WINDOW &&
-                    network->n_samples <= MAX_WINDOW,
+                payload->positions >= 1 && payload->positions <= SLIDE_MAX_WINDOW &&
+                    network->n_samples <= SLIDE_MAX_WINDOW,
                 "surrogate file: the error estimator sees %u samples at %u positions; expected at "
                 "least one position, and at most %d of both",
-                (unsigned)network->n_samples, (unsigned)payload->positions, (int)MAX_WINDOW);
-    check_angle(payload, network, file);
+                (unsigned)network->n_samples, (unsigned)payload->positions, (int)SLIDE_MAX_WINDOW);
+    slide_check_angle(payload, network, file);
 }
 
 static void read_ranges(SlidePayload *payload, SlideCursor *file) {
@@ -231,6 +232,10 @@ static void read_sections(SlidePayload *payload, SlideCursor *file) {
     if (payload->has_estimator) {
         read_estimator(payload, file);
     }
+    payload->has_bound = file->good && is_next(file, "BOUN");
+    if (payload->has_bound) {
+        slide_bound_read(payload, file);
+    }
     payload->forecast = (SlideForecastView){true, 0, 1, 1, NULL};
     if (is_next(file, "MOVE")) {
         read_forecast(payload, file);
@@ -248,7 +253,7 @@ bool slide_payload_read(SlidePayload *payload, const unsigned char *data, size_t
     const unsigned char *end = data + size - 4;
     const uint32_t version = slide_u32(data + 8), checksum = slide_u32(end);
     SlideCursor file = {data + 12, end, end, message, true};
-    slide_check(&file, version >= OLDEST && version <= WITH_PARAMETERS,
+    slide_check(&file, version >= OLDEST && version <= WITH_BOUND,
                 "surrogate file of version %u; expected version %d: make the FMU again with "
                 "slide-fmu export OLD.fmu -o NEW.fmu",
                 (unsigned)version, (int)VERSION);

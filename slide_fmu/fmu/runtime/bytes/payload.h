@@ -16,6 +16,22 @@ typedef struct {
     const unsigned char *rows; /* f64 [n_inputs][1 + n_candidates * n_past] */
 } SlideForecastView;
 
+/* Of an error bound (network/bound.h). Means are over so many whole blocks of samples, and over the
+ * block that has begun; factors are calibrated for so many confidences. */
+enum { SLIDE_BLOCKS = 8, SLIDE_CONFIDENCES = 3 };
+
+typedef struct {
+    uint32_t blocks[2]; /* samples in a short and in a long block */
+    uint32_t n_seen;    /* states of the companion and features that drive it */
+    const unsigned char *factors; /* f64 [SLIDE_CONFIDENCES][n_outputs] */
+    const unsigned char *limits;  /* f64 [2 * n_outputs + n_seen] */
+    SlideNetworkView companion;   /* state space */
+    SlideNetworkView head;        /* feed-forward, of [2 * n_seen + 3 * n_outputs] statistics */
+} SlideBoundView;
+
+/* Samples in the longest window. */
+enum { SLIDE_MAX_WINDOW = 1 << 20 };
+
 /* All pointers point into the bytes that were read; their extent has been checked. */
 typedef struct {
     double step; /* s */
@@ -31,6 +47,8 @@ typedef struct {
     uint32_t positions;         /* squared errors that are averaged, as far apart as samples */
     SlideNetworkView estimator; /* feed-forward */
     const unsigned char *ranges; /* f32 [2][its features], least and largest values */
+    bool has_bound;
+    SlideBoundView bound;
     SlideForecastView forecast;
     char guid[48]; /* derived from the bytes, as in slide_fmu/fmu/description/fmi2.py */
 } SlidePayload;
@@ -39,6 +57,10 @@ typedef struct {
 static inline SlideAngle slide_angle_of(const SlidePayload *payload, size_t input) {
     return (SlideAngle)slide_u32(payload->input_scaling + SLIDE_INPUT_ROW * input + 28);
 }
+
+/* What features of an angle are formed of must be one. */
+void slide_check_angle(const SlidePayload *payload, const SlideNetworkView *network,
+                       SlideCursor *file);
 
 /* Check all bytes and describe them. False, with a message, when the file must not be used. */
 bool slide_payload_read(SlidePayload *payload, const unsigned char *data, size_t size,

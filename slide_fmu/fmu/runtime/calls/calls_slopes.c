@@ -46,6 +46,12 @@ static SlideStatus check_arguments(const SlideInstance *instance, const SlideSen
                                 "unknown with value reference %u; expected a scalar output",
                                 of->unknowns[i]);
         }
+        if (unknown.kind == SLIDE_ERROR_BOUND || unknown.kind == SLIDE_NOVELTY) {
+            return slide_report(instance, SLIDE_ERROR,
+                                "unknown with value reference %u, an error bound or the novelty; "
+                                "expected outputs that have derivatives: leave it out",
+                                of->unknowns[i]);
+        }
         if (by_parameters && unknown.kind == SLIDE_TRUNCATION_ERROR) {
             return slide_report(instance, SLIDE_ERROR,
                                 "unknown with value reference %u, a truncation error, by tunable "

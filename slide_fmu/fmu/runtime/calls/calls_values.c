@@ -42,13 +42,15 @@ static double *place_of(SlideInstance *instance, SlideVariable variable) {
         return &state->head->at_step_end;
     case SLIDE_MODEL_PARAMETER:
         return state->parameters + variable.index;
+    case SLIDE_CONFIDENCE:
+        return &state->head->confidence;
     default:
         return NULL;
     }
 }
 
-/* All values of a variable; block: NULL, or what slide_stream_block gave. Error estimates are
- * found when they are read. False when values of an array are not finite. */
+/* All values of a variable; block: NULL, or what slide_stream_block gave. Error estimates
+ * and bounds are found when they are read. False when values of an array are not finite. */
 static bool read_variable(SlideInstance *instance, SlideVariable variable, const float **block,
                           double values[]) {
     const SlideModel *model = &instance->model;
@@ -62,6 +64,7 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
     case SLIDE_PREHISTORY_KNOWN:
     case SLIDE_INPUTS_AT_STEP_END:
     case SLIDE_MODEL_PARAMETER:
+    case SLIDE_CONFIDENCE:
         for (size_t sample = 0; sample < variable.size; ++sample) {
             values[sample] = place_of(instance, variable)[sample * model->n_inputs];
         }
@@ -82,6 +85,22 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
         break;
     case SLIDE_PARAMETERS_SETTLED:
         values[0] = fmin(*state->since / model->predictor.memory_length, 1);
+        break;
+    case SLIDE_ERROR_BOUND:
+        slide_stream_bound(model, state);
+        values[0] = slide_bound_of(&model->bound, &state->bound, i, state->head->confidence) *
+                    model->output_scaling[i].scale;
+        break;
+    case SLIDE_IN_DOMAIN:
+        slide_stream_bound(model, state);
+        values[0] = *state->bound.novelty <= 1 && slide_stream_in_range(model, state);
+        break;
+    case SLIDE_NOVELTY:
+        slide_stream_bound(model, state);
+        values[0] = *state->bound.novelty;
+        break;
+    case SLIDE_BOUND_FILLED:
+        values[0] = part_filled(state, (double)model->bound.memory_length);
         break;
     case SLIDE_IN_RANGE:
         values[0] = slide_stream_in_range(model, state);
@@ -194,7 +213,9 @@ static SlideStatus check_settable(const SlideInstance *instance, uint32_t refere
                             reference, (unsigned)instance->model.n_inputs - 1);
     }
     const unsigned running = SLIDE_STEPPING | SLIDE_BETWEEN;
-    const unsigned closed = variable.kind == SLIDE_MODEL_PARAMETER ? SLIDE_BETWEEN : running;
+    const bool tunable =
+        variable.kind == SLIDE_MODEL_PARAMETER || variable.kind == SLIDE_CONFIDENCE;
+    const unsigned closed = tunable ? SLIDE_BETWEEN : running;
     if (variable.is_parameter && (instance->state.head->mode & closed) != 0) {
         return slide_report(instance, SLIDE_ERROR,
                             "value reference %u is a parameter; set it %s; nothing was changed",
@@ -236,6 +257,15 @@ static SlideStatus check_values(const SlideInstance *instance, uint32_t referenc
                                   "range that the surrogate has learnt: outside, errors grow "
                                   "fast; the former values are kept",
                                   reference, values[0], parameters->low[i], parameters->high[i]);
+    }
+    if (variable.kind == SLIDE_CONFIDENCE) {
+        return values[0] >= SLIDE_LEAST_CONFIDENCE && values[0] <= SLIDE_LARGEST_CONFIDENCE
+                   ? SLIDE_OK
+                   : slide_report(instance, SLIDE_DISCARD,
+                                  "confidence (value reference %u) = %g; expected %g to %g, for "
+                                  "which error bounds are calibrated; the former values are kept",
+                                  reference, values[0], SLIDE_LEAST_CONFIDENCE,
+                                  SLIDE_LARGEST_CONFIDENCE);
     }
     for (size_t i = 0; i < variable.size; ++i) { /* finite as the networks see them */
         if (!isfinite((float)slide_scaled(&instance->model, variable.index, values[i]))) {

@@ -7,7 +7,8 @@ typedef enum {
     WHEN_STATE_SPACE,
     WHEN_SEVERAL_SAMPLES,
     WHEN_FIRST_ORDER,
-    WHEN_PARAMETERS
+    WHEN_PARAMETERS,
+    WHEN_BOUND
 } When;
 typedef enum { SIZE_SCALAR, SIZE_BLOCK, SIZE_SAMPLED } Size;
 typedef enum {
@@ -39,7 +40,8 @@ uint32_t slide_count_of(const SlideInstance *instance, SlideVariableKind number)
                         [WHEN_STATE_SPACE] = slide_is_recurrent(model->predictor.family),
                         [WHEN_SEVERAL_SAMPLES] = model->predictor.n_block > 1,
                         [WHEN_FIRST_ORDER] = model->history.first_order,
-                        [WHEN_PARAMETERS] = model->parameters.count > 0};
+                        [WHEN_PARAMETERS] = model->parameters.count > 0,
+                        [WHEN_BOUND] = model->bound.memory_length > 0};
     const uint32_t counts[] = {[PER_ONE] = 1,
                                [PER_INPUT] = model->n_inputs,
                                [PER_OUTPUT] = model->n_outputs,

@@ -46,7 +46,6 @@ void slide_estimate_place(SlideEstimate *estimate, const SlideEstimator *estimat
     }
     size_t n_outputs = estimator->n_outputs;
     estimate->known = slide_place(arena, 1, sizeof *estimate->known);
-    estimate->strayed = slide_place(arena, 1, sizeof *estimate->strayed);
     estimate->squares = slide_place(arena, estimator->positions * n_outputs, sizeof(double));
     estimate->errors = slide_place(arena, n_outputs, sizeof(double));
     estimator->network.family->place_state(&estimate->network, &estimator->network, arena);
@@ -55,7 +54,6 @@ void slide_estimate_place(SlideEstimate *estimate, const SlideEstimator *estimat
 void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *estimate) {
     if (estimator->positions > 0) {
         *estimate->known = 0;
-        *estimate->strayed = 0;
     }
 }
 
@@ -132,9 +130,6 @@ void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel 
         const double *input = slide_samples_at(shape, samples, sample);
         slide_network_see_anyhow(&estimator->network, &estimate->network, sample, input,
                                  input + shape->n_inputs);
-        if (!in_range(estimator)) {
-            *estimate->strayed = sample + 1;
-        }
         if (left <= wanted) {
             evaluate(estimator, kernel, estimate, sample);
         }
@@ -144,9 +139,4 @@ void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel 
         double sum = sum_of(slide_estimate_square(estimator, estimate, i, 0), estimator->positions);
         estimate->errors[i] = sqrt(sum / estimator->positions);
     }
-}
-
-bool slide_estimate_in_range(const SlideEstimator *estimator, const SlideEstimate *estimate) {
-    uint64_t behind = *estimate->known - *estimate->strayed;
-    return *estimate->strayed == 0 || behind >= estimator->memory_length;
 }

@@ -20,8 +20,6 @@ typedef struct {
 /* All that changes; part of the flat state block. */
 typedef struct {
     uint64_t *known;  /* samples that are evaluated, or too old to be needed: all below a number */
-    uint64_t *strayed; /* number of the sample after the newest one that the training has not seen
-                          the like of; or 0 */
     double *squares;  /* [n_outputs][positions], squared errors; sample k in k % positions */
     double *errors;   /* [n_outputs], the estimates at the last of the known samples; both relative
                          to the scale of the output */
@@ -49,9 +47,5 @@ double slide_squared_error(const SlideEstimator *estimator, double mean, double 
 /* The square of an output at one of the newest samples that are known. */
 double *slide_estimate_square(const SlideEstimator *estimator, const SlideEstimate *estimate,
                               size_t output, uint64_t sample);
-
-/* Has the training seen the like of all samples that the estimates depend on? Only when all are
- * known. */
-bool slide_estimate_in_range(const SlideEstimator *estimator, const SlideEstimate *estimate);
 
 #endif

@@ -22,16 +22,23 @@ static void place_inputs(SlideModel *model, const SlidePayload *payload, SlideAr
     }
 }
 
-/* How much of the past is kept: samples for the estimator, which catches up; steps for both
- * networks, for steps after which all samples are others. */
+/* How much of the past is kept: samples for the estimator and the error bound, which catch up;
+ * steps for all networks, for steps after which all samples are others. */
 static void shape_past(SlideModel *model, const SlidePayload *payload) {
     const SlideEstimator *estimator = &model->estimator;
-    uint32_t estimated = estimator->positions > 0 ? (uint32_t)estimator->memory_length : 1;
-    uint32_t n_seen = estimated > payload->n_in ? estimated : payload->n_in;
-    model->memory_length = n_seen + SLIDE_BEFORE;
-    model->n_redone = model->memory_length + (payload->first_order ? payload->n_in : 0);
-    model->samples =
-        (SlideSamplesShape){payload->n_inputs, slide_power_of_two((uint64_t)model->memory_length)};
+    const uint64_t estimated = estimator->positions > 0 ? estimator->memory_length : 1;
+    const uint64_t lengths[] = {payload->n_in, estimated, model->bound.memory_length};
+    const uint32_t n_forecast = payload->first_order ? payload->n_in : 0;
+    uint64_t longest = 0;
+    for (size_t i = 0; i < sizeof lengths / sizeof lengths[0]; ++i) {
+        longest = lengths[i] > longest ? lengths[i] : longest;
+    }
+    model->memory_length = (uint32_t)longest + SLIDE_BEFORE;
+    model->n_redone = model->memory_length + n_forecast;
+    /* The bound is evaluated up to where a forecast begins, too, when that is behind. */
+    const uint64_t n_kept =
+        model->bound.memory_length > 0 ? model->n_redone : model->memory_length;
+    model->samples = (SlideSamplesShape){payload->n_inputs, slide_power_of_two(n_kept)};
     model->history = slide_history_shape(payload->n_inputs, model->memory_length, payload->step,
                                          payload->first_order, model->cosine);
 }
@@ -50,11 +57,13 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideAren
     slide_network_place(&model->predictor, &payload->predictor, payload->n_outputs, arena);
     slide_parameters_place(&model->parameters, &payload->parameters, arena);
     slide_estimator_place(&model->estimator, payload, arena);
+    slide_bound_place(&model->bound, payload, arena);
     shape_past(model, payload);
     slide_forecast_place(&model->forecast, payload, arena);
     model->at_step_end = payload->forecast.at_step_end;
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
     model->taken = slide_place(arena, model->n_redone, payload->n_inputs * sizeof(double));
     model->candidate = slide_place(arena, payload->n_outputs, sizeof(double));
+    model->predicted = slide_place(arena, payload->n_outputs, sizeof(float));
     memcpy(model->guid, payload->guid, sizeof model->guid);
 }

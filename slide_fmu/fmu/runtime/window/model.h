@@ -2,6 +2,7 @@
 #ifndef SLIDE_MODEL_H
 #define SLIDE_MODEL_H
 
+#include "bound.h"
 #include "estimate.h"
 #include "forecast.h"
 #include "history.h"
@@ -24,6 +25,7 @@ typedef struct {
     SlideNetwork predictor;
     SlideParameters parameters; /* that its weights follow */
     SlideEstimator estimator;
+    SlideBound bound;
     SlideSamplesShape samples;
     SlideHistoryShape history;
     SlideForecast forecast;
@@ -32,6 +34,7 @@ typedef struct {
     double *taken;     /* scratch [n_redone][n_inputs]: samples that a step takes in and those
                           before, scaled, newest first */
     double *candidate; /* scratch [n_outputs]: a result before it is accepted */
+    float *predicted;  /* scratch [n_outputs]: the same as the network gave it, scaled */
     const SlideKernel *kernel;
     char guid[48];
 } SlideModel;

@@ -30,6 +30,7 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
     slide_samples_place(&state->samples, &model->samples, arena);
     model->predictor.family->place_state(&state->predictor, &model->predictor, arena);
     slide_estimate_place(&state->estimate, &model->estimator, arena);
+    slide_bound_place_state(&state->bound, &model->bound, arena);
     state->seen_size = arena->used - seen;
     place_before(&state->before, model, arena);
     state->told = slide_place(arena, n_inputs, sizeof *state->told);
@@ -46,6 +47,7 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
 void slide_state_reset(const SlideModel *model, SlideState *state) {
     memset(state->head, 0, state->size);
     state->head->at_step_end = model->at_step_end;
+    state->head->confidence = SLIDE_USUAL_CONFIDENCE;
     memcpy(state->inputs, model->starts, model->n_inputs * sizeof(double));
     memcpy(state->initial, model->starts, model->n_inputs * sizeof(double));
     for (size_t i = 0; i < model->parameters.count; ++i) {

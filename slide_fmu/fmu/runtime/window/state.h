@@ -24,6 +24,7 @@ typedef struct {
     double last_length; /* s, of the last step; 0 before the first */
     double reached_length; /* s, of the step whose end the inputs set last are, where they are not
                               those of the step's end */
+    double confidence;  /* of error bounds, a variable */
     uint32_t mode;      /* SlideMode of instance.h */
     uint32_t current;   /* outputs belong to the present state */
     uint32_t moving;    /* the inputs of the next step have derivatives that count: not all zero, or
@@ -58,12 +59,13 @@ typedef struct {
     SlideSamples samples;
     SlideNetworkState predictor;
     SlideEstimate estimate;
+    SlideBoundState bound;
     SlideBeforeStep before;
     SlideHistory history;
     double *window;      /* [memory_length][n_inputs], samples before the start, oldest first */
     void *known;         /* what networks have seen, as it was before what is only forecast */
     size_t size;         /* bytes of the block, which starts at head */
-    size_t seen_size;    /* bytes of what networks have seen: from strayed to estimate */
+    size_t seen_size;    /* bytes of what networks have seen: from strayed to bound */
     size_t before_steps; /* bytes of it before the steps of the history, its largest part */
     void *backup;        /* room for these, and for what was known, to undo a step; not part of the
                             block */

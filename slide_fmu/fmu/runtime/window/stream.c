@@ -12,6 +12,7 @@ static bool predict(const SlideModel *model, const SlideState *state, uint64_t s
                                                             &state->predictor, sample);
     for (size_t i = 0; i < model->n_outputs; ++i) {
         const SlideScaling *scaling = &model->output_scaling[i];
+        model->predicted[i] = values[i];
         model->candidate[i] = values[i] * scaling->scale + scaling->offset;
         finite = finite && isfinite(model->candidate[i]);
     }
@@ -48,7 +49,25 @@ static void watch_range(const SlideModel *model, SlideState *state, const double
     }
 }
 
-static void remember(const SlideModel *model, SlideState *state, const double *sample) {
+/* The values that the predictor gave after a sample, once it has seen all that they depend on; only
+ * with an error bound. */
+static const float *predicted(const SlideModel *model, const SlideState *state) {
+    const uint64_t seen = *state->predictor.cells.taken;
+    return seen >= model->predictor.memory_length ? model->predicted : NULL;
+}
+
+static void remember_predicted(const SlideModel *model, SlideState *state, uint64_t sample,
+                               bool given) {
+    if (model->bound.memory_length > 0) {
+        slide_bound_remember(&model->bound, &state->bound, sample,
+                             given ? predicted(model, state) : NULL);
+    }
+}
+
+/* given: did the predictor see the sample? */
+static void remember(const SlideModel *model, SlideState *state, const double *sample,
+                     bool given) {
+    remember_predicted(model, state, *state->samples.count, given);
     slide_samples_append(&model->samples, &state->samples, sample);
     watch_range(model, state, sample);
 }
@@ -82,7 +101,7 @@ static void begin(const SlideModel *model, SlideState *state, double length) {
 static bool take(const SlideModel *model, SlideState *state, const double *sample, bool last) {
     bool good = advance(model, state, sample, last);
     if (good) {
-        remember(model, state, sample);
+        remember(model, state, sample, true);
     }
     return good;
 }
@@ -108,6 +127,8 @@ static void restart(const SlideModel *model, SlideState *state, const double *sa
     slide_network_restart(&model->predictor, &state->predictor, sample,
                           newest_sample(model, state));
     slide_estimate_restart(&model->estimator, &state->estimate);
+    slide_bound_restart(&model->bound, &state->bound);
+    remember_predicted(model, state, *state->samples.count - 1, false);
     *state->strayed = 0;
     watch_range(model, state, sample);
 }
@@ -123,7 +144,7 @@ static bool take_all(const SlideModel *model, SlideState *state, const SlideInta
             restart(model, state, sample);
         }
         if (intake->anew && left >= model->predictor.n_samples) {
-            remember(model, state, sample);
+            remember(model, state, sample, false);
         } else if (!take(model, state, sample, left == 0 && wanted)) {
             return false;
         }
@@ -139,6 +160,7 @@ static bool hold(const SlideModel *model, SlideState *state) {
             return false;
         }
     }
+    remember_predicted(model, state, *state->samples.count - 1, true);
     return true;
 }
 
@@ -290,7 +312,7 @@ static bool step_once(const SlideModel *model, SlideState *state) {
     keep(model, state);
     begin(model, state, model->step);
     model->predictor.family->accept(&model->predictor, &state->predictor);
-    remember(model, state, model->taken);
+    remember(model, state, model->taken, true);
     accept_outputs(model, state);
     slide_history_append(&model->history, &state->history, model->step, state->inputs, false);
     state->head->filled += 1;
@@ -317,14 +339,9 @@ bool slide_stream_step(const SlideModel *model, SlideState *state, double length
     return done;
 }
 
-bool slide_stream_in_range(const SlideModel *model, SlideState *state) {
-    uint64_t behind = *state->samples.count - *state->strayed;
-    bool inside = *state->strayed == 0 || behind >= model->predictor.memory_length;
-    if (model->estimator.positions > 0) {
-        slide_stream_estimate(model, state);
-        inside = inside && slide_estimate_in_range(&model->estimator, &state->estimate);
-    }
-    return inside;
+bool slide_stream_in_range(const SlideModel *model, const SlideState *state) {
+    const uint64_t behind = *state->samples.count - *state->strayed;
+    return *state->strayed == 0 || behind >= model->predictor.memory_length;
 }
 
 const float *slide_stream_block(const SlideModel *model, const SlideState *state) {
@@ -335,4 +352,35 @@ const float *slide_stream_block(const SlideModel *model, const SlideState *state
 void slide_stream_estimate(const SlideModel *model, SlideState *state) {
     slide_estimate_catch_up(&model->estimator, model->kernel, &model->samples, &state->samples,
                             &state->estimate);
+}
+
+static void catch_up(const SlideModel *model, SlideState *state, uint64_t count) {
+    slide_bound_catch_up(&model->bound, model->kernel, &model->samples, &state->samples, count,
+                         &state->bound);
+}
+
+/* Where a part of what networks have seen is kept in state->known. */
+static void *kept(const SlideState *state, const void *part) {
+    const ptrdiff_t place = (const unsigned char *)part - (const unsigned char *)state->strayed;
+    return (unsigned char *)state->known + place;
+}
+
+/* What was found up to the begin of a forecast stays when the forecast is forgotten. Where all
+ * samples are others since, there is nothing to keep. */
+static void keep_found(const SlideModel *model, SlideState *state) {
+    const SlideBoundState *bound = &state->bound;
+    uint64_t count, restarts;
+    memcpy(&count, kept(state, state->samples.count), sizeof count);
+    memcpy(&restarts, kept(state, bound->restarts), sizeof restarts);
+    if (restarts == *bound->restarts && *bound->known < count) {
+        catch_up(model, state, count);
+        memcpy(kept(state, bound->known), bound->known, bound->evaluated);
+    }
+}
+
+void slide_stream_bound(const SlideModel *model, SlideState *state) {
+    if (slide_stream_forecasts(model, state) && !slide_stream_fresh(state)) {
+        keep_found(model, state);
+    }
+    catch_up(model, state, *state->samples.count);
 }

@@ -18,9 +18,8 @@ bool slide_stream_step(const SlideModel *model, SlideState *state, double length
  * forecast and were not set since. Not undone when a result is not finite. */
 bool slide_stream_go_on(const SlideModel *model, SlideState *state);
 
-/* Do the inputs behind the outputs lie in their ranges, and what the estimator sees, where there
- * is one, in those of its training? Brings the error estimates up to the present state. */
-bool slide_stream_in_range(const SlideModel *model, SlideState *state);
+/* Do the inputs behind the outputs lie in their ranges? */
+bool slide_stream_in_range(const SlideModel *model, const SlideState *state);
 
 /* The outputs [n_block][n_outputs] of the newest samples as the network sees them now, oldest
  * first, scaled; after the first step or slide_stream_hold. Valid until the next call. */
@@ -29,5 +28,8 @@ const float *slide_stream_block(const SlideModel *model, const SlideState *state
 /* Bring the error estimates up to the present state; only with an estimator, after the first step
  * or slide_stream_hold. Changes nothing that later steps give. */
 void slide_stream_estimate(const SlideModel *model, SlideState *state);
+
+/* The same of the error bound; only with one. */
+void slide_stream_bound(const SlideModel *model, SlideState *state);
 
 #endif

@@ -1,0 +1,100 @@
+#include "bound_reading.h"
+
+enum { MOST_BLOCK = SLIDE_MAX_WINDOW / (SLIDE_BLOCKS + 1) };
+
+static void check_sizes(const SlideBoundView *view, SlideCursor *file) {
+    const uint32_t *blocks = view->blocks;
+    slide_check(file, blocks[0] >= 1 && blocks[0] <= blocks[1] && blocks[1] <= MOST_BLOCK,
+                "surrogate file: an error bound with blocks of %u and %u samples; expected 1 to "
+                "%d, the shorter ones first",
+                (unsigned)blocks[0], (unsigned)blocks[1], (int)MOST_BLOCK);
+}
+
+/* Factors rise with the confidence; both kinds of numbers are finite where they were taken. */
+static void check_numbers(const SlideBoundView *view, uint32_t n_outputs, uint32_t n_watched,
+                          SlideCursor *file) {
+    for (size_t i = 0; file->good && i < (size_t)SLIDE_CONFIDENCES * n_outputs; ++i) {
+        const double factor = slide_f64(view->factors + 8 * i);
+        const double least = i < n_outputs ? 0 : slide_f64(view->factors + 8 * (i - n_outputs));
+        slide_check(file, factor > 0 && factor >= least,
+                    "surrogate file: factor %g of an error bound; expected positive ones that "
+                    "rise with the confidence",
+                    factor);
+    }
+    for (size_t i = 0; file->good && i < n_watched; ++i) {
+        const double limit = slide_f64(view->limits + 8 * i);
+        slide_check(file, limit > 0,
+                    "surrogate file: limit %g of an error bound; expected it positive", limit);
+    }
+}
+
+static void read_companion(SlidePayload *payload, SlideCursor *file) {
+    SlideNetworkView *companion = &payload->bound.companion;
+    slide_network_read(companion, payload->n_inputs, file);
+    if (!file->good) {
+        return;
+    }
+    slide_check(file, companion->family == &slide_state_space_family,
+                "surrogate file: the companion of an error bound is a network of kind %u; expected "
+                "%u (state space)",
+                (unsigned)companion->family->number, (unsigned)slide_state_space_family.number);
+    slide_check_angle(payload, companion, file);
+    slide_check(file,
+                file->good && companion->family->fits(companion, payload->n_in, payload->n_out,
+                                                      payload->n_outputs),
+                "surrogate file: the companion of an error bound maps %u samples to %u values, "
+                "which does not fit the window",
+                (unsigned)companion->n_samples, (unsigned)companion->n_values);
+}
+
+/* From the statistics of a sample as they are: each of them is a channel. */
+static void read_head(SlidePayload *payload, uint32_t n_statistics, SlideCursor *file) {
+    SlideNetworkView *head = &payload->bound.head;
+    slide_network_read(head, n_statistics, file);
+    if (!file->good) {
+        return;
+    }
+    slide_check(file, head->family == &slide_feed_forward_family,
+                "surrogate file: the head of an error bound is a network of kind %u; expected %u "
+                "(feed-forward)",
+                (unsigned)head->family->number, (unsigned)slide_feed_forward_family.number);
+    slide_check(file,
+                head->n_samples == 1 && head->n_values == payload->n_outputs &&
+                    head->features.set == &slide_differences &&
+                    head->features.n_signals == n_statistics &&
+                    head->features.chosen.count == n_statistics,
+                "surrogate file: the head of an error bound maps %u samples of %u features to %u "
+                "values; expected 1 of %u, the statistics themselves, to %u",
+                (unsigned)head->n_samples, (unsigned)head->features.chosen.count,
+                (unsigned)head->n_values, (unsigned)n_statistics, (unsigned)payload->n_outputs);
+}
+
+void slide_bound_read(SlidePayload *payload, SlideCursor *file) {
+    SlideBoundView *view = &payload->bound;
+    const uint32_t n_outputs = payload->n_outputs;
+    slide_check(file,
+                payload->predictor.family == &slide_state_space_family &&
+                    payload->parameters.count == 0,
+                "surrogate file: an error bound of a network of kind %u with %u parameters; "
+                "expected %u (state space) without any",
+                (unsigned)payload->predictor.family->number, (unsigned)payload->parameters.count,
+                (unsigned)slide_state_space_family.number);
+    slide_open_section(file, "BOUN");
+    view->blocks[0] = slide_take_u32(file, "BOUN");
+    view->blocks[1] = slide_take_u32(file, "BOUN");
+    const uint32_t n_watched = slide_take_u32(file, "BOUN");
+    check_sizes(view, file);
+    view->factors = slide_take_f64s(file, SLIDE_CONFIDENCES, n_outputs, "error bound");
+    view->limits = slide_take_f64s(file, n_watched, 1, "error bound");
+    check_numbers(view, n_outputs, n_watched, file);
+    read_companion(payload, file);
+    if (file->good) {
+        const SlideCellView *cell = &view->companion.of.cell;
+        view->n_seen = cell->n_states + cell->roles.drive.count;
+        slide_check(file, n_watched == view->n_seen + 2 * n_outputs,
+                    "surrogate file: %u limits of an error bound; expected %u", (unsigned)n_watched,
+                    (unsigned)(view->n_seen + 2 * n_outputs));
+        read_head(payload, 2 * view->n_seen + 3 * n_outputs, file);
+    }
+    slide_close_section(file, "BOUN");
+}

@@ -1,0 +1,11 @@
+/* Reader of the error bound in a surrogate file, the section BOUN. The byte contract is in
+ * slide_fmu/surrogate/payload.py, the writer slide_fmu/surrogate/bound_payload.py. */
+#ifndef SLIDE_BOUND_READING_H
+#define SLIDE_BOUND_READING_H
+
+#include "payload.h"
+
+/* Take the section of a surrogate whose predictor, window and outputs have been read. */
+void slide_bound_read(SlidePayload *payload, SlideCursor *file);
+
+#endif

@@ -1,0 +1,80 @@
+/* The error bound: what this step's error stays below, and whether its inputs are known. The
+ * definition is in slide_fmu/surrogate/error_bound.py. A companion, a second state-space network,
+ * goes on beside the predictor; how far both are apart and what the companion sees are statistics
+ * of a sample, from which the head, a small network, gives a local scale of the error.
+ *
+ * A step only remembers its samples and what the predictor gave; the rest is evaluated when a
+ * result is read. Whenever and however often that is, it is the same, bit by bit: the companion's
+ * younger state begins anew at the samples 1 + j * n_samples, and blocks of the means at samples
+ * j * length, where the sample 0 is the one that counts for all before it. */
+#ifndef SLIDE_BOUND_H
+#define SLIDE_BOUND_H
+
+#include "block_means.h"
+#include "samples.h"
+
+/* What does not change. Statistics: [n_seen] states and features that drive the companion, then
+ * logarithms of [3][n_outputs] squared disagreements and of [n_seen] mean squares. */
+typedef struct {
+    uint64_t memory_length; /* newest samples that a result depends on; 0 without a bound, then
+                               there is nothing else */
+    size_t n_outputs, n_states, n_seen;
+    uint64_t n_predicted;   /* samples for which the predictor's values are kept, a power of two */
+    SlideBlocksShape of_short, of_long, of_seen; /* blocks of squared disagreements [n_outputs], and
+                                                    long ones of squares of what is seen [n_seen] */
+    double *factors;        /* [SLIDE_CONFIDENCES][n_outputs] */
+    double *limits;         /* [2 * n_outputs + n_seen], of the means in the order of the blocks */
+    SlideNetwork companion; /* state space */
+    SlideNetwork head;      /* feed-forward */
+    double *statistics;     /* scratch [1 + SLIDE_BEFORE][statistics], the later ones zeros */
+    double *squares;        /* scratch [n_outputs + n_seen], of the newest sample */
+    double *means;          /* scratch [2 * n_outputs + n_seen] */
+} SlideBound;
+
+/* All that changes; part of the flat state block. What is evaluated lies in one piece. */
+typedef struct {
+    float *predicted;   /* [n_predicted][n_outputs], the predictor's values after the sample k in
+                           place k % n_predicted; NAN where it gave none */
+    uint64_t *restarts; /* how often all was forgotten */
+    uint64_t *known;    /* samples that are evaluated, or too old to be needed: all below a number */
+    SlideNetworkState companion;
+    SlideBlocks of_short, of_long, of_seen;
+    double *scales;  /* [n_outputs], local scales of the error */
+    double *apart;   /* [n_outputs], the disagreement; both relative to the output's scale */
+    double *novelty; /* [1], 1 at the edge of the domain; all at the last of the known samples */
+    SlideNetworkState head;
+    size_t evaluated; /* bytes from known on */
+} SlideBoundState;
+
+void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideArena *arena);
+void slide_bound_place_state(SlideBoundState *state, const SlideBound *bound, SlideArena *arena);
+
+/* Nothing is known any more. */
+void slide_bound_restart(const SlideBound *bound, SlideBoundState *state);
+
+/* What the predictor gave after a sample, scaled [n_outputs]; NULL: nothing. */
+void slide_bound_remember(const SlideBound *bound, SlideBoundState *state, uint64_t sample,
+                          const float *values);
+
+/* Evaluate all of the first count samples that is not known yet: results are those at the last of
+ * them. Kept must be memory_length samples before it, and those before them. */
+void slide_bound_catch_up(const SlideBound *bound, const SlideKernel *kernel,
+                          const SlideSamplesShape *shape, const SlideSamples *samples,
+                          uint64_t count, SlideBoundState *state);
+
+/* The results at the newest sample, of which the scratch holds the squares and what the companion
+ * sees (bound_results.c). present: did the predictor give values after it? */
+void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel, bool present,
+                          SlideBoundState *state);
+
+/* The least and the largest confidence for which there are bounds, and the usual one. */
+#define SLIDE_LEAST_CONFIDENCE 0.9
+#define SLIDE_USUAL_CONFIDENCE 0.95
+#define SLIDE_LARGEST_CONFIDENCE 0.99
+
+/* The bound of an output, relative to its scale, for a confidence between these. Outside of the
+ * domain it is at least the disagreement. */
+double slide_bound_of(const SlideBound *bound, const SlideBoundState *state, size_t output,
+                      double confidence);
+
+#endif

@@ -1,0 +1,77 @@
+#include "bound.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+static const double MOST_EXPONENT = 60;  /* of a local scale, to base 2; so is what is no number */
+static const double MOST_NOVELTY = 1e9;  /* so is what is no number */
+static const double SMALLEST = 1e-30;    /* smaller squares count as it in logarithms */
+
+/* About the logarithm to base 2, linear between its powers: read off the bits of the number in
+ * single precision. What is too large for it, or no number, counts as infinite. */
+static double logarithm(double square) {
+    const float single = square < SMALLEST ? (float)SMALLEST
+                                           : (square <= FLT_MAX ? (float)square : INFINITY);
+    int32_t bits;
+    memcpy(&bits, &single, sizeof bits);
+    return (float)bits * 0x1p-23f - 127.0f;
+}
+
+static double local_scale(double exponent) {
+    const double kept = exponent < MOST_EXPONENT ? exponent : MOST_EXPONENT;
+    return exp2(kept > -MOST_EXPONENT ? kept : -MOST_EXPONENT);
+}
+
+static double novelty_of(const SlideBound *bound) {
+    const size_t count = 2 * bound->n_outputs + bound->n_seen;
+    double largest = 0;
+    bool known = true;
+    for (size_t i = 0; i < count; ++i) {
+        const double ratio = bound->means[i] / bound->limits[i];
+        known = known && ratio <= MOST_NOVELTY * MOST_NOVELTY;
+        largest = ratio > largest ? ratio : largest;
+    }
+    return known ? sqrt(largest) : MOST_NOVELTY;
+}
+
+static void form_means(const SlideBound *bound, const SlideBoundState *state) {
+    const size_t n_outputs = bound->n_outputs;
+    slide_blocks_means(&bound->of_short, &state->of_short, bound->means);
+    slide_blocks_means(&bound->of_long, &state->of_long, bound->means + n_outputs);
+    slide_blocks_means(&bound->of_seen, &state->of_seen, bound->means + 2 * n_outputs);
+}
+
+void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel, bool present,
+                          SlideBoundState *state) {
+    const SlideNetwork *head = &bound->head;
+    const size_t n_outputs = bound->n_outputs, n_means = 2 * n_outputs + bound->n_seen;
+    double *logarithms = bound->statistics + bound->n_seen;
+    form_means(bound, state);
+    for (size_t i = 0; i < n_outputs; ++i) {
+        const double square = present ? bound->squares[i] : 0, mean = bound->means[i];
+        const double apart = sqrt(square > mean ? square : mean);
+        logarithms[i] = logarithm(square);
+        state->apart[i] = apart <= DBL_MAX ? apart : local_scale(MOST_EXPONENT);
+    }
+    for (size_t i = 0; i < n_means; ++i) {
+        logarithms[n_outputs + i] = logarithm(bound->means[i]);
+    }
+    *state->novelty = novelty_of(bound);
+    slide_network_see_anyhow(head, &state->head, 0, bound->statistics,
+                             bound->statistics + head->seen.n_inputs);
+    const float *exponents = head->family->evaluate(head, kernel, &state->head, 0);
+    for (size_t i = 0; i < n_outputs; ++i) {
+        state->scales[i] = local_scale(exponents[i]);
+    }
+}
+
+double slide_bound_of(const SlideBound *bound, const SlideBoundState *state, size_t output,
+                      double confidence) {
+    const size_t row = confidence <= SLIDE_LEAST_CONFIDENCE   ? 0
+                       : confidence <= SLIDE_USUAL_CONFIDENCE ? 1
+                                                              : 2;
+    const double value = bound->factors[row * bound->n_outputs + output] * state->scales[output];
+    const double apart = state->apart[output];
+    return *state->novelty > 1 && apart > value ? apart : value;
+}

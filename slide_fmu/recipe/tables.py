@@ -82,7 +82,7 @@ class DataRecipe(Table):
     estimator_validation: int = Field(0, ge=0)
     companion: int = Field(0, ge=0)
     bound: int = Field(100, ge=2)
-    calibration: int = Field(LEAST_CALIBRATION, ge=LEAST_CALIBRATION)
+    calibration: int = Field(2 * LEAST_CALIBRATION, ge=LEAST_CALIBRATION)
     budget_minutes: PositiveFloat | None = None
     beyond: int = Field(default=0, ge=0)
     beyond_factor: PositiveRange = (1.0, 3.0)

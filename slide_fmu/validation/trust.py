@@ -6,6 +6,7 @@ who knows the errors of all of them, but of no single one.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -18,6 +19,9 @@ from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 
 WORST = 0.05
 """Beside the mean over trajectories stands the one that this part of them are worse than."""
+
+TINY = sys.float_info.min
+"""Errors of zero count as this, so that figures stay finite."""
 
 OFTEN = 0.05
 """A trajectory counts as flagged if more than this part of its samples are."""
@@ -43,18 +47,18 @@ def bound_figures(errors: Sequence[FloatArray], bounds: Sequence[FloatArray]) ->
 
     Returns:
         The share of covered samples, that of the 5 % worst trajectories, the mean bound over the
-        quantile of the errors, the skill (1 minus the pinball loss over that of the best constant),
-        and the rank correlation of bound and error.
+        quantile of the errors, the skill (1 minus the pinball loss over that of the best
+        constant), and the rank correlation of bound and error.
     """
     shares = [float(np.mean(e <= b)) for e, b in zip(errors, bounds, strict=True)]
     error, bound = np.concatenate(errors), np.concatenate(bounds)
-    constant = float(np.quantile(error, USUAL_CONFIDENCE))
-    best = pinball_loss(error, np.full(len(error), constant))
+    constant = max(float(np.quantile(error, USUAL_CONFIDENCE)), TINY)
+    best = max(pinball_loss(error, np.full(len(error), constant)), TINY)
     return {
         "coverage": float(np.mean(error <= bound)),
         "coverage_of_worst_trajectories": float(np.quantile(shares, WORST, method="lower")),
-        "width": float(np.mean(bound)) / max(constant, np.finfo(np.float64).tiny),
-        "skill": 1.0 - pinball_loss(error, bound) / max(best, np.finfo(np.float64).tiny),
+        "width": float(np.mean(bound)) / constant,
+        "skill": 1.0 - pinball_loss(error, bound) / best,
         "rank_correlation": rank_correlation(bound, error),
     }
 

@@ -12,9 +12,9 @@ from tests.recipes import tiny_recipe, tiny_state_space_recipe
 
 def test_bound_has_trajectories_of_its_own() -> None:
     recipe = tiny_state_space_recipe(bound={})
-    assert [recipe.count(split) for split in OF_BOUND] == [recipe.data.train, 100, 100]
+    assert [recipe.count(split) for split in OF_BOUND] == [recipe.data.train, 100, 200]
     other = tiny_state_space_recipe(bound={}, data={"companion": 3, "bound": 7})
-    assert [other.count(split) for split in OF_BOUND] == [3, 7, 100]
+    assert [other.count(split) for split in OF_BOUND] == [3, 7, 200]
 
 
 def test_recipe_without_a_bound_makes_no_trajectories_for_it() -> None:

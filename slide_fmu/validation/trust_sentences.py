@@ -32,13 +32,14 @@ def bound_sentences(recipe: Recipe, measured: dict[str, Any] | None) -> list[str
     low, high = (f"{100 * end:g}" for end in (CONFIDENCES[0], CONFIDENCES[-1]))
     found = [
         "Error bounds count for inputs of the kinds that they were calibrated on "
-        f"({recipe.count('calibration')} trajectories): {_kinds(recipe)}.",
-        f"There, the error of a sample stays below its bound with the confidence, {low} to {high} "
-        "%, on average over trajectories: neither in each of them, nor in each kind, nor where "
-        "errors are largest.",
+        f"({recipe.count('calibration')} trajectories; amplitudes are fractions of the range): "
+        f"{_kinds(recipe)}.",
+        "There, the share of the samples whose error stays below the bound is on average at least "
+        f"the confidence, {low} to {high} %; a single trajectory, a single kind, or the samples "
+        "with the largest errors may be covered less.",
         "Where in_domain is false, inputs have left their ranges, or the surrogate and its "
-        "companion are further apart, or move more, than the calibration ever showed: a bound is "
-        "a lower limit there, and the error may be many times larger.",
+        "companion are further apart, or move more, than those of the calibration: a bound means "
+        "'at least' there, and the error may be many times larger.",
         "That in_domain is true proves nothing of inputs of other kinds.",
     ]
     wanted = percent(recipe.bound.false_alarms)

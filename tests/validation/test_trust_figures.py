@@ -99,7 +99,10 @@ def test_rows_of_bounds_have_percentages_of_outputs_and_kinds() -> None:
 def test_sentences_name_the_kinds_the_confidences_and_the_false_alarms() -> None:
     found = bounded(FIRST, SECOND)
     text = " ".join(bound_sentences(found.recipe, found.figures()))
-    assert "(150 trajectories): held_random (amplitude 1.0 .. 1.0, " in text
+    assert (
+        "(150 trajectories; amplitudes are fractions of the range): held_random (amplitude 1.0"
+        in text
+    )
     assert "; sweep (" in text
     assert "90 to 99 %" in text
     assert "Where in_domain is false" in text

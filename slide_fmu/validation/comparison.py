@@ -234,8 +234,10 @@ class Validation:
         if len(self.surrogate.outputs) > 1 and len(units) == 1:
             found["euclidean"] = _deviation(self.relative_deviations(euclidean=True))
         found["without_floor"] = [
-            {"name": signal.name, **estimate_figures(*self._estimated(index))}
+            {"name": signal.name, **estimate_figures(estimates, errors)}
             for index, signal in enumerate(self.surrogate.outputs)
+            for estimates, errors in [self._estimated(index)]
+            if np.any(errors > 0)  # relative to no error at all, nothing deviates
         ]
         return found
 

@@ -76,6 +76,8 @@ def domain_figures(told: Sequence[Told]) -> dict[str, float]:
 def estimate_figures(estimates: FloatArray, errors: FloatArray) -> dict[str, Any]:
     """Measure estimates of RMS errors of one output, both (N,), where the errors are positive.
 
+    At least one error must be.
+
     Returns:
         Mean and 95 % quantile of the relative deviation, those of the best constant, and the rank
         correlation.

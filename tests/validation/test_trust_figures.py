@@ -72,6 +72,12 @@ def test_estimates_are_compared_without_floor_where_their_span_is_whole() -> Non
     assert second["rank_correlation"] is None
 
 
+def test_output_without_any_error_has_no_deviation_without_floor() -> None:
+    some = comparison([[0.0, 0.0]] * 2, true_error=np.array([[0.0, 1.0], [0.0, 2.0]]))
+    (only,) = validation(some).figures()["error_estimate"]["without_floor"]
+    assert only["name"] == "y1"
+
+
 def test_rows_of_estimates_have_the_constant_beside_and_old_figures_do_not() -> None:
     figures = validation(FIRST, SECOND).figures()
     heading, floor, norm, first, second = estimate_rows({"in range": figures})

@@ -98,10 +98,13 @@ class ValidationRecipe(Table):
     Attributes:
         trajectories: their number.
         duration: length of each in s, after the burn-in; as in the training data if not given.
+        excitation: kinds of excitation that are held out: nothing is learnt from them or
+            calibrated by them, and the FMU is measured on them apart.
     """
 
     trajectories: PositiveInt = 50
     duration: PositiveFloat | None = None
+    excitation: tuple[Excitation, ...] = ()
 
 
 class StabilityRecipe(Table):
